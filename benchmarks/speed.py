@@ -36,7 +36,7 @@ from stemcal import cutting
 from stemcal.fem.kernels import block
 from stemcal.fem.kernels.block import LANES, states_of
 from stemcal.fem.kernels.compile import RUN
-from stemcal.fem.kernels.element import add_internal_forces, element, follow_rates
+from stemcal.fem.kernels.element import _follow_rates, add_internal_forces, element
 from stemcal.fem.material import Material
 from stemcal.fem.mesh import brick
 from stemcal.fem.model import Integration, Model, Precision
@@ -75,7 +75,7 @@ def one_by_one(scratch, runs, targets, seen, state, f, dt, material):
                 n = targets[b, a, lane // RUN] + lane % RUN
                 for i in range(3):
                     f[n, i] -= scratch[(block.FORCES + 8 * i + a) * LANES + lane]
-        follow_rates(states[b], dt, material)
+        _follow_rates(states[b], dt, material)
 
 
 def moving_block(counts: tuple[int, int, int], precision: Precision = "mixed") -> Model:

@@ -157,5 +157,4 @@ def leave_blank(patch: Any) -> None:
     from stemcal.report.figures.plot import Plot
 
     patch.setattr(Plot, "document", '<svg viewBox="0 0 1 1"></svg>')
-    patch.setattr(Plot, "readings", [])
     patch.setattr(Plot, "pixels", POINT)

@@ -16,7 +16,7 @@ from stemcal.stages.stage import STAGES
 from stemcal.version import __version__
 
 
-class Commands(TyperGroup):
+class _Commands(TyperGroup):
     """The subcommands; errors of any of them become messages and exit codes."""
 
     def invoke(self, ctx: Any) -> Any:
@@ -39,7 +39,7 @@ class Commands(TyperGroup):
 
 app = typer.Typer(
     name="stemcal",
-    cls=Commands,
+    cls=_Commands,
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     rich_markup_mode="rich",
@@ -76,10 +76,9 @@ def stemcal(
         bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version and exit.")
     ] = False,
 ) -> None:
-    """Calibrate FE models of plant stems against measured cutting force.
+    """Calibrate finite-element models of plant stems against measured forces.
 
-    A study is one YAML file. [bold]stemcal init[/bold] writes a template, [bold]stemcal run[/bold] performs screening,
-    response surface, inversion and validation.
+    A study is one YAML file. [bold]stemcal init[/bold] writes a template, and [bold]stemcal run[/bold] runs all stages.
     """
 
 

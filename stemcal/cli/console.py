@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import logging
 import os
-import re
 from collections.abc import Iterable
 from contextlib import AbstractContextManager, nullcontext, suppress
 from dataclasses import dataclass, field
@@ -156,12 +155,7 @@ def drop(stream: IO[str]) -> None:
 
 def _labelled(label: str, colour: str, text: str, whole: bool) -> None:
     console = stderr()
-    console.print(Text.assemble((f"{label}: ", f"bold {colour}"), console.render_str(text)), soft_wrap=whole)
-
-
-# A command or key between grave accents is not broken, so that it can be copied; while lines are broken, a letter that
-# no language uses replaces its blanks.
-_CODE, _BLANK = re.compile(r"`[^`\n]{1,40}`"), "\ue000"
+    console.print(Text.assemble((f"{label}: ", f"bold {colour}"), text), soft_wrap=whole)
 
 
 class Terminal(Console):
@@ -178,11 +172,7 @@ class Terminal(Console):
         """Go on with the work where a reader has gone."""
         drop(self.file)
 
-    def render_str(self, text: str, **how: Any) -> Text:
-        """Return a text whose codes stay whole."""
-        return super().render_str(_CODE.sub(lambda code: code[0].replace(" ", _BLANK), text), **how)
-
     def render(self, renderable: RenderableType, options: ConsoleOptions | None = None) -> Iterable[Segment]:
-        """Yield what is printed; control characters that a text brings along command nothing, they are spelled out."""
+        """Yield the printed segments; control characters of a text are spelled out."""
         for segment in super().render(renderable, options):
-            yield segment if segment.control else Segment(visible(segment.text.replace(_BLANK, " ")), segment.style)
+            yield segment if segment.control else Segment(visible(segment.text), segment.style)

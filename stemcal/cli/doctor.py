@@ -1,9 +1,7 @@
-"""`stemcal doctor`: is this machine ready?"""
+"""`stemcal doctor`: the state of the installation on this machine."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
 import typer
@@ -14,18 +12,10 @@ from stemcal.cli.session import AsJson
 if TYPE_CHECKING:
     from stemcal.registry import Registry
 
+_PACKAGES = ("numpy", "scipy", "numba", "pandas", "statsmodels", "pydantic", "matplotlib", "rich")
 
-EXTRAS = {"dask": "distributed", "docs": "sphinx"}
-PACKAGES = ("numpy", "scipy", "numba", "pandas", "statsmodels", "pydantic", "matplotlib", "jinja2", "typer", "rich")
-
-
-@dataclass(frozen=True)
-class Finding:
-    """One thing looked at; `ok` None is for what may well be missing."""
-
-    what: str
-    found: str
-    ok: bool | None = True
+Finding = tuple[str, str, bool | None]
+"""A part, its state, and whether it is fine; None if the part is optional."""
 
 
 def doctor(as_json: AsJson = False) -> None:
@@ -35,119 +25,78 @@ def doctor(as_json: AsJson = False) -> None:
     """
     from stemcal.fem.warm import is_compiled
     from stemcal.report.progress import COMPILING
+    from stemcal.study.model import SOLVERS
 
     if not as_json and not is_compiled():
         note(COMPILING)
-    with waiting("looking", as_json):
-        findings = [found for look in CHECKS for found in look()]
+    with waiting("checking the installation", as_json):
+        solvers = (part for kind in SOLVERS.all for part in kind.ready())
+        findings = [*_versions(), *_plugins(), *_folders(), *solvers, _self_test()]
+    sound = all(ok is not False for _, _, ok in findings)
     if as_json:
-        rows = [asdict(found) for found in findings]
-        say_json({"ok": all(f.ok is not False for f in findings), "found": rows})
+        say_json({"ok": sound, "found": [{"what": what, "found": found, "ok": ok} for what, found, ok in findings]})
     else:
         from rich.table import Table
 
-        marks = {True: "ok", False: "WRONG", None: "-"}
         table = Table(box=None, show_header=False, padding=(0, 2, 0, 0))
-        for found in findings:
-            table.add_row(marks[found.ok], found.what, found.found)
+        for what, found, ok in findings:
+            table.add_row({True: "ok", False: "WRONG", None: "-"}[ok], what, found)
         say(table)
-    if any(found.ok is False for found in findings):
+    if not sound:
         raise typer.Exit(1)
 
 
-def _versions() -> Iterator[Finding]:
+def _versions() -> list[Finding]:
     import platform
-    import sys
-    from importlib.metadata import PackageNotFoundError, version
+    from importlib.metadata import version
 
     from stemcal.version import __version__
 
-    yield Finding("stemcal", __version__)
-    yield Finding("python", f"{platform.python_version()} on {platform.platform()}", sys.version_info >= (3, 11))
-    for name in PACKAGES:
-        try:
-            yield Finding(name, version(name))
-        except PackageNotFoundError:
-            yield Finding(name, "missing; run `pip install --force-reinstall .` in the clone", False)
+    python = f"{platform.python_version()} on {platform.platform()}"
+    return [("stemcal", __version__, True), ("python", python, True), *((one, version(one), True) for one in _PACKAGES)]
 
 
-def _extras() -> Iterator[Finding]:
-    from importlib.util import find_spec
-
-    for extra, module in EXTRAS.items():
-        there = find_spec(module) is not None
-        hint = "installed" if there else f'not installed (optional); run `pip install ".[{extra}]"` in the clone'
-        yield Finding(f"extra {extra}", hint, True if there else None)
-
-
-def _plugins() -> Iterator[Finding]:
+def _plugins() -> list[Finding]:
+    """Return the parts of other packages, and why some cannot be loaded."""
     from stemcal.doe.designs.catalogue import SURFACES
     from stemcal.stages.stage import STAGES
     from stemcal.study.model import SOLVERS, TESTS
 
-    registries: dict[str, Registry[Any]] = {
-        "stage": STAGES,
-        "solver": SOLVERS,
-        "design": SURFACES,
-        "laboratory test": TESTS,
-    }
-    for noun, found in registries.items():
-        for one in found.external:
-            yield Finding(f"{noun} {one.name}", found.version_of(one.name))
-        for name, reason in found.broken.items():
-            yield Finding(f"{noun} {name}", f"skipped: {reason}", None)
+    found: list[Finding] = []
+    named: dict[str, Registry[Any]] = {"stage": STAGES, "solver": SOLVERS, "design": SURFACES, "laboratory test": TESTS}
+    for noun, registry in named.items():
+        found += [(f"{noun} {one.name}", registry.version_of(one.name), True) for one in registry.external]
+        found += [(f"{noun} {name}", f"skipped: {reason}", None) for name, reason in registry.broken.items()]
+    return found
 
 
-def _machine() -> Iterator[Finding]:
-    import os
-    import shutil
+def _folders() -> list[Finding]:
+    """Return the state of the folder of compiled kernels, and the fonts for Chinese names."""
+    import tempfile
     from pathlib import Path
 
-    yield Finding("cores", f"{os.cpu_count() or 1}")
-    free = shutil.disk_usage(Path.cwd()).free / 2**30
-    yield Finding("disk", f"{free:.1f} GiB free here", free > 0.2)
-
-
-def _cache() -> Iterator[Finding]:
-    from stemcal.fem.kernels.compile import own_folder, unusable
-
-    folder, reason = own_folder(), unusable(own_folder())
-    hint = f"{reason}, so kernels are cached in the temporary folder; set STEMCAL_CACHE_DIR to a private folder"
-    yield Finding("cache", hint if reason else str(folder), None if reason else True)
-
-
-def _fonts() -> Iterator[Finding]:
+    from stemcal.fem.kernels.compile import CACHE
     from stemcal.report.figures.style import installed_fonts
 
+    temporary = CACHE.parent == Path(tempfile.gettempdir())
+    hint = f"{CACHE} is temporary: set STEMCAL_CACHE_DIR to a folder that only you can write"
     chinese = [name for name in installed_fonts() if name not in ("DejaVu Sans", "sans-serif")]
-    found = ", ".join(chinese) or (
+    missing = (
         "none found: Chinese names appear as boxes in PNG and PDF figures; install a font such as fonts-noto-cjk "
         "(Debian, Ubuntu) or google-noto-sans-cjk-fonts (Fedora)"
     )
-    yield Finding("Chinese fonts", found, True if chinese else None)
+    return [
+        ("cache", hint if temporary else str(CACHE), None if temporary else True),
+        ("Chinese fonts", ", ".join(chinese) or missing, bool(chinese) or None),
+    ]
 
 
-def _solvers() -> Iterator[Finding]:
-    """Look at what the kinds of solvers need."""
-    from stemcal.study.model import SOLVERS
-
-    for kind in SOLVERS.all:
-        yield from (Finding(*part) for part in kind.ready())
-
-
-def _solver() -> Iterator[Finding]:
+def _self_test() -> Finding:
     """Stretch a plastic bar: beyond yield εₚ = (ε − σ_y/E)(1 − E_t/E)."""
-    import time
-
-    from stemcal.fem.warm import warm
-
-    warm()
-    began = time.perf_counter()
     strain, known = stretched_bar()
     error = abs(strain / known - 1.0)
-    took = time.perf_counter() - began
-    text = f"plastic strain {strain:.5f}, exact {known:.5f}, error {100 * error:.2f} %, {took:.1f} s"
-    yield Finding("self-test: solver", text, bool(error < 0.01))
+    text = f"plastic strain {strain:.5f}, exact {known:.5f}, error {100 * error:.2f} %"
+    return "self-test: solver", text, bool(error < 0.01)
 
 
 def stretched_bar() -> tuple[float, float]:
@@ -175,8 +124,3 @@ def stretched_bar() -> tuple[float, float]:
     strain = float(np.log1p(speed * duration))
     known = (strain - yield_stress / modulus) * (1.0 - tangent / modulus)
     return float(simulate(bar, duration).row("PLASTIC_STRAIN")[0]), known
-
-
-CHECKS: tuple[Callable[[], Iterator[Finding]], ...] = (
-    _versions, _extras, _plugins, _machine, _cache, _fonts, _solvers, _solver
-)  # fmt: skip

@@ -99,15 +99,9 @@ def _plain(text: str) -> str:
 # ---- the command
 
 
-def _beginning(typed: str) -> list[str]:
-    """Return the terms that begin with the typed text, for shell completion."""
-    names = {name for entry in glossary() for name in entry.names}
-    return sorted(name for name in names if name.lower().startswith(typed.lower()))
-
-
 Term = Annotated[
     list[str] | None,
-    typer.Argument(metavar="TERM", help="A term of the glossary or a key of the spec.", autocompletion=_beginning),
+    typer.Argument(metavar="TERM", help="A term of the glossary or a key of the spec."),
 ]
 Schema = Annotated[bool, typer.Option("--schema", help="Print the JSON schema of the spec, for use in an editor.")]
 
@@ -115,8 +109,8 @@ Schema = Annotated[bool, typer.Option("--schema", help="Print the JSON schema of
 def explain(term: Term = None, schema: Schema = False, as_json: AsJson = False) -> None:
     """Explain a term or a key of the spec. Without a term, list all terms.
 
-    Terms can be English or Chinese. Editors complete and check a spec if you save the schema and start the spec
-    with [bold]# yaml-language-server: $schema=stemcal.schema.json[/bold].
+    Terms can be English or Chinese. An editor completes the keys of a spec that begins with
+    [bold]# yaml-language-server: $schema=stemcal.schema.json[/bold] if the schema is saved under this name.
 
     Example: [bold]stemcal explain lack of fit[/bold]
 

@@ -23,10 +23,9 @@ TableFormat = Annotated[
     Literal["csv", "md", "tex", "docx"],
     typer.Option("--format", "-f", help="CSV (one file per table), Markdown, LaTeX or Word."),
 ]
-PaperNumbers = Annotated[bool, typer.Option("--paper-numbers", help="Number the tables 5 to 13, as in the paper.")]
 Names = Annotated[
     list[str] | None,
-    typer.Argument(metavar="NAME", help="Names of figures, or prefixes; list prints all names.", show_default="all"),
+    typer.Argument(metavar="NAME", help="Name of figures or its beginning; list prints all names.", show_default="all"),
 ]
 FigureFormat = Annotated[
     Literal["svg", "png", "pdf", "eps", "tiff"] | None,
@@ -36,9 +35,8 @@ Dpi = Annotated[
     float, typer.Option("--dpi", metavar="N", min=50, max=1200, help="Resolution of PNG and TIFF, dots per inch.")
 ]
 Width = Annotated[
-    str | None, typer.Option("--width", metavar="one|two|MM", help="Width: one column (90 mm), two (190 mm), or in mm.")
+    float | None, typer.Option("--width", metavar="MM", min=40, max=400, help="Width of the figures in mm.")
 ]
-COLUMNS = {"one": 90.0, "two": 190.0}  # mm
 ANIMATION = "animation"
 
 app = typer.Typer(
@@ -49,27 +47,25 @@ app = typer.Typer(
 
 
 @app.command()
-def tables(
-    spec: Spec, kind: TableFormat = "csv", paper_numbers: PaperNumbers = False, out: Out = None, as_json: AsJson = False
-) -> None:
+def tables(spec: Spec, kind: TableFormat = "csv", out: Out = None, as_json: AsJson = False) -> None:
     """Write the tables of a study for a publication.
 
-    The tables are saved in tables/ inside the study folder: factors, screening, response surface, ANOVA, calibration,
-    parameters and validation. A Word file also contains the figures.
+    The tables are saved in tables/ inside the study folder: the factors, the runs and the results of each stage, and
+    the parameters. A Word file also contains the figures.
 
     Example: [bold]stemcal export tables configs/smoke.yaml --format docx[/bold]
     """
-    from stemcal.report.export import export_tables, numbered, paper_tables
+    from stemcal.report.export import export_tables, study_tables
     from stemcal.report.gallery import gallery
     from stemcal.report.records import read_records
     from stemcal.stages.verdict.rules import verdict_of
 
     study, folder, results = finished_work(spec, out)
     holds = verdict_of(study, folder, results).holds
-    printed = numbered(paper_tables(study, results, holds), paper_numbers)
+    found = study_tables(study, results, holds)
     plots = gallery(study, results, read_records(results, folder)) if kind == "docx" else []
     plots = [plot for plot in plots if plot.on_page and not plot.detail and (holds or not plot.claims)]
-    _tell([str(path) for path in export_tables(printed, kind, folder.path / "tables", plots)], as_json)
+    _tell([str(path) for path in export_tables(found, kind, folder.path / "tables", plots)], as_json)
 
 
 @app.command()
@@ -84,16 +80,15 @@ def figures(
 ) -> None:
     """Draw the figures of a study.
 
-    The figures are saved in figures/ inside the study folder. NAME selects every figure whose name starts with it:
-    contour draws all contour plots. animation writes a GIF of the cut at the calibration diameter, animation-7mm one
-    at 7 mm.
+    The figures are saved in figures/ inside the study folder. NAME selects all figures whose names start with NAME:
+    contour draws all contour plots. The name animation writes a GIF of the cut at the calibration diameter, and
+    animation-7mm writes a GIF at 7 mm.
 
-    Example: [bold]stemcal export figures configs/smoke.yaml contour --format pdf --width one[/bold]
+    Example: [bold]stemcal export figures configs/smoke.yaml contour --format pdf --width 90[/bold]
     """
     from stemcal.report.gallery import gallery, write_as
     from stemcal.report.records import read_records
 
-    millimetres = _width(width)
     study, folder, results = finished_work(spec, out)
     records = read_records(results, folder)
     plots = gallery(study, results, records)
@@ -102,7 +97,7 @@ def figures(
         return
     drawn = [chosen(plots, name) for name in names or ["all"] if not name.startswith(ANIMATION)]
     kinds = ["svg", "png"] if kind is None else [kind]
-    paths = write_as([plot for found in drawn for plot in found], folder.path / "figures", kinds, dpi, millimetres)
+    paths = write_as([plot for found in drawn for plot in found], folder.path / "figures", kinds, dpi, width)
     paths += [write_film(study, records, folder, name) for name in names or () if name.startswith(ANIMATION)]
     _tell([str(path) for path in paths], as_json)
 
@@ -128,19 +123,6 @@ def _list(plots: list[Plot], records: Records, as_json: bool) -> None:
         say_json({"figures": named})
     else:
         say_tables(Table((Column("name", "Figure"), Column("caption", "Content")), tuple(named.items())))
-
-
-def _width(given: str | None) -> float | None:
-    """Return a width in mm."""
-    if given is None or given in COLUMNS:
-        return None if given is None else COLUMNS[given]
-    try:
-        width = float(given.removesuffix("mm").strip())
-    except ValueError:
-        width = 0.0
-    if not 40.0 <= width <= 400.0:
-        raise UsageError(f"--width {given}: write one, two, or a width from 40 to 400 mm")
-    return width
 
 
 def chosen(plots: list[Plot], name: str) -> list[Plot]:

@@ -8,13 +8,12 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from stemcal.cli.console import note, say_json, say_tables, waiting, warn
+from stemcal.cli.console import note, say_json, say_tables, warn
 from stemcal.cli.session import AsJson, ExecutorName, Out, Quiet, Spec, Workers, folder_of, opened, read_study
 from stemcal.cli.simulate import Diameter, Settings, chosen_levels, require_material
 from stemcal.errors import RunsFailed, UsageError
 from stemcal.files.durable import make_folder, write_atomic
 from stemcal.files.typed import to_json
-from stemcal.numbers import significant
 
 if TYPE_CHECKING:
     from stemcal.solvers.deck import Deck
@@ -22,16 +21,14 @@ if TYPE_CHECKING:
     from stemcal.study.model import Study
 
 RADIOSS = ".rad"
-_NEAR_PERCENT = 10.0  # with a smaller difference from the study's force no remedy is needed
 
 DeckFile = Annotated[
-    Path, typer.Argument(metavar="PATH", help="Deck file: .k (LS-DYNA) or .rad (OpenRadioss).", show_default=False)
+    Path, typer.Argument(metavar="PATH", help="Deck file, .k (LS-DYNA) or .rad (OpenRadioss).", show_default=False)
 ]
 Program = Annotated[
     Literal["lsdyna", "openradioss"] | None,
     typer.Option("--for", help="Program for which the deck is written.", show_default="from study or file name"),
 ]
-NoForce = Annotated[bool, typer.Option("--no-force", help="Skip computing the force expected from the deck.")]
 
 
 def export_deck(
@@ -40,16 +37,15 @@ def export_deck(
     program: Program = None,
     diameter: Diameter = None,
     settings: Settings = None,
-    no_force: NoForce = False,
     out: Out = None,
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
     """Write the shear test as a deck for LS-DYNA or OpenRadioss.
 
-    Factors have their calibrated values, or mid-range values if the study is not calibrated. The study's
-    averaging lengths are written as cards of the program. A name ending in .rad also writes OpenRadioss starter and
-    engine files. Units are mm, tonne, s, N and MPa.
+    Factors have their calibrated values, or mid-range values if the study is not calibrated. The averaging lengths of
+    the study are written as cards of the program. If PATH ends in .rad, the starter and engine files of OpenRadioss
+    are written too. The units of the deck are mm, tonne, s, N and MPa.
 
     Example: [bold]stemcal export deck configs/wild-chrysanthemum.yaml run.k --for lsdyna[/bold]
     """
@@ -63,20 +59,16 @@ def export_deck(
     at = _diameter(study, diameter)
     require_material(study, levels, at)
     if not path.absolute().parent.is_dir():
-        raise UsageError(f"{path}: the folder {path.parent} does not exist")
+        raise UsageError(f"{path}: the folder {path.parent} does not exist; create the folder first")
     form = form_of(study) if study.kind.writes_decks else DeckForm(chosen, lengths=True)
     deck = Deck.of(study, levels, at, form)
     texts = _files(deck, path, deck_text(deck))
     for file, text in texts.items():
         write_atomic(file, text)
-    forces = None if no_force or (quiet and not as_json) else _forces(deck, quiet)
     if as_json:
-        of_deck, of_study = forces or (None, None)
-        files = [str(file) for file in texts]
-        told = {"files": files, "levels": levels, "force": of_deck, "force_of_study": of_study}
-        say_json({**told, "otherwise": deck.notes})
+        say_json({"files": [str(file) for file in texts], "levels": levels, "otherwise": deck.notes})
     if not quiet:
-        for sentence in (*deck.notes, *(_told(*forces) if forces else ())):
+        for sentence in deck.notes:
             warn(sentence)
         for file in texts:
             note(f"wrote {file}")
@@ -127,7 +119,9 @@ def _diameter(study: Study, given: str | None) -> float:
     mesh = study.solver.mesh
     size = 0.0 if mesh is None else mesh.element_size.at(chosen)
     if chosen < 2 * size:
-        raise UsageError(f"--diameter {chosen:g}: the stem is thinner than two elements of {size:g} mm")
+        raise UsageError(
+            f"--diameter {chosen:g}: the stem is thinner than two elements of {size:g} mm; use a larger diameter"
+        )
     return chosen
 
 
@@ -145,38 +139,6 @@ def _files(deck: Deck, path: Path, text: str) -> dict[Path, str]:
         path.with_name(f"{name}_0000{RADIOSS}"): starter_around(keyword_deck.name, deck.nonlocal_length),
         path.with_name(f"{name}_0001{RADIOSS}"): engine_text(deck, name),
     }
-
-
-def _forces(deck: Deck, quiet: bool) -> tuple[float, float | None] | None:
-    """Return the force expected from the deck, and that of the study if its solver is the embedded one; N.
-
-    None, with a warning, if they need too much memory or time.
-    """
-    from stemcal.executors import machine_memory
-    from stemcal.overview.foresight import demand_of_one, excess
-    from stemcal.solvers.deck.model import as_embedded
-    from stemcal.solvers.embedded import simulate
-
-    of_deck, own = as_embedded(deck), deck.study.kind.force_history
-    for study in (of_deck, deck.study) if own else (of_deck,):
-        if too_much := excess(demand_of_one(study, [deck.diameter]), 1, machine_memory()):
-            warn(f"The force expected from the deck was not computed. {' '.join(map(str, too_much))}")
-            return None
-    with waiting("force expected from the deck", quiet):
-        force = simulate(of_deck, {}, deck.diameter).peak_force
-        return force, simulate(deck.study, deck.levels, deck.diameter).peak_force if own else None
-
-
-def _told(of_deck: float, of_study: float | None) -> list[str]:
-    """Return the force of a deck and of its study (N), and what to do if they differ."""
-    computed = f"Expected force: {significant(of_deck)} N with this deck"
-    if of_study is None:
-        return [f"{computed} (computed with the embedded solver)."]
-    told = [f"{computed}, {significant(of_study)} N in the study (both computed with the embedded solver)."]
-    off = 100.0 * (of_deck / of_study - 1.0)
-    if abs(off) > _NEAR_PERCENT:
-        told.append(f"The deck differs by {off:+.0f} %. Correct the parameters in the program: docs/howto/transfer.md.")
-    return told
 
 
 # ---- the material for a model with its own elements
@@ -207,8 +169,8 @@ def export_material(
     """Write the material card for your own model and its element size.
 
     If each element fails independently, the force depends on the element size and on the mesh position. The failure
-    strain is adjusted until the mean force over several positions equals the calibrated force. Run `stemcal run SPEC`
-    first.
+    strain is adjusted until the mean force over several mesh positions equals the calibrated force. The study must be
+    calibrated first with `stemcal run SPEC`.
 
     Example: [bold]stemcal export material configs/smoke.yaml material --for lsdyna --element-size "2 mm"[/bold]
     """

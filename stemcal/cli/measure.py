@@ -224,7 +224,7 @@ def _leave_files(
 ) -> None:
     """Write the results as JSON, their rows as CSV, the figures as SVG and PNG."""
     from stemcal.files.durable import as_json, write_atomic
-    from stemcal.report.figures.style import save_both
+    from stemcal.report.figures.style import save
 
     folder.mkdir(parents=True, exist_ok=True)
     stage = content["stage"]
@@ -233,7 +233,8 @@ def _leave_files(
         if text:
             write_atomic(folder / name, text)
     for name, figure in figures.items():
-        save_both(figure, folder / name)
+        for kind in ("svg", "png"):
+            save(figure, folder / f"{name}.{kind}")
 
 
 def _show(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import webbrowser
 from collections.abc import Callable
 from inspect import cleandoc
 from pathlib import Path
@@ -14,7 +13,7 @@ from stemcal.cli.console import note, say, say_json, say_whole, warn
 from stemcal.cli.session import AsJson, ExecutorName, Out, Quiet, Session, Spec, Workers, finished_work, opened
 from stemcal.errors import TargetUnreachable, UsageError
 from stemcal.files.reading import read_plain
-from stemcal.stages.stage import STAGES, Stage
+from stemcal.stages.stage import Stage
 
 if TYPE_CHECKING:
     from stemcal.stages.result import StageResult
@@ -28,7 +27,6 @@ Until = Annotated[
         metavar="STAGE",
         help="Stop after this stage.",
         show_default="all stages",
-        autocompletion=lambda: [stage.name for stage in STAGES.built_in],
     ),
 ]
 Retry = Annotated[bool, typer.Option("--retry", help="Repeat failed runs first.")]
@@ -46,8 +44,8 @@ def run(
 ) -> None:
     """Run all stages of a study and write the report.
 
-    The stages are screen, rsm, invert and validate, plus climb and refine if the spec has those sections. Interrupt
-    the study at any time: the same command resumes it and keeps the finished runs.
+    The stages are screen, rsm, invert and validate; a study with the sections climb and refine has these stages too.
+    You can interrupt a study at any time: the same command resumes the study and keeps the finished runs.
 
     Example: [bold]stemcal run configs/smoke.yaml --out runs/first --workers 2[/bold]
     """
@@ -58,7 +56,7 @@ def run(
         if retry:
             _compute_again(work)
         work.foresee()
-        show = _go_through(work, not as_json, until)
+        show = _go_through(work, until)
     show(as_json, quiet)
 
 
@@ -68,7 +66,7 @@ def _require_stage(study: Study, name: str | None) -> None:
 
     names = [stage.name for stage in stages_of(study)]
     if name is not None and name not in names:
-        raise UsageError(f"--until {name[:40]}: this study has no such stage; use one of {', '.join(names)}")
+        raise UsageError(f"--until {name[:40]}: this study has no stage of that name; use one of {', '.join(names)}")
 
 
 def _compute_again(work: Session) -> None:
@@ -77,12 +75,12 @@ def _compute_again(work: Session) -> None:
 
     entries = retry(work.study, work.folder, work.executor, work.watch)
     failed = sum(entry.status == "failed" for entry in entries)
-    note(f"{len(entries)} failed runs repeated")
+    note(f"{len(entries)} failed runs were repeated")
     if failed:
         warn(f"{failed} of {len(entries)} runs failed again; `stemcal status SPEC --failed` lists the failed runs")
 
 
-def _go_through(work: Session, tell: bool, until: str | None = None) -> Callable[..., None]:
+def _go_through(work: Session, until: str | None = None) -> Callable[..., None]:
     """Take an open study through its stages and draw its page; return what shows it once the study is closed."""
     from stemcal.cli.show import show_run
     from stemcal.report.drawing import draw
@@ -94,7 +92,7 @@ def _go_through(work: Session, tell: bool, until: str | None = None) -> Callable
     made: list[StageResult] = []
     work.folder.remember_spec(work.study.source)
     try:
-        made = make_all(work.study, work.folder, work.executor, work.watch, done=_showing(work, tell), until=until)
+        made = make_all(work.study, work.folder, work.executor, work.watch, done=_showing(work), until=until)
     except TargetUnreachable as error:
         unreachable = error
     work.watch.busy("drawing the report")
@@ -110,25 +108,17 @@ def _go_through(work: Session, tell: bool, until: str | None = None) -> Callable
     return show
 
 
-def _showing(work: Session, tell: bool) -> Callable[[StageResult], None]:
-    """Return what shows a stage as soon as it is done: the table of the screening, and the page."""
-    from stemcal.cli.show import show_known
-    from stemcal.report.drawing import draw_early
+def _showing(work: Session) -> Callable[[StageResult], None]:
+    """Return what writes the page after a stage, except the last: the whole page follows."""
+    from stemcal.report.drawing import draw_words
     from stemcal.stages.fresh import finished
-    from stemcal.stages.results import fresh_results
     from stemcal.stages.stage import stages_of
-    from stemcal.stages.verdict.rules import verdict_of
 
-    study, folder, known = work.study, work.folder, list[Any]()
-    last, before = stages_of(study)[-1].name, finished(study, folder)
+    last, before = stages_of(work.study)[-1].name, finished(work.study, work.folder)
 
     def show(result: StageResult) -> None:
-        if tell:
-            with work.watch.aside():
-                show_known(result)
-        if result.name != last and not before:  # the whole page follows the last one
-            results = fresh_results(study, folder)
-            known[:] = draw_early(study, folder, results, verdict_of(study, folder, results), known)
+        if result.name != last and not before:
+            draw_words(work.study, work.folder)
 
     return show
 
@@ -163,11 +153,10 @@ def command_of(stage: Stage[Any], example: str = "configs/smoke.yaml") -> Callab
 def report(
     spec: Spec,
     out: Out = None,
-    show: Annotated[bool, typer.Option("--open", help="Open the report in the browser.")] = False,
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
-    """Write the finished stages to the report, a single self-contained page.
+    """Write a report of the finished stages as one self-contained page.
 
     You can also write the report while the study is running.
 
@@ -180,8 +169,6 @@ def report(
     verdict = verdict_of(study, folder, results)
     page = draw(study, folder, results, verdict, again=True)
     drawn = folder.path / "figures"
-    if show and not webbrowser.open(page.resolve().as_uri()):
-        warn(f"No browser was found; open {page} yourself.")
     if as_json:
         say_json({"page": str(page), "figures": str(drawn)})
     else:
@@ -190,10 +177,7 @@ def report(
 
 Sheet = Annotated[Path, typer.Argument(metavar="SHEET", help="Sheet of results, .csv or .xlsx.")]
 Replace = Annotated[
-    str, typer.Option("--replace", metavar="WHY", help="Reason to replace results.", show_default=False)
-]
-Who = Annotated[
-    str, typer.Option("--who", metavar="NAME", help="Operator for rows that name no operator.", show_default="you")
+    str, typer.Option("--replace", metavar="WHY", help="Reason for replacing recorded results.", show_default=False)
 ]
 
 
@@ -202,14 +186,13 @@ def enter(
     sheet: Sheet,
     out: Out = None,
     replace: Replace = "",
-    who: Who = "",
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
     """Enter the results of runs done by hand, then continue the study.
 
-    Correct rows are recorded; the others are listed with their errors. If a run was not possible, write
-    [bold]failed: why[/bold]; with --replace this also removes an earlier result.
+    Correct rows of the sheet are recorded; rows with errors are listed. If a run was not possible, write
+    [bold]failed: reason[/bold] in its row. With --replace, such a row removes an earlier result of the run.
 
     Example: [bold]stemcal enter my-study.yaml my-sheet.xlsx[/bold]
     """
@@ -222,7 +205,7 @@ def enter(
         raise UsageError(f"{sheet}: {error.strerror}; give the path of the sheet with the results") from None
     with opened(spec, out, None, "local", quiet, entered=sheet) as work:
         rows, reason = filled(content, sheet.name, work.study.by_hand), replace.strip()
-        found = enter(work.study, work.folder, rows, replace_because=reason, who=who or user_name())
+        found = enter(work.study, work.folder, rows, replace_because=reason, who=user_name())
         if as_json:
             refused = [
                 {"kind": one.kind, "place": one.place, "run": one.run, "text": str(one)} for one in found.refused
@@ -231,6 +214,6 @@ def enter(
         else:
             say(found.summary())
         found.require_all()
-        show = _go_through(work, tell=not as_json)
+        show = _go_through(work)
     if not as_json:
         show(False, quiet)

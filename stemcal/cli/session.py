@@ -15,16 +15,9 @@ from stemcal.errors import UsageError, Waiting
 from stemcal.files.reading import read_plain
 from stemcal.words import counted
 
-
-def _spec_meant(given: Path) -> Path:
-    """Return the file of a spec whose ending was left out."""
-    beside = [given.with_name(f"{given.name}{ending}") for ending in (".yaml", ".yml")]
-    return next((path for path in beside if path.is_file()), given) if given.name and not given.exists() else given
-
-
 Spec = Annotated[
     Path,
-    typer.Argument(metavar="SPEC", help="Spec of the study (YAML file).", show_default=False, callback=_spec_meant),
+    typer.Argument(metavar="SPEC", help="Spec of the study (YAML file).", show_default=False),
 ]
 
 Out = Annotated[
@@ -55,7 +48,7 @@ def _name_envelope(ctx: typer.Context, value: bool) -> bool:
     return value
 
 
-AsJson = Annotated[bool, typer.Option("--json", help="Print only one JSON object.", callback=_name_envelope)]
+AsJson = Annotated[bool, typer.Option("--json", help="Print the result as one JSON object.", callback=_name_envelope)]
 
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Suppress progress and notes.")]
 
@@ -63,7 +56,6 @@ Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Suppress progress an
 if TYPE_CHECKING:
     from stemcal.executors import RunExecutor
     from stemcal.folder import StudyFolder
-    from stemcal.overview.foresight import Demand
     from stemcal.report.progress import Watcher
     from stemcal.stages.results import Results
     from stemcal.study.model import Study
@@ -89,12 +81,13 @@ class Session:
         if finished(self.study, self.folder, stage):
             return
         from stemcal.executors.local import LocalExecutor
-        from stemcal.overview.foresight import demand_of, left_to_run
+        from stemcal.overview.foresight import demand_of, left_to_run, warnings_before
 
         here = isinstance(self.executor, LocalExecutor)
         solver = make_solver(self.study if stage is None else stage_called(stage).seen(self.study))
         left = left_to_run(self.study, self.folder, solver, stage)
-        require_sense(demand_of(left, solver), self.executor.workers, here)
+        for sentence in warnings_before(demand_of(left, solver), self.executor.workers, here):
+            warn(sentence)
 
 
 def read_study(spec: Path) -> Study:
@@ -123,11 +116,13 @@ def _executor_called(name: str, workers: int | None) -> Callable[[float | None],
         return lambda time_limit: LocalExecutor(workers, time_limit)
     host, _, port = name.removeprefix(DASK).rpartition(":")
     if not name.startswith(DASK):
-        raise UsageError(f"--executor {name}: unknown; use local or dask://HOST:PORT")
+        raise UsageError(f"--executor {name}: unknown executor; use local or dask://HOST:PORT")
     if not host or not port.isdigit():
         raise UsageError(f"--executor {name}: write the address of your scheduler as dask://HOST:PORT")
     if workers is not None:
-        raise UsageError("--workers applies only to --executor local; start the workers of a cluster yourself")
+        raise UsageError(
+            "--workers applies only to --executor local; omit the option, and start the workers on the cluster"
+        )
     from stemcal.executors.cluster import DaskExecutor
 
     return lambda time_limit: DaskExecutor(name.removeprefix(DASK), time_limit)
@@ -177,15 +172,6 @@ def _enter_own(work: Session, other: Path | None) -> None:
     if path.is_file() and not (other and other.exists() and path.samefile(other)):
         rows = filled(read_plain(path, MAX_BYTES), str(path), work.study.by_hand)
         enter(work.study, work.folder, rows, who=user_name()).require_all()
-
-
-def require_sense(demand: Demand, workers: int, here: bool = True) -> None:
-    """Refuse what needs more than this machine's memory (if it is computed `here`); warn of what takes days."""
-    from stemcal.executors import machine_memory
-    from stemcal.overview.foresight import warnings_before
-
-    for sentence in warnings_before(demand, workers, machine_memory() if here else None):
-        warn(sentence)
 
 
 def existing_folder(study: Study, out: Path | None) -> StudyFolder:

@@ -50,13 +50,6 @@ def show_stage(result: StageResult, verdict: Verdict, folder: StudyFolder, as_js
         raise typer.Exit(SOME_RUNS_FAILED)
 
 
-def show_known(result: StageResult) -> None:
-    """Print what a stage of a whole study has found as soon as it is known: the effects of the screening."""
-    from stemcal.report.showing import names_of, showing_of
-
-    say_tables(*showing_of(result).early(result, names_of(result)))
-
-
 def show_run(
     study: Study, results: Results, verdict: Verdict, page: Path, folder: StudyFolder, as_json: bool, quiet: bool
 ) -> None:
@@ -87,10 +80,11 @@ def show_run(
 def _show_findings(results: Results, verdict: Verdict, folder: StudyFolder, quiet: bool) -> None:
     """Print the identifiability and the most important notes, without those that the verdict repeats below."""
     from stemcal.report.records import read_records, run_warnings
-    from stemcal.report.showing import KNOWN, MOST, notes_of_all, read_first
+    from stemcal.report.showing import KNOWN, MOST, names_of, notes_of_all, read_first, shortened, showing_of
     from stemcal.report.terminal import spoken
 
     for result in results.done:
+        say_tables(*(shortened(result, table) for table in showing_of(result).findings(result, names_of(result))))
         say(*spoken(result, verdict.holds))
     if quiet:
         return

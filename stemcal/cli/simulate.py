@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from stemcal.cli.console import note, say, say_json, waiting, warn
-from stemcal.cli.session import AsJson, Quiet, Spec, read_study, require_sense
+from stemcal.cli.session import AsJson, Quiet, Spec, read_study
 from stemcal.errors import RunsFailed, UsageError
 from stemcal.files.durable import write_atomic
 from stemcal.files.reading import csv_text
@@ -56,7 +56,7 @@ def simulate(
 ) -> None:
     """Simulate one virtual shear test, or another test defined in the spec.
 
-    If the spec uses another program, that program is run once. Factors without --set have mid-range values.
+    If the spec names another program, this program runs once. Factors without --set have mid-range values.
 
     Example: [bold]stemcal simulate configs/smoke.yaml --diameter 7 --set yield_stress=18[/bold]
     """
@@ -75,13 +75,14 @@ def simulate(
     section = _test_called(study, test)
 
     from stemcal.fem.warm import is_compiled
-    from stemcal.overview.foresight import demand_of_one
+    from stemcal.overview.foresight import demand_of_one, warnings_before
     from stemcal.report.progress import COMPILING
     from stemcal.solvers.embedded import simulate as simulated
 
     cuts = section is None or section.is_further_cut
     alone = study.cut_as(section, at) if section is not None and cuts else study
-    require_sense(demand_of_one(alone, [at]), 1)
+    for sentence in warnings_before(demand_of_one(alone, [at]), 1):
+        warn(sentence)
     if not is_compiled() and not quiet:
         note(COMPILING)
     with waiting("one virtual shear test" if section is None else f"virtual test {test}", quiet):
@@ -108,7 +109,7 @@ def simulate(
 
 def chosen_levels(study: Study, start: Mapping[str, float], settings: list[str]) -> dict[str, float]:
     """Return every factor's value: those to start from, with the settings laid over them."""
-    from stemcal.study.reading.messages import typed_level
+    from stemcal.study.reading.messages import level_of
 
     levels = dict(start)
     for setting in settings:
@@ -118,7 +119,7 @@ def chosen_levels(study: Study, start: Mapping[str, float], settings: list[str])
             raise UsageError(f"--set {setting}: write factor=value")
         if name not in levels:
             raise UsageError(f"--set {setting}: no factor {name!r}; {did_you_mean(name, levels)}")
-        levels[name] = typed_level(study.factor(name), text.strip())
+        levels[name] = level_of(study.factor(name), text.strip())
     return levels
 
 
@@ -134,10 +135,10 @@ def _check_outputs(study: Study, csv_file: Path | None, figure: Path | None, oth
     """Refuse before the long computation what would fail after it."""
     given = [name for name, value in {**others, "--figure": figure}.items() if value is not None]
     if given and not study.kind.force_history:
-        raise UsageError(f"{', '.join(given)}: requires `solver: {{kind: embedded}}`; omit it")
+        raise UsageError(f"{', '.join(given)}: only `solver: {{kind: embedded}}` has this output; omit the option")
     for path in (csv_file, figure):
         if path and not path.parent.is_dir():
-            raise UsageError(f"{path}: the folder {path.parent} does not exist")
+            raise UsageError(f"{path}: the folder {path.parent} does not exist; create the folder first")
     if figure and figure.suffix.lower() not in (".png", ".svg", ".pdf"):
         raise UsageError(f"--figure {figure}: the name must end in .png, .svg or .pdf")
 
@@ -223,7 +224,7 @@ def _lines(study: Study, answer: Answer) -> list[str]:
     values = {naming.response.name: answer.response, **details.get(RESPONSES, {})}
     lines = [f"{naming.named(name).label}: {naming.named(name).text(value, '.4g')}" for name, value in values.items()]
     if "peak_travel" in details:
-        lines.append(f"at {details['peak_travel']:.3f} mm of travel")
+        lines.append(f"travel at the peak: {details['peak_travel']:.3f} mm")
     if "deleted_in_all" in details:
         lines.append(f"deleted elements: {details['deleted_elements']} at the peak, {details['deleted_in_all']} in all")
     return lines

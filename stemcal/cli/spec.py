@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
 from dataclasses import asdict
 from importlib.resources import files
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -38,7 +37,7 @@ def init(
     _write_new(path, spec_text(stem, full))
     say_whole(str(path))
     given = f'"{path}"' if " " in str(path) else path
-    note("edit it, then")
+    note("edit this file, then run")
     for verb in ("check", "run"):
         note(f"  stemcal {verb} {given}")
 
@@ -77,11 +76,12 @@ def _write_new(path: Path, text: str) -> None:
 def check(spec: Spec, out: Out = None, workers: Workers = None, as_json: AsJson = False) -> None:
     """List all mistakes in a spec or, if there are none, its runs and cost.
 
-    Nothing is simulated or written. Time and memory exclude runs that are already in the study folder.
+    Nothing is simulated or written. The estimated time excludes runs that are already in the study folder.
 
     Example: [bold]stemcal check my-study.yaml[/bold]
     """
     from stemcal.executors import machine_memory
+    from stemcal.files.typed import to_json
     from stemcal.folder import StudyFolder
     from stemcal.overview.foresight import Demand, beforehand, demand_of_one, excess
     from stemcal.overview.plan import plan
@@ -112,7 +112,8 @@ def check(spec: Spec, out: Out = None, workers: Workers = None, as_json: AsJson 
     remarks = [str(one) for one in before if one.severity != "warning"]
     remarks += map(str, found.notes) if found else ()
     if as_json:
-        say_json(_summary(study, warnings, remarks, found))
+        said = {"warnings": warnings, "remarks": remarks, "plan": None if found is None else to_json(found)}
+        say_json({"ok": True, "problems": [], **said})
     else:
         count = f", {len(warnings)} warning{'s' * (len(warnings) > 1)}" if warnings else ""
         say_whole(f"{spec}: OK{count}. {study}.")
@@ -154,21 +155,3 @@ def _not_ready(study: Study) -> list[str]:
     except UsageError as error:
         return [f"no run can start on this machine: {line}" for line in str(error).splitlines()]
     return []
-
-
-def _summary(study: Study, warnings: list[str], remarks: list[str], found: Plan | None) -> Mapping[str, Any]:
-    from stemcal.files.typed import to_json
-
-    naming = study.naming
-    places = {} if naming.condition is None else {"conditions": [target.condition for target in study.targets.means]}
-    return {
-        "ok": True,
-        "problems": [],
-        "warnings": warnings,
-        "remarks": remarks,
-        "name": study.name,
-        "factors": [factor.name for factor in study.factors],
-        **places,
-        "solver": study.solver.kind,
-        "plan": None if found is None else to_json(found),
-    }

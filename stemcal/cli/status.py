@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import islice
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -16,14 +17,14 @@ from stemcal.words import counted
 if TYPE_CHECKING:
     from stemcal.folder import StudyFolder
     from stemcal.naming import Names
-    from stemcal.overview.status import Inspection, StageStatus, Status
+    from stemcal.overview.status import StageStatus, Status
     from stemcal.study.model import Study
 
-MOST_NAMES = 20
+_MOST_NAMES = 20
 
 Runs = Annotated[bool, typer.Option("--runs", help="List all runs with their levels and results.")]
 Failed = Annotated[bool, typer.Option("--failed", help="List the failed runs.")]
-Verify = Annotated[bool, typer.Option("--verify", help="Check all files; exit code 1 if any was changed.")]
+Verify = Annotated[bool, typer.Option("--verify", help="Check all files; exit code 1 if a file was changed.")]
 
 
 def status(
@@ -55,9 +56,11 @@ def status(
         found = inspect(study, folder)
         result, sound = {**result, "verify": to_json(found)}, found.ok
         if not as_json:
-            say(*_verified(found))
-        for entry in found.damaged[:MOST_NAMES]:
-            fail(f"{entry.file} {entry.problem}")
+            intact = found.records - sum(file.startswith("runs/") for file in found.damaged)
+            stale = (f"{name} is stale: {', '.join(changed)} changed since." for name, changed in found.stale.items())
+            say(f"{folder.path}: {intact} of {found.records} records are intact.", *stale)
+        for file, problem in islice(found.damaged.items(), _MOST_NAMES):
+            fail(f"{file} {problem}")
     if as_json:
         say_json(result)
     if not sound:
@@ -73,7 +76,7 @@ def _progress(study: Study, folder: StudyFolder, as_json: bool) -> dict[str, Any
 
     found, names = count(study, folder), Names(study.naming)
     if not as_json:
-        heads = {"rows": "Runs", "done": "Done", "running": "Running", "failed": "Failed", "left": "Left"}
+        heads = {"rows": "Runs", "done": "Done", "failed": "Failed", "left": "Left"}
         # None: a stage before it decides first
         counts = (Column(key, head, form=lambda n: "?" if n is None else str(n)) for key, head in heads.items())
         columns = [Column("stage", "Stage"), Column("file", "File"), *counts]
@@ -89,7 +92,7 @@ def state(found: Status, names: Names) -> list[str]:
     stages = [line for stage in found.stages for line in _stage(stage)]
     if found.sheet is not None:
         stages.append(f"Waiting for results: fill in {found.sheet}, then `stemcal run SPEC`.")
-    working = "no process is working on this study" if found.working is None else str(found.working)
+    working = found.working or "no process is working on this study"
     return [f"{capital(working)}.", *stages, *in_full(found.verdict, names)]
 
 
@@ -118,11 +121,3 @@ def _runs(study: Study, folder: StudyFolder, failed: bool, as_json: bool) -> dic
         title = f"{'Failed runs' if failed else 'Runs'} of study {study.name}"
         say_tables(listed(runs_table(found, names, study.names, title), names))
     return {"study": study.name, "naming": to_json(study.naming), "runs": to_json(found)}
-
-
-def _verified(found: Inspection) -> list[str]:
-    intact = found.records - sum(entry.file.startswith("runs/") for entry in found.damaged)
-    stale = [
-        f"{one.stage}.json is stale: {', '.join(one.changed)} changed since." for one in found.stages if one.changed
-    ]
-    return [f"{found.folder}: {intact} of {found.records} records are intact.", *stale]

@@ -164,7 +164,7 @@ def moving_mean(values: Array, window: int) -> Array:
     return np.asarray((total[high] - total[low]) / (high - low))
 
 
-def is_broken(force: Any, largest: Any, deleted: Any, drop: float) -> Any:
+def _is_broken(force: Any, largest: Any, deleted: Any, drop: float) -> Any:
     """Return whether the stem has broken, at one time or many: the break detection of testing machines.
 
     Elements have failed (`deleted` counts them), and the force has dropped by the share `drop` of the largest before;
@@ -174,11 +174,11 @@ def is_broken(force: Any, largest: Any, deleted: Any, drop: float) -> Any:
 
 
 def break_row(force: Array, deleted: NDArray[np.int64], drop: float) -> int | None:
-    """Return the first row at which the stem has broken (`is_broken`), None if it has not.
+    """Return the first row at which the stem has broken (`_is_broken`), None if it has not.
 
     What follows is the released stem that swings against the blade.
     """
-    broken = is_broken(force, np.maximum.accumulate(force), deleted, drop)
+    broken = _is_broken(force, np.maximum.accumulate(force), deleted, drop)
     return int(np.argmax(broken)) if broken.any() else None
 
 
@@ -188,7 +188,7 @@ class BreakWatch:
     Parameters
     ----------
     drop : float
-        As in `is_broken`.
+        As in `_is_broken`.
     window : int
         Outputs that the filter's moving mean takes.
     """
@@ -206,7 +206,7 @@ class BreakWatch:
             return False
         filtered = sum(value for value, _ in latest) / len(latest)
         self._peak = max(self._peak, filtered)
-        return bool(is_broken(filtered, self._peak, latest[len(latest) // 2][1], self._drop))
+        return bool(_is_broken(filtered, self._peak, latest[len(latest) // 2][1], self._drop))
 
 
 # Ratios of energies mean nothing before the blade has done this share of its work.
@@ -233,7 +233,9 @@ def evaluate(
     """
     peak = int(np.argmax(curve.force_filtered[:broken]))
     if curve.force_filtered[peak] <= 0.0:
-        raise SimulationFailed("no_contact", "the blade exerted no force on the stem; check gap, speed and duration")
+        raise SimulationFailed(
+            "no_contact", "the blade exerted no force on the stem; check the gap, the speed and the duration of loading"
+        )
     end = stroke_end(curve.travel, curve.force, curve.force_filtered, window, broken)
     added = 100.0 * history.added_mass
     checks: dict[str, Any] = {

@@ -168,7 +168,7 @@ def _version() -> str:
 
 
 def _mismatch(worker: str, version: str, wanted: str) -> str:
-    return f"{worker} has stemcal {version}, the study {wanted}; install the same version and code on both"
+    return f"{worker} uses stemcal {version}, but the study uses {wanted}; install the same version and code on both"
 
 
 def _at_most(seconds: float, farewell: Callable[[], object]) -> None:

@@ -48,7 +48,7 @@ class Tool:
         sides = np.roll(points, -1, axis=0) - points
         after = np.roll(sides, -1, axis=0)
         if not np.all(sides[:, 0] * after[:, 1] - sides[:, 1] * after[:, 0] > 0.0):
-            raise ValueError("the corners of a tool must be convex and counter-clockwise")
+            raise ValueError("the corners of a tool must form a convex polygon in counter-clockwise order")
 
 
 @dataclass(frozen=True)
@@ -102,7 +102,7 @@ def tool_arrays(tools: tuple[Tool, ...], nodes: int) -> ToolArrays:
         edge=np.array([tool.edge or 0.0 for tool in tools], dtype=float),
         spread=np.array([0.0 if tool.edge is None else tool.spread for tool in tools], dtype=float),
         reach=np.array(
-            [_WIDEST * max(reach_beside(tool)) if tool.edge is not None else 0.0 for tool in tools], dtype=float
+            [_WIDEST * max(_reach_beside(tool)) if tool.edge is not None else 0.0 for tool in tools], dtype=float
         ),
         traction=np.zeros((len(tools), nodes, 3)),
         force=np.zeros((len(tools), 3)),
@@ -170,7 +170,7 @@ def spread_edge(
         Length of the smallest elements, mm.
     """
     tool = next((t for t, tool in enumerate(tools) if tool.edge is not None and tool.spread > 0.0), -1)
-    a, place = (max(reach_beside(tools[tool])), float(tools[tool].edge or 0.0)) if tool >= 0 else (1.0, 0.0)
+    a, place = (max(_reach_beside(tools[tool])), float(tools[tool].edge or 0.0)) if tool >= 0 else (1.0, 0.0)
     sources = np.arange(len(x), dtype=np.int32)
     sources[ghosts[:, 0]] = ghosts[:, 1]
     mirrored = bool(len(ghosts)) or bool(np.all(x[:, 0] > place - 1e-9))
@@ -220,7 +220,7 @@ def spread_edge(
     )
 
 
-def gap_beside(tool: Tool, s: NDArray[np.float64]) -> NDArray[np.float64]:
+def _gap_beside(tool: Tool, s: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the distance (mm) from a tool of points next to its edge by s (mm), at the height of the edge.
 
     It is |s| for an edge without angle and radius, and less next to flanks and rounding.
@@ -231,10 +231,10 @@ def gap_beside(tool: Tool, s: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 @lru_cache(maxsize=64)  # 8000 distances in plain Python, asked three times a run, of one blade in each run of a study
-def reach_beside(tool: Tool) -> tuple[float, float]:
+def _reach_beside(tool: Tool) -> tuple[float, float]:
     """Return how far left and right of its edge a spread tool acts: where the gap equals the spread."""
     far = tool.spread * np.linspace(0.0, _FARTHEST, 4001)
-    left, right = (float(far[gap_beside(tool, side * far) < tool.spread].max(initial=0.0)) for side in (-1.0, 1.0))
+    left, right = (float(far[_gap_beside(tool, side * far) < tool.spread].max(initial=0.0)) for side in (-1.0, 1.0))
     return left, right
 
 
@@ -251,9 +251,9 @@ def _across(tool: Tool, mirrored: bool, h: float) -> tuple[NDArray[np.float64], 
     of a hat, h²/6. For the sum to be the same on all short elements the samples are moved apart. Along the edge, where
     what one row loses its neighbours gain, it does not matter. Of a mirrored body those on its side of the edge.
     """
-    left, right = reach_beside(tool)
+    left, right = _reach_beside(tool)
     across = -left + (left + right) * (np.arange(_ACROSS) + 0.5) / _ACROSS
-    weight = _bell(gap_beside(tool, across) / tool.spread)
+    weight = _bell(_gap_beside(tool, across) / tool.spread)
     middle = np.average(across, weights=weight)
     variance = np.average((across - middle) ** 2, weights=weight)
     missing = max((_CHOSEN_ON * tool.spread) ** 2 - h * h, 0.0) / 6.0

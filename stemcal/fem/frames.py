@@ -50,28 +50,28 @@ class FrameWriter:
         standing = np.flatnonzero(state.topology.standing)
         rows = state.lanes.gathered(state.body.state)[standing]
         stress = rows[:, STRESS : STRESS + 6]
-        write_vtu(
+        _write_vtu(
             path,
             state.body.x,
             state.topology.hexes[standing],
             {"displacement": state.body.x - start, "velocity": state.body.v},
             {
                 "stress": stress,
-                "von_mises": von_mises(stress),
+                "von_mises": _von_mises(stress),
                 "plastic_strain": rows[:, PLASTIC_STRAIN],
                 "element": standing,
             },
         )
 
 
-def von_mises(stress: Array) -> Array:
+def _von_mises(stress: Array) -> Array:
     """Return √(3/2 s:s) of symmetric tensors (…, 6) in the order xx, yy, zz, xy, yz, zx."""
     mean = stress[..., :3].mean(axis=-1, keepdims=True)
     normal = np.sum((stress[..., :3] - mean) ** 2, axis=-1)
     return np.asarray(np.sqrt(1.5 * (normal + 2.0 * np.sum(stress[..., 3:] ** 2, axis=-1))))
 
 
-def write_vtu(
+def _write_vtu(
     path: Path, nodes: Values, hexes: Values, point_data: Mapping[str, Values], cell_data: Mapping[str, Values]
 ) -> None:
     """Write hexahedra with data at nodes and in cells.

@@ -222,7 +222,7 @@ def _body(model: Model, material: MaterialNumbers, lanes: Lanes, topology: Topol
         v=v,
         seen=_seen(x, v, mesh, element_state.dtype),
         f=nodal_zeros(len(x) + RUN + len(lanes.late), element_state.dtype),
-        pushes=no_pushes(len(x), len(model.tools)),
+        pushes=_no_pushes(len(x), len(model.tools)),
         loads=none if model.loads is None else np.array(model.loads, dtype=float, order="C"),
         mass=mass,
         inverse_mass=np.divide(1.0, mass, out=np.zeros_like(mass), where=mass > 0.0),
@@ -240,7 +240,7 @@ def _body(model: Model, material: MaterialNumbers, lanes: Lanes, topology: Topol
     return body
 
 
-def no_pushes(nodes: int, tools: int) -> Pushes:
+def _no_pushes(nodes: int, tools: int) -> Pushes:
     """Return arrays for the contact forces of all tools on all nodes."""
     sources = KINDS * tools
     return Pushes(

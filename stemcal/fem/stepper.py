@@ -242,11 +242,11 @@ def _in_strides(advance: March, state: State) -> March:
 def _check(outcome: int, state: State) -> None:
     if outcome == REACHED:
         return
-    place = f"at t = {state.clock.time[0]:.6g} s in element {state.clock.trouble[0]}"
+    element, time = f"element {state.clock.trouble[0]}", f"at t = {state.clock.time[0]:.6g} s"
     raise {
-        INVERTED: SimulationFailed("inverted", f"an element was inverted {place}"),
-        COLLAPSED: SimulationFailed("time_step", f"the time step collapsed {place}"),
-        NOT_FINITE: SimulationFailed("nan", f"a velocity became infinite or NaN {place}"),
+        INVERTED: SimulationFailed("inverted", f"{element} was inverted {time}"),
+        COLLAPSED: SimulationFailed("time_step", f"the time step of {element} collapsed {time}"),
+        NOT_FINITE: SimulationFailed("nan", f"a nodal velocity became infinite or NaN {time}"),
     }[outcome]
 
 

@@ -5,9 +5,7 @@ import logging
 import pickle
 import platform
 import shutil
-import time
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from pathlib import Path
 
 import llvmlite.binding
@@ -24,8 +22,6 @@ from stemcal.processes import Child
 
 logger = logging.getLogger(__name__)
 
-# A cache of other sources that no one has used for so long is swept away.
-_KEPT_DAYS = 30.0
 _LOCK = ".compiling"
 
 
@@ -40,10 +36,9 @@ def warm() -> None:
     try:
         _load()
     except Exception:
-        _empty_cache()
+        _mark().unlink(missing_ok=True)
         compile_once()
         _load()
-    sweep(CACHE)
 
 
 def compile_once() -> None:
@@ -53,12 +48,20 @@ def compile_once() -> None:
     own, so that an interrupt is heard at once and reaches nothing half made. Where no process can be started it is
     done here, and interrupts wait.
     """
-    with _one_at_a_time(_mark()):
-        if is_compiled() or _compiled_elsewhere():
-            return
-        _empty_cache()  # there may be damaged entries of a compilation that was broken off
-        if not _compiled_elsewhere():
-            _load()
+    if is_compiled():
+        return
+    lock = FileLock(CACHE / _LOCK)
+    with suppress(OSError, NotImplementedError):  # a file system without locks: each compiles for itself
+        lock.acquire()
+    try:
+        if not is_compiled():
+            _empty_cache()  # there may be damaged entries of a compilation that was broken off
+            if not _compiled_elsewhere():
+                _load()
+            with suppress(OSError):
+                _mark().touch()
+    finally:
+        lock.release()
 
 
 def _load() -> None:
@@ -77,23 +80,6 @@ def _empty_cache() -> None:
                 path.unlink()
 
 
-@contextmanager
-def _one_at_a_time(mark: Path) -> Iterator[None]:
-    """Hold the others off while kernels are compiled; not once they are there, lest starting be slow."""
-    if mark.exists():
-        yield
-        return
-    lock = FileLock(CACHE / _LOCK)
-    with suppress(OSError, NotImplementedError):  # a file system without locks: each compiles for itself
-        lock.acquire()
-    try:
-        yield
-        with suppress(OSError):
-            mark.touch()
-    finally:
-        lock.release()
-
-
 def is_compiled() -> bool:
     """Return whether the cache has every kernel for this machine, as far as this is possible without loading them."""
     return _mark().exists()
@@ -104,21 +90,12 @@ def _mark() -> Path:
     return CACHE / f"complete-{llvmlite.binding.get_host_cpu_name()}-{platform.python_version()}"
 
 
-def sweep(cache: Path) -> None:
-    """Remove what older sources left next to this cache; every use of a cache renews the time of its folder."""
-    oldest = time.time() - _KEPT_DAYS * 86400.0
-    for folder in cache.parent.glob("kernels-*-numba-*"):
-        with suppress(OSError):  # somebody else may be sweeping
-            if folder != cache and folder.stat().st_mtime < oldest:
-                shutil.rmtree(folder, ignore_errors=True)
-
-
 def _compiled_elsewhere() -> bool:
     """Compile in its own process; return whether that succeeded."""
     try:
         child = Child()
         try:
-            _, error = child.call(pickle.dumps((compile_all, (), {})))
+            _, error = child.call(pickle.dumps((_smallest_simulation, (), {})))
             if error is not None:
                 raise error
             child.dismiss()
@@ -128,11 +105,6 @@ def _compiled_elsewhere() -> bool:
         logger.debug("compiling in another process failed", exc_info=error)
         return False
     return True
-
-
-def compile_all() -> None:
-    """Compile, in its own process, what a simulation calls."""
-    _smallest_simulation()
 
 
 def _smallest_simulation() -> None:

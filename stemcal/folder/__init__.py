@@ -6,7 +6,6 @@ that does not match, or holds something else than a record, is set aside in ``ru
 Stage files are sealed in the same way.
 """
 
-import json
 import logging
 import os
 import platform
@@ -14,7 +13,6 @@ import re
 import socket
 from collections.abc import Callable, Mapping
 from contextlib import suppress
-from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from inspect import signature
 from pathlib import Path
@@ -26,7 +24,6 @@ from filelock import FileLock, Timeout
 from stemcal.errors import FolderLocked, StemcalError
 from stemcal.files.durable import (
     Broken,
-    as_json,
     digest,
     make_folder,
     opened,
@@ -35,8 +32,7 @@ from stemcal.files.durable import (
     sealed,
     write_atomic,
 )
-from stemcal.files.reading import read_plain
-from stemcal.files.typed import absent, from_json, to_json
+from stemcal.files.reading import in_a_line, read_plain
 from stemcal.folder.log import append, now
 from stemcal.folder.stage_files import StageFiles
 
@@ -48,22 +44,6 @@ RECORD_VERSION = 4
 _KEY = re.compile(r"[0-9a-f]{32}")
 _RECORDED = ("identity", "request", "status", "response", "reason", "message", "details", "provenance")
 _LOCK_PATIENCE_S = 0.2  # longer than `StudyFolder.holder` needs to look
-
-
-@dataclass(frozen=True)
-class Holder:
-    """The process that is using a folder, as far as it could write this down."""
-
-    pid: int | None = absent()
-    host: str | None = absent()
-    since: str | None = absent()
-    stage: str | None = absent()
-    workers: int | None = absent()
-
-    def __str__(self) -> str:
-        if self.pid is None or self.host is None or self.since is None:
-            return "another process is using this folder"
-        return f"process {self.pid} on {self.host} has been using this folder since {self.since}"
 
 
 def default_place(study: str) -> Path:
@@ -91,7 +71,6 @@ class StudyFolder(StageFiles):
     def __init__(self, path: Path | str) -> None:
         self.path = Path(path)
         self._lock = _file_lock(self.path / ".lock", _LOCK_PATIENCE_S)
-        self._holds = Holder()
 
     def __repr__(self) -> str:
         return f"StudyFolder({str(self.path)!r})"
@@ -128,8 +107,9 @@ class StudyFolder(StageFiles):
                 f"{place}: {why}; choose another folder with --out, on a disk that supports file locks"
             ) from None
         if self._lock.lock_counter == 1:
-            self._holds = Holder(os.getpid(), socket.gethostname(), now())
-            self._sign()
+            with suppress(OSError, StemcalError):
+                by = f"process {os.getpid()} on {socket.gethostname()} has been using this folder since {now()}"
+                write_atomic(self._holder_file, by)
             remove_leftovers(self.path, self.runs)
 
     def unlock(self) -> None:
@@ -143,17 +123,8 @@ class StudyFolder(StageFiles):
     def _holder_file(self) -> Path:
         return self.path / ".lock.holder"
 
-    def sign(self, stage: str, workers: int) -> None:
-        """Write down the stage and the number of workers for other commands; the lock itself is independent of it."""
-        self._holds = replace(self._holds, stage=stage, workers=workers)
-        self._sign()
-
-    def _sign(self) -> None:
-        with suppress(OSError, StemcalError):
-            write_atomic(self._holder_file, as_json(to_json(self._holds)))
-
-    def holder(self) -> Holder | None:
-        """Return the process that is using the folder, None if there is none."""
+    def holder(self) -> str | None:
+        """Return a clause with the process that is using the folder, None if there is none."""
         probe = _file_lock(self.path / ".lock", 0.0)
         try:
             if not Path(probe.lock_file).exists():
@@ -162,15 +133,15 @@ class StudyFolder(StageFiles):
         except Timeout:
             return self._signature()
         except (OSError, NotImplementedError):  # not ours to lock: a signature is all there is to see
-            return found if (found := self._signature()) != Holder() else None
+            return self._signature() if self._holder_file.exists() else None
         probe.release()
         return None
 
-    def _signature(self) -> Holder:
+    def _signature(self) -> str:
         try:
-            return from_json(Holder, json.loads(read_plain(self._holder_file, _MOST_NOTE)))
-        except (OSError, ValueError):
-            return Holder()
+            return in_a_line(read_plain(self._holder_file, _MOST_NOTE).decode("utf-8", "replace"))
+        except OSError:
+            return "another process is using this folder"
 
     # ---- records of runs
 
@@ -264,7 +235,7 @@ def key_of(identity: Mapping[str, Any]) -> str:
 def _problem_of(record: Mapping[str, Any], key: str) -> str:
     """Return what is wrong with a sealed record that is under a key, "" if nothing is."""
     if (version := record.get("record_version")) != RECORD_VERSION:
-        return f"has record version {version!r:.20}, but this stemcal reads version {RECORD_VERSION}"
+        return f"has record version {version!r:.20}; this version of stemcal requires {RECORD_VERSION}"
     if missing := [name for name in _RECORDED if name not in record]:
         return f"is not the record of a run: it lacks {', '.join(missing)}"
     status, response = record["status"], record["response"]

@@ -38,7 +38,7 @@ class StageFiles:
         content = self.examine_stage(stage)
         if (version := content.get("schema_version")) != SCHEMA_VERSION:
             raise UsageError(
-                f"{self.path / stage}.json has schema version {version!r:.20}, but this stemcal reads version "
+                f"{self.path / stage}.json has schema version {version!r:.20}; this version of stemcal requires "
                 f"{SCHEMA_VERSION}; run `stemcal {stage} SPEC` again (recorded runs are reused)"
             )
         return content

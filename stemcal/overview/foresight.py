@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from math import ceil, floor, log10
 
 from stemcal.errors import UsageError
+from stemcal.executors import machine_memory
 from stemcal.folder import StudyFolder
 from stemcal.note import Note, Remedy
 from stemcal.numbers import duration, in_bytes
@@ -53,24 +54,24 @@ def excess(demand: Demand, workers: int, memory: float | None) -> list[Note]:
     """Return notes on what is more than this machine's memory (bytes; None: does not count), or than `MOST_HOURS`."""
     found, at_a_time = [], max(1, min(workers, demand.runs))
     if memory is not None and at_a_time * demand.memory > memory:
-        text, fitting = f"A run needs about {in_bytes(demand.memory)} of memory", int(memory // demand.memory)
+        text, fitting = f"One run needs about {in_bytes(demand.memory)} of memory", int(memory // demand.memory)
         remedy = "Use larger elements (solver.element_size) or a shorter specimen."
         if fitting:
-            text += f", {at_a_time} in parallel {in_bytes(at_a_time * demand.memory)}"
+            text += f" and {at_a_time} parallel runs need {in_bytes(at_a_time * demand.memory)}"
             remedy = f"Use fewer workers (--workers {fitting})."
-        text += f"; this machine has {in_bytes(memory)}."
+        text += f", but this machine has only {in_bytes(memory)}."
         found.append(Note("too_much_memory", "error", text, Remedy(remedy)))
     hours = demand.seconds / 3600.0 / at_a_time
     if hours > MOST_HOURS:
-        text = f"The runs would take {duration(3600.0 * hours)}, more than {MOST_HOURS:g} h."
-        longer = "Use larger elements (solver.element_size), a larger time_step or mass_scaling, or fewer runs."
+        text = f"The runs would take about {duration(3600.0 * hours)}, more than {MOST_HOURS:g} h."
+        longer = "Use larger elements (solver.element_size), a larger time_step, more mass_scaling, or fewer runs."
         found.append(Note("too_long", "warning", text, Remedy(longer)))
     return found
 
 
-def warnings_before(demand: Demand, workers: int, memory: float | None) -> list[str]:
-    """Return warnings of what takes days; raise `UsageError` for more memory than there is."""
-    found = excess(demand, workers, memory)
+def warnings_before(demand: Demand, workers: int, here: bool = True) -> list[str]:
+    """Return warnings of what takes days; raise `UsageError` for more memory than this machine has, if it computes."""
+    found = excess(demand, workers, machine_memory() if here else None)
     if impossible := [str(note) for note in found if note.severity == "error"]:
         raise UsageError(" ".join(impossible))
     return [str(note) for note in found]
@@ -86,9 +87,9 @@ def beforehand(study: Study) -> Iterator[Note]:
     if study.solver.has_lengths and "failure_strain" in study.names:
         text = (
             f"The failure strain depends on internal_length {study.material.internal_length} and edge_spread "
-            f"{study.blade.edge_spread}: a cutting curve cannot determine the three separately."
+            f"{study.blade.edge_spread}: a cutting curve cannot determine the three values separately."
         )
-        remedy = Remedy("Fix both lengths before the calibration, and report all three values.")
+        remedy = Remedy("Choose the two lengths before the calibration, and report them with the failure strain.")
         yield Note("lengths_belong", "caution", text, remedy)
 
 
@@ -116,4 +117,4 @@ def lasting(study: Study, travel: float, diameter: float) -> Remedy:
     else:
         written = f"stroke: d/{floor(10.0 * diameter / travel) / 10.0:g}"
     edit = f"loading: {{{written}}}"
-    return Remedy(f"Set `{edit}`; a run ends when the stem has broken.", edit)
+    return Remedy(f"Set `{edit}`; each run still ends when the stem has broken.", edit)

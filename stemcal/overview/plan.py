@@ -130,7 +130,8 @@ def _in_another_program(study: Study, here: int, left: int, seconds: float | Non
     """Yield the number of runs that the refinement in another model may still need, in addition to those here."""
     if study.there is not study:
         names = ", ".join(stage.name for stage in stages_of(study) if stage.seen(study) is not study)
-        text = f"{counted(here, 'run')} here, at most {left} in {program(study.there.solver.program_name)} ({names})."
+        other = program(study.there.solver.program_name)
+        text = f"The study needs {counted(here, 'run')} here and at most {left} in {other} ({names})."
         time = "" if seconds is None else f" The runs in the other model take at most {duration(seconds)} on one core."
         yield Note("in_another_program", "caution", text + time)
 
@@ -173,7 +174,7 @@ def judged(design: Design) -> Iterator[Note]:
     """Yield the terms that a design cannot estimate, or what main effects are aliased with where it is for them."""
     terms = ("1", *design.names) if design.order == 1 else term_names(design.names)
     if lost := not_estimable(term_columns(design.coded)[:, : len(terms)], terms):
-        text = f"{design.stage}, {design.kind}: {len(design.coded)} runs cannot estimate {series(lost)}."
+        text = f"{design.stage}, {design.kind}: {len(design.coded)} runs cannot estimate the terms {series(lost)}."
         yield Note("cannot_estimate", "caution", text, Remedy("Add runs or levels."))
     elif design.order == 1:
         yield aliases_note(design.coded, design.names)
@@ -190,12 +191,12 @@ def total(found: Plan) -> list[str]:
             "guess": " (a rough estimate)",
             "recorded": f", estimated from {counted(found.recorded_runs, 'recorded run')} on this machine",
         }.get(found.source, "")
-        lines.append(f"On one core this takes {duration(found.seconds)}{source}.")
+        lines.append(f"On one core the runs take {duration(found.seconds)}{source}.")
     if found.elapsed is not None and found.to_run:
         workers = counted(found.workers, "worker")
         lines.append(f"The whole study takes about {duration(found.elapsed)} with {workers}.")
     if found.memory:
-        lines.append(f"A run needs about {in_bytes(found.memory)} of memory.")
+        lines.append(f"One run needs about {in_bytes(found.memory)} of memory.")
     return lines
 
 

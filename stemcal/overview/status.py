@@ -9,7 +9,7 @@ from stemcal.errors import UsageError
 from stemcal.executors import RunExecutor
 from stemcal.files.rows import Rows
 from stemcal.files.typed import absent
-from stemcal.folder import Holder, StudyFolder
+from stemcal.folder import StudyFolder
 from stemcal.folder.stage_files import SCHEMA_VERSION as FILE_VERSION
 from stemcal.overview.plan import asked
 from stemcal.runs.answer import Watch, answer_all, ignore
@@ -19,7 +19,7 @@ from stemcal.solvers.protocol import Request, Solver
 from stemcal.stages.design import Asked
 from stemcal.stages.fresh import CODE, changed_tables, changes_since
 from stemcal.stages.result import read_result
-from stemcal.stages.stage import STAGES, Stage, stage_called, stages_known, stages_of
+from stemcal.stages.stage import STAGES, stage_called, stages_known, stages_of
 from stemcal.stages.verdict.result import Verdict
 from stemcal.stages.verdict.rules import verdict_of
 from stemcal.study.model import Study
@@ -71,14 +71,13 @@ class StageStatus:
     reasons: dict[str, int]
     left: int | None
     damaged: int
-    running: int
     file: str
     changed: tuple[str, ...]
 
 
 @dataclass(frozen=True)
 class Status:
-    """The progress and the verdict of a study; `working` is the process that is using its folder, or None.
+    """The progress and the verdict of a study; `working` names the process that is using its folder, or is None.
 
     `sheet` is the sheet of the runs whose results are awaited, if runs are done by hand.
     """
@@ -87,7 +86,7 @@ class Status:
     stage: str
     study: str
     folder: str
-    working: Holder | None
+    working: str | None
     stages: tuple[StageStatus, ...]
     verdict: Verdict
     sheet: str | None = absent()
@@ -150,23 +149,25 @@ def _others(
 
 
 def status(study: Study, folder: StudyFolder) -> Status:
-    """Return for every stage how many of its rows are done, failed and why, running, and left."""
+    """Return for every stage how many of its rows are done, failed and why, and left."""
     solver = make_solver(study)
     wanted = asked(study, solver, folder)
-    entries, working = _entries(wanted, study, folder, solver), folder.holder()
+    entries = _entries(wanted, study, folder, solver)
     decided = {part.stage: part.settled for part in wanted}
     left = {stage.name for stage in stages_known(study) if folder.has_stage(stage.name)}
     seen = {*decided, *(entry.stage for entry in entries), *left}
     named = [stage.name for stage in stages_known(study) if stage.name in seen]
     stages = [
-        _stage(study, solver, folder, name, [e for e in entries if e.stage == name], decided.get(name, True), working)
+        _stage(study, solver, folder, name, [e for e in entries if e.stage == name], decided.get(name, True))
         for name in named
     ]
     verdict = verdict_of(study, folder)
     place = folder.path / SHEET
     awaited = study.by_hand.kind.answers == "asks_people" and place.exists() and any(part.left != 0 for part in stages)
     sheet = str(place) if awaited else None
-    return Status(SCHEMA_VERSION, "status", study.name, str(folder.path), working, tuple(stages), verdict, sheet)
+    return Status(
+        SCHEMA_VERSION, "status", study.name, str(folder.path), folder.holder(), tuple(stages), verdict, sheet
+    )
 
 
 def _stage(
@@ -176,11 +177,9 @@ def _stage(
     name: str,
     entries: Sequence[Entry],
     settled: bool,
-    working: Holder | None,
 ) -> StageStatus:
     found = Counter(entry.status for entry in entries)
     reasons = Counter(entry.reason for entry in entries if entry.status == "failed")
-    open_runs = {entry.key for entry in entries if entry.again}
     file, changed = _file(study, solver, folder, name)
     return StageStatus(
         stage=name,
@@ -191,7 +190,6 @@ def _stage(
         reasons=dict(reasons.most_common()),
         left=found["left"] + found["damaged"] if settled else None,
         damaged=found["damaged"],
-        running=0 if working is None or working.stage != name else min(len(open_runs), working.workers or 1),
         file=file,
         changed=tuple(changed),
     )
@@ -228,7 +226,6 @@ def retry(study: Study, folder: StudyFolder, executor: RunExecutor, watch: Watch
         for stage in dict.fromkeys(entry.stage for entry in chosen):
             requests = [entry.request for entry in chosen if entry.stage == stage]
             own = make_solver(stage_called(stage).seen(study))
-            folder.sign(stage=stage, workers=executor.workers)
             answer_all(requests, own, folder, executor, watch, policy, again={entry.key for entry in chosen})
         return [_entry(entry.request, entry.key, study, folder) for entry in chosen]
 
@@ -237,60 +234,34 @@ def retry(study: Study, folder: StudyFolder, executor: RunExecutor, watch: Watch
 
 
 @dataclass(frozen=True)
-class _Damage:
-    """A file and what is wrong with it."""
-
-    file: str
-    problem: str
-
-
-@dataclass(frozen=True)
-class _StageState:
-    """A stage's file: what is wrong with it, what has changed since, its changed CSV tables."""
-
-    stage: str
-    problem: str
-    changed: tuple[str, ...]
-    changed_tables: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True)
 class Inspection:
-    """Whether a study folder is sound: `ok` if nothing is damaged."""
+    """Whether a study folder is sound: what is wrong with damaged files, what has changed since stages were made."""
 
-    schema_version: int
-    stage: str
-    study: str
-    folder: str
     ok: bool
     records: int
-    damaged: tuple[_Damage, ...]
-    stages: tuple[_StageState, ...]
+    damaged: dict[str, str]
+    stale: dict[str, tuple[str, ...]]
 
 
 def inspect(study: Study, folder: StudyFolder) -> Inspection:
     """Check every record against its seal and its name, every stage against its spec; change nothing."""
     solver, keys = make_solver(study), folder.keys()
-    problems = {f"runs/{key}.json": folder.examine(key)[1] for key in keys}
-    stages = [_state(study, solver, folder, stage) for stage in stages_known(study) if folder.has_stage(stage.name)]
-    problems |= {f"{state.stage}.json": state.problem for state in stages}
-    changed = "is missing or was changed; `stemcal run SPEC` writes the file again"
-    problems |= dict.fromkeys((name for state in stages for name in state.changed_tables), changed)
-    damaged = tuple(_Damage(file, problem) for file, problem in problems.items() if problem)
-    return Inspection(1, "verify", study.name, str(folder.path), not damaged, len(keys), damaged, tuple(stages))
-
-
-def _state(study: Study, solver: Solver, folder: StudyFolder, stage: Stage[Any]) -> _StageState:
-    name = f"{stage.name}.json"
-    try:
-        content = folder.examine_stage(stage.name)
-        if (version := content.get("schema_version")) != FILE_VERSION:
-            return _StageState(stage.name, f"has schema version {version!r:.20}, not {FILE_VERSION}", ())
-        changed = changes_since(study, solver, folder, stage.name)
-        tables: tuple[str, ...] = ()
-        if CODE not in changed:  # of other code it may have another shape
-            tables = tuple(changed_tables(stage.result().from_json(content), folder))
-    except UsageError as error:
-        without_place = str(error).removeprefix(str(folder.path / name)).removeprefix(name).lstrip(": ")
-        return _StageState(stage.name, without_place, ())
-    return _StageState(stage.name, "", tuple(changed), tables)
+    damaged = {f"runs/{key}.json": folder.examine(key)[1] for key in keys}
+    stale: dict[str, tuple[str, ...]] = {}
+    for stage in (stage for stage in stages_known(study) if folder.has_stage(stage.name)):
+        name = f"{stage.name}.json"
+        try:
+            content = folder.examine_stage(stage.name)
+            if (version := content.get("schema_version")) != FILE_VERSION:
+                damaged[name] = f"has schema version {version!r:.20}, not {FILE_VERSION}"
+                continue
+            changed = changes_since(study, solver, folder, stage.name)
+            stale |= {name: tuple(changed)} if changed else {}
+            if CODE not in changed:  # of other code it may have another shape
+                tables = changed_tables(stage.result().from_json(content), folder)
+                changed_file = "is missing or was changed; `stemcal run SPEC` writes the file again"
+                damaged |= dict.fromkeys(tables, changed_file)
+        except UsageError as error:
+            damaged[name] = str(error).removeprefix(str(folder.path / name)).removeprefix(name).lstrip(": ")
+    damaged = {file: problem for file, problem in damaged.items() if problem}
+    return Inspection(not damaged, len(keys), damaged, stale)

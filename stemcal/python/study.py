@@ -12,7 +12,6 @@ from pydantic import Field
 
 from stemcal.cutting import CuttingResult
 from stemcal.errors import UsageError
-from stemcal.executors import machine_memory
 from stemcal.executors.local import LocalExecutor
 from stemcal.files.rows import Column, Table
 from stemcal.folder import StudyFolder, default_place
@@ -96,7 +95,7 @@ def _study(given: Study | str | Path) -> Study:
 
 def _warn_before(demand: Demand, workers: int) -> None:
     """Warn of what takes days; refuse what needs more than this machine has."""
-    for said in warnings_before(demand, workers, machine_memory()):
+    for said in warnings_before(demand, workers):
         warnings.warn(said, stacklevel=3)
 
 
@@ -224,19 +223,13 @@ class _ByHand:
         return [{one.name: None if one.kind in empty else one.asked(run) for one in fields} for run in runs]
 
     def tell(
-        self,
-        study: Study,
-        rows: Sequence[Mapping[str, Any]],
-        out: str | Path | None,
-        *,
-        replace: str = "",
-        who: str = "",
+        self, study: Study, rows: Sequence[Mapping[str, Any]], out: str | Path | None, *, replace: str = ""
     ) -> int:
         """Record results; return how many were accepted."""
         require_sheet(study)
         with _folder(study, out) as folder:
             sheet = told(rows, study.by_hand)
-            found = enter(study, folder, sheet, replace_because=replace, who=who or user_name())
+            found = enter(study, folder, sheet, replace_because=replace, who=user_name())
         found.require_all()
         return len(found.taken) + len(found.replaced)
 

@@ -6,7 +6,6 @@ What draws them is imported only then: a finished study is shown without it.
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -19,7 +18,6 @@ from stemcal.registry import code_version
 from stemcal.report.records import spec_hash
 
 if TYPE_CHECKING:
-    from stemcal.report.figures.plot import Plot
     from stemcal.stages.results import Results
     from stemcal.stages.verdict.result import Verdict
     from stemcal.study.model import Study
@@ -45,19 +43,11 @@ def draw(study: Study, folder: StudyFolder, results: Results, verdict: Verdict, 
     return write_page(study, folder, what, f"{made_of} -->\n")
 
 
-def draw_early(
-    study: Study, folder: StudyFolder, results: Results, verdict: Verdict, known: Sequence[Plot] = ()
-) -> Sequence[Plot]:
-    """Write the page of the stages that are done, with the early figures alone, and return these.
-
-    Given again as `known`, they are not drawn again: the pages of a run cost little.
-    """
+def draw_words(study: Study, folder: StudyFolder) -> None:
+    """Write the page of the stages that are done without figures: the pages of a run cost little."""
     from stemcal.report.page import shown, write_page
 
-    what = shown(study, folder, results, verdict)
-    plots = known or [plot for plot in what.plots if plot.early and plot.on_page]
-    write_page(study, folder, replace(what, plots=list(plots)))
-    return plots
+    write_page(study, folder, replace(shown(study, folder), plots=[]))
 
 
 def _last_line(page: Path) -> str:

@@ -1,97 +1,117 @@
-"""The tables of a study as papers print them, Tables 5 to 13 of the wild chrysanthemum study, and their files."""
+"""The tables of a study to publish, and their files."""
 
 import re
 import textwrap
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from stemcal.files.durable import make_folder, write_atomic
 from stemcal.files.reading import csv_text, in_a_line
-from stemcal.files.rows import Column, Table
-from stemcal.naming import Names
-from stemcal.numbers import short
-from stemcal.report.docx import write_word
+from stemcal.files.rows import Column, Table, visible
+from stemcal.numbers import significant
 from stemcal.report.figures.plot import Plot
-from stemcal.report.showing import Setting, showing_of
-from stemcal.report.tables.columns import NUMBERS, PaperTable, starred
+from stemcal.report.showing import Setting, names_of, showing_of
+from stemcal.report.tables.columns import PaperTable, starred
+from stemcal.report.tables.of_designs import design_tables
+from stemcal.report.tables.setting import factors_table
 from stemcal.stages.results import Results
-from stemcal.study.model import Study
-
-Tables = Sequence[PaperTable]
+from stemcal.study.model import Factor, Study
 
 
-def paper_tables(study: Study, results: Results, holds: bool = True) -> list[PaperTable]:
-    """Return the tables that the finished stages allow, in the order of the paper.
+def study_tables(study: Study, results: Results, holds: bool = True) -> list[Table]:
+    """Return factors, runs, the tables of the finished stages as the page has them, and all parameters.
 
     Where the study's verdict is that nothing is calibrated, `holds` is false and ranges are left out.
     """
     setting = Setting(study, results, holds)
-    tables = [table for result in results.done for table in showing_of(result).printed(result, setting)]
-    return [_factors(study, setting.labelled), *tables]
+    tables = [factors_table(study)]
+    for result in results.done:
+        tables += design_tables(result, setting.symbols.labels)
+        tables += showing_of(result).tables(result, names_of(result, setting.labelled.labels))
+    return visible([*tables, *_parameters(setting)], holds)
 
 
-def numbered(tables: Sequence[PaperTable], as_published: bool = False) -> list[PaperTable]:
-    """Return tables numbered from 1, or from 5 as in the published study; with its numbers where it has all of them."""
-    if as_published and all(table.number for table in tables):
-        return list(tables)
-    first = tables[0].number if as_published else 1
-    return [replace(table, number=number) for number, table in enumerate(tables, first)]
+def _parameters(setting: Setting) -> list[Table]:
+    """Return the values of all factors in the validation: the calibrated ones with their range, the others fixed."""
+    cited = [found for one in setting.results.done if (found := showing_of(one).cited(one))]
+    if not cited:
+        return []
+    head, ranges = cited[0]
+    levels = {**setting.study.midlevels(), **{name: setting.results.parameters[name] for name in ranges}}
 
+    def known(factor: Factor) -> str:
+        if factor.name not in ranges:
+            return "fixed"
+        return ranges[factor.name] if setting.holds else "calibrated"
 
-def _factors(study: Study, names: Names) -> PaperTable:
-    """Return the screened factors with their levels."""
     columns = [
         Column("symbol", "Symbol"),
-        Column("name", "Parameters", form=names.factor, words=True),
-        Column("low", "Low Level", form=short),
-        Column("high", "High Level", form=short),
+        Column("name", "Parameter", form=setting.labelled.factor, words=True),
+        Column("value", "Value", form=significant, of=lambda factor: levels[factor.name]),
+        Column("known", head if setting.holds else "Source", of=known),
     ]
-    table = Table.of(columns, study.factors)
-    return PaperTable(NUMBERS["factors"], "factors", "Screening test parameters.", table)
+    foot = ["fixed: not calibrated, set to the middle of its range."] if len(ranges) < len(levels) else []
+    return [Table.of(columns, setting.study.factors, "Parameters of the simulation", foot)]
 
 
 # ---- files
 
 
-def export_tables(tables: Tables, kind: str, folder: Path, plots: Sequence[Plot] = ()) -> list[Path]:
+def numbered(tables: Iterable[Table]) -> list[PaperTable]:
+    """Return tables as they are published, numbered from 1."""
+    return [
+        PaperTable(
+            number,
+            in_a_line(f"{table.title}."),
+            tuple(map(in_a_line, table.heads)),
+            tuple(tuple(in_a_line(cell).rstrip() for cell in row) for row in table.cells),
+            # cells with stars are aligned left, so that the digits are below each other
+            tuple(column.left or column.form is starred for column in table.columns),
+            in_a_line(" ".join((*table.foot, *table.claimed)).replace("`", "")),
+        )
+        for number, table in enumerate(tables, 1)
+    ]
+
+
+def export_tables(tables: Iterable[Table], kind: str, folder: Path, plots: Sequence[Plot] = ()) -> list[Path]:
     """Write tables into a folder as csv, md, tex or docx, Word with these figures; returns the files."""
     make_folder(folder)
-    plain = [replace(one, caption=in_a_line(one.caption), note=in_a_line(one.note)) for one in tables]
+    plain = numbered(tables)
     if kind == "csv":
         return _csv_files(plain, folder)
     path = folder / f"tables.{kind}"
     if kind == "docx":
+        from stemcal.report.docx import write_word
+
         write_word(plain, plots, path)
     else:
-        write_atomic(path, document(plain) if kind == "tex" else "\n".join(map(markdown, plain)))
+        write_atomic(path, document(plain) if kind == "tex" else "\n".join(map(_markdown, plain)))
     return [path]
 
 
-def _csv_files(tables: Tables, folder: Path) -> list[Path]:
+def _csv_files(tables: Iterable[PaperTable], folder: Path) -> list[Path]:
     """One file per table, UTF-8 with a byte order mark, which Excel needs to detect it."""
     paths = []
     for table in tables:
         # a minus that spreadsheets take for one
         text = csv_text([(cell.replace("−", "-") for cell in row) for row in (table.heads, *table.cells)])
-        paths.append(folder / f"table{table.number:02d}-{table.name}.csv")
+        title = re.sub(r"\W+", "-", table.caption.lower()).strip("-")[:60]
+        paths.append(folder / f"table{table.number:02d}-{title}.csv")
         write_atomic(paths[-1], "\ufeff" + text)
     return paths
 
 
-def markdown(table: PaperTable) -> str:
+def _markdown(table: PaperTable) -> str:
     """Return a table in Markdown.
 
-    >>> from stemcal.files.rows import Column, Table
-    >>> columns = Column("a", "A"), Column("b", "B", form=str)
-    >>> print(markdown(PaperTable(5, "a", "Things.", Table(columns, (("x|y", 1),)))), end="")
-    **Table 5.** Things.
+    >>> print(_markdown(PaperTable(1, "Things.", ("A", "B"), (("x|y", "1"),), (True, False))), end="")
+    **Table 1.** Things.
     <BLANKLINE>
     | A | B |
     |---|--:|
     | x\\|y | 1 |
     """
-    rules = ["---" if column.left else "--:" for column in table.table.columns]
+    rules = ["---" if left else "--:" for left in table.left]
     cells = [[_markdown_cell(cell) for cell in row] for row in (table.heads, *table.cells)]
     lines = [f"**Table {table.number}.** {_markdown_cell(table.caption)}", "", f"| {' | '.join(cells[0])} |"]
     lines += [f"|{'|'.join(rules)}|", *(f"| {' | '.join(row)} |" for row in cells[1:])]
@@ -110,7 +130,7 @@ def _markdown_cell(text: str) -> str:
     return re.sub(r"(?i)(?<=www)\.|:(?=//)|(?<=mailto):|(?<=xmpp):", lambda found: f"\\{found[0]}", text)
 
 
-HEAD = r"""% Written by stemcal; names in Chinese need XeLaTeX with the package xeCJK.
+_HEAD = r"""% Written by stemcal; names in Chinese need XeLaTeX with the package xeCJK.
 \documentclass[a4paper]{article}
 \usepackage{iftex}
 \ifPDFTeX\usepackage[T1]{fontenc}\usepackage[utf8]{inputenc}\fi
@@ -119,20 +139,19 @@ HEAD = r"""% Written by stemcal; names in Chinese need XeLaTeX with the package 
 \usepackage{booktabs}
 \begin{document}
 """
-LONGEST = 16  # characters of a heading on one line
+_LONGEST = 16  # characters of a heading on one line
 
 
 def document(tables: Sequence[PaperTable]) -> str:
     """Return a complete document with all tables."""
-    return "\n".join([HEAD, *map(latex, tables), r"\end{document}", ""])
+    return "\n".join([_HEAD, *map(_latex, tables), r"\end{document}", ""])
 
 
-def latex(table: PaperTable) -> str:
-    """Return a table as a float that carries the number it has in the published study."""
+def _latex(table: PaperTable) -> str:
+    """Return a table as a float with its number."""
     import pandas as pd
 
-    # cells with stars are aligned left, so that the digits are below each other
-    kinds = ["l" if column.left or column.form is starred else "r" for column in table.table.columns]
+    kinds = ["l" if left else "r" for left in table.left]
     heads = [_heading(name, kind) for name, kind in zip(table.heads, kinds, strict=True)]
     rows = [list(map(escaped, row)) for row in table.cells]
     lines = [
@@ -140,7 +159,7 @@ def latex(table: PaperTable) -> str:
         r"\begin{table}[htbp]",
         r"\centering\small",
         rf"\caption{{{escaped(table.caption)}}}",
-        rf"\label{{tab:{table.name}}}",
+        rf"\label{{tab:{table.number}}}",
         pd.DataFrame(rows, columns=heads).to_latex(index=False, escape=False, column_format="".join(kinds)).rstrip(),
     ]
     lines += [rf"\par\smallskip\parbox{{\linewidth}}{{\footnotesize {escaped(table.note)}}}"] if table.note else []
@@ -150,10 +169,10 @@ def latex(table: PaperTable) -> str:
 def _heading(name: str, kind: str) -> str:
     """Return a column's name, a long one on several lines.
 
-    >>> _heading("Maximum Shear Force/N", "r")
-    '\\\\shortstack[r]{\\\\strut Maximum Shear\\\\\\\\Force/N}'
+    >>> _heading("Simulated maximum force, N", "r")
+    '\\\\shortstack[r]{\\\\strut Simulated\\\\\\\\maximum force, N}'
     """
-    lines = textwrap.wrap(name, LONGEST, break_long_words=False) or [""]
+    lines = textwrap.wrap(name, _LONGEST, break_long_words=False) or [""]
     stack = r"\\".join(map(escaped, lines))
     return stack if len(lines) == 1 else rf"\shortstack[{kind}]{{\strut {stack}}}"
 

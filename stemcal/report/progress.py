@@ -3,31 +3,29 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Self
 
-from stemcal.naming import CUTTING, FORCE, Naming
+from stemcal.naming import CUTTING, Naming
 from stemcal.numbers import significant
 from stemcal.stages.stage import STAGES
 
 if TYPE_CHECKING:
     from rich.console import Console
-    from rich.progress import Progress as Bars
     from rich.progress import TaskID
 
     from stemcal.runs.answer import Progress
 
-SPARSE_SECONDS = 30.0
+_SPARSE_SECONDS = 30.0
 COMPILING = "compiling the solver for this machine (about half a minute, once for all studies)"
-TITLES = {stage.name: stage.title for stage in STAGES.built_in} | {"material": "Failure strain for this element size"}
+_TITLES = {stage.name: stage.title for stage in STAGES.built_in} | {"material": "Failure strain for this element size"}
 
 
 def make_watch(console: Console | None, naming: Naming = CUTTING) -> Watcher:
     """Return the watcher that suits a console, a silent one without; use it as a context manager."""
     if console is None:
         return Watcher()
-    return Bar(console, naming=naming) if console.is_terminal else Lines(console, naming=naming)
+    return _Bar(console, naming=naming) if console.is_terminal else Lines(console, naming=naming)
 
 
 def notebook_watch(wanted: bool | None = None, naming: Naming = CUTTING) -> Watcher:
@@ -36,7 +34,7 @@ def notebook_watch(wanted: bool | None = None, naming: Naming = CUTTING) -> Watc
 
     console = Console(stderr=True)
     shown = console.is_terminal or console.is_jupyter
-    return Bar(console, naming=naming) if (shown if wanted is None else wanted) else Watcher()
+    return _Bar(console, naming=naming) if (shown if wanted is None else wanted) else Watcher()
 
 
 def describe(progress: Progress, naming: Naming = CUTTING) -> str:
@@ -47,24 +45,21 @@ def describe(progress: Progress, naming: Naming = CUTTING) -> str:
     ...                   last_condition=8.0, preparing=False, points=14))
     'Screening: 5/12 runs for 14 design points, 2 from earlier, 1 failed, last 120.4 N at 8 mm'
     """
-    title = TITLES.get(progress.stage, progress.stage)
+    title = _TITLES.get(progress.stage, progress.stage)
     if progress.preparing:
         return f"{title}: {COMPILING}"
     repeated = f" for {progress.points} design points" if progress.points > progress.total else ""
-    parts = [f"{title}: {progress.done}/{progress.total} runs{repeated}"]
-    if progress.cached:
-        parts.append(f"{progress.cached} from earlier")
-    if progress.failed:
-        parts.append(f"{progress.failed} failed")
+    return ", ".join([f"{title}: {progress.done}/{progress.total} runs{repeated}", *_remarks(progress, naming)])
+
+
+def _remarks(progress: Progress, naming: Naming) -> list[str]:
+    counts = (progress.cached, "from earlier"), (progress.failed, "failed")
+    remarks = [f"{count} {what}" for count, what in counts if count]
     if progress.last_response is not None:
-        parts.append(f"last {_response(progress, naming)}")
-    return ", ".join(parts)
-
-
-def _response(progress: Progress, naming: Naming) -> str:
-    at = "" if progress.last_condition is None else naming.at(progress.last_condition)
-    value = f"{progress.last_response:.1f}" if naming.response == FORCE else significant(progress.last_response)
-    return f"{value}{naming.response.unit_suffix}{at}"
+        at = "" if progress.last_condition is None else naming.at(progress.last_condition)
+        value = significant(progress.last_response)
+        remarks.append(f"last {value}{naming.response.unit_suffix}{at}")
+    return remarks
 
 
 class Watcher:
@@ -82,25 +77,20 @@ class Watcher:
     def busy(self, what: str) -> None:
         """Take what is done now that the runs are."""
 
-    @contextmanager
-    def aside(self) -> Iterator[None]:
-        """Make room within this block for what is printed between two stages."""
-        yield
-
 
 class Lines(Watcher):
     """A line at a stage's start and end, and one every half minute between."""
 
     def __init__(self, console: Console, clock: Callable[[], float] = time.monotonic, naming: Naming = CUTTING) -> None:
         self.console, self.clock, self.naming = console, clock, naming
-        self.stage, self.ended, self.last_line, self.last_time = "", "", "", -SPARSE_SECONDS
+        self.stage, self.ended, self.last_line, self.last_time = "", "", "", -_SPARSE_SECONDS
 
     def __call__(self, progress: Progress) -> None:
         """Print the line if it is new and due."""
         line = describe(progress, self.naming)
         complete = progress.done >= progress.total and self.ended != progress.stage  # its first round
         edge = progress.stage != self.stage or complete or progress.preparing
-        due = self.clock() - self.last_time >= SPARSE_SECONDS
+        due = self.clock() - self.last_time >= _SPARSE_SECONDS
         if complete:
             self.ended = progress.stage
         if line != self.last_line and (edge or due):
@@ -108,14 +98,25 @@ class Lines(Watcher):
             self.stage, self.last_line, self.last_time = progress.stage, line, self.clock()
 
 
-class Bar(Watcher):
+class _Bar(Watcher):
     """A bar for each stage: runs done, time, time left, failures, the last response."""
 
     def __init__(self, console: Console, naming: Naming = CUTTING) -> None:
-        self.naming, self.bars = naming, _bars(console)
+        from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+        from rich.progress import Progress as Bars
+
+        self.naming = naming
         self.tasks: dict[str, TaskID] = {}
-        self.last: dict[str, Progress] = {}
-        self.before: dict[str, int] = {}  # runs of earlier rounds of a stage that decides its runs one by one
+        self.bars = Bars(
+            TextColumn("{task.description}", markup=False),
+            BarColumn(bar_width=12),
+            MofNCompleteColumn(),
+            TimeElapsedColumn(),
+            TimeRemainingColumn(compact=True),
+            TextColumn("{task.fields[tail]}", markup=False),
+            console=console,
+            redirect_stdout=False,  # data for stdout would go to stderr
+        )
 
     def __enter__(self) -> Self:
         self.bars.start()
@@ -125,54 +126,14 @@ class Bar(Watcher):
         self.bars.stop()
 
     def __call__(self, progress: Progress) -> None:
-        """Move the bar of the stage."""
-        stage, last = progress.stage, self.last.get(progress.stage)
+        """Move the bar of the stage; without a total it pulses."""
+        stage, compiling = progress.stage, progress.preparing
         if stage not in self.tasks:
-            self.tasks[stage] = self.bars.add_task(TITLES.get(stage, stage), total=None, runs="", tail="")
-        if last is not None and progress.done < last.done:
-            self.before[stage] = self.before.get(stage, 0) + last.done
-        self.last[stage] = progress
-        done, total = (self.before.get(stage, 0) + count for count in (progress.done, progress.total))
-        self.bars.update(
-            self.tasks[stage],
-            completed=done,
-            total=None if progress.preparing else total,  # without a total the bar pulses
-            runs=f"{done}/{total}",
-            tail="compiling, once" if progress.preparing else self._tail(progress),
-        )
+            self.busy(_TITLES.get(stage, stage), stage)
+        tail = "compiling, once" if compiling else ", ".join(_remarks(progress, self.naming))
+        total = None if compiling else progress.total
+        self.bars.update(self.tasks[stage], completed=progress.done, total=total, tail=tail)
 
-    def busy(self, what: str) -> None:
+    def busy(self, what: str, stage: str = "") -> None:
         """Show what is done now."""
-        self.bars.add_task(what, total=None, runs="", tail="")
-
-    @contextmanager
-    def aside(self) -> Iterator[None]:
-        """Leave the bars so far above what is printed within this block."""
-        self.bars.stop()
-        for task in self.bars.task_ids:
-            self.bars.update(task, visible=False)
-        try:
-            yield
-        finally:
-            self.bars.start()
-
-    def _tail(self, progress: Progress) -> str:
-        cached = f"{progress.cached} from earlier" if progress.cached else ""
-        failed = f"{progress.failed} failed" if progress.failed else ""
-        last = _response(progress, self.naming) if progress.last_response is not None else ""
-        return ", ".join(part for part in (cached, failed, last) if part)
-
-
-def _bars(console: Console) -> Bars:
-    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
-
-    return Progress(
-        TextColumn("{task.description}", markup=False),
-        BarColumn(bar_width=12),
-        TextColumn("{task.fields[runs]}", markup=False),
-        TimeElapsedColumn(),
-        TimeRemainingColumn(compact=True),
-        TextColumn("{task.fields[tail]}", markup=False),
-        console=console,
-        redirect_stdout=False,  # data for stdout would go to stderr
-    )
+        self.tasks[stage] = self.bars.add_task(what, total=None, tail="")

@@ -1,7 +1,7 @@
 """What is taken from the records of the runs: curves, checks, pictures, where and when they were computed."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from stemcal.files.typed import from_json
@@ -29,22 +29,6 @@ class Curve:
 
 
 @dataclass(frozen=True)
-class Checks:
-    """The solver's own checks of a run."""
-
-    peak_force: float
-    peak_travel: float
-    stroke_was_enough: bool
-    elements: int
-    deleted_elements: int
-    steps: int
-    energy_drift_percent: float
-    kinetic_ratio_percent: float
-    hourglass_ratio_percent: float
-    break_travel: float | None = None
-
-
-@dataclass(frozen=True)
 class Details:
     """What a solver reported in addition to the force; `shape` and `film` are packed."""
 
@@ -57,30 +41,23 @@ class Details:
 
 
 @dataclass(frozen=True)
-class Provenance:
-    """Where, when and with what a run was computed."""
-
-    stemcal: str | None = None
-    python: str | None = None
-    numpy: str | None = None
-    platform: str | None = None
-    host: str | None = None
-    started: str | None = None
-    finished: str | None = None
-    wall_seconds: float | None = None
-
-
-@dataclass(frozen=True)
 class RunRecord:
-    """The record of a run; those of stems cut at the solution are `at_solution`."""
+    """The record of a run: its details, the solver's own checks, and where, when and with what it was computed.
+
+    Runs of stems cut at the solution are `at_solution`.
+    """
 
     key: str
     details: Details
-    checks: Checks | None
-    provenance: Provenance
+    checks: Mapping[str, Any] = field(default_factory=dict)
+    provenance: Mapping[str, Any] = field(default_factory=dict)
     at_solution: bool = False
 
 
+_CHECKS = (
+    *("peak_force", "peak_travel", "stroke_was_enough", "elements", "deleted_elements", "steps"),
+    *("energy_drift_percent", "kinetic_ratio_percent", "hourglass_ratio_percent"),
+)
 Records = Mapping[str, RunRecord]
 """Records by the label of the run."""
 
@@ -94,17 +71,19 @@ def read_records(results: Results | StageResult, folder: StudyFolder) -> dict[st
         for label, outcome in result.runs():
             content = folder.peek(outcome.key) if outcome.key else None
             if content is not None:
-                details, made = content["details"], from_json(Provenance, content.get("provenance", {}))
+                details, made = content["details"], content.get("provenance", {})
                 found[label] = RunRecord(content["key"], from_json(Details, details), _checks(details), made, pictured)
     return found
 
 
-def _checks(details: Mapping[str, Any]) -> Checks | None:
-    """Return a run's checks; None if the solver did not report them, or other things under their names."""
-    try:
-        return from_json(Checks, details)
-    except ValueError:
-        return None
+def _checks(details: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a run's checks; none if the solver did not report them, or other things under their names."""
+    found = {name: details.get(name) for name in _CHECKS}
+    return found | {"break_travel": details.get("break_travel")} if all(map(_is_number, found.values())) else {}
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float)
 
 
 def distinct_of(records: Records) -> dict[str, tuple[str, RunRecord]]:
@@ -118,7 +97,7 @@ def distinct_of(records: Records) -> dict[str, tuple[str, RunRecord]]:
 def curves_of(records: Records) -> dict[str, Curve]:
     """Return force over travel of every run whose solver kept it."""
     return {
-        label: replace(record.details.curve, broke=record.checks.break_travel if record.checks else None)
+        label: replace(record.details.curve, broke=record.checks.get("break_travel"))
         for label, record in records.items()
         if record.details.curve
     }
@@ -133,7 +112,7 @@ def run_warnings(records: Records) -> list[Note]:
             kinds.setdefault(warning.kind, {}).setdefault(label, warning)
     runs = counted(len(distinct), "run")
     firsts = [(len(found), *next(iter(found.items()))) for found in kinds.values()]
-    return [Note(one.kind, "warning", f"{count} of {runs}, first {label}: {one}") for count, label, one in firsts]
+    return [Note(one.kind, "warning", f"{count} of {runs} (first: {label}): {one}") for count, label, one in firsts]
 
 
 def spec_hash(study: Study) -> str:
@@ -146,16 +125,16 @@ def provenance_rows(records: Records) -> list[tuple[str, str]]:
     distinct = [record.provenance for _, record in distinct_of(records).values()]
     rows = [("Distinct runs", str(len(distinct)))]
     for name in ("stemcal", "python", "numpy", "platform", "host"):
-        values = sorted({str(getattr(p, name)) for p in distinct if getattr(p, name)})
+        values = sorted({str(made[name]) for made in distinct if made.get(name)})
         if values:
             rows.append((name.capitalize() if name != "stemcal" else name, ", ".join(values)))
     if versions := sorted({v for _, r in distinct_of(records).values() if (v := r.details.program_version)}):
         rows.append(("Program", "; ".join(versions)))
-    starts = sorted(p.started for p in distinct if p.started)
+    starts = sorted(made["started"] for made in distinct if made.get("started"))
     if starts:
-        ends = sorted(p.finished for p in distinct if p.finished)
+        ends = sorted(made["finished"] for made in distinct if made.get("finished"))
         rows.append(("Computed", f"{_moment(starts[0])} to {_moment(ends[-1])} UTC"))
-    seconds = sum(p.wall_seconds or 0.0 for p in distinct)
+    seconds = sum(made.get("wall_seconds") or 0.0 for made in distinct)
     rows.append(("Computing time of all runs", duration(seconds)))
     return rows
 

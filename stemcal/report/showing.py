@@ -13,7 +13,6 @@ from stemcal.note import SEVERITIES, Note
 from stemcal.numbers import unit_written
 from stemcal.registry import Checked
 from stemcal.report.figures.plot import Plot
-from stemcal.report.tables.columns import PaperTable
 from stemcal.stages.result import StageResult
 from stemcal.stages.results import Results
 from stemcal.stages.stage import R, stage_called
@@ -65,8 +64,8 @@ class Showing(Checked, Generic[R]):
         """Return its tables."""
         return []
 
-    def early(self, result: R, names: Names) -> list[Table]:
-        """Return the tables that `stemcal run` prints as soon as the stage is done."""
+    def findings(self, result: R, names: Names) -> list[Table]:
+        """Return the tables that `stemcal run` prints before its end."""
         return []
 
     def figures(self, result: R, setting: Setting) -> list[Plot]:
@@ -92,10 +91,6 @@ class Showing(Checked, Generic[R]):
     def in_notebook(self, result: R, setting: Setting) -> R:
         """Return the result as a notebook uses it, which may do more."""
         return result
-
-    def printed(self, result: R, setting: Setting) -> list[PaperTable]:
-        """Return its tables as papers print them."""
-        return []
 
 
 def showing_of(result: StageResult) -> Showing[Any]:
@@ -131,7 +126,7 @@ MOST = 5
 """The number of notes that are shown after a run."""
 KNOWN = "known"
 """The kind of the notes on intervals, which are true of a calibrated study only."""
-WITHHELD = "Not calibrated: intervals of the parameters and the agreement are not reported."
+_WITHHELD = "The study is not calibrated: parameter intervals and agreement with the measurements are not reported."
 
 
 def outcome_of(result: StageResult, holds: bool = True, labels: Mapping[str, str] | None = None) -> list[str]:
@@ -143,7 +138,7 @@ def outcome_of(result: StageResult, holds: bool = True, labels: Mapping[str, str
 def certainty(results: Results, holds: bool = True) -> list[str]:
     """Return how certain the parameters are; no interval where the study is not calibrated."""
     known = [note.text for result in results.done for note in result.notes if note.kind == KNOWN]
-    return known if holds else [WITHHELD]
+    return known if holds else [_WITHHELD]
 
 
 def shown_notes(result: StageResult, holds: bool) -> list[Note]:
@@ -151,7 +146,7 @@ def shown_notes(result: StageResult, holds: bool) -> list[Note]:
     notes = list(result.notes)
     if holds or all(note.kind != KNOWN for note in notes):
         return notes
-    return [*(note for note in notes if note.kind != KNOWN), Note("withheld", "warning", WITHHELD)]
+    return [*(note for note in notes if note.kind != KNOWN), Note("withheld", "warning", _WITHHELD)]
 
 
 def notes_of_all(results: Results, holds: bool) -> list[tuple[str, Note]]:

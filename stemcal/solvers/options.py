@@ -69,18 +69,18 @@ class ResultReader(Frozen):
 
     file: RunFile
     column: Text | None = None
-    """Name of a column of a CSV file with a header."""
+    """Column with the numbers in a CSV file with a header."""
     path: Text | None = None
-    """Keys and indices in a JSON file, joined by points: `history.force` or `rows.0.force`."""
+    """Path to the numbers in a JSON file, such as `history.force` or `rows.0.force`: keys and indices with dots."""
     pattern: Pattern | None = None
     """Regular expression that is searched in each line. The group y, or else the first group, is the number; a group x
     is the travel of a curve."""
     along: Text | None = None
-    """Column or path of the travel of a curve (`curves` of `targets`)."""
+    """Column or path of the blade travel, for `curves` under `targets`."""
     reduction: Literal["max", "min", "first", "last"] = "last"
-    """Reduction of a series of numbers: its largest, smallest, first or last."""
+    """Number that is used of a series: the largest, smallest, first or last number."""
     scale: Number = 1.0
-    """Factor on the number: 4 for a quarter model, 1e-3 for mN."""
+    """Factor by which the number is multiplied, such as 4 for a quarter model or 1e-3 for mN."""
 
     @model_validator(mode="after")
     def _names_numbers_once(self) -> Self:
@@ -100,7 +100,10 @@ _SLOW = 100.0 / 60.0
 # Keys that the embedded solver and the decks of other programs have in common.
 ThroughWall = Annotated[
     Annotated[Whole, Field(ge=1, le=50)] | None,
-    Field(description="Number of elements through the wall; by default none is longer than `element_size`."),
+    Field(
+        description="Number of elements through the wall. By default, no element through the wall is longer than "
+        "`element_size`."
+    ),
 ]
 MassScaling = Annotated[
     Number,
@@ -111,7 +114,9 @@ MassScaling = Annotated[
     ),
 ]
 FilterWindow = Annotated[
-    float, Quantity("time", at_least=0), Field(description="Window of the low-pass filter of the force; 0 s for none.")
+    float,
+    Quantity("time", at_least=0),
+    Field(description="Window of the low-pass filter of the force; 0 s switches the filter off."),
 ]
 
 
@@ -121,36 +126,36 @@ class EmbeddedSolver(SolverOptions):
     kind: Literal["embedded"] = "embedded"
     """The solver that comes with stemcal."""
     rate_law: Literal["paper", "cowper_symonds", "none"] = "paper"
-    """Rate law of the yield stress: `paper` 1 + (rate/C)^P as printed in the wild chrysanthemum study,
-    `cowper_symonds` 1 + (rate/C)^(1/P), `none` no rate effect."""
+    """Rate law of the yield stress: `paper` is 1 + (rate/C)^P as printed in the wild chrysanthemum study,
+    `cowper_symonds` is 1 + (rate/C)^(1/P), and `none` omits the rate effect."""
     element_size: StemLength = Length(divisor=16.0)
-    """Length of the elements under the edge: a length, or a fraction of the diameter such as d/16. At most 0.6 times
-    `edge_spread` and `internal_length`."""
+    """Length of the elements under the edge: a length, or a fraction of the diameter such as d/16. Use at most 0.6
+    times `edge_spread` and `internal_length`."""
     elements_through_wall: ThroughWall = None
     edge_over: Literal["elements", "nodes"] = "nodes"
-    """Whether the edge is above a row of nodes or above the middle of a row of elements."""
+    """Position of the blade edge: above a row of nodes, or above the middle of a row of elements."""
     hourglass: Annotated[Number, Field(ge=0, le=1)] = 0.01
-    """Hourglass coefficient, defined as QH of type 4 in LS-DYNA. If it is too small, elements deform without
-    resistance; if it is too large, the stem is too stiff."""
+    """Hourglass coefficient, defined as QH of type 4 in LS-DYNA. A small coefficient permits zero-energy modes; a large
+    coefficient makes the stem too stiff."""
     mass_scaling: MassScaling = 1e4
     time_step: Time | None = 4e-5
     """Mass is added to elements with a smaller stable time step. Without this key no mass is added."""
     time_step_safety: Annotated[Number, Field(ge=0.001, le=1)] = 0.9
-    """Fraction of the stable time step that is used."""
+    """Fraction of the stable time step that the solver uses."""
     outputs: Annotated[Whole, Field(ge=10, le=100_000)] = 500
-    """Points of the force history."""
+    """Number of points in the force history."""
     filter_window: FilterWindow = 0.010
     coarsening: Annotated[Number, Field(ge=1, le=10)] = 6.0
-    """Ratio of the element length at the ends of the stem to that under the edge."""
+    """Ratio of the element length at the ends of the stem to the element length under the edge."""
     coarsening_around: Annotated[Number, Field(ge=1, le=10)] = 2.0
-    """Ratio of the element width at the bottom of the section to that under the edge."""
+    """Ratio of the element width at the bottom of the section to the element width under the edge."""
     replicates: Annotated[Whole, Field(ge=2, le=100)] | None = None
-    """Simulations of each point, with the mesh at different positions along the stem. Their scatter enters every
-    interval. Without this key the mesh stays in one position."""
+    """Number of simulations of each point, each with another position of the mesh along the stem. The scatter of the
+    responses enters every interval. Without this key the mesh has one position."""
     time_limit: Time | None = None
-    """Time limit of one run from its start; unlimited by default."""
+    """Time limit of one run, counted from the start of the run; unlimited by default."""
     threads: Annotated[Whole, Field(ge=1, le=256)] = 1
-    """Threads of one simulation, for large models; `--workers` sets the number of parallel runs."""
+    """Number of threads of one simulation, for large models; `--workers` sets the number of parallel runs."""
 
     @property
     def version(self) -> str:
@@ -199,17 +204,10 @@ class EmbeddedSolver(SolverOptions):
 MOST_FILES = 100
 
 
-def _argument(given: object) -> object:
-    if isinstance(given, str) and ("\0" in given or len(given) > 4000):
-        raise complain("cannot be passed as an argument", "shorten the text")
-    return given
-
-
-Argument = Annotated[str, StringConstraints(strict=True, min_length=1), BeforeValidator(_argument)]
+Argument = Annotated[str, StringConstraints(strict=True, min_length=1)]
 Command = Annotated[tuple[Argument, ...], Field(min_length=1, max_length=200)]
 Variable = Annotated[str, StringConstraints(strict=True, pattern=r"^[A-Za-z_][A-Za-z0-9_]*$", max_length=100)]
-Value = Annotated[str, StringConstraints(strict=True), BeforeValidator(_argument)]
-Environment = Annotated[dict[Variable, Value], Field(max_length=100)]
+Environment = Annotated[dict[Variable, Annotated[str, StringConstraints(strict=True)]], Field(max_length=100)]
 TimeLimit = Annotated[
     float,
     Quantity("time", above=0),
@@ -249,16 +247,17 @@ class CommandSolver(ProgramOptions):
     kind: Literal["command"] = "command"
     """Any program that reads text files and writes a number."""
     command: Command
-    """The program and its arguments, as a list; it never passes through a shell."""
+    """The program and its arguments, as a list. The command is not run in a shell."""
     templates: Annotated[tuple[SpecFile, ...], Field(max_length=MOST_FILES)] = ()
     """Text files in which `{{factor}}` is replaced by the value of the factor and `{{diameter}}` by the diameter in mm.
-    For a stochastic program `{{seed}}` is an integer that differs between runs; `{{replicate}}` counts them."""
+    For a stochastic program `{{seed}}` is an integer that differs between runs, and `{{replicate}}` is the number of
+    the replicate."""
     result: Annotated[dict[str, ResultReader], Field(max_length=20), BeforeValidator(_by_response)] = {}
     """File and number that contain the response. For several responses, write one reader under each name."""
     replicates: Annotated[Whole, Field(ge=1, le=100)] | None = None
-    """Simulations of each point with different `{{seed}}`, for a stochastic program; `1` simulates each run of the
-    design once, also repeated centre points. Without the key the program must be deterministic: the first run is
-    repeated to check this."""
+    """Number of simulations of each point with different `{{seed}}`, for a stochastic program. With `1` each run of the
+    design is simulated once, including repeated centre points. Without this key the program must be deterministic: the
+    first run is repeated as a check."""
 
     def without_curve(self) -> tuple[str, str] | None:
         reader = self.result.get(FIRST)
@@ -285,22 +284,22 @@ class DeckSolver(ProgramOptions):
     time_limit: TimeLimit = 86400.0
     filter_window: FilterWindow = 0.010
     rate_law: Literal["paper", "cowper_symonds", "none"] | None = None
-    """Rate law of the yield stress: `paper` 1 + (rate/C)^P as printed in the wild chrysanthemum study,
-    `cowper_symonds` 1 + (rate/C)^(1/P), `none` no rate effect. By default `cowper_symonds` for LS-DYNA, `paper` for
-    OpenRadioss."""
+    """Rate law of the yield stress: `paper` is 1 + (rate/C)^P as printed in the wild chrysanthemum study,
+    `cowper_symonds` is 1 + (rate/C)^(1/P), and `none` omits the rate effect. The default is `cowper_symonds` for
+    LS-DYNA and `paper` for OpenRadioss."""
     nonlocal_failure: Flag = False
-    """Whether the deck contains the lengths of the study: a nonlocal failure strain equivalent to
-    `material.internal_length`, and a nose for `blade.edge_spread`. `false`: local failure and a sharp edge, so the
-    calibrated values are valid for this mesh only."""
+    """Whether the deck represents the lengths of the study: `material.internal_length` by nonlocal failure, and
+    `blade.edge_spread` by a rounded edge. With `false` failure is local and the edge is sharp, so calibrated values are
+    valid only for this mesh."""
     element_size: StemLength = Length(1.0)
     """Length of the elements under the edge: a length, or a fraction of the diameter."""
     elements_through_wall: ThroughWall = None
     mass_scaling: MassScaling = 1e4
     command: Annotated[tuple[Argument, ...], Field(max_length=200)] = ()
-    """LS-DYNA: the program and its arguments as a list; `{{deck}}` is replaced by the deck."""
+    """Command of LS-DYNA: the program and its arguments as a list; `{{deck}}` is replaced by the name of the deck."""
     home: Argument | None = None
-    """OpenRadioss: the installation folder with `exec`, `extlib` and `hm_cfg_files`, by default that of the environment
-    variable `OPENRADIOSS_PATH`."""
+    """Installation folder of OpenRadioss with `exec`, `extlib` and `hm_cfg_files`. The default is the folder in the
+    environment variable `OPENRADIOSS_PATH`."""
 
     @property
     def time_step_safety(self) -> float:
@@ -357,10 +356,10 @@ class SheetSolver(SolverOptions):
     kind: Literal["sheet"] = "sheet"
     """Results are entered into a sheet."""
     file: SpecFile | None = None
-    """Sheet of runs that are known or designed elsewhere (CSV or xlsx), with the columns run, factors and responses.
-    Its rows are the designs of the stages that it names; empty results are requested."""
+    """Sheet of existing or planned runs (CSV or xlsx) with the columns run, factors and responses. The rows of a stage
+    are the design of that stage; missing results are requested."""
     templates: Annotated[tuple[SpecFile, ...], Field(max_length=MOST_FILES)] = ()
-    """Input files of the program, written for each run with `{{factor}}` replaced by the factor's value."""
+    """Input files that are written for each run; `{{factor}}` is replaced by the value of the factor."""
     replicates: Annotated[Whole, Field(ge=1, le=100)] | None = None
     """Number of repeats of each run, in random order, for experiments and stochastic programs. The scatter of the
     repeats enters every interval. Without this key equal levels are run once."""
@@ -381,4 +380,4 @@ class PythonSolver(SolverOptions):
     class_: Annotated[str, StringConstraints(strict=True, pattern=r"^[A-Za-z_][A-Za-z0-9_]*$", max_length=100)] = Field(
         validation_alias="class", serialization_alias="class"
     )
-    """Name of the class in that file."""
+    """Name of the class in the Python file."""

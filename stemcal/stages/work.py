@@ -91,7 +91,6 @@ def a_stage(kind: type[R]) -> Callable[[Callable[[Work, Head], R]], Callable[...
             solver: Solver | None = None,
         ) -> R:
             with folder:
-                folder.sign(stage=kind.name, workers=executor.workers)
                 work = Work(study, folder, executor, watch, solver or make_solver(study))
                 if (before := stage_called(kind.name).needs(study)) is not None:
                     require_fresh(study, work.solver, folder, before)

@@ -133,7 +133,7 @@ def test_python_asks_and_tells(tmp_path: Path) -> None:
     run = {"run": "rsm 1", "angle": 25.0}
     with pytest.raises(UsageError, match=r"rsm 1 already has the result .*, not 25"):
         study.tell([run], out)
-    assert study.tell([run], out, replace="misread", who="Li") == 1
+    assert study.tell([run], out, replace="misread") == 1
 
 
 @pytest.mark.parametrize(

@@ -212,9 +212,3 @@ def test_a_misspelled_spec_is_guessed(tmp_path: Path) -> None:
     for given in ("peper", "peper.yaml"):
         assert f"did you mean {tmp_path / 'pepper.yaml'}?" in command("check", tmp_path / given).stderr
     assert "check the name of the spec" in command("check", tmp_path / "hemp").stderr
-
-
-def test_ending_of_a_spec_may_be_left_out(tmp_path: Path) -> None:
-    shutil.copy(SMOKE, tmp_path / "pepper.yaml")
-    assert f"{tmp_path / 'pepper.yaml'}: OK" in command("check", tmp_path / "pepper").stdout.replace("\n", "")
-    assert "cannot be read" in command("check", tmp_path / "salt").stderr

@@ -1,4 +1,4 @@
-"""The shell completes commands, options, their values and terms; the script to install is printed for four shells."""
+"""The shell completes commands, options and their values; the script to install is printed for four shells."""
 
 import os
 import subprocess
@@ -25,7 +25,6 @@ def completed(line: str) -> list[str]:
         ("stemcal measure ", ["diameters", "shear"]),
         ("stemcal export tables study.yaml --format ", ["csv", "md", "tex", "docx"]),
         ("stemcal measure shear data --travel", ["--travel-and-work"]),
-        ("stemcal explain lent", ["lenth"]),
     ],
 )
 def test_what_bash_offers(line: str, offered: list[str]) -> None:

@@ -63,7 +63,7 @@ def test_report_of_an_unfinished_study(tmp_path: Path) -> None:
     result = command("report", REPLAY, "--out", tmp_path, "--json")
     page = Path(json.loads(result.stdout)["result"]["page"])
     assert result.exit_code == 0
-    assert "Not done yet: Response surface, Calibration, Validation." in page.read_text("utf-8")
+    assert "Unfinished stages: Response surface, Calibration, Validation." in page.read_text("utf-8")
 
 
 def test_failed_runs_end_with_three(tmp_path: Path, monkeypatch: Any) -> None:

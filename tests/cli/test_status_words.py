@@ -6,10 +6,9 @@ from typing import Any
 from stemcal.cli.show import failed_runs
 from stemcal.cli.status import state as lines
 from stemcal.files.rows import Table
-from stemcal.folder import Holder
 from stemcal.naming import Names
 from stemcal.overview.status import StageStatus, Status
-from stemcal.report.page import Part, Picture
+from stemcal.report.page import _Part, _Picture
 from stemcal.report.page.headline import failures
 from stemcal.runs.record import Outcome
 from stemcal.stages.verdict.result import Verdict
@@ -19,8 +18,8 @@ FAILED = Outcome(response=None, status="failed", reason="inverted", message="ele
 RIGHT = Outcome(response=100.0, status="ok")
 
 
-def state(working: Holder | None = None, **facts: Any) -> list[str]:
-    empty = StageStatus("screen", 12, 12, 0, 0, {}, 0, 0, 0, "fresh", ())
+def state(working: str | None = None, **facts: Any) -> list[str]:
+    empty = StageStatus("screen", 12, 12, 0, 0, {}, 0, 0, "fresh", ())
     stage = StageStatus(**{**vars(empty), **facts})
     return lines(Status(2, "status", "known", "out", working, (stage,), Verdict.of([], None)), NAMES)
 
@@ -51,6 +50,6 @@ def test_failed_runs_are_counted_with_their_reasons() -> None:
 
 def test_what_is_folded() -> None:
     tables = (Table((), (), "Analysis of variance"),)
-    folded = Part(details=tables, plates=(Picture("", ""),), notes=("a", "b", "c")).folded
+    folded = _Part(details=tables, plates=(_Picture("", ""),), notes=("a", "b", "c")).folded
     assert folded == "analysis of variance, 1 figure and 3 notes"
-    assert Part().folded == ""
+    assert _Part().folded == ""

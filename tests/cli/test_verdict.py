@@ -65,7 +65,7 @@ def test_no_interval_is_shown_where_nothing_is_calibrated(
         alone = command(stage, spec, "--out", tmp_path / "out", "-j", 1)
         assert alone.exit_code == 0
     told = " ".join(alone.stderr.split())
-    assert "intervals of the parameters and the agreement are not reported" in told
+    assert "parameter intervals and agreement with the measurements are not reported" in told
     assert "hourglass energy is up to 40 %" in told and "8 mm alone" not in told
     said = command("run", spec, "--out", tmp_path / "out", "-j", 1)
     ending = " ".join(said.stdout.split())
@@ -80,7 +80,7 @@ def test_no_interval_is_shown_where_nothing_is_calibrated(
     assert body.index("Not calibrated") < body.index("Outcome")
     for claim in ("95 % range", "Identifiability", "Equal within", "95 % confidence interval"):
         assert claim not in body
-    assert "intervals of the parameters and the agreement are not reported" in body
+    assert "parameter intervals and agreement with the measurements are not reported" in body
 
 
 def test_a_single_stage_shows_the_intervals_of_a_study_that_is_only_not_finished(
@@ -90,7 +90,7 @@ def test_a_single_stage_shows_the_intervals_of_a_study_that_is_only_not_finished
     for stage in ("screen", "rsm", "invert"):
         said = command(stage, spec, "--out", tmp_path / "good", "-j", 1)
     assert "95 % range" in said.stdout and "Identifiability" in said.stdout
-    assert "Not calibrated. Not done yet: Validation." in " ".join(said.stderr.split())
+    assert "Not calibrated. Unfinished stages: Validation." in " ".join(said.stderr.split())
 
 
 def test_a_target_out_of_reach_ends_with_advice(spec: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from stemcal.cutting import Loading, ShearTest, build, shear
-from stemcal.fem.contact import gap_beside, reach_beside, spread_edge
+from stemcal.fem.contact import _gap_beside, _reach_beside, spread_edge
 from stemcal.fem.mesh import brick
 from stemcal.fem.stepper import simulate
 from stemcal.solvers.embedded import shear_test
@@ -33,14 +33,14 @@ def test_the_gap_is_that_from_rounding_and_flank(angle: float, radius: float) ->
     expected = np.where(
         beside_flank, s * cos(half) - radius * (1.0 - sin(half)), np.sqrt(s * s + radius * radius) - radius
     )
-    np.testing.assert_allclose(gap_beside(tool, s), expected, atol=1e-12)
+    np.testing.assert_allclose(_gap_beside(tool, s), expected, atol=1e-12)
     round_, flank = sqrt((1.0 + radius) ** 2 - radius**2), (1.0 + radius * (1.0 - sin(half))) / cos(half)
     reach = flank if flank * sin(half) > radius * cos(half) else round_
-    assert reach_beside(tool) == pytest.approx((reach, reach), abs=2e-3)
+    assert _reach_beside(tool) == pytest.approx((reach, reach), abs=2e-3)
 
 
 def test_an_edge_ground_on_one_side_bears_farther_on_that_side() -> None:
-    left, right = reach_beside(build(shipped(bevel="one", edge_spread=1.0)).tools[0])
+    left, right = _reach_beside(build(shipped(bevel="one", edge_spread=1.0)).tools[0])
     assert left == pytest.approx(sqrt(1.1**2 - 0.1**2), abs=2e-3)
     assert right == pytest.approx((1.0 + 0.1 * (1.0 - sin(radians(37.5)))) / cos(radians(37.5)), abs=2e-3)
 

@@ -28,7 +28,8 @@ SPECS = Path(__file__).parents[1] / "testing" / "specs"
 def printed() -> dict[str, Any]:
     names: dict[str, Any] = {}
     page = (DOCS / "howto" / "extend.md").read_text("utf-8")
-    for block in re.findall(r"```{code-block} python\n(.*?)```", page, re.DOTALL):
+    included = (DOCS / "howto" / "extending" / "solver.py").read_text("utf-8")
+    for block in (*re.findall(r"```{code-block} python\n(.*?)```", page, re.DOTALL), included):
         exec(compile(block, "extend.md", "exec"), names)
     return names
 

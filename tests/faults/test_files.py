@@ -18,7 +18,7 @@ from stemcal.executors import InlineExecutor
 from stemcal.files.durable import sealed
 from stemcal.folder import StudyFolder
 from stemcal.overview.status import inspect, status
-from stemcal.report.export import paper_tables
+from stemcal.report.export import study_tables
 from stemcal.stages.fresh import changes_since
 from stemcal.stages.results import fresh_results
 from stemcal.study.model import Study
@@ -79,7 +79,7 @@ def test_keys_left_out_or_of_another_type(folder: Path, number: int, rng: random
         try:
             inspect(study, found)
             status(study, found)
-            paper_tables(study, fresh_results(study, found))
+            study_tables(study, fresh_results(study, found))
         except StemcalError as error:
             assert "SPEC" in str(error), f"{name} {what}: no remedy: {error}"
         file.write_bytes(whole)

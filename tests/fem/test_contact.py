@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from stemcal.fem.contact import Contact, Tool, edge_arrays, tool_arrays
 from stemcal.fem.kernels import contact
 from stemcal.fem.kernels.contact import EdgeArrays
-from stemcal.fem.state import no_pushes
+from stemcal.fem.state import _no_pushes
 
 contact_force, friction_limit = called(contact.contact_force), called(contact.friction_limit)
 face_modes, face_normal = called(contact.face_modes), called(contact.face_normal)
@@ -89,7 +89,7 @@ def test_nodes_are_pushed_out_of_all_tools() -> None:
     mass = random.uniform(1e-9, 2e-9, 60)
     tools = tool_arrays((wedge, table), 60)
     tools.traction[:] = random.uniform(-1.0, 1.0, tools.traction.shape)
-    old, pushes = tools.traction.copy(), no_pushes(60, 2)
+    old, pushes = tools.traction.copy(), _no_pushes(60, 2)
     near = np.tile(np.arange(60, dtype=np.int32), (2, 1))
     counts = np.array([50, 60], dtype=np.int32)
     push_nodes_out(tools, near, counts, x, v, mass, pushes, 1e-6, 0.8e-6, LAW)
@@ -155,7 +155,7 @@ def test_edge_pushes_a_face_between_its_nodes() -> None:
     tool = Tool(((0.1, 0.05), (1.0, 3.0), (-1.0, 3.0)), 0.05, height=0.9, speed=-20.0, edge=0.1)
     x = np.array([[-0.5, 0.0, 1.0], [0.6, -0.1, 1.1], [0.5, 1.0, 0.95], [-0.55, 0.9, 1.05]])
     v, mass = random.uniform(-20.0, 20.0, (4, 3)), np.full(4, 2e-9)
-    tools, pushes = tool_arrays((tool,), 4), no_pushes(4, 1)
+    tools, pushes = tool_arrays((tool,), 4), _no_pushes(4, 1)
     arrays = edge((tool,), [0.3, 0.6, 2.0])
     faces, corner_mass = np.array([[0, 1, 2, 3]], dtype=np.int32), np.array([0.5e-9])
     push_faces_out(tools, arrays, faces, corner_mass, 1, x, v, mass, pushes, 1e-6, 0.8e-6, LAW)
@@ -192,7 +192,7 @@ def test_a_roller_bears_on_a_face_where_it_touches(axis: float) -> None:
     radius, deep = 2.0, 0.004
     tool = Tool(((axis - 1e-6, 0.0), (axis + 1e-6, 0.0), (axis, 1e-6)), radius, 1.0 + radius - deep, faces=True)
     x = np.array([[0.0, 0.0, 1.0], [2.0, 0.0, 1.0], [2.0, 1.0, 1.0], [0.0, 1.0, 1.0]])
-    tools, pushes = tool_arrays((tool,), 4), no_pushes(4, 1)
+    tools, pushes = tool_arrays((tool,), 4), _no_pushes(4, 1)
     tools = tools._replace(
         skin=np.array([[0, 1, 2, 3, 0]], dtype=np.int32),
         crowns=np.zeros(1),

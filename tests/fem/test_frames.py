@@ -6,7 +6,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from stemcal.fem.frames import FrameWriter, von_mises, write_vtu
+from stemcal.fem.frames import FrameWriter, _von_mises, _write_vtu
 from stemcal.fem.material import Material
 from stemcal.fem.mesh import brick, hollow_cylinder
 from stemcal.fem.model import Integration, Model
@@ -16,7 +16,7 @@ from stemcal.fem.stepper import simulate
 def test_von_mises_of_known_states() -> None:
     """Uniaxial tension σ gives σ, pure shear τ gives √3 τ, pressure gives 0."""
     stress = np.array([[5.0, 0, 0, 0, 0, 0], [0, 0, 0, 2.0, 0, 0], [7.0, 7.0, 7.0, 0, 0, 0]])
-    np.testing.assert_allclose(von_mises(stress), [5.0, np.sqrt(3.0) * 2.0, 0.0], atol=1e-12)
+    np.testing.assert_allclose(_von_mises(stress), [5.0, np.sqrt(3.0) * 2.0, 0.0], atol=1e-12)
 
 
 @pytest.fixture
@@ -40,7 +40,7 @@ def test_every_element_has_its_own_stress(tmp_path: Path, monkeypatch: pytest.Mo
     """Drawn out the more the farther along x: the stress grows with x, wherever in the blocks an element lies."""
     written: list[tuple[np.ndarray, dict[str, np.ndarray], np.ndarray]] = []
     monkeypatch.setattr(
-        "stemcal.fem.frames.write_vtu", lambda _path, x, hexes, _points, data: written.append((x, data, hexes))
+        "stemcal.fem.frames._write_vtu", lambda _path, x, hexes, _points, data: written.append((x, data, hexes))
     )
     mesh = hollow_cylinder(1.6, 4.0, np.linspace(0.0, 9.0, 8), (7, 3), (-0.5 * np.pi, 0.5 * np.pi))
     velocity = np.zeros_like(mesh.nodes)
@@ -94,6 +94,6 @@ def test_a_frame_read_back_by_other_readers(stretched: Path, reader: str) -> Non
 
 def test_names_are_escaped(tmp_path: Path) -> None:
     mesh = brick((1.0, 1.0, 1.0), (1, 1, 1))
-    write_vtu(tmp_path / "a.vtu", mesh.nodes, mesh.hexes, {}, {'<"&>': np.array([1.0])})
+    _write_vtu(tmp_path / "a.vtu", mesh.nodes, mesh.hexes, {}, {'<"&>': np.array([1.0])})
     arrays = ElementTree.parse(tmp_path / "a.vtu").findall(".//CellData/DataArray")
     assert [array.get("Name") for array in arrays] == ['<"&>']

@@ -30,7 +30,7 @@ def averaged(mesh: Mesh, strain: Array, length: float, topology: Topology | None
     topology = mesh.topology() if topology is None else topology
     state = states(strain)
     spread = exchange(mesh, topology.neighbours, np.ones(len(strain)), 1.0, length, state[:, PLASTIC_STRAIN])
-    called(nonlocal_mean.spread_strains)(spread, topology, state)
+    called(nonlocal_mean._spread_strains)(spread, topology, state)
     return spread.mean.copy()
 
 
@@ -80,7 +80,7 @@ def test_a_mirror_plane_is_as_good_as_the_other_half() -> None:
         topology, state = model.mesh.topology(), states(strain)
         shares = element_shares(model)
         spread = exchange(model.mesh, topology.neighbours, shares, 1.0, 1.5, state[:, PLASTIC_STRAIN])
-        called(nonlocal_mean.spread_strains)(spread, topology, state)
+        called(nonlocal_mean._spread_strains)(spread, topology, state)
         places = np.round(np.abs(centres) * np.array([1.0, 1.0, 0.0]) + centres * np.array([0.0, 0.0, 1.0]), 6) + 0.0
         means[symmetry] = {tuple(p): m for p, m in zip(places, spread.mean, strict=True)}
     assert len(means["quarter"]) == len(means["none"]) > 100

@@ -12,7 +12,7 @@ from stemcal.fem.model import Integration, Model
 from stemcal.fem.state import State, start
 from stemcal.fem.stepper import Marching
 
-work_out_compliance, list_met = map(called, (spread.work_out_compliance, spread.list_met))
+_work_out_compliance, _list_met = map(called, (spread._work_out_compliance, spread._list_met))
 
 
 @pytest.fixture(scope="module")
@@ -41,8 +41,8 @@ def test_compliance_is_the_sum_over_common_nodes(pressed: State) -> None:
         np.add.at(normal[j], edge.nodes[j, :size], edge.normal[j, :size])
     wanted = np.einsum("jni,kni,n,ni->jk", normal, normal, body.inverse_mass, body.free)
     edge.velocity[:] = 1e3
-    list_met(edge)
-    work_out_compliance(edge, body.free, body.inverse_mass)
+    _list_met(edge)
+    _work_out_compliance(edge, body.free, body.inverse_mass)
     np.testing.assert_allclose(edge.compliance, wanted, rtol=0.0, atol=1e-12 * wanted.max())
 
 

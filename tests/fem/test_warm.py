@@ -6,7 +6,6 @@ import signal
 import subprocess
 import sys
 import threading
-import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -15,7 +14,7 @@ import pytest
 
 import stemcal.fem.warm as module
 from stemcal.fem.kernels.compile import CACHE
-from stemcal.fem.warm import is_compiled, sweep, warm
+from stemcal.fem.warm import is_compiled, warm
 from stemcal.interrupts import heard
 from stemcal.processes import Child
 
@@ -65,17 +64,6 @@ def test_a_damaged_cache_is_recovered(tmp_path: Path) -> None:
     assert {file: file.stat().st_mtime_ns for file in entries(tmp_path)} == after
 
 
-def test_caches_of_older_sources_are_swept_after_a_month(tmp_path: Path) -> None:
-    """The cache in use and one used 29 days ago stay, one of 31 days goes, and nothing else is touched."""
-    now = time.time()
-    for name, days in (("kernels-a-numba-1", 90), ("kernels-b-numba-1", 29), ("kernels-c-numba-1", 31), ("other", 90)):
-        (tmp_path / name).mkdir()
-        (tmp_path / name / "entry.nbi").write_bytes(b"")
-        os.utime(tmp_path / name, (now - 86400 * days,) * 2)
-    sweep(tmp_path / "kernels-a-numba-1")
-    assert sorted(folder.name for folder in tmp_path.iterdir()) == ["kernels-a-numba-1", "kernels-b-numba-1", "other"]
-
-
 @pytest.fixture(params=[signal.SIGINT, signal.SIGTERM])
 def number(request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[signal.Signals]:
     """A signal, while nothing is compiled yet."""
@@ -114,7 +102,7 @@ def test_an_interrupt_while_kernels_are_compiled_is_heard_at_once(
         return started[-1]
 
     monkeypatch.setattr(module, "Child", noting)
-    monkeypatch.setattr(module, "_smallest_simulation", lambda *_: pytest.fail("goes on"))
+    monkeypatch.setattr(module, "_load", lambda: pytest.fail("goes on"))
     with pytest.raises(KeyboardInterrupt), heard():
         module.warm()
     assert [psutil.pid_exists(child.pid) for child in started] == [False]
@@ -125,31 +113,18 @@ def test_what_cannot_be_compiled_elsewhere_is_compiled_here(monkeypatch: pytest.
     here: list[bool] = []
     monkeypatch.setattr(module, "CACHE", tmp_path)
     monkeypatch.setattr(module, "_smallest_simulation", lambda: here.append(True))
-    for executable in (str(tmp_path / "nowhere"), sys.executable):
-        monkeypatch.setattr(sys, "executable", executable)
-        monkeypatch.setattr(module, "compile_all", die)  # the second child dies over it
-        module.compile_once()
-        module._mark().unlink()
-    assert here == [True, True]
+    monkeypatch.setattr(sys, "executable", str(tmp_path / "nowhere"))
+    module.compile_once()
+    assert here == [True] and module.is_compiled()
 
 
-def die() -> None:
-    os._exit(3)
-
-
-def test_a_compilation_that_fails_is_tried_again_without_what_an_earlier_one_left(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
+def test_nothing_is_left_of_a_compilation_that_was_broken_off(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """Such as entries damaged by a crash, before anything was marked as complete. The lock stays."""
     (tmp_path / "fem").mkdir()
     (tmp_path / "fem" / "damaged.nbi").write_bytes(b"")
     found: list[bool] = []
-
-    def compiling(*_: object) -> bool:
-        found.append((tmp_path / "fem").exists())
-        return len(found) > 1
-
     monkeypatch.setattr(module, "CACHE", tmp_path)
-    monkeypatch.setattr(module, "_compiled_elsewhere", compiling)
+    monkeypatch.setattr(module, "_compiled_elsewhere", lambda: not found.append((tmp_path / "fem").exists()))
     module.compile_once()
-    assert found == [True, False] and module.is_compiled()
+    module.compile_once()
+    assert found == [False] and module.is_compiled()

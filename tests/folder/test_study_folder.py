@@ -200,7 +200,7 @@ def test_stage_files(folder: StudyFolder) -> None:
 
 def test_a_stage_file_of_another_version_is_told(folder: StudyFolder) -> None:
     folder.write_stage("screen", {"schema_version": 1, "stage": "screen"})
-    with pytest.raises(UsageError, match=r"screen.json has schema version 1, but .* version 2; run .* again"):
+    with pytest.raises(UsageError, match=r"screen.json has schema version 1; .* requires 2; run .* again"):
         folder.read_stage("screen")
 
 
@@ -243,10 +243,8 @@ def test_who_looks_does_not_disturb(tmp_path: Path) -> None:
     """`holder` takes the lock for a moment; whoever wants to work waits that long."""
     looker = StudyFolder(tmp_path / "study")
     assert looker.holder() is None and not looker.path.exists()
-    with StudyFolder(looker.path) as folder:
-        folder.sign(stage="screen", workers=2)
-        held = looker.holder()
-        assert held is not None and (held.pid, held.stage, held.workers) == (os.getpid(), "screen", 2)
+    with StudyFolder(looker.path):
+        assert f"process {os.getpid()} on " in (looker.holder() or "")
     assert looker.holder() is None
     for _ in range(20):
         stop = threading.Event()

@@ -146,7 +146,7 @@ def test_a_folder_without_tests_and_an_unknown_specimen_are_refused(lab: Path) -
         ),
         ("targets:\r\n- {b: 2}\r\n", "targets:\r\n- {b: 2}\r\n- {a: 1}\r\n"),
         ("targets: [{b: 2}, {test: pull}]  # old\n", "targets:\n  - {b: 2}\n  - {a: 1}  # old\n"),
-        ("targets:\n  - {b: 2}", "targets:\n  - {b: 2}\n  - {a: 1}\n"),
+        ("targets:\n  - {b: 2}", "targets:\n  - {b: 2}\n  - {a: 1}"),
     ],
 )
 def test_however_a_spec_is_laid_out(text: str, known: str) -> None:

@@ -4,7 +4,6 @@ Needs `pip install stemcal[test-browser]` and a Chromium, found on the PATH or n
 needs axe.min.js of the npm package axe-core, named in STEMCAL_AXE, and is not checked without it.
 """
 
-import json
 import os
 import shutil
 from collections.abc import Iterator
@@ -20,7 +19,7 @@ from fakes import SPEC, FakeSolver
 
 from stemcal.files.rows import Rows
 from stemcal.folder import StudyFolder
-from stemcal.report.page import alone, render, shown
+from stemcal.report.page import Shown, render, shown
 from stemcal.solvers.protocol import RESPONSES, Answer, Request
 from stemcal.stages.fitting import joint_surfaces
 from stemcal.stages.invert.result import InvertResult
@@ -28,6 +27,7 @@ from stemcal.stages.results import Results
 from stemcal.stages.surface.analysis import fit_response_surface
 from stemcal.stages.surface.profiler import profiler_data
 from stemcal.stages.surface.result import SurfaceResult
+from stemcal.stages.verdict.rules import verdict_of
 from stemcal.study.reading import load_study
 
 playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed (extra test-browser)")
@@ -126,7 +126,9 @@ def test_values_and_intervals_are_those_of_python(browser: Any, tmp_path: Path, 
     assert len(data["surfaces"]) == len(surfaces) == 5 * len(responses.split())
     path, coded = tmp_path / "alone.html", np.random.default_rng(k).uniform(-2.0, 2.0, (1000, k))
     levels = rsm.scales.to_natural(coded)
-    path.write_text(alone(data), "utf-8")
+    results, folder = Results((rsm,)), StudyFolder(tmp_path)
+    page = render(study, folder, Shown(results, {}, [], verdict_of(study, folder, results)))
+    path.write_text(page, "utf-8")
     with opened(browser, path) as view:
         found = view.evaluate("points => points.map(point => predict(point))", levels.tolist())
     coded = rsm.scales.to_coded(levels)
@@ -248,17 +250,6 @@ def test_tables_are_sorted_and_copied(fresh: Any) -> None:
     assert len(lines) == len(column) + 1 and f"{values[0]:g}" in lines[1]
     fresh.get_by_role("button", name="Copy parameters").click()
     assert fresh.evaluate("copied").startswith("Yield stress = 18.37 MPa (95 % range: 15.35 to 19.96 MPa)")
-
-
-def test_figures_tell_the_value_under_the_pointer(fresh: Any) -> None:
-    figure = fresh.locator(".seen svg").first
-    figure.scroll_into_view_if_needed()
-    axes = json.loads(figure.get_attribute("data-read"))[0]
-    box, view = figure.bounding_box(), [float(side) for side in figure.get_attribute("viewBox").split()[2:]]
-    place = [a["ends"][0] + (a["ends"][1] - a["ends"][0]) * (v - a["from"]) / (a["to"] - a["from"])
-             for a, v in ((axes["x"], 10.0), (axes["y"], 300.0))]  # fmt: skip
-    fresh.mouse.move(box["x"] + place[0] * box["width"] / view[0], box["y"] + place[1] * box["height"] / view[1])
-    assert fresh.locator(".tip").inner_text() == "measured, stem diameter 10 mm, maximum force 300 N"
 
 
 def test_nothing_sticks_out_and_axe_finds_nothing(fresh: Any) -> None:

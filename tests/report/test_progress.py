@@ -5,7 +5,7 @@ from typing import Any
 
 from rich.console import Console
 
-from stemcal.report.progress import Bar, Lines, Watcher, make_watch
+from stemcal.report.progress import Lines, Watcher, _Bar, make_watch
 from stemcal.runs.answer import Progress
 
 
@@ -19,8 +19,8 @@ def shown(out: io.StringIO) -> str:
     return re.sub(r"\x1b\[[\d?]*[A-Za-z]", "", out.getvalue())
 
 
-def bar(out: io.StringIO) -> Bar:
-    return Bar(Console(file=out, width=100, force_terminal=True, color_system=None))
+def bar(out: io.StringIO) -> _Bar:
+    return _Bar(Console(file=out, width=100, force_terminal=True, color_system=None))
 
 
 def test_lines_are_sparse() -> None:
@@ -32,7 +32,7 @@ def test_lines_are_sparse() -> None:
     assert out.getvalue().splitlines() == [
         "Screening: 0/12 runs, last 100.0 N",
         "Screening: 2/12 runs, last 100.0 N",
-        "Screening: 12/12 runs, 1 failed, last 90.0 N at 7 mm",
+        "Screening: 12/12 runs, 1 failed, last 90.00 N at 7 mm",
     ]
 
 
@@ -52,28 +52,7 @@ def test_bar_shows_count_failures_and_force() -> None:
     out = io.StringIO()
     with bar(out) as watch:
         watch(progress(5, cached=2, failed=1, last_response=120.43, last_condition=8.0))
-    assert "5/12" in shown(out) and "2 from earlier, 1 failed, 120.4 N at 8 mm" in shown(out)
-
-
-def test_rounds_of_a_stage_that_decides_them_one_by_one_add_up() -> None:
-    out = io.StringIO()
-    with bar(out) as watch:
-        for _ in range(3):
-            watch(progress(0, stage="refine", total=1))
-            watch(progress(1, stage="refine", total=1))
-    assert re.search(r"Refinement .* 3/3 ", shown(out))
-
-
-def test_what_is_printed_stands_below_the_stages_before_it() -> None:
-    out = io.StringIO()
-    with bar(out) as watch:
-        watch(progress(12))
-        with watch.aside():
-            out.write("TABLE\n")
-        watch(progress(3, stage="rsm", total=3))
-    text = shown(out)
-    assert text.index("Screening") < text.index("TABLE") < text.rindex("Response surface")
-    assert "Screening" not in text[text.index("TABLE") :]
+    assert "5/12" in shown(out) and "2 from earlier, 1 failed, last 120.4 N at 8 mm" in shown(out)
 
 
 def test_quiet_watches_in_silence(capsys: object) -> None:

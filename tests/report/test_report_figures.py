@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from stemcal.report.figures.curves import force_travel
-from stemcal.report.figures.plot import Shared, inline
-from stemcal.report.figures.style import save, save_both, svg
+from stemcal.report.figures.plot import Plot, inline
+from stemcal.report.figures.style import save, svg
+from stemcal.report.gallery import write_figures
 from stemcal.report.records import Curve
 from stemcal.stages.screen.showing import half_normal, pareto
 from stemcal.stages.surface.figures import Solution, contours, observed_predicted
@@ -42,10 +43,10 @@ def test_files_lie_on_white(stages: dict[str, Any], tmp_path: Path) -> None:
     """The page's own document has no ground; the file made of it has a white one below everything, as the pixels."""
     from PIL import Image
 
-    figure = pareto(stages["screen"], {})
-    document = svg(figure)
-    vectors, pixels = save_both(figure, tmp_path / "pareto")
-    ground, rest = vectors.read_text("utf-8").split("#ffffff", 1)
+    plot = Plot("pareto", "screen", "", lambda: pareto(stages["screen"], {}))
+    write_figures([plot], tmp_path)
+    document, pixels = plot.document, tmp_path / "pareto.png"
+    ground, rest = (tmp_path / "pareto.svg").read_text("utf-8").split("#ffffff", 1)
     assert "patch_1" in ground and "patch_2" not in ground
     assert ground + "none" + rest == document
     with Image.open(pixels) as image:
@@ -87,19 +88,20 @@ def test_failed_runs_are_left_out(stages: dict[str, Any], edited: Any) -> None:
     assert len(validation(validate).axes[0].lines[1].get_xdata()) == 4
 
 
-def test_inline_figures_share_styles_and_marks(stages: dict[str, Any]) -> None:
-    """Every style and mark is there once however many figures have it; curves are where they were, to 0.1 pt."""
-    shared, document = Shared(), svg(validation(stages["validate"]))
-    text = inline(document, 'a "quoted" <caption>', shared)
-    classes, marks = len(shared.styles), len(shared.marks)
-    assert inline(document, 'a "quoted" <caption>', shared) == text
-    assert (len(shared.styles), len(shared.marks)) == (classes, marks)
-    root, defs = ElementTree.fromstring(text), ElementTree.fromstring(f"<defs>{shared.defs}</defs>")
-    known = {f"#{element.get('id')}" for element in defs}
-    assert {element.get("href") for element in root.iter("use")} <= known
+def test_an_inline_figure_has_classes_for_styles_and_its_own_identifiers(stages: dict[str, Any]) -> None:
+    """A style is there once however many figures have it; curves are where they were, to 0.1 pt."""
+    styles, document = dict[str, str](), svg(validation(stages["validate"]))
+    text = inline(document, 'a "quoted" <caption>', "one", styles)
+    classes = len(styles)
+    assert inline(document, 'a "quoted" <caption>', "other", styles).replace("other-", "one-") == text
+    assert len(styles) == classes
+    root = ElementTree.fromstring(text)
+    known = {element.get("id") for element in root.iter() if element.get("id")}
+    assert all(name.startswith("one-") for name in known)
+    assert {element.get("href") for element in root.iter("use")} <= {f"#{name}" for name in known}
     assert root.get("aria-label") == 'a "quoted" <caption>'
-    assert "style=" not in text and "http" not in text and "currentColor" in shared.css
-    assert len(text) + len(shared.css) + len(shared.defs) < 0.5 * len(document)
+    assert "style=" not in text and "http" not in text and "currentColor" in "".join(styles)
+    assert len(text) < 0.6 * len(document)
 
 
 def test_names_with_dollars_chinese_and_markup(stages: dict[str, Any], edited: Any, tmp_path: Path) -> None:

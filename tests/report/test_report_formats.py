@@ -6,8 +6,6 @@ from typing import Any
 
 import pytest
 
-from stemcal.cli.export import _width
-from stemcal.errors import UsageError
 from stemcal.report.figures.plot import Plot
 from stemcal.report.gallery import write_as
 from stemcal.stages.invert.showing import profile_points
@@ -20,7 +18,7 @@ def plot(stages: dict[str, Any]) -> Plot:
 
 
 def test_one_column_is_90_mm_wide_in_pdf_and_eps(stages: dict[str, Any], tmp_path: Path) -> None:
-    pdf, eps = write_as([plot(stages)], tmp_path, ["pdf", "eps"], 300, _width("one"))
+    pdf, eps = write_as([plot(stages)], tmp_path, ["pdf", "eps"], 300, 90.0)
     box = re.search(rb"/MediaBox \[ 0 0 ([\d.]+) [\d.]+ \]", pdf.read_bytes())
     assert box and float(box[1]) / 72 * 25.4 == pytest.approx(90.0, abs=0.1)
     assert b"/Type3" not in pdf.read_bytes()
@@ -39,13 +37,6 @@ def test_dots_per_inch_of_pixels(kind: str, stages: dict[str, Any], tmp_path: Pa
         assert kind == "png" or image.info["compression"] == "tiff_lzw"
         assert image.mode == "RGB"  # publishers refuse what is transparent
         assert image.getpixel((0, 0)) == (255, 255, 255)
-
-
-def test_widths_that_are_none() -> None:
-    assert _width(None) is None and _width("two") == 190.0 and _width("85 mm") == 85.0
-    for wrong in ("three", "7", "1e9", "nan"):
-        with pytest.raises(UsageError, match="one, two, or a width"):
-            _width(wrong)
 
 
 def test_levels_are_round_and_span_the_forces(stages: dict[str, Any]) -> None:

@@ -11,7 +11,7 @@ from stemcal.cutting.end_state import Shape
 from stemcal.fem.material import Material
 from stemcal.fem.mesh import brick
 from stemcal.fem.model import Integration
-from stemcal.report.figures.fracture import exposed_faces, fracture, section_faces, side_faces
+from stemcal.report.figures.fracture import _exposed_faces, _section_faces, _side_faces, fracture
 
 
 def box(counts: tuple[int, int, int] = (4, 2, 2), symmetry: str = "none") -> Shape:
@@ -23,7 +23,7 @@ def box(counts: tuple[int, int, int] = (4, 2, 2), symmetry: str = "none") -> Sha
 
 
 def test_surface_of_a_box() -> None:
-    corners, owner = exposed_faces(box())
+    corners, owner = _exposed_faces(box())
     assert len(corners) == 2 * (4 * 2 + 4 * 2 + 2 * 2)
     assert set(owner) == set(range(16))
 
@@ -32,13 +32,13 @@ def test_a_deleted_element_opens_its_neighbours() -> None:
     whole = box((3, 3, 3))
     standing = whole.standing.copy()
     standing[13] = False  # the middle one
-    assert len(exposed_faces(replace(whole, standing=standing))[0]) == 54 + 6
-    assert 13 not in exposed_faces(replace(whole, standing=standing))[1]
+    assert len(_exposed_faces(replace(whole, standing=standing))[0]) == 54 + 6
+    assert 13 not in _exposed_faces(replace(whole, standing=standing))[1]
 
 
 @pytest.mark.parametrize("symmetry", ["none", "half"])
 def test_section_is_the_plane_of_symmetry(symmetry: str) -> None:
-    polygons, strain = section_faces(box(symmetry=symmetry))
+    polygons, strain = _section_faces(box(symmetry=symmetry))
     assert len(polygons) == len(strain) == 4 * 2
     across = polygons - np.roll(polygons, 1, axis=1)
     x, z = polygons[..., 0], polygons[..., 1]
@@ -48,7 +48,7 @@ def test_section_is_the_plane_of_symmetry(symmetry: str) -> None:
 
 
 def test_side_shows_the_near_side_only() -> None:
-    polygons, _ = side_faces(box())
+    polygons, _ = _side_faces(box())
     assert len(polygons) == 4 * 2
 
 
@@ -68,6 +68,6 @@ def test_shape_of_a_cut_stem_survives_packing() -> None:
     assert len(json.dumps(shape.packed())) < 60_000
     figure = fracture(again)
     drawn = figure.axes[0].collections[0].get_array()
-    assert len(drawn) == len(side_faces(again)[0]) > 50
+    assert len(drawn) == len(_side_faces(again)[0]) > 50
     gone = set(np.flatnonzero(~shape.standing))
-    assert not gone & set(exposed_faces(again)[1])
+    assert not gone & set(_exposed_faces(again)[1])

@@ -16,7 +16,7 @@ from stemcal.errors import UsageError
 from stemcal.folder import StudyFolder
 from stemcal.note import Note, hourglass_energy, nothing_deleted
 from stemcal.report.page import coded, part, render, shown, write_page
-from stemcal.report.records import Details, Provenance, RunRecord, run_warnings
+from stemcal.report.records import Details, RunRecord, run_warnings
 from stemcal.stages.results import Results
 
 BLANK = pytest.mark.usefixtures("blank_figures")
@@ -161,7 +161,7 @@ def test_unfinished_study(replayed: tuple[Any, Any], tmp_path: Path) -> None:
     with pytest.raises(UsageError, match="stemcal run SPEC"):
         render(study, StudyFolder(tmp_path))
     shutil.copy(folder.path / "screen.json", tmp_path)
-    assert "Not done yet: Response surface, Calibration, Validation." in render(study, StudyFolder(tmp_path))
+    assert "Unfinished stages: Response surface, Calibration, Validation." in render(study, StudyFolder(tmp_path))
 
 
 @BLANK
@@ -183,7 +183,7 @@ def test_stale_stages_are_left_out(replayed: tuple[Any, Any]) -> None:
     options = study.screen.model_copy(update={"alpha": 0.01})
     text = render(study.model_copy(update={"screen": options}), folder)
     assert "screen.json is out of date" in text
-    assert "Not done yet: Screening." in text
+    assert "Unfinished stages: Screening." in text
     assert "Effects on the maximum force" not in text
     assert "Analysis of variance" in text
 
@@ -206,7 +206,7 @@ def test_curves_of_the_runs(replayed: tuple[Any, Any], tmp_path: Path) -> None:
 
 def test_warnings_of_the_runs_are_told_once_per_kind() -> None:
     def record(key: str, *warnings: Note) -> RunRecord:
-        return RunRecord(key, Details(warnings=warnings), None, Provenance())
+        return RunRecord(key, Details(warnings=warnings))
 
     records = {
         "screen 1": record("a", hourglass_energy(16.3), hourglass_energy(17.0)),
@@ -215,9 +215,9 @@ def test_warnings_of_the_runs_are_told_once_per_kind() -> None:
         "8 mm": record("c"),
     }
     assert [note.text for note in run_warnings(records)] == [
-        "2 of 3 runs, first screen 1: The hourglass energy is 16.3 % of the internal energy. Use smaller elements "
+        "2 of 3 runs (first: screen 1): The hourglass energy is 16.3 % of the internal energy. Use smaller elements "
         "(solver.element_size).",
-        "1 of 3 runs, first screen 2: The material has no failure criterion: elements lose the shear stress at the "
+        "1 of 3 runs (first: screen 2): The material has no failure criterion: elements lose the shear stress at the "
         "failure strain, but remain.",
     ]
 

@@ -69,7 +69,7 @@ def test_calibration_with_ranges(stages: dict[str, Any]) -> None:
     text = printed(stages["invert"])
     assert cells(text, "yield_stress") == ["yield_stress", "18.37", "15.35", "to", "19.96", "46", "%", "1.134"]
     assert "147.1 to 171.3" in " ".join(text.split())
-    assert "without the error of the surface: yield_stress 17.63 to 18.96," in " ".join(text.split())
+    assert "yield_stress 17.63 to 18.96" in " ".join(text.split())
 
 
 def test_scores_of_curves_stand_by_how_far_they_are_from_the_mean_curve() -> None:
@@ -79,7 +79,7 @@ def test_scores_of_curves_stand_by_how_far_they_are_from_the_mean_curve() -> Non
     row = {"condition": 8.0, "response": "curve_1", "measured": 180.0, "simulated": 178.5, "error_percent": 0.83}
     table = further_table(from_means([row], names), ("simulated", "Simulated", significant), names)
     assert table.cells == (("score of the first curve mode", "8", "0 N", "−1.500 N", "0.83"),)
-    assert table.foot[-1].startswith("Score: signed deviation")
+    assert table.foot[-1].startswith("A score is the signed deviation")
 
 
 def test_failed_runs_show_their_reason(stages: dict[str, Any], edited: Any) -> None:

@@ -16,10 +16,10 @@ from stemcal.files.rows import Table
 from stemcal.folder import StudyFolder
 from stemcal.naming import CUTTING, Named, Names, Naming
 from stemcal.overview.status import ledger
-from stemcal.report.export import document, paper_tables
+from stemcal.report.export import document, numbered, study_tables
 from stemcal.report.figures.style import svg
 from stemcal.report.gallery import gallery
-from stemcal.report.page import first_pictures, run_tables
+from stemcal.report.page import _first_pictures, _run_tables
 from stemcal.report.page.headline import kind_of, question
 from stemcal.report.progress import describe
 from stemcal.report.records import read_records
@@ -100,7 +100,7 @@ def all_tables(told: Told) -> list[Table]:
     stages = [table for stage in results.done for table in tables_of(stage)]
     runs = listed(runs_table(ledger(study, folder), names), names)
     ends = final_tables(study, results, True)
-    return [*stages, *setting_tables(study), *run_tables(study, results, read_records(results, folder)), *ends, runs]
+    return [*stages, *setting_tables(study), *_run_tables(study, results, read_records(results, folder)), *ends, runs]
 
 
 def words_of(table: Table) -> list[str]:
@@ -168,24 +168,12 @@ def test_further_responses_are_named_with_their_units(moist: Told) -> None:
     assert tables["Runs of the screening"].heads[-2:] == ("Angle of repose, °", "Bulk density, kg/m³")
 
 
-def test_papers_tables_speak_of_no_stem(told: Told) -> None:
+def test_published_tables_speak_of_no_stem(told: Told) -> None:
     study, _, results = told
-    tables = paper_tables(study, results)
+    tables = numbered(study_tables(study, results))
     assert of_stems([document(tables).partition("begin{document}")[2]]) == []
-    validation = next(table for table in tables if table.name == "validation")
-    assert "Angle of Repose Measured/°" in validation.heads
-    assert validation.caption.startswith("Comparison of the measured and simulated angle of repose")
+    assert "Measured and simulated angle of repose." in [table.caption for table in tables]
     assert r"$\theta$ = " in document(tables)
-
-
-def test_papers_tables_show_every_response(moist: Told) -> None:
-    study, _, results = moist
-    tables = {table.name: table for table in paper_tables(study, results)}
-    assert tables["screening-runs"].heads[-2:] == ("Angle of Repose/°", "Bulk Density/(kg/m³)")
-    assert tables["validation"].heads[0] == "Moisture/%"
-    assert tables["validation"].heads[4] == "Bulk Density Measured/(kg/m³)"
-    assert tables["validation"].cells[0][4] == "745"
-    assert tables["refinement"].heads[1] == "Moisture/%"
 
 
 def test_figures_speak_of_no_stem(moist: Told) -> None:
@@ -200,7 +188,7 @@ def test_figures_speak_of_no_stem(moist: Told) -> None:
 def test_each_response_has_its_figure_of_validation(moist: Told) -> None:
     study, folder, results = moist
     plots = gallery(study, results, read_records(results, folder))
-    assert [plot.name for plot in first_pictures(study, plots)] == ["validation", "validation-bulk"]
+    assert [plot.name for plot in _first_pictures(study, plots)] == ["validation", "validation-bulk"]
     (axes,) = next(plot for plot in plots if plot.name == "validation-bulk").figure.axes
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("moisture, %", "bulk density, kg/m³")
     assert list(axes.lines[0].get_ydata()) == [745.0, 741.0]
@@ -262,7 +250,7 @@ def test_progress_tells_the_last_answer() -> None:
     )
     restitution = Named("cor", "Restitution", "e", "1")
     assert describe(progress, Naming(None, (restitution,))) == "Screening: 5/8 runs, last 0.5312"
-    assert describe(progress, CUTTING) == "Screening: 5/8 runs, last 0.5 N at 12 mm"
+    assert describe(progress, CUTTING) == "Screening: 5/8 runs, last 0.5312 N at 12 mm"
 
 
 def test_small_responses_keep_their_digits() -> None:

@@ -41,7 +41,7 @@ solver:
   templates: [in.json]
   result: {file: out.json, path: y}
   %s
-screen: {design: PB, centre_points: 2}
+screen: {design: plackett-burman, centre_points: 2}
 rsm: {factors: [a, b], centre_points: 4}
 targets: [{diameter: 8 mm, force: 32 N}]
 """

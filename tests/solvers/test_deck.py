@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from deck_as_embedded import as_embedded
 
 from stemcal.cutting import Blade, Stem, Supports, build
 from stemcal.errors import UsageError
@@ -24,7 +25,6 @@ from stemcal.solvers.deck.equivalents import (
     wanted_step,
 )
 from stemcal.solvers.deck.keywords import fitted, keyword
-from stemcal.solvers.deck.model import as_embedded
 from stemcal.solvers.deck.tools import blade_mesh, supports_mesh
 from stemcal.solvers.deck.writer import engine_text, starter_around, stem_material
 from stemcal.solvers.embedded import shear_test

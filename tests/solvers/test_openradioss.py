@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner, Result
 
-from stemcal.cli import doctor
 from stemcal.cli.app import app
 from stemcal.cutting.result import moving_mean
 from stemcal.errors import SimulationFailed, UsageError
@@ -26,7 +25,7 @@ from stemcal.solvers.deck.openradioss_output import (
     values_not_read,
 )
 from stemcal.solvers.protocol import Answer, Request
-from stemcal.study.model import GAP, Study
+from stemcal.study.model import GAP, SOLVERS, Study
 from stemcal.study.reading import load_study
 
 STAND_IN = Path(__file__).with_name("stand_in_for_openradioss.py")
@@ -212,7 +211,7 @@ def test_commands_say_what_is_missing_and_run_once(tmp_path: Path) -> None:
     assert "no run can start" not in command("check", spec).stderr
     run = command("simulate", spec, *levels, "--csv", tmp_path / "curve.csv")
     assert "Maximum force: 125.9 N" in run.stdout
-    assert "at 0.459 mm of travel" in run.stdout
+    assert "travel at the peak: 0.459 mm" in run.stdout
     assert (tmp_path / "curve.csv").read_text(encoding="utf-8").startswith("travel,force")
     told = json.loads(command("simulate", spec, *levels, "--json").stdout)["result"]
     assert (told["status"], told["response"]) == ("ok", pytest.approx(125.9459, abs=1e-4))
@@ -230,11 +229,11 @@ def test_commands_say_what_is_missing_and_run_once(tmp_path: Path) -> None:
 def test_doctor_looks_at_what_the_environment_names(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     study_of(tmp_path)
     monkeypatch.setenv("OPENRADIOSS_PATH", str(tmp_path / "openradioss"))
-    (found,) = doctor._solvers()
-    assert (found.ok, found.found.endswith("starter_linux64_gf")) == (True, True)
+    ((_, found, ok),) = SOLVERS.named("deck").ready()
+    assert (ok, found.endswith("starter_linux64_gf")) == (True, True)
     (tmp_path / "openradioss" / "hm_cfg_files").rmdir()
-    (found,) = doctor._solvers()
-    assert (found.ok, "hm_cfg_files" in found.found) == (False, True)
+    ((_, found, ok),) = SOLVERS.named("deck").ready()
+    assert (ok, "hm_cfg_files" in found) == (False, True)
 
 
 # ---- listings

@@ -4,11 +4,11 @@ import os
 from pathlib import Path
 
 import pytest
+from deck_as_embedded import as_embedded
 
 from stemcal.solvers import make_solver
 from stemcal.solvers.deck import Deck
 from stemcal.solvers.deck.keywords import form_of
-from stemcal.solvers.deck.model import as_embedded
 from stemcal.solvers.deck.openradioss import HOME
 from stemcal.solvers.embedded import simulate
 from stemcal.solvers.options import DeckSolver, EmbeddedSolver

@@ -14,7 +14,7 @@ from stemcal.executors import InlineExecutor
 from stemcal.files.rows import Rows
 from stemcal.folder import StudyFolder
 from stemcal.naming import CUTTING, Names
-from stemcal.report.export import paper_tables
+from stemcal.report.export import study_tables
 from stemcal.runs.record import Outcome
 from stemcal.stages.climb.analysis import ascent_path
 from stemcal.stages.climb.result import ClimbResult, ClimbRow
@@ -87,10 +87,10 @@ def test_part_of_a_whole_study(tmp_path: Path) -> None:
     workflow.calibrate(study, folder, InlineExecutor(), solver=FakeSolver())
     assert folder.read_stage("refine")["converged"] and folder.has_stage("climb")
     steps, loop = read_result(folder, ClimbResult), read_result(folder, RefineResult)
-    published = paper_tables(study, Results((steps, loop)))
-    assert [table.name for table in published] == ["factors", "ascent", "refinement"]
-    assert len(published[1].cells) == len(steps.rows) == 4  # until the target is passed
-    assert published[2].cells[-1][-1] == f"{loop.made[-1].outcome.response:.1f}"
+    published = study_tables(study, Results((steps, loop)))
+    assert [table.title for table in published][:2] == ["Factors", "Steps towards the target"]
+    assert len(published[1].rows) == len(steps.rows) == 4  # until the target is passed
+    assert loop.made[-1].outcome.response in published[-1].rows[-1]
 
 
 def test_a_sheet_is_asked_for_the_path(tmp_path: Path) -> None:

@@ -54,7 +54,7 @@ def chosen(study: Study, *significant: str) -> tuple[list[str], list[Note]]:
 
 
 def test_strongest_three_are_taken_whatever_is_significant(tmp_path):
-    study = study_of(tmp_path, "rsm: {design: BBD, factors: strongest 3}")
+    study = study_of(tmp_path, "rsm: {design: box-behnken, factors: strongest 3}")
     names, said = chosen(study, "a")
     assert names == ["a", "b", "c"]
     assert [note.kind for note in said] == ["strongest_factors"]
@@ -66,7 +66,10 @@ def test_strongest_three_are_taken_whatever_is_significant(tmp_path):
 
 @pytest.mark.parametrize(
     ("design", "significant", "taken"),
-    [("BBD", "a", "abc"), ("BBD", "abcd", "abcd"), ("CCD", "a", "ab"), ("CCD", "", "ab")],
+    [
+        *(("box-behnken", "a", "abc"), ("box-behnken", "abcd", "abcd")),
+        *(("central-composite", "a", "ab"), ("central-composite", "", "ab")),
+    ],
 )
 def test_a_design_gets_as_many_factors_as_it_wants(tmp_path, design, significant, taken):
     study = study_of(tmp_path, f"rsm: {{design: {design}}}")
@@ -82,9 +85,9 @@ def test_a_number_that_the_design_cannot_take_is_refused(tmp_path, asked):
 
 
 def test_short_names_mean_the_designs(tmp_path):
-    study = study_of(tmp_path, "screen: {design: PB}\nrsm: {design: ccd}")
+    study = study_of(tmp_path, "screen: {design: plackett-burman}\nrsm: {design: central-composite}")
     assert (study.screen.design, study.rsm.design) == ("plackett-burman", "central-composite")
-    assert study_of(tmp_path, "rsm: {design: BBD}").rsm.design == "box-behnken"
+    assert study_of(tmp_path, "rsm: {design: box-behnken}").rsm.design == "box-behnken"
 
 
 @pytest.mark.parametrize(("k", "runs"), [(3, 4), (4, 8), (5, 12), (7, 12), (11, 12), (12, 20)])
@@ -132,7 +135,7 @@ def test_a_stroke_that_is_a_share_of_the_diameter() -> None:
 
 def test_box_behnken_requires_three_factors(tmp_path):
     with pytest.raises(SpecError, match="box-behnken requires 3 to 7 factors, not 2"):
-        study_of(tmp_path, "rsm: {design: BBD}", "ab")
+        study_of(tmp_path, "rsm: {design: box-behnken}", "ab")
 
 
 def test_a_factor_that_no_run_varies_is_named(tmp_path):

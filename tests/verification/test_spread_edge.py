@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_matrix
 from scipy.sparse.linalg import spsolve
 
-from stemcal.fem.contact import Contact, Tool, gap_beside, reach_beside
+from stemcal.fem.contact import Contact, Tool, _gap_beside, _reach_beside
 from stemcal.fem.material import Material
 from stemcal.fem.mesh import Mesh, brick
 from stemcal.fem.model import Integration, Model
@@ -20,11 +20,11 @@ E, NU = 1000.0, 0.3
 WIDE, HIGH, LONG = 12.0, 6.0, 2.0
 SPREAD = 1.0
 TOOL = Tool(((0.0, 0.1), (1.0, 4.0), (-1.0, 4.0)), 0.1, height=0.0, speed=-0.2, edge=0.0, spread=SPREAD)
-REACH = reach_beside(TOOL)[1]
+REACH = _reach_beside(TOOL)[1]
 
 
 def bell(s: Array) -> Array:
-    return np.maximum(1.0 - (gap_beside(TOOL, s) / SPREAD) ** 2, 0.0) ** 2
+    return np.maximum(1.0 - (_gap_beside(TOOL, s) / SPREAD) ** 2, 0.0) ** 2
 
 
 def widening(h: float) -> float:

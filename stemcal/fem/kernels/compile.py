@@ -24,40 +24,32 @@ import platformdirs
 from numba import njit, types
 from numba.extending import overload
 
-_ROOM = 2**20  # bytes that must go in
 
+def _cache_folder() -> Path:
+    """Return the folder for compiled kernels: that of the user, or, where it is not private, one that is temporary.
 
-def cache_folder() -> Path:
-    """Return the folder for compiled kernels: the user's own, or, where that is unusable, one that is temporary."""
-    if not unusable(own_folder()):
-        return own_folder()
-    user = os.geteuid() if hasattr(os, "geteuid") else "user"
-    found = Path(tempfile.gettempdir()) / f"stemcal-{user}-{_name()}"  # the same for this user's later commands
-    return Path(tempfile.mkdtemp(prefix="stemcal-kernels-")) if unusable(found) else found
-
-
-def own_folder() -> Path:
-    """Return the folder that the user has configured, or that of his cache, be it usable or not."""
+    `STEMCAL_CACHE_DIR` moves it.
+    """
     configured = os.environ.get("STEMCAL_CACHE_DIR")
     root = Path(configured) if configured else Path(platformdirs.user_cache_dir("stemcal", appauthor=False))
-    return root / _name()
+    user = os.geteuid() if hasattr(os, "geteuid") else "user"
+    spare = Path(tempfile.gettempdir()) / f"stemcal-{user}-{_name()}"  # the same for this user's later commands
+    usable = next(filter(_is_private, (root / _name(), spare)), None)
+    return usable or Path(tempfile.mkdtemp(prefix="stemcal-kernels-"))
 
 
-def unusable(folder: Path) -> str:
-    """Return why a folder cannot serve as cache, nothing if it can; it is made if it is not there.
+def _is_private(folder: Path) -> bool:
+    """Return whether only this user can write to a folder; a missing folder is created.
 
-    It must be this user's and no one else's to write; Windows keeps the user's cache in his profile, which is his.
+    On Windows, the cache folder is part of the private profile of the user.
     """
     try:
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        tempfile.TemporaryFile(dir=folder).close()
         found = folder.lstat()
-        with tempfile.TemporaryFile(dir=folder) as file:
-            file.write(bytes(_ROOM))
-    except OSError as error:
-        return f"{folder} cannot be written ({error.strerror})"
-    if os.name != "nt" and (found.st_uid != os.geteuid() or found.st_mode & (stat.S_IWGRP | stat.S_IWOTH)):
-        return f"other users may write to {folder}"
-    return ""
+    except OSError:
+        return False
+    return os.name == "nt" or (found.st_uid == os.geteuid() and not found.st_mode & (stat.S_IWGRP | stat.S_IWOTH))
 
 
 def _name() -> str:
@@ -74,7 +66,7 @@ def _name() -> str:
 
 Function = Callable[..., Any]
 
-CACHE = cache_folder()
+CACHE = _cache_folder()
 _config: Any = numba.config
 _config.CACHE_DIR = str(CACHE)
 

@@ -215,7 +215,7 @@ def element(scratch: Array, state: Array, lane: int, dt: float, material: Floats
     smooth = smoothed(load(state, PLASTIC_RATE, lane), strain - before, dt, material.rate_filter)
     store(state, PLASTIC_RATE, lane, smooth)
     yielded = double_dot(de, de) if q > static_yield else ZERO
-    at_once = -yielded if yielded > ZERO else ONE  # see `follow_rates`
+    at_once = -yielded if yielded > ZERO else ONE  # see `_follow_rates`
     store(state, RATE_FACTOR, lane, factor if material.rate_filter > ZERO else at_once)
     store(state, VISCOUS_PRESSURE, lane, pressure)
 
@@ -228,7 +228,7 @@ def advance(scratch: Array, state: Array, dt: float, material: Floats) -> None:
 
 
 @inlined
-def follow_rates(state: Array, dt: float, material: Floats) -> None:
+def _follow_rates(state: Array, dt: float, material: Floats) -> None:
     """Work out the rate factors of a block's next step; most blocks do not yield, and powers take their time."""
     if yielding(state) > 0:
         for lane in range(LANES):
@@ -254,7 +254,7 @@ def run_block(scratch: Array, runs: Any, seen: Any, state: Array, dt: float, mat
     """Advance a block from the motion of its nodes, and work out the rate factors of its next step."""
     fetch(scratch, runs, seen)
     advance(scratch, state, dt, material)
-    follow_rates(state, dt, material)
+    _follow_rates(state, dt, material)
 
 
 @entry

@@ -56,7 +56,7 @@ def kick_and_drift(body: Any, kick: float, drift: float, sums: Array, begin: int
             _move_component(body, i, kick, drift, first, last)
         if loaded:
             work += _power_of_loads(body, first, last)
-        sums[c, 0], sums[c, 1] = 0.5 * kick * work, largest_speed(body.v, first, last)
+        sums[c, 0], sums[c, 1] = 0.5 * kick * work, _largest_speed(body.v, first, last)
 
 
 @kernel
@@ -192,7 +192,7 @@ def leave_pushes(body: Any, kick: float, speed: Array, held: Array) -> None:
 
 
 @summing
-def largest_speed(v: Array, first: int, last: int) -> float:
+def _largest_speed(v: Array, first: int, last: int) -> float:
     """Return the largest speed of nodes first…last−1, NaN if one is not a number."""
     x, y, z = v.T[0, first:last], v.T[1, first:last], v.T[2, first:last]
     fastest = 0.0

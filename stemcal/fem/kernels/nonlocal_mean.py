@@ -49,7 +49,7 @@ class Exchange(NamedTuple):
 
 
 @kernel
-def spread_strains(exchange: Floats, topology: Floats, state: Array) -> None:
+def _spread_strains(exchange: Floats, topology: Floats, state: Array) -> None:
     """Set the mean plastic strain around each element, and the largest of those not eroded."""
     mean, after, share, around = exchange.mean, exchange.next, exchange.share, exchange.around
     slots, standing = topology.slots, topology.standing
@@ -90,7 +90,7 @@ def fail_by_mean_strain(exchange: Floats, topology: Floats, state: Array) -> boo
     """Mark as failed the elements whose mean strain has reached the failure strain; returns whether there are any."""
     if not _may_have_failed(exchange, state):
         return False
-    spread_strains(exchange, topology, state)
+    _spread_strains(exchange, topology, state)
     failed = False
     for e in range(exchange.mean.shape[0]):
         if topology.standing[e] and exchange.mean[e] >= exchange.failure_strain:

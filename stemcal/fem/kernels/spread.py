@@ -108,8 +108,8 @@ def take_hold(
                 if edge.lines[j, m] >= 0:
                     _add_line(edge, j, edge.lines[j, m], edge.image[j, m], edge.bell[j, m] / total)
             edge.offset[j] = height - _along_normal(edge, j, x)
-    list_met(edge)
-    work_out_compliance(edge, free, inverse_mass)
+    _list_met(edge)
+    _work_out_compliance(edge, free, inverse_mass)
 
 
 @kernel
@@ -224,7 +224,7 @@ def _place_of(sizes: Ints, nodes: Ints, row: int, node: int) -> int:
 
 
 @inlined
-def list_met(edge: Floats) -> None:
+def _list_met(edge: Floats) -> None:
     """List the nodes of all rows, each once, and set their scratch to zero."""
     for m in range(edge.met_count[0]):
         edge.is_met[edge.met[m]] = False
@@ -242,7 +242,7 @@ def list_met(edge: Floats) -> None:
 
 
 @kernel
-def work_out_compliance(edge: Floats, free: Any, inverse_mass: Array) -> None:
+def _work_out_compliance(edge: Floats, free: Any, inverse_mass: Array) -> None:
     """Set the rate by which a force of one row speeds up the mean height of another, and each row's own in slip."""
     answer = edge.velocity
     for j in range(edge.sizes.shape[0]):
@@ -284,19 +284,19 @@ def _common_give(edge: Floats, j: int, other: int, inverse_mass: Array) -> float
 def push_spread_edge(edge: Floats, tools: Floats, body: Floats, kick: float, dt: float, friction: Floats) -> None:
     """Add to `body.pushes` the forces that keep the surface under the rows from rising above the edge."""
     speed, tip = tools.speed[edge.tool], tools.height[edge.tool]
-    foresee(edge, body, kick)
+    _foresee(edge, body, kick)
     for j in range(edge.sizes.shape[0]):
         if edge.sizes[j] == 0:
             edge.force[j, :] = 0.0
-        elif bears(edge, j):
+        elif _bears(edge, j):
             _impart(edge, body, j, edge.force[j], kick)
     for j in range(edge.sizes.shape[0]):
-        edge.excess[j] = rise(edge, body, j, speed, tip, dt) if edge.sizes[j] > 0 else 0.0
+        edge.excess[j] = _rise(edge, body, j, speed, tip, dt) if edge.sizes[j] > 0 else 0.0
     _solve_rows(edge, kick)
     for p in range(edge.pairs.shape[0]):
         j, across = edge.pairs[p, 0], edge.pairs[p, 1]
-        first = rub(edge, j, speed, kick, friction)
-        second = rub(edge, across, speed, kick, friction)
+        first = _rub(edge, j, speed, kick, friction)
+        second = _rub(edge, across, speed, kick, friction)
         _impart(edge, body, j, first, kick)
         if across >= 0:
             _impart(edge, body, across, second, kick)
@@ -309,7 +309,7 @@ def _hand_over(edge: Floats, tools: Floats, body: Floats) -> None:
     tool_count = tools.speed.shape[0]
     pressing, rubbing = EDGE * tool_count + edge.tool, FRICTION * tool_count + edge.tool
     for j in range(edge.sizes.shape[0]):
-        if not bears(edge, j):
+        if not _bears(edge, j):
             continue
         for k in range(edge.sizes[j]):
             n = edge.nodes[j, k]
@@ -336,14 +336,14 @@ def _along_normal(edge: Floats, j: int, u: Array) -> float:
 
 
 @inlined
-def bears(edge: Floats, j: int) -> bool:
+def _bears(edge: Floats, j: int) -> bool:
     """Return whether a row has any force; most have none, and then nothing needs to be done for them."""
     force = edge.force[j]
     return bool(force[0] != 0.0 or force[1] != 0.0 or force[2] != 0.0 or force[3] != 0.0)
 
 
 @inlined
-def foresee(edge: Floats, body: Floats, kick: float) -> None:
+def _foresee(edge: Floats, body: Floats, kick: float) -> None:
     """Set the velocities that the nodes of all rows would have after the kick without the edge."""
     for m in range(edge.met_count[0]):
         n = edge.met[m]
@@ -364,7 +364,7 @@ def _impart(edge: Floats, body: Floats, j: int, force: Floats, kick: float) -> N
 
 
 @inlined
-def rise(edge: Floats, body: Floats, j: int, speed: float, tip: float, dt: float) -> float:
+def _rise(edge: Floats, body: Floats, j: int, speed: float, tip: float, dt: float) -> float:
     """Return by how much faster than allowed the mean height of a row rises towards the edge, mm/s.
 
     The height follows from the normals as its rate does, or slip along a slope would be taken for a rise. Surfaces
@@ -411,9 +411,9 @@ def _change_row(edge: Floats, j: int, change: float, kick: float) -> None:
 
 
 @inlined
-def rub(edge: Floats, j: int, speed: float, kick: float, friction: Floats) -> Floats:
+def _rub(edge: Floats, j: int, speed: float, kick: float, friction: Floats) -> Floats:
     """Give a row the friction that stops its mean slip, or as much as Coulomb's law allows; returns what is new."""
-    if j < 0 or not bears(edge, j):
+    if j < 0 or not _bears(edge, j):
         return 0.0, 0.0, 0.0, 0.0
     slip = (0.0, 0.0, -speed)
     nx, ny = edge.slope[j, 0], edge.slope[j, 1]

@@ -86,7 +86,7 @@ def energies(rows: Mapping[str, Sequence[float]]) -> Figure:
     styles = {
         "external": ("work done by the blade", INK, "-"),
         "internal": ("internal", BLUE, "-"),
-        "eroded": ("in eroded elements", ORANGE, "-"),
+        "eroded": ("deleted elements", ORANGE, "-"),
         "contact": ("friction and contact", GREEN, "-"),
         "hourglass": ("hourglass", "#cc79a7", "--"),
         "kinetic": ("kinetic", FAINT, "--"),

@@ -1,7 +1,6 @@
 """The cut stem seen from the side and in section, coloured by plastic strain, with blade and supports."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +23,6 @@ FACES = np.array([(0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3,
 PLASTIC = "YlOrBr"
 EDGE = "#6d6a66"
 TOOL = "#b4bac3"
-WHOLE = "#ffffe5"  # where it begins
 
 
 def fracture(shape: Shape) -> Figure:
@@ -33,7 +31,7 @@ def fracture(shape: Shape) -> Figure:
     with new_figure(width=6.4, height=2.3) as figure:
         panels = figure.subplots(1, 2, sharex=True, sharey=True)
         for axes, faces, label in zip(
-            panels, (side_faces(shape), section_faces(shape)), ("from the side", "in section"), strict=True
+            panels, (_side_faces(shape), _section_faces(shape)), ("side view", "section"), strict=True
         ):
             _draw_faces(axes, shape, faces, scale, near(shape))
             axes.set_title(label, color=INK)
@@ -65,16 +63,16 @@ def _colour_bar(figure: Figure, scale: Any, panels: list[Axes]) -> None:
     figure.colorbar(mapped, ax=panels, label="plastic strain", aspect=30).outline.set_visible(False)
 
 
-def side_faces(shape: Shape) -> tuple[Array, Array]:
+def _side_faces(shape: Shape) -> tuple[Array, Array]:
     """Return the faces that show from the side, far ones first, as (F, 4, 2) in x and z, and their strain."""
-    corners, owner = exposed_faces(shape)
+    corners, owner = _exposed_faces(shape)
     points = shape.nodes[corners]
     seen = _normals(points)[:, 1] > 0.0
     order = np.argsort(points[seen][:, :, 1].mean(axis=1))
     return points[seen][order][:, :, (0, 2)], shape.plastic_strain[owner[seen]][order]
 
 
-def section_faces(shape: Shape) -> tuple[Array, Array]:
+def _section_faces(shape: Shape) -> tuple[Array, Array]:
     """Return the faces of standing elements on the plane y = 0, as (F, 4, 2) in x and z, and their strain."""
     behind = shape.reference[shape.hexes].mean(axis=1)[:, 1] > 0.0
     corners, owner = _faces(shape.hexes, behind)
@@ -86,15 +84,7 @@ def section_faces(shape: Shape) -> tuple[Array, Array]:
     return shape.nodes[corners[on_plane]][:, :, (0, 2)], shape.plastic_strain[owner[on_plane]]
 
 
-def end_faces(shape: Shape) -> Array:
-    """Return the faces at the stem's end as they began, as (F, 4, 2) in y and z: its cross-section."""
-    corners, _ = _faces(shape.hexes, np.ones(len(shape.hexes), bool))
-    points = shape.reference[corners]
-    x = points[:, :, 0].mean(axis=1)
-    return np.asarray(points[x > x.max() - 1e-6][:, :, (1, 2)])
-
-
-def exposed_faces(shape: Shape) -> tuple[NDArray[np.int32], NDArray[np.intp]]:
+def _exposed_faces(shape: Shape) -> tuple[NDArray[np.int32], NDArray[np.intp]]:
     """Return the outer faces (F, 4) of the remaining elements, and their elements."""
     return _faces(shape.hexes, shape.standing)
 
@@ -137,70 +127,7 @@ def _draw_faces(
     return added
 
 
-# ---- on the way through the cut: moments in section, the mesh, and the animation as a GIF
-
-
-def moments(frames: Sequence[Frame], count: int = 6) -> list[Frame]:
-    """Return the main frames: start, half-way to the peak, peak, and evenly from there to the end."""
-    forces = [frame.force for frame in frames]
-    peak = forces.index(max(forces))
-    after = np.linspace(peak, len(frames) - 1, count - 2)
-    return [frames[k] for k in sorted({0, peak // 2, *(round(float(k)) for k in after)})]
-
-
-def fracture_frames(frames: Sequence[Frame]) -> Figure:
-    """Return the section at a few moments, all coloured on one scale."""
-    chosen = moments(frames)
-    scale = _strain_scale([frame.shape for frame in chosen])
-    rows = (len(chosen) + 1) // 2
-    with new_figure(width=6.4, height=1.75 * rows + 0.3) as figure:
-        panels = figure.subplots(rows, 2, sharex=True, sharey=True, squeeze=False).ravel()
-        for axes, frame in zip(panels, chosen, strict=False):
-            _draw_faces(axes, frame.shape, section_faces(frame.shape), scale, near(frame.shape))
-            axes.set_title(f"{fixed(frame.travel)} mm, {fixed(frame.force, 0)} N", color=INK)
-        for axes in panels[len(chosen) :]:
-            axes.set_visible(False)
-        figure.supxlabel("x, mm", fontsize=9)
-        figure.supylabel("z, mm", fontsize=9)
-        _colour_bar(figure, scale, list(panels))
-    return figure
-
-
-def mesh(shape: Shape) -> Figure:
-    """Return the mesh before the test: from the side with blade and supports, and the stem's cross-section."""
-    # so far down the blade touches
-    up = 0.0 if not shape.tools else shape.reference[:, 2].max() - shape.tools[0][:, 1].min()
-    whole = replace(
-        shape,
-        nodes=shape.reference,
-        standing=np.ones(len(shape.hexes), bool),
-        plastic_strain=np.zeros(len(shape.hexes)),
-        tools=tuple(tool + np.array([0.0, 0.0 if n else up]) for n, tool in enumerate(shape.tools)),
-    )
-    scale = _strain_scale([whole])
-    with new_figure(width=6.4, height=1.9) as figure:
-        side, across = figure.subplots(1, 2, width_ratios=(3.4, 1.0))
-        _draw_faces(side, whole, side_faces(whole), scale)
-        side.set_xlabel("x, mm")
-        side.set_ylabel("z, mm")
-        _draw_across(across, whole)
-    return figure
-
-
-def _draw_across(axes: Axes, shape: Shape) -> None:
-    """Draw the stem's cross-section in y and z."""
-    from matplotlib.collections import PolyCollection
-
-    polygons = end_faces(shape)
-    for sign in (1.0, -1.0) if shape.symmetry != "none" else (1.0,):
-        axes.add_collection(
-            PolyCollection(list(polygons * (sign, 1.0)), facecolors=WHOLE, edgecolors=EDGE, linewidths=0.3)
-        )
-    reach = 1.1 * float(np.abs(shape.reference[:, 2]).max())
-    axes.set_xlim(-reach, reach)
-    axes.set_ylim(-reach, reach)
-    axes.set_aspect("equal")
-    axes.set_xlabel("y, mm")
+# ---- the animation as a GIF
 
 
 Curve = tuple[Sequence[float], Sequence[float]]
@@ -247,11 +174,11 @@ def _stage(figure: Figure, frames: Sequence[Frame], along: Curve) -> Any:
     def show(frame: Frame) -> None:
         while shown:
             shown.pop().remove()
-        for axes, faces, label in ((side, side_faces, "side"), (section, section_faces, "section")):
+        for axes, faces, label in ((side, _side_faces, "side"), (section, _section_faces, "section")):
             shown.extend(_draw_faces(axes, frame.shape, faces(frame.shape), scale))
             axes.set_ylabel(f"{label}: z, mm")
         section.set_xlabel("x, mm")
-        side.set_title(f"{fixed(frame.travel)} mm of travel, {fixed(frame.force, 0)} N", color=INK)
+        side.set_title(f"blade travel {fixed(frame.travel)} mm, force {fixed(frame.force, 0)} N", color=INK)
         marker.set_data([frame.travel], [frame.force])
 
     return show

@@ -1,24 +1,13 @@
-"""A figure before it is drawn, and as the page has it: one drawing for light and dark, with styles and marks shared.
+"""A figure before it is drawn, and as an element of the page: one drawing for light and dark."""
 
-Matplotlib repeats the style with every path, writes a millionth of a point, and defines each mark once a figure: three
-quarters of what it writes. The page keeps a tenth of a point.
-"""
-
-import json
 import re
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass
 from functools import cached_property
-from math import isfinite
-from typing import Any
-from xml.etree.ElementTree import Element, fromstring
 
 from markupsafe import escape
 
 from stemcal.report.figures.style import COLOURS, Figure, png, svg
-
-_HREF = "{http://www.w3.org/1999/xlink}href"
-_ROUNDED = ("x", "y", "width", "height", "transform")
 
 
 @dataclass(frozen=True)
@@ -26,7 +15,7 @@ class Plot:
     """A figure: its name, its section, its caption, and what draws it.
 
     Figures that are not `on_page` are drawn by `stemcal export figures` alone; a `detail` is folded on the page. One
-    that `claims` intervals is shown of a calibrated study only. `early` ones are on the page while a study is running.
+    that `claims` intervals is shown of a calibrated study only.
     """
 
     name: str
@@ -37,7 +26,6 @@ class Plot:
     wide: bool = False
     detail: bool = False
     claims: bool = False
-    early: bool = False
 
     @cached_property
     def figure(self) -> Figure:
@@ -50,11 +38,6 @@ class Plot:
         return svg(self.figure)
 
     @cached_property
-    def readings(self) -> list[dict[str, Any]]:
-        """What its lines and bars show, where they are in its `document`."""
-        return readings(self.figure) if self.document else []
-
-    @cached_property
     def pixels(self) -> bytes:
         """The figure as PNG."""
         return png(self.figure)
@@ -63,70 +46,23 @@ class Plot:
 # ---- on the page
 
 
-@dataclass
-class Shared:
-    """What the figures of a page share: the class of each style; marks and clipping paths, each with its id."""
+def inline(document: str, description: str, name: str, styles: dict[str, str]) -> str:
+    """Return the `svg` of a figure as an element for the page, its identifiers beginning with its name.
 
-    styles: dict[str, str] = field(default_factory=dict)
-    marks: dict[tuple[str, str], str] = field(default_factory=dict)
-
-    @property
-    def css(self) -> str:
-        """The rules of all styles."""
-        return "\n".join(f".{name} {{ {style} }}" for style, name in self.styles.items())
-
-    @property
-    def defs(self) -> str:
-        """The marks and clipping paths, to be written once."""
-        return "".join(f'<{tag} id="{name}"{rest}' for (tag, rest), name in self.marks.items())
-
-
-def inline(document: str, description: str, shared: Shared, values: Sequence[Any] = ()) -> str:
-    """Return the `svg` of a figure as an element for the page; what it shares with others goes to `shared`.
-
-    `values` are its `readings`, which the page shows under the pointer.
+    The policy of the page forbids styles of elements: each becomes a class, which is added to `styles`. Matplotlib
+    writes a millionth of a point, half of all it writes; the page keeps a tenth.
     """
-    root, ids = fromstring(document), dict[str, str]()
-    for node in root.iter():
-        node.tag = node.tag.rpartition("}")[2]
-    for defs in root.iter("defs"):
-        for mark in defs.iter():
-            if name := mark.attrib.pop("id", ""):
-                tag, rest = mark.tag, _written(mark, shared, ids).removeprefix(f"<{mark.tag}")
-                ids[name] = shared.marks.setdefault((tag, rest), f"m{len(shared.marks)}")
-    inside = "".join(_written(node, shared, ids) for node in root)
-    read = f' data-read="{escape(json.dumps(values, separators=(",", ":")))}"' if values else ""
-    view = root.attrib["viewBox"]
-    return f'<svg role="img" aria-label="{escape(description)}" viewBox="{view}"{read}>{inside}</svg>'
+    view = document.partition('viewBox="')[2].partition('"')[0]
+    inside = document.partition("</defs>")[2].rpartition("</svg>")[0]  # behind matplotlib's own style
+    inside = re.sub(r'\s*\n\s*| id="\w+_\d+"', "", inside).replace("xlink:href", "href")
+    inside = re.sub(r' (d|x|y|width|height|transform)="[^"]*"', lambda found: _rounded(found[0]), inside)
+    inside = re.sub(r'(id="|href="#|url\(#)', rf"\g<1>{name}-", inside)
 
+    def coded(found: re.Match[str]) -> str:
+        return f'class="{styles.setdefault(_style(found[1]), f"s{len(styles)}")}"'
 
-def _written(node: Element, shared: Shared, ids: dict[str, str]) -> str:
-    """Return an element as text; of a group without attributes only its content."""
-    if node.tag in ("defs", "metadata"):
-        return ""
-    inside = str(escape((node.text or "").strip())) + "".join(_written(child, shared, ids) for child in node)
-    attributes = "".join(f' {name}="{escape(value)}"' for name, value in _attributes(node, shared, ids))
-    if node.tag == "g" and not (inside and attributes):
-        return inside
-    return f"<{node.tag}{attributes}>{inside}</{node.tag}>" if inside else f"<{node.tag}{attributes}/>"
-
-
-def _attributes(node: Element, shared: Shared, ids: dict[str, str]) -> Iterator[tuple[str, str]]:
-    for name, value in node.attrib.items():
-        if name == "style":
-            style = _style(value)
-            yield "class", shared.styles.setdefault(style, f"s{len(shared.styles)}")
-        elif name == "d":
-            yield name, rounded(value)
-        elif name == _HREF:
-            yield "href", f"#{ids[value[1:]]}" if value.startswith("#") else re.sub(r"\s", "", value)
-        elif name == "clip-path":
-            yield name, f"url(#{ids[value[5:-1]]})"
-        elif name in _ROUNDED and "scale" not in value:
-            if not value.startswith("rotate(-0 "):
-                yield name, rounded(value)
-        elif name != "id":
-            yield name, value
+    inside = re.sub(r'style="([^"]*)"', coded, inside)
+    return f'<svg role="img" aria-label="{escape(description)}" viewBox="{view}">{inside}</svg>'
 
 
 def _style(style: str) -> str:
@@ -138,79 +74,13 @@ def _style(style: str) -> str:
     return style
 
 
-def rounded(text: str) -> str:
-    """Return a text with its numbers to a tenth, as a path with no blanks around its commands.
+def _rounded(text: str) -> str:
+    """Return an attribute with its numbers to a tenth, except those of a change of scale.
 
-    >>> rounded("M 10.04 20 L 13.333 20.96 z")
-    'M10 20L13.3 21z'
+    >>> _rounded(' d="M 10.04 20 L 13.333 20.96 z"')
+    ' d="M10 20L13.3 21z"'
     """
+    if "scale" in text:
+        return text
     tenths = re.sub(r"-?\d+\.\d+", lambda number: f"{float(number[0]):.1f}".removesuffix(".0"), text)
     return re.sub(r"\s*([MLQCz])\s*", r"\1", tenths)
-
-
-# ---- values under the pointer
-
-_DENSE = 60  # points of a curve without a name, above which it is one of many
-_SCALED = ("linear", "log")
-
-
-def readings(figure: Figure) -> list[dict[str, Any]]:
-    """Return what the lines and bars of each flat pair of axes show, with the place of the axes in the figure.
-
-    A series is a name and its points in the units of the axes, which its `svg` draws between `ends`, in points.
-    """
-    wide, high = (72.0 * inches for inches in figure.get_size_inches())
-    found: list[dict[str, Any]] = []
-    panels: list[Any] = figure.axes  # flat ones and such in space
-    for axes in panels:
-        if axes.name != "3d" and axes.get_xscale() in _SCALED and (series := list(_series(axes))):
-            box = axes.get_position()
-            x = _axis(axes.xaxis, [box.x0 * wide, box.x1 * wide], axes.get_xlim())
-            y = _axis(axes.yaxis, [(1.0 - box.y0) * high, (1.0 - box.y1) * high], axes.get_ylim())
-            found.append({"x": x, "y": y, "series": series})
-    return found
-
-
-def _axis(axis: Any, ends: list[float], limits: tuple[float, float]) -> dict[str, Any]:
-    """Return an axis: its ends in points and in units, whether it is logarithmic, its name and its unit."""
-    label = "" if _words(axis) else axis.get_label_text().replace("\n", " ").replace("\\$", "$")
-    name, comma, unit = label.rpartition(", ")
-    said = {"name": name if comma else label, "unit": f" {unit}" if comma else ""}
-    return {"ends": [_rounded(end) for end in ends], "from": limits[0], "to": limits[1],
-            "log": axis.get_scale() == "log"} | said  # fmt: skip
-
-
-def _words(axis: Any) -> dict[float, str]:
-    """Return the words that an axis has instead of numbers, by their places."""
-    texts = {float(at): label.get_text() for at, label in zip(axis.get_ticklocs(), axis.get_ticklabels(), strict=False)}
-    return {} if all(re.fullmatch(r"[\d.,−+e-]*", text) for text in texts.values()) else texts
-
-
-def _series(axes: Any) -> Iterator[tuple[str, list[tuple[float, float]]]]:
-    """Yield the lines with names, those with few points, and the ends of the bars."""
-    words = {**_words(axes.xaxis), **_words(axes.yaxis)}
-    for line in axes.lines:
-        label, points = str(line.get_label()), [(float(x), float(y)) for x, y in line.get_xydata()]
-        known = not label.startswith("_")
-        if label != "_nolegend_" and line.get_transform() == axes.transData and (known or len(points) <= _DENSE):
-            yield from _named(label.replace("\\$", "$") if known else "", points, words)
-    for bars in axes.containers:
-        for bar in getattr(bars, "patches", ()):
-            (left, low), (right, top) = bar.get_bbox().get_points().tolist()
-            flat = bars.orientation == "horizontal"
-            yield from _named("", [(right, (low + top) / 2) if flat else ((left + right) / 2, top)], words)
-
-
-def _named(
-    label: str, points: list[tuple[float, float]], words: dict[float, str]
-) -> Iterator[tuple[str, list[tuple[float, float]]]]:
-    """Yield points as a series; where an axis has words, each with its own."""
-    kept = [(_rounded(x), _rounded(y)) for x, y in points if isfinite(x) and isfinite(y)]
-    if words and not label:
-        yield from ((words.get(x) or words.get(y) or "", [(x, y)]) for x, y in kept)
-    elif kept:
-        yield label, kept
-
-
-def _rounded(value: float) -> float:
-    return float(f"{value:.4g}")

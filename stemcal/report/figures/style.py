@@ -38,14 +38,10 @@ COLOURS = {
 _INCH = 25.4
 # Pixels without transparency pack well at once: higher levels take twice as long for a tenth less.
 _PACKED: dict[str, dict[str, Any]] = {"png": {"compress_level": 3}, "tiff": {"compression": "tiff_lzw"}}
-_LEAST = 7.5 / 9.0  # to which text shrinks in narrow figures
 
 FONTS = (
-    *("DejaVu Sans", "Microsoft YaHei", "SimHei", "PingFang SC", "Hiragino Sans GB", "Noto Sans CJK SC"),
-    *("Noto Sans CJK JP", "Source Han Sans SC", "Noto Sans SC", "Source Han Sans CN", "WenQuanYi Micro Hei"),
-    *("WenQuanYi Zen Hei", "Droid Sans Fallback", "STHeiti", "Heiti SC", "SimSun", "Songti SC"),
-    *("Noto Serif CJK SC", "AR PL UMing CN", "Noto Serif SC", "Source Han Serif SC", "PingFang TC"),
-    *("Microsoft JhengHei", "Noto Sans CJK TC", "LXGW WenKai", "KaiTi", "STKaiti", "STSong", "FangSong"),
+    *("DejaVu Sans", "Microsoft YaHei", "SimHei", "SimSun", "PingFang SC", "Hiragino Sans GB", "Noto Sans CJK SC"),
+    *("Noto Sans SC", "Source Han Sans SC", "WenQuanYi Micro Hei", "WenQuanYi Zen Hei", "Droid Sans Fallback"),
     "Arial Unicode MS",
 )
 
@@ -190,15 +186,9 @@ def _save_pixels(kind: str, figure: Figure, file: IO[bytes], dpi: float) -> None
 
 
 def resize(figure: Figure, width: float) -> None:
-    """Give a figure another width (mm), and a height that changes less; what is written keeps its size in points.
-
-    In a narrow figure everything written shrinks a little, to 7.5 points from 9, as journals allow.
-    """
-    from matplotlib.text import Text
-
+    """Give a figure another width (mm), and a height that changes less; text keeps its size in points."""
     now_wide, now_high = figure.get_size_inches()
     wide = width / _INCH
-    share = max(_LEAST, min(1.0, wide / now_wide))
     figure.set_size_inches(wide, now_high * (wide / now_wide) ** 0.7)
     panels: list[Any] = figure.axes  # flat ones and such in space
     for axes in panels:
@@ -207,27 +197,6 @@ def resize(figure: Figure, width: float) -> None:
         if axes.get_legend() is not None:
             with styled():
                 legend_above(axes, most=6)
-        for axis in (axes.xaxis, axes.yaxis):
-            size = axis.get_ticklabels()[0].get_fontsize() if axis.get_ticklabels() else 9.0
-            axis.set_tick_params(labelsize=share * size)
-    ticks = {id(text) for axes in figure.axes for text in (*axes.get_xticklabels(), *axes.get_yticklabels())}
-    for text in figure.findobj(Text):
-        if id(text) not in ticks:
-            text.set_fontsize(share * text.get_fontsize())
-
-
-def save_both(figure: Figure, path: Path) -> list[Path]:
-    """Write a figure as ``path.svg`` and ``path.png``; returns both."""
-    return write_both(svg(figure), png(figure), path)
-
-
-def write_both(document: str, pixels: bytes, path: Path) -> list[Path]:
-    """Write the `svg` and the `png` of a figure as ``path.svg``, on white, and ``path.png``; returns both."""
-    files = [path.with_name(f"{path.name}.{kind}") for kind in ("svg", "png")]
-    # the lowest layer is drawn first
-    write_atomic(files[0], document.replace("fill: none", "fill: #ffffff", 1))
-    write_atomic(files[1], pixels)
-    return files
 
 
 def svg(figure: Figure) -> str:

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from markupsafe import Markup, escape
 
@@ -21,14 +21,14 @@ from stemcal.files.rows import Table, visible
 from stemcal.folder import StudyFolder
 from stemcal.naming import Names, small
 from stemcal.numbers import short
-from stemcal.report.figures.plot import Plot, Shared, inline
+from stemcal.report.figures.plot import Plot, inline
 from stemcal.report.gallery import gallery
 from stemcal.report.page.headline import failures, headline, kind_of, lead, made_with, next_step, question
 from stemcal.report.records import Records, provenance_rows, read_records, run_warnings, spec_hash
 from stemcal.report.showing import Setting, certainty, outcome_of, showing_of, shown_notes, tables_of
-from stemcal.report.tables.of_designs import checks_table, design_table
+from stemcal.report.tables.of_designs import checks_table, design_tables
 from stemcal.report.tables.setting import grown_table, setting_tables
-from stemcal.stages.result import DesignRuns, StageResult
+from stemcal.stages.result import StageResult
 from stemcal.stages.results import Results, fresh_results
 from stemcal.stages.stage import stage_called, stages_of
 from stemcal.stages.verdict.result import Verdict
@@ -41,8 +41,12 @@ if TYPE_CHECKING:
     from jinja2 import Environment
 
 
+_Styles = dict[str, str]
+"""The class of each style of the figures."""
+
+
 @dataclass(frozen=True)
-class Picture:
+class _Picture:
     """An SVG with the caption below it."""
 
     svg: str
@@ -51,13 +55,13 @@ class Picture:
 
 
 @dataclass(frozen=True)
-class Part:
+class _Part:
     """Tables and pictures, the main ones and the folded ones."""
 
     tables: tuple[Table, ...] = ()
-    pictures: tuple[Picture, ...] = ()
+    pictures: tuple[_Picture, ...] = ()
     details: tuple[Table, ...] = ()
-    plates: tuple[Picture, ...] = ()
+    plates: tuple[_Picture, ...] = ()
     notes: tuple[str, ...] = ()
 
     @property
@@ -69,13 +73,13 @@ class Part:
 
 
 @dataclass(frozen=True)
-class Section:
+class _Section:
     """One stage of the page."""
 
     anchor: str
     title: str
     outcome: str
-    part: Part
+    part: _Part
 
 
 @dataclass(frozen=True)
@@ -111,7 +115,7 @@ def render(study: Study, folder: StudyFolder, what: Shown | None = None) -> str:
         raise UsageError(
             "\n".join(results.stale) or f"{folder.path}: no stage has finished yet; run `stemcal run SPEC` first"
         )
-    first = first_pictures(study, what.plots)
+    first = _first_pictures(study, what.plots)
     plots = [plot for plot in what.plots if plot not in first]
     names, labels = [result.name for result in done], {factor.name: factor.label for factor in study.factors}
     people = Names(study.naming, labels=labels)
@@ -122,7 +126,7 @@ def render(study: Study, folder: StudyFolder, what: Shown | None = None) -> str:
     has_grown = results.calibrated and study.material.growing()  # parameters of each stem, once they are calibrated
     grown = [grown_table(study, results.parameters)] if has_grown else []
     profilers = (showing_of(result).profiler(result, setting) for result in done)
-    shared, script, templates = Shared(), part("page.js"), environment()
+    styles, script, templates = _Styles(), part("page.js"), environment()
     templates.filters["coded"] = coded
     return templates.get_template("page.html").render(
         study=study,
@@ -142,17 +146,16 @@ def render(study: Study, folder: StudyFolder, what: Shown | None = None) -> str:
         use=use if verdict.reasons else "",
         next=next_step(verdict),
         reasons=[(one.text, one.remedy.text if one.remedy else "") for one in verdict.reasons],
-        first=[drawn(plot, shared) for plot in first],
+        first=[drawn(plot, styles) for plot in first],
         certainty=certainty(results, verdict.holds),
         headline=cards,
         cited="\n".join([*map(str, cards), *valid]),
         valid_for=valid,
-        setting=_part_of([*setting_tables(study), *visible(grown, verdict.holds)], (), shared),
-        sections=[section(result, plots, verdict, labels, shared) for result in done],
-        runs=_part_of(run_tables(study, results, records), _plots_of("runs", plots), shared),
+        setting=_part_of([*setting_tables(study), *visible(grown, verdict.holds)], (), styles),
+        sections=[section(result, plots, verdict, labels, styles) for result in done],
+        runs=_part_of(_run_tables(study, results, records), _plots_of("runs", plots), styles),
         provenance=[*provenance_rows(records), *made_with(study, spec_hash(study))],
-        css=(css := f"{part('page.css')}{shared.css}"),
-        marks=shared.defs,
+        css=(css := "\n".join([part("page.css"), *(f".{name} {{ {style} }}" for style, name in styles.items())])),
         script=script,
         policy=policy(css, script),
         profiler=next(filter(None, profilers), None),
@@ -166,25 +169,25 @@ def coded(text: str) -> Markup:
 
 
 def section(
-    result: StageResult, plots: list[Plot], verdict: Verdict, labels: Mapping[str, str], shared: Shared
-) -> Section:
+    result: StageResult, plots: list[Plot], verdict: Verdict, labels: Mapping[str, str], styles: _Styles
+) -> _Section:
     """Return the results of a stage, its tables, figures and notes, as far as the verdict allows them."""
     pictures = [plot for plot in _plots_of(result.name, plots) if verdict.holds or not plot.claims]
     part = _part_of(
         visible(tables_of(result, labels), verdict.holds),
         pictures,
-        shared,
+        styles,
         [str(note) for note in shown_notes(result, verdict.holds)],
     )
     came = outcome_of(result, verdict.holds, labels)
-    return Section(result.name, stage_called(result.name).title, " ".join(came), part)
+    return _Section(result.name, stage_called(result.name).title, " ".join(came), part)
 
 
-def _part_of(tables: Iterable[Table], plots: Iterable[Plot], shared: Shared, notes: Sequence[str] = ()) -> Part:
+def _part_of(tables: Iterable[Table], plots: Iterable[Plot], styles: _Styles, notes: Sequence[str] = ()) -> _Part:
     """Return tables and drawn figures, the details apart."""
     tables = list(tables)
-    pictures = [(plot.detail, drawn(plot, shared)) for plot in plots]
-    return Part(
+    pictures = [(plot.detail, drawn(plot, styles)) for plot in plots]
+    return _Part(
         tuple(table for table in tables if not table.detail),
         tuple(picture for detail, picture in pictures if not detail),
         tuple(table for table in tables if table.detail),
@@ -193,21 +196,18 @@ def _part_of(tables: Iterable[Table], plots: Iterable[Plot], shared: Shared, not
     )
 
 
-def first_pictures(study: Study, plots: Sequence[Plot]) -> list[Plot]:
+def _first_pictures(study: Study, plots: Sequence[Plot]) -> list[Plot]:
     """Return what the first screen shows: measured against simulated, and the stem."""
     compared = ["validation", *(f"validation-{response.name}" for response in study.naming.others)]
     names = (*compared, f"fracture-{short(study.targets.calibrate_at)}mm")
     return [plot for name in names for plot in plots if plot.name == name and plot.on_page]
 
 
-def run_tables(study: Study, results: Results, records: Records) -> list[Table]:
+def _run_tables(study: Study, results: Results, records: Records) -> list[Table]:
     """Return the designs run by run, and the solver's details of every run."""
     tables, symbols = list[Table](), {factor.name: factor.symbol for factor in study.factors}
     for result in results.done:
-        if isinstance(design := getattr(result, "design", None), DesignRuns):
-            title = f"Runs of the {small(stage_called(result.name).title)}"
-            table = design_table(design, Names(result.naming), symbols, title)
-            tables.append(table.shortened(f"`{result.name}_runs.csv`"))
+        tables += [table.shortened(f"`{result.name}_runs.csv`") for table in design_tables(result, symbols)]
     checks = checks_table(records)
     return tables if checks is None else [*tables, checks.shortened("The folder `runs`")]
 
@@ -216,12 +216,12 @@ def _plots_of(section: str, plots: Sequence[Plot]) -> list[Plot]:
     return [plot for plot in plots if plot.section == section and plot.on_page]
 
 
-def drawn(plot: Plot, shared: Shared) -> Picture:
+def drawn(plot: Plot, styles: _Styles) -> _Picture:
     """Return a figure as the page shows it."""
-    return Picture(inline(plot.document, plot.caption, shared, plot.readings), plot.caption, plot.wide)
+    return _Picture(inline(plot.document, plot.caption, plot.name, styles), plot.caption, plot.wide)
 
 
-# ---- its templates, and the profiler of the fitted surfaces by itself for a notebook
+# ---- its templates
 
 
 def environment() -> Environment:
@@ -244,20 +244,4 @@ def policy(css: str, script: str) -> str:
     return (
         f"default-src 'none'; style-src {style}; script-src {script}; img-src data:; base-uri 'none'; "
         "form-action 'none'"
-    )
-
-
-def alone(data: Mapping[str, Any]) -> str:
-    """Return a page with nothing but the profiler."""
-    css, script = part("page.css"), part("page.js")
-    page = environment().get_template("notebook.html")
-    return page.render(css=css, script=script, policy=policy(css, script), profiler=data)
-
-
-def for_notebook(data: Mapping[str, Any]) -> str:
-    """Return the profiler for a notebook: a page in a frame, which shares no names, styles or scripts with it."""
-    high = 500 + 270 * len(data["factors"])
-    return (
-        f'<iframe srcdoc="{escape(alone(data))}" title="Profiler" width="100%" height="{high}" '
-        'sandbox="allow-scripts" allow="clipboard-write" style="border:0"></iframe>'
     )

@@ -78,36 +78,28 @@ def kind_of(study: Study) -> str:
     return f"Calibration of a simulation to the measured {series(_fitted(study))}"
 
 
-def _fitted(study: Study) -> list[str]:
-    return [study.naming.named(name).long for name in study.fitted_responses]
-
-
 def question(study: Study) -> str:
     """Return the question that the study answers."""
-    others = len(study.targets.means) - max(len(study.joint_targets), 1)
+    naming, names = study.naming, Names(study.naming)
+    targets = study.joint_targets or (study.calibration_target,)
+    place, values = "", ""
+    if naming.condition is not None:
+        conditions = names.conditions(target.condition for target in targets)
+        place = f" of stems of {conditions} diameter" if naming.is_cutting else f" at {conditions}"
+    if len(targets) == 1:
+        means = [(naming.named(name), targets[0].mean_of(name)[0]) for name in study.fitted_responses]
+        values = f" ({series(f'{short(mean)}{named.unit_suffix}' for named, mean in means if mean is not None)})"
+    asked = f"Which parameters reproduce the measured {series(_fitted(study))}{place}{values}?"
+    others = len(study.targets.means) - len(targets)
     if not others:
-        return _question(study)
-    values = "value" if others == 1 else "values"
-    condition = Names(study.naming).condition.long
-    return f"{_question(study)} Are these parameters valid at {others} other {values} of the {condition}?"
+        return asked
+    return (
+        f"{asked} Are these parameters valid at {others} other value{'s' * (others > 1)} of the {names.condition.long}?"
+    )
 
 
-def _question(study: Study) -> str:
-    target, naming, names = study.calibration_target, study.naming, Names(study.naming)
-    which, fitted = "Which parameters reproduce the measured", _fitted(study)
-    if len(study.joint_targets) > 1:
-        places = names.conditions(target.condition for target in study.joint_targets)
-        if naming.is_cutting and len(fitted) == 1:
-            return f"{which} maximum cutting forces of stems of {places} diameter?"
-        return f"{which} {series(fitted)} at {places}?"
-    if naming.is_cutting:
-        stem = f"a stem of {names.conditions([target.condition])} diameter"
-        force = naming.response.text(target.response, ".6g")
-        return f"{which} maximum cutting force of {stem} ({force})?"
-    means = [(naming.named(name), target.mean_of(name)[0]) for name in study.fitted_responses]
-    responses = series(named.long for named, mean in means if mean is not None)
-    measured = series(f"{short(mean)}{named.unit_suffix}" for named, mean in means if mean is not None)
-    return f"{which} {responses}{names.at(target.condition)} ({measured})?"
+def _fitted(study: Study) -> list[str]:
+    return [study.naming.named(name).long for name in study.fitted_responses]
 
 
 def failures(done: Iterable[StageResult]) -> list[str]:

@@ -1,4 +1,4 @@
-// The page's script: profiler and contours of the fitted surfaces, settings, values in figures, tables, copying.
+// The page's script: profiler and contours of the fitted surfaces, settings, tables, copying.
 // Names and units of the study are only ever set as text or properties; markup is made of numbers alone.
 (() => {
 const $ = (query, from = document) => from.querySelector(query);
@@ -64,33 +64,13 @@ for (const sheet of all(".sheet")) {
   $(".scroll", sheet).after(button("Copy as CSV", event => copy(event, csv(texts())), { className: "quiet" }));
 }
 
-// ---- figures: the value nearest to the pointer
+// ---- places in figures
 
-const tip = make("div", { className: "tip", hidden: true });
-document.body.append(tip);
 const placeIn = (svg, event) => {
   const box = svg.getBoundingClientRect(), view = svg.viewBox.baseVal;
   return [(event.clientX - box.left) * view.width / box.width, (event.clientY - box.top) * view.height / box.height];
 };
-const along = ({ ends, from, to, log }, value) => {
-  const scale = log ? Math.log : Number;
-  return ends[0] + (ends[1] - ends[0]) * (scale(value) - scale(from)) / (scale(to) - scale(from));
-};
-const told = ({ name, unit }, value) => name ? `${name} ${short(value)}${unit}` : "";
-for (const svg of all("svg[data-read]")) {
-  const axes = JSON.parse(svg.dataset.read);
-  const points = axes.flatMap(({ x, y, series }) => series.flatMap(([label, values]) => values.map(([a, b]) => (
-    { at: [along(x, a), along(y, b)], text: [label, told(x, a), told(y, b)].filter(Boolean).join(", ") }))));
-  svg.addEventListener("pointermove", event => {
-    const [x, y] = placeIn(svg, event), far = point => Math.hypot(point.at[0] - x, point.at[1] - y);
-    const nearest = points.reduce((best, point) => far(point) < far(best) ? point : best, points[0]);
-    tip.hidden = far(nearest) > 20;
-    tip.textContent = nearest.text;
-    tip.style.left = `${Math.min(event.clientX, innerWidth - tip.offsetWidth - 20) + 10 + scrollX}px`;
-    tip.style.top = `${event.clientY + scrollY + 16}px`;
-  });
-  svg.addEventListener("pointerleave", () => { tip.hidden = true; });
-}
+const along = ({ ends, from, to }, value) => ends[0] + (ends[1] - ends[0]) * (value - from) / (to - from);
 
 // ---- the surfaces: φᵀβ, √(φᵀCφ) and their intervals; φ = 1, xᵢ, xᵢxⱼ, xᵢ²
 
@@ -365,7 +345,7 @@ const profiler = (home, { factors, surfaces, radius, called, holds, first }) => 
       const [whole, one] = run ? [span(mean), span(run)] : [];
       choice.checked = i === seen;
       texts[0].textContent = short(y) + unit;
-      texts[1].textContent = !run ? "No interval: saturated fit"
+      texts[1].textContent = !run ? "No interval: the fit is saturated"
         : `95 %: ${whole}${one === whole ? "" : ` (mean), ${one} (one run)`}`;
       texts[2].textContent = `Measured ${short(measured)}${sd ? ` ± ${short(sd, 3)}` : ""}${unit}: error ${
         (100 * (measured - y) / measured).toFixed(1).replace("-", "−")} %`;
@@ -374,7 +354,7 @@ const profiler = (home, { factors, surfaces, radius, called, holds, first }) => 
       at[i] < low - 1e-6 * half || at[i] > high + 1e-6 * half
         ? [`${label} ${short(at[i])}${unit} is outside its range (${span([low, high])}${unit}).`] : []));
     if (far > radius + 1e-6) {
-      said.push(`The setting is ${short(far, 3)} coded units from the centre; the design reaches ${short(radius, 3)}.`);
+      said.push(`The setting is ${short(far, 3)} coded units from the centre; the design extends to ${short(radius, 3)}.`);
     }
     part(".outside").textContent = said.length ? `Extrapolated: ${said.join(" ")}` : "";
     panels.forEach(({ typed, slider }, i) => {

@@ -1,14 +1,12 @@
 """Columns and tables that several stages share, and how their values are written."""
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
-from stemcal.files.reading import in_a_line
 from stemcal.files.rows import Column, Table
-from stemcal.naming import FIRST, FORCE, Named, Names, Naming, capital
+from stemcal.naming import FIRST, FORCE, Named, Names, Naming
 from stemcal.numbers import decimals, fixed, probability, short, significant
-from stemcal.study.model import Study
 
 Form = Callable[[Any], str]
 ERROR = Column("error_percent", "Error", "%", fixed)
@@ -113,15 +111,17 @@ def further_table(
 ) -> Table:
     """Return further responses at each condition: measured, next to what the surface or the simulation `found`."""
     columns = [*measured_of(names, True, [("measured", "Measured", short), found]), ERROR]
-    of_stems = [] if names.naming.others else ["Travel and work of the blade from first contact to the maximum force."]
+    of_stems = (
+        [] if names.naming.others else ["Travel and work are those of the blade from first contact to maximum force."]
+    )
     return Table.of(columns, rows, f"Besides the {names.response.long}", (*of_stems, *foot, *scores(names)))
 
 
 def scores(names: Names) -> list[str]:
     """Return what the values are that count from their measured mean."""
     text = (
-        "Score: signed deviation of a curve from the mean measured curve along a mode. Its error is a percentage of "
-        "the maximum force."
+        "A score is the signed deviation of a curve from the mean measured curve along one mode. The error of a score "
+        "is a percentage of the maximum force."
     )
     return [text] if any(named.apart for named in names.naming.responses) else []
 
@@ -145,75 +145,13 @@ def from_means(rows: Iterable[dict[str, Any]], names: Names) -> list[dict[str, A
     return found
 
 
-# ---- tables as papers print them: chosen columns, their heads as titles, a caption, a note
-
-
-STARS = "** represents extremely significant effect (p < 0.01), * represents significant effect (p < 0.05)."
-NUMBERS = {"factors": 5, "screening-runs": 6, "screening": 7, "levels": 8, "surface-runs": 9, "anova": 10,
-           "calibration": 11, "parameters": 12, "validation": 13}  # fmt: skip
-"""The numbers that tables have in the published study."""
-_SMALL = ("a", "an", "and", "at", "for", "in", "of", "on", "per", "the", "to")  # words that titles leave small
-
-
 @dataclass(frozen=True)
 class PaperTable:
-    """A table to publish: its number in the published study or 0, a name for files, caption, cells, note below."""
+    """A table to publish: number, caption, headings, cells of one line each, note; `left` columns are aligned left."""
 
     number: int
-    name: str
     caption: str
-    table: Table
+    heads: tuple[str, ...]
+    cells: tuple[tuple[str, ...], ...]
+    left: tuple[bool, ...]
     note: str = ""
-
-    @property
-    def heads(self) -> tuple[str, ...]:
-        """The headings, each over the unit that its numbers are divided by."""
-        return tuple(in_a_line(_over_unit(column.name, column.unit)) for column in self.table.columns)
-
-    @property
-    def cells(self) -> tuple[tuple[str, ...], ...]:
-        """The texts of the cells, one line each."""
-        return tuple(tuple(in_a_line(cell).rstrip() for cell in row) for row in self.table.cells)
-
-
-def printed(name: str, caption: str, table: Table, heads: Mapping[str, str], note: str = "") -> PaperTable:
-    """Return a table with those of its columns that are in `heads`; an empty head keeps the column's label."""
-    keys = [column.key for column in table.columns]
-    picked = table.only(key for key in keys if key in heads)
-    columns = tuple(
-        replace(
-            column,
-            label=heads[column.key] or titled(column.name),
-            unit="" if column.key == "effect" else column.unit,
-            form=to_decimals(1) if column.label == ERROR.label else column.form,
-        )
-        for column in picked.columns
-    )
-    return PaperTable(NUMBERS.get(name, 0), name, caption, replace(picked, columns=columns), note)
-
-
-def run_heads(study: Study, number: str) -> dict[str, str]:
-    """Return the heads of the columns of runs: number, condition, levels, responses."""
-    naming = study.naming
-    place = {} if naming.condition is None else {"condition": titled(naming.condition.label)}
-    responses = {FIRST: label_of(naming.response), **{other.name: titled(other.label) for other in naming.others}}
-    return {number: "No.", **place, **dict.fromkeys(study.names, ""), **responses}
-
-
-def _over_unit(word: str, unit: str) -> str:
-    """Return a heading over the unit that its numbers are divided by.
-
-    >>> _over_unit("Maximum Shear Force", "N"), _over_unit("Bulk Density at Rest", "kg/m³"), _over_unit("No.", "")
-    ('Maximum Shear Force/N', 'Bulk Density at Rest/(kg/m³)', 'No.')
-    """
-    return f"{word}/({unit})" if "/" in unit else f"{word}/{unit}" if unit else word
-
-
-def label_of(response: Named) -> str:
-    """Return a response's label as the head of a column; the published study calls its own so."""
-    return "Maximum Shear Force" if response == FORCE else titled(response.label)
-
-
-def titled(label: str) -> str:
-    """Return a label with capital letters, as titles have them; words that have any keep theirs."""
-    return " ".join(word if word in _SMALL else capital(word) for word in label.split(" "))

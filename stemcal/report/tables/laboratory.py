@@ -20,7 +20,7 @@ def diameter_tables(found: Diameters) -> list[Table]:
         Column("share_percent", "Share", "%", to_decimals(1)),
         Column("fitted_percent", "Fitted", "%", to_decimals(1)),
     ]
-    share = f"The grades contain {found.share_percent:.1f} % of the stems. The upper limit of each grade is exclusive."
+    share = f"The grades contain {found.share_percent:.1f} % of the stems. A grade does not include its upper limit."
     return [
         Table(columns, tuple(_statistics(found).items()), "Stem diameters"),
         Table.of(grades, found.grades, "Grades", [share]),
@@ -47,7 +47,7 @@ def shear_tables(tests: ShearTests) -> list[Table]:
         Column("trimmed", "Points trimmed", "", format, lambda one: one.curve.trimmed),
         Column("left_out", "", of=lambda one: "left out" if one.excluded else ""),
     ]
-    foot = "Outlier: flagged by Grubbs' test, but included.", *_growth(tests.power_law)
+    foot = "Outliers were flagged by Grubbs' test; the means include them.", *_growth(tests.power_law)
     return [
         Table.of(grades, tests.grades, "Maximum shear force by grade", foot),
         Table.of(specimens, tests.specimens, "Specimens"),

@@ -6,11 +6,12 @@ from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING
 
 from stemcal.files.rows import Column, Table
-from stemcal.naming import FIRST, Named, Names
+from stemcal.naming import FIRST, Named, Names, small
 from stemcal.numbers import fixed, significant
 from stemcal.report.records import Records, distinct_of
 from stemcal.report.tables.columns import condition, level, levels, simulated, to_decimals
-from stemcal.stages.result import DesignRuns
+from stemcal.stages.result import DesignRuns, StageResult
+from stemcal.stages.stage import stage_called
 
 if TYPE_CHECKING:
     from stemcal.overview.status import Entry
@@ -21,7 +22,7 @@ LISTED = ("stage", "key", "status", "reason", "run", "condition", FIRST, "wall_s
 """What the terminal shows of a run; its CSV file has more."""
 
 
-def design_table(design: DesignRuns, names: Names, symbols: Mapping[str, str] | None = None, title: str = "") -> Table:
+def _design_table(design: DesignRuns, names: Names, symbols: Mapping[str, str] | None = None, title: str = "") -> Table:
     """Return the runs of a design: the varied levels and the responses, or why there is none."""
     crowded = symbols is not None and len(design.varied) > MANY
     columns = [
@@ -30,8 +31,16 @@ def design_table(design: DesignRuns, names: Names, symbols: Mapping[str, str] | 
         simulated(names.response),
         *map(_other, names.naming.others),
     ]
-    foot = ["Symbols: see the table of factors."] if crowded and any((symbols or {}).values()) else []
+    foot = ["The table of factors explains the symbols."] if crowded and any((symbols or {}).values()) else []
     return Table.of(columns, design.runs, title, foot, detail=True)
+
+
+def design_tables(result: StageResult, symbols: Mapping[str, str]) -> list[Table]:
+    """Return the runs of the design of a stage, nothing where it has none."""
+    if not isinstance(design := getattr(result, "design", None), DesignRuns):
+        return []
+    title = f"Runs of the {small(stage_called(result.name).title)}"
+    return [_design_table(design, Names(result.naming), symbols, title)]
 
 
 def _other(named: Named) -> Column:
@@ -40,7 +49,7 @@ def _other(named: Named) -> Column:
 
 def checks_table(records: Records) -> Table | None:
     """Return the solver's checks of every distinct run, None if no solver reported them."""
-    rows = [vars(one.checks) | {"run": run} for run, one in distinct_of(records).values() if one.checks is not None]
+    rows = [{**one.checks, "run": run} for run, one in distinct_of(records).values() if one.checks]
     columns = (
         Column("run", "Run"),
         Column("peak_force", "Peak", "N", significant),
@@ -54,8 +63,8 @@ def checks_table(records: Records) -> Table | None:
         Column("hourglass_ratio_percent", "Hourglass", "%", fixed),
     )
     foot = (
-        "Failed: elements deleted up to the peak. Drift: largest error of the energy balance. Kinetic, hourglass: "
-        "largest share of the internal energy before the peak; if both are small, the test is quasi-static."
+        "Failed: number of elements deleted before peak force. Drift: largest error of the energy balance. Kinetic and "
+        "hourglass: largest ratio to the internal energy before peak force."
     )
     return Table.of(columns, rows, "Checks of every run", [foot], detail=True) if rows else None
 

@@ -18,7 +18,7 @@ _STRESSES = ("elastic_modulus", "yield_stress", "tangent_modulus")
 
 def setting_tables(study: Study) -> list[Table]:
     """Return the factors, what stood still next to them, and what was measured."""
-    tables = [_factors(study), _measured(study)]
+    tables = [factors_table(study), _measured(study)]
     if (how := study.solver.explicit) is not None:
         tables.append(_values("Part", _virtual_test(study, how), "Virtual shear test"))
     if study.material.given() or study.material.growing():
@@ -50,7 +50,8 @@ def _values(head: str, values: dict[str, str], title: str) -> Table:
     return Table(columns, tuple(values.items()), title, long=True, detail=True)
 
 
-def _factors(study: Study) -> Table:
+def factors_table(study: Study) -> Table:
+    """Return the screened factors with their levels."""
     columns = [
         Column("symbol", ""),
         Column("name", "Factor"),
@@ -86,7 +87,7 @@ def _measured(study: Study) -> Table:
         foot = ["The parameters are fitted to all measurements together."]
     elif naming.condition is not None:
         strong = frozenset(i for i, target in enumerate(targets) if target.condition in fitted)
-        foot = [f"Bold: fitted values ({Names(naming).conditions(fitted)})."]
+        foot = [f"The fit uses the values in bold ({Names(naming).conditions(fitted)})."]
     responses = [one.long for one in (naming.response, *naming.others)]
     title = f"Measured {series(responses) if len(responses) <= MOST_LISTED else f'{len(responses)} responses'}"
     return Table.of(columns, targets, title, foot, strong=strong).shortened("The spec")

@@ -26,7 +26,6 @@ from stemcal.solvers.deck.keywords import STANDARD, DeckForm, fitted, form_of
 from stemcal.solvers.deck.tools import blade_mesh, supports_mesh
 from stemcal.solvers.options import DeckSolver, EmbeddedSolver
 from stemcal.study.model import GAP, PARAMETERS, Study
-from stemcal.study.types.field_types import Length
 
 MOST_ELEMENTS = 2e6  # a file of some hundred megabytes
 _BLADE_OVER_STEM = 1.5  # the length of the blade in a deck over the diameter of the stem, which its ends never touch
@@ -214,7 +213,7 @@ class Deck:
         if not given:
             return
         if not self.form.lengths:
-            yield f"no card represents {' and '.join(given)}, so the force depends on this mesh"
+            yield f"the deck has no card for {' and '.join(given)}, so the force depends on the mesh"
         else:
             most = _RESOLVED * self.edge_spread
             yield (
@@ -227,7 +226,7 @@ class Deck:
                     f"high; use at most {floor(1e3 * most) / 1e3:g} mm (solver.element_size)"
                 )
         if self.form.for_ls_dyna and self.form.lengths and self.internal_length > 0.0:
-            yield "*MAT_NONLOCAL averages history variable 1 as plastic strain; not tested with LS-DYNA"
+            yield "*MAT_NONLOCAL averages history variable 1 as plastic strain; this card was not tested with LS-DYNA"
         if self.density_factor > 1.0:
             yield (
                 f"the stem has {self.density_factor:.4g} times the density of the study instead of added mass, because "
@@ -254,10 +253,10 @@ class Deck:
     def _rate_filter(self) -> Iterator[str]:
         if isinstance(self.solver, EmbeddedSolver) and self.material["c"] > 0.0:
             time = rate_filter(self.diameter, self.study.loading.speed)
-            of = "plastic strain (VP = 1)" if self.form.for_ls_dyna else "all strain (VP = 0)"
+            of = "plastic strain (VP = 1)" if self.form.for_ls_dyna else "total strain (VP = 0)"
             yield (
                 f"the card uses the rate of {of} without smoothing, while the study smooths the rate over {time:.3g} "
-                "s; with little mass, vibration increases the rate"
+                "s; vibration of light elements increases the strain rate"
             )
 
 
@@ -277,36 +276,3 @@ def _discretisation(solver: EmbeddedSolver | DeckSolver, diameter: float) -> Dis
         coarsening=solver.coarsening,
         coarsening_around=solver.coarsening_around,
     )
-
-
-# ---- the same as a study of the embedded solver
-
-
-def as_embedded(deck: Deck) -> Study:
-    """Return the study with which the embedded solver computes the deck's own model: its mesh, edge, law and lengths.
-
-    Nothing in it is a factor. What is symmetric is mirrored, which changes no force but for rounding.
-    """
-    study, values = deck.study, dict(zip(PARAMETERS, deck.card.values(), strict=True))
-    # a nose and a program's nonlocal length represent the study's own lengths; without them there are none
-    lengths = {} if deck.form.lengths else {"internal_length": Length(0.0)}
-    edge = {} if deck.form.lengths else {"edge_spread": Length(0.0)}
-    return study.model_copy(
-        update={
-            "factors": (),
-            "material": study.material.model_copy(update=values | lengths),
-            "blade": study.blade.model_copy(update=edge),
-            "solver": _solver(deck, "cowper_symonds" if deck.material["c"] > 0.0 else "none"),
-        }
-    )
-
-
-def _solver(deck: Deck, rate_law: str) -> EmbeddedSolver:
-    """Return the embedded solver with the deck's mesh and time step."""
-    given, same = deck.solver, {"rate_law": rate_law}
-    if isinstance(given, EmbeddedSolver):
-        return given.model_copy(update={**same, "replicates": None})
-    names = "element_size", "elements_through_wall", "mass_scaling", "time_step_safety", "outputs", "filter_window"
-    taken = {name: getattr(given, name) for name in names}
-    local = {"edge_over": "elements", "coarsening": 1.0, "coarsening_around": 1.0, "hourglass": HOURGLASS}
-    return EmbeddedSolver().model_copy(update={**same, **taken, **local, "time_step": None})

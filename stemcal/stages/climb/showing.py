@@ -3,8 +3,8 @@
 from stemcal.files.rows import Column, Table
 from stemcal.naming import Names
 from stemcal.numbers import fixed, significant
-from stemcal.report.showing import Setting, Showing
-from stemcal.report.tables.columns import ERROR, PaperTable, levels, printed, run_heads, simulated
+from stemcal.report.showing import Showing
+from stemcal.report.tables.columns import ERROR, levels, simulated
 from stemcal.stages.climb.result import ClimbResult
 from stemcal.words import counted
 
@@ -21,13 +21,6 @@ class ClimbShowing(Showing[ClimbResult]):
 
     def tables(self, result: ClimbResult, names: Names) -> list[Table]:
         return [_climb_table(result, names)]
-
-    def printed(self, result: ClimbResult, setting: Setting) -> list[PaperTable]:
-        measured = f"measured {setting.labelled.quantity(result.target, '.6g')}"
-        note = f"Relative error = 100·(measured − simulated)/measured, {measured}."
-        heads = run_heads(setting.study, "step") | {"error_percent": "Relative Error"}
-        caption = "Design and results of the steepest ascent."
-        return [printed("ascent", caption, _climb_table(result, setting.symbols), heads, note)]
 
 
 def _climb_table(stage: ClimbResult, names: Names) -> Table:

@@ -9,7 +9,7 @@ import numpy as np
 
 from stemcal.doe.calibration.likelihood import Fit
 from stemcal.errors import UsageError
-from stemcal.files.rows import Column, Table, visible
+from stemcal.files.rows import Column, Table
 from stemcal.files.typed import to_json
 from stemcal.naming import Names
 from stemcal.numbers import MISSING, fixed, interval, short, significant, unit_written
@@ -25,22 +25,18 @@ from stemcal.report.figures.style import (
 from stemcal.report.showing import Setting, Showing
 from stemcal.report.tables.columns import (
     ERROR,
-    NUMBERS,
-    PaperTable,
     factor,
     from_means,
     further_table,
     measured_of,
-    printed,
     scores,
-    titled,
     to_decimals,
 )
 from stemcal.stages.fitting import Surfaces, fit_of_study
 from stemcal.stages.invert import words
 from stemcal.stages.invert.result import Certainty, InvertResult, JointFitted
 from stemcal.stages.invert.words import assumptions, range_to_cite, valid_for
-from stemcal.study.model import Factor, Study
+from stemcal.study.model import Study
 
 _JOINT = "Fitted together"
 
@@ -87,19 +83,6 @@ class InvertShowing(Showing[InvertResult]):
         rows = tuple((*row[:2], setting.study.factor(row[0]).unit, row[2]) for row in table.rows)
         columns = (replace(name, label="Parameter"), value, unit, *kept)
         return [replace(table, columns=columns, rows=rows, foot=(), claimed=())]
-
-    def printed(self, result: InvertResult, setting: Setting) -> list[PaperTable]:
-        heads = {"factor": "Parameter", "solution": "Numerical Calibration", "range": ""}
-        parameters, names, holds = setting.results.parameters, setting.labelled, setting.holds
-        note = " ".join(self.beside(result, holds))
-        calibrated = {name: parameters[name] for name in result.point.solution}
-        return [
-            *(
-                printed("calibration", "Parameter calibration values.", table, heads, note)
-                for table in visible([calibration_table(result, names, parameters)], holds)
-            ),
-            _published(setting.study, names, calibrated, cited_ranges(result) if holds else None),
-        ]
 
 
 class Inversion(InvertResult):
@@ -205,29 +188,6 @@ def _joint_table(joint: JointFitted, names: Names) -> Table:
     others = "other tests. Others predict: 95 % interval of the mean from this fit." if tests else "others."
     foot = largest, f"Left out: predicted from a fit to the {others}", *scores(names)
     return Table.of(columns, rows, _JOINT, foot)
-
-
-def _published(
-    study: Study, names: Names, found: Mapping[str, float], cited: tuple[str, Mapping[str, str]] | None
-) -> PaperTable:
-    """Return all parameters of the validation's simulations: those `found` with their range, the others marked."""
-    levels, (head, ranges) = {**study.midlevels(), **found}, cited or ("Source", {})
-
-    def known(factor: Factor) -> str:
-        if factor.name not in found:
-            return "fixed"
-        return ranges.get(factor.name, "calibrated")
-
-    columns = [
-        Column("symbol", "Symbol"),
-        Column("name", "Parameters", form=names.factor, words=True),
-        Column("value", "Value", form=significant, of=lambda factor: levels[factor.name]),
-        Column("known", titled(head), of=known),
-    ]
-    fixed = any(factor.name not in found for factor in study.factors)
-    note = "Fixed parameters are not calibrated and have the mid-level of the range." if fixed else ""
-    of = "Parameters of the finite element simulation." if study.naming.is_cutting else "Parameters of the simulation."
-    return PaperTable(NUMBERS["parameters"], "parameters", of, Table.of(columns, study.factors), note)
 
 
 def profiles(invert: InvertResult, part: Certainty, labels: Mapping[str, str] | None = None) -> Figure:

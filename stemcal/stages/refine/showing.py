@@ -8,7 +8,7 @@ from stemcal.numbers import interval, short, significant
 from stemcal.report.figures.plot import Plot
 from stemcal.report.figures.style import BLUE, FAINT, GREEN, INK, Figure, legend_above, new_figure, plain
 from stemcal.report.showing import Setting, Showing
-from stemcal.report.tables.columns import ERROR, PaperTable, condition, factor, levels, printed, run_heads, simulated
+from stemcal.report.tables.columns import ERROR, condition, factor, levels, simulated
 from stemcal.stages.refine.result import RefineResult
 from stemcal.words import series
 
@@ -40,12 +40,6 @@ class RefineShowing(Showing[RefineResult]):
         response = result.naming.response.capital
         text = f"{response} measured and simulated, before and after the refinement. The target is circled."
         return [Plot("refinement", result.name, text, partial(refined, result))] if len(result.rows) > 1 else []
-
-    def printed(self, result: RefineResult, setting: Setting) -> list[PaperTable]:
-        heads = {**run_heads(setting.study, "run"), "predicted": "Predicted Value"}
-        caption = "Iterations of simulation and refitted surface."
-        note = "The surface predicted each value before the run."
-        return [printed("refinement", caption, runs(result, setting.symbols), heads, note)]
 
 
 _INSIDE = {True: "inside", False: "outside", None: ""}

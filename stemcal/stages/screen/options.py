@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Literal, get_args
+from typing import TYPE_CHECKING, Annotated, Literal
 
-from pydantic import BeforeValidator, Field, WithJsonSchema
+from pydantic import Field
 
-from stemcal.study.types.field_types import Flag, Frozen, Number, Whole, in_full, names_of_designs
+from stemcal.study.types.field_types import Flag, Frozen, Number, Whole
 
 if TYPE_CHECKING:
     from stemcal.study.model import Study
@@ -17,12 +17,10 @@ ScreeningDesign = Literal["plackett-burman", "fractional-factorial", "full-facto
 class ScreenOptions(Frozen):
     """The screening design and its significance level.
 
-    The short name of plackett-burman is PB. With the design none, `rsm.factors` lists the factors of the surface.
+    With the design `none`, `rsm.factors` lists the factors of the surface.
     """
 
-    design: Annotated[
-        ScreeningDesign, BeforeValidator(in_full), WithJsonSchema(names_of_designs(get_args(ScreeningDesign)))
-    ] = "plackett-burman"
+    design: ScreeningDesign = "plackett-burman"
     """The design of the screening."""
     centre_points: Annotated[Whole, Field(ge=0, le=50)] = 0
     """Number of runs at the centre of all ranges, to detect curvature and scatter."""

@@ -1,7 +1,6 @@
 """How a screening is shown: the effects with every test of them, the design, two figures."""
 
 from collections.abc import Mapping
-from dataclasses import replace
 from functools import partial
 from statistics import NormalDist
 from typing import Any
@@ -16,18 +15,13 @@ from stemcal.report.figures.plot import Plot
 from stemcal.report.figures.style import BLUE, FAINT, INK, ORANGE, Figure, legend_above, new_figure, plain
 from stemcal.report.showing import Setting, Showing
 from stemcal.report.tables.columns import (
-    STARS,
-    PaperTable,
     factor,
-    printed,
     ratio,
     response_decimals,
-    run_heads,
     squares,
     starred,
     to_decimals,
 )
-from stemcal.report.tables.of_designs import design_table
 from stemcal.stages.screen.result import Limit, ScreenResult
 from stemcal.words import series
 
@@ -57,23 +51,11 @@ class ScreenShowing(Showing[ScreenResult]):
     def tables(self, result: ScreenResult, names: Names) -> list[Table]:
         return [_effects_table(one, names.of(one.naming)) for one in result.all_responses]
 
-    def early(self, result: ScreenResult, names: Names) -> list[Table]:
+    def findings(self, result: ScreenResult, names: Names) -> list[Table]:
         return [_effects_table(result, names)]
 
     def figures(self, result: ScreenResult, setting: Setting) -> list[Plot]:
         return plots(result, setting.labels)
-
-    def printed(self, result: ScreenResult, setting: Setting) -> list[PaperTable]:
-        design, runs = design_table(result.design, setting.symbols), run_heads(setting.study, "run")
-        effects = _effects_table(result, setting.labelled)
-        effects = replace(effects, rows=effects.rows[:-1])  # who publishes effects leaves the residual out
-        heads = {"symbol": "Parameters", "effect": "Effect", "contribution_percent": "Contribution"}
-        heads |= {"sum_of_squares": "", "f": "F-Value", "p": "p-Value"}
-        caption = "Significance of the screened parameters."
-        return [
-            printed("screening-runs", "Design and results of the screening.", design, runs),
-            printed("screening", caption, effects, heads, STARS),
-        ]
 
 
 def _effects_table(stage: ScreenResult, names: Names) -> Table:
@@ -123,8 +105,8 @@ def plots(screen: ScreenResult, labels: Mapping[str, str]) -> list[Plot]:
         "The table of effects explains the symbols."
     )
     return [
-        Plot("pareto", "screen", bars, partial(pareto, screen, labels), early=True),
-        Plot("half-normal", "screen", line, partial(half_normal, screen), early=True),
+        Plot("pareto", "screen", bars, partial(pareto, screen, labels)),
+        Plot("half-normal", "screen", line, partial(half_normal, screen)),
     ]
 
 

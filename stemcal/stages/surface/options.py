@@ -15,7 +15,7 @@ from stemcal.note import Note
 from stemcal.registry import surface_designs
 from stemcal.stages.screen.options import is_screened
 from stemcal.study.types.factor import MOST_FACTORS, PARAMETERS
-from stemcal.study.types.field_types import Frozen, Number, Whole, complain, in_full, names_of_designs
+from stemcal.study.types.field_types import Frozen, Number, Whole, complain
 from stemcal.study.types.strict_yaml import Finding
 from stemcal.words import series
 
@@ -30,14 +30,13 @@ class _OfSurfaces:
     """The JSON schema of the name of a surface's design, read from the list of designs where it is wanted."""
 
     def __get_pydantic_json_schema__(self, _schema: Any, _handler: Any) -> dict[str, Any]:
-        return names_of_designs([design.name for design in surface_designs().all])
+        return {"enum": [design.name for design in surface_designs().all], "type": "string"}
 
 
 def _surface_design(given: Any) -> str:
     """Return the name of a design for the surface that exists, here or in another package."""
-    name = in_full(given)
-    if isinstance(name, str) and surface_designs().named(name) is not None:
-        return name
+    if isinstance(given, str) and surface_designs().named(given) is not None:
+        return given
     *others, last = (repr(design.name) for design in surface_designs().all)
     raise PydanticKnownError("literal_error", {"expected": f"{', '.join(others)} or {last}"})
 

@@ -14,21 +14,14 @@ from stemcal.numbers import fixed, short, significant
 from stemcal.report.figures.plot import Plot
 from stemcal.report.showing import Setting, Showing
 from stemcal.report.tables.columns import (
-    NUMBERS,
-    STARS,
-    PaperTable,
-    level,
     level_list,
     levels,
-    printed,
     ratio,
     response_decimals,
-    run_heads,
     squares,
     starred,
     to_decimals,
 )
-from stemcal.report.tables.of_designs import design_table
 from stemcal.stages.surface import figures
 from stemcal.stages.surface.figures import Solution
 from stemcal.stages.surface.profiler import profiler_data
@@ -71,26 +64,12 @@ class SurfaceShowing(Showing[SurfaceResult]):
 
     def in_notebook(self, result: SurfaceResult, setting: Setting) -> SurfaceResult:
         surface = object.__new__(Surface)
-        surface.__dict__.update(vars(result), _setting=setting)
+        surface.__dict__.update(vars(result))
         return surface
-
-    def printed(self, result: SurfaceResult, setting: Setting) -> list[PaperTable]:
-        study = setting.study
-        note = f"{equation(result.coefficients, result.symbols(), study.naming.response)} (coded values)."
-        heads = {"source": "", "sum_of_squares": "", "df": "df", "mean_square": "", "f": "F-Value", "p": "p-Value"}
-        caption = "Design and results of the response surface runs."
-        design = design_table(result.design, setting.symbols)
-        return [
-            _levels(result),
-            printed("surface-runs", caption, design, run_heads(study, "run")),
-            printed("anova", "ANOVA of the response surface.", anova_table(result), heads, f"{STARS} {note}"),
-        ]
 
 
 class Surface(SurfaceResult):
-    """A surface that checks the levels of a prediction; notebooks show it as the profiler of the report."""
-
-    _setting: Setting
+    """A surface that checks the levels of a prediction."""
 
     def predict(self, levels: Mapping[str, float]) -> Assessment:
         """Return the response at these levels (units of the spec); raise `UsageError` if one is missing or wrong."""
@@ -100,11 +79,6 @@ class Surface(SurfaceResult):
                 f"predict: the level of {', '.join(missing)} is missing. Pass levels by name: {{{missing[0]!r}: …}}."
             )
         return super().predict({name: checked_number(known[name], name) for name in self.names})
-
-    def _repr_html_(self) -> str:
-        from stemcal.report.page import for_notebook
-
-        return for_notebook(SurfaceShowing().profiler(self, self._setting))
 
 
 def _surface_tables(stage: SurfaceResult, names: Names) -> list[Table]:
@@ -152,7 +126,8 @@ def anova_table(stage: SurfaceResult) -> Table:
         Column("f", "F", form=ratio),
         Column("p", "p", form=starred, of=lambda row: (row.p, row.stars)),
     ]
-    foot = () if stage.lack_of_fit_testable else ["The lack of fit cannot be tested without pure error."]
+    foot = ["** p < 0.01, * p < 0.05."]
+    foot += [] if stage.lack_of_fit_testable else ["The lack of fit cannot be tested without pure error."]
     strong = frozenset(i for i, row in enumerate(stage.anova) if row.stars)
     return Table.of(columns, stage.anova, "Analysis of variance", foot, strong=strong, detail=True)
 
@@ -229,14 +204,3 @@ def _of_others(stage: SurfaceResult, names: Names) -> list[Table]:
         more = f"The file `rsm.json` contains {len(fitted) - MOST_FITS} more fitted responses."
         tables[-1] = replace(tables[-1], foot=(*tables[-1].foot, more))
     return tables
-
-
-def _levels(stage: SurfaceResult) -> PaperTable:
-    """Return what the coded levels of the response surface mean."""
-    coded = sorted({round(run.coded[name], 3) + 0.0 for run in stage.design.runs for name in stage.names})
-    rows = [{name: stage.coding[name].natural(one) for name in stage.names} | {"": one} for one in coded[::-1]]
-    heads = {"": "Factor Level", **stage.symbols()}
-    columns = [Column(key, head, form=level) for key, head in heads.items()]
-    return PaperTable(
-        NUMBERS["levels"], "levels", "Factor coding of the response surface design.", Table.of(columns, rows)
-    )

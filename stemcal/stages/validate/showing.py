@@ -1,30 +1,22 @@
 """How a validation is shown: measured against simulated, at every condition."""
 
-from collections.abc import Callable
 from dataclasses import replace
-from functools import partial
-from typing import Any
 
 from stemcal.files.rows import Column, Table
 from stemcal.files.typed import to_json
-from stemcal.naming import FORCE, Named, Names
+from stemcal.naming import Names
 from stemcal.numbers import fixed, short, significant, tenths
 from stemcal.report.figures.plot import Plot
 from stemcal.report.showing import Setting, Showing
 from stemcal.report.tables.columns import (
     ERROR,
-    NUMBERS,
-    PaperTable,
     condition,
     from_means,
     further_table,
-    label_of,
     simulated,
-    titled,
-    to_decimals,
 )
 from stemcal.stages.validate import figures
-from stemcal.stages.validate.result import ValidateResult, ValidateRow
+from stemcal.stages.validate.result import ValidateResult
 from stemcal.words import series
 
 _LEFT_OUT = Column("left_out_percent", "Left out", "%", fixed)
@@ -58,9 +50,6 @@ class ValidateShowing(Showing[ValidateResult]):
 
     def figures(self, result: ValidateResult, setting: Setting) -> list[Plot]:
         return figures.plots(setting.study, result)
-
-    def printed(self, result: ValidateResult, setting: Setting) -> list[PaperTable]:
-        return [_printed_table(result)]
 
 
 def _validation_tables(stage: ValidateResult, names: Names) -> list[Table]:
@@ -98,43 +87,6 @@ def _errors_in_short(stage: ValidateResult, names: Names) -> str:
     formula = stage.formula
     beside = f", formula F = a·d^{formula.exponent:.3g}: {fixed(formula.worst_held_out_percent)} %" if formula else ""
     return f"{every} Largest held-out error: {fixed(stage.worst_held_out_percent)} %{beside}."
-
-
-def _printed_table(stage: ValidateResult) -> PaperTable:
-    """Return measured against simulated responses; dashes where nothing was measured."""
-    naming = stage.naming
-    columns = [replace(one, label=titled(naming.condition.label)) for one in condition(naming) if naming.condition]
-    for named in (naming.response, *naming.others):
-        label, of = label_of(named), partial(_field_of, named, naming.response)
-        columns += [
-            Column("measured", f"{label} Measured", named.written, short, of("measured")),
-            Column("simulated", f"{label} Simulation Value", named.written, significant, of("simulated")),
-            replace(ERROR, form=to_decimals(1), of=of("error_percent")),
-        ]
-    first = next(i for i, column in enumerate(columns) if column.key == "simulated")
-    columns[first] = simulated(naming.response, columns[first].name, "simulated")
-    others = [one.long for one in (naming.response, *naming.others)]
-    responses = ["maximum shear force"] if naming.response == FORCE else others
-    at = [row.condition for row in stage.compared if row.role == "fitted"]
-    served = Names(naming).conditions(at) if at and naming.condition is not None else f"the {naming.response.long}"
-    used = "were used" if len(at) > 1 and naming.condition is not None else "was used"
-    note = f"{_ERROR}; {served} {used} for calibration."
-    if stage.worst_held_out_percent is not None:
-        note = f"{_errors_in_short(stage, Names(naming))} {note}"
-    caption = f"Comparison of the measured and simulated {series(responses)}."
-    return PaperTable(NUMBERS["validation"], "validation", caption, Table.of(columns, stage.rows), note)
-
-
-def _field_of(named: Named, first: Named, key: str) -> Callable[[ValidateRow], Any]:
-    """Return what reads a field of the comparison of a response."""
-
-    def value(row: ValidateRow) -> Any:
-        further = next((one for one in row.further if one.response == named.name), None)
-        found: Any = row.compared if named == first else further
-        told = getattr(found, key, None)
-        return named.counted(told, found.measured) if told is not None and key != "error_percent" else told
-
-    return value
 
 
 def _single_outcome(stage: ValidateResult, names: Names) -> str:

@@ -190,7 +190,7 @@ def unfinished(evidence: Evidence) -> Iterator[Note]:
         there_alone = all(stage.seen(evidence.study) is not evidence.study for stage in missing)
         severity: Severity = "warning" if there_alone else "error"
         titles = ", ".join(stage.title for stage in missing)
-        yield Note("unfinished", severity, f"Not done yet: {titles}.", remedy)
+        yield Note("unfinished", severity, f"Unfinished stages: {titles}.", remedy)
 
 
 RULES = (physics, unfinished)

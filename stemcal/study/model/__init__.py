@@ -7,7 +7,7 @@ designs, tables and results show levels in that unit, and `Factor.internal` conv
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, TypeVar
@@ -17,7 +17,7 @@ from pydantic import BaseModel, ConfigDict, Field, PrivateAttr, create_model
 from stemcal.errors import UsageError
 from stemcal.naming import DIAMETER, FORCE, Naming
 from stemcal.registry import stages
-from stemcal.study.model.growth import MOST_EXPONENT, Grades, Growth, exponents_in
+from stemcal.study.model.growth import MOST_EXPONENT, Growth, exponents_in
 from stemcal.study.model.laboratory_kind import (
     TESTS,
     AnyTest,
@@ -64,18 +64,18 @@ class OwnSections(Frozen):
     model_config = ConfigDict(validate_by_name=True, validate_by_alias=True)
 
     name: StudyName
-    """Name of the study, and of its folder below `runs`."""
+    """Name of the study and of its folder in `runs`."""
     title: Title = ""
-    """Title of the report and of its tables; the name by default."""
+    """Title of the report and of its tables; by default the name of the study."""
     factors: Annotated[tuple[Factor, ...], Field(min_length=1, max_length=MOST_FACTORS)]
-    """Unknown parameters to calibrate, with the symbols X1, X2, … in this order."""
+    """Unknown parameters to calibrate; by default their symbols are X1, X2, … in this order."""
     responses: Annotated[tuple[OwnQuantity, ...], Field(max_length=20)] = ()
-    """Measured and simulated responses, if not the maximum force; a program may return several."""
+    """Measured and simulated responses if they are not the maximum force; a program can return several responses."""
     conditions: Annotated[tuple[OwnQuantity, ...], Field(max_length=1)] | None = None
-    """Condition of the measurements, if not the stem diameter: one, or `[]` for none. A study with `responses`
-    has none by default."""
+    """Condition of the measurements if it is not the stem diameter; `[]` means no condition. A study with `responses`
+    has no condition by default."""
     specimen: SpecimenSection = SpecimenSection()
-    """The piece of stem."""
+    """The specimen: a piece of stem."""
     blade: BladeSection = BladeSection()
     """The rigid blade."""
     supports: SupportsSection = SupportsSection()
@@ -85,11 +85,11 @@ class OwnSections(Frozen):
     contact: ContactSection = ContactSection()
     """Friction and contact between stem, blade and supports."""
     material: MaterialSection = MaterialSection()
-    """Fixed values of the parameters that are not factors, and the internal length."""
+    """Fixed values of the material parameters that are not factors, and the internal length."""
     solver: AnySolver = Field(default_factory=usual_solver)
-    """The solver, which computes the response at given levels."""
+    """The solver that simulates the response at given levels of the factors."""
     tests: Annotated[tuple[AnyTest, ...], Field(max_length=20)] = ()
-    """Laboratory tests of pieces of the same stems, in addition to cutting."""
+    """Laboratory tests other than cutting, on pieces of the same stems."""
     machine: MachineSection = MachineSection()
     """The testing machine that measured the `curves` of `targets`."""
     targets: Targets
@@ -130,7 +130,7 @@ class Study(StudyForm):
     further: dict[str, Frozen] = Field(default={}, exclude=True)
     """The sections of stages from other packages, by the names of the stages."""
     _hands: Any = PrivateAttr(default=None)  # what asks for results of runs done by hand, and records them
-    _reread: Callable[[Mapping[str, object]], Study] | None = PrivateAttr(default=None)
+    _read: tuple[Any, ...] = PrivateAttr(default=())  # the function that read its spec, and what was read
 
     def with_(self, **changes: object) -> Study:
         """Return the study that its spec gives with some changes, checked as a spec is.
@@ -150,9 +150,10 @@ class Study(StudyForm):
         --------
         ``study.with_(yield_stress={"high": 25}, rsm={"alpha": "face"})``
         """
-        if self._reread is None:
+        if not self._read:
             raise TypeError("only a study that was read from a spec can be changed this way")
-        changed = self._reread(changes)
+        read, *given = self._read
+        changed: Study = read(*given, changes)
         changed._hands = self._hands
         return changed
 
@@ -170,9 +171,7 @@ class Study(StudyForm):
         runs: list[dict[str, Any]] = self._theirs().ask(self, out)
         return runs
 
-    def tell(
-        self, rows: Sequence[Mapping[str, Any]], out: str | Path | None = None, *, replace: str = "", who: str = ""
-    ) -> int:
+    def tell(self, rows: Sequence[Mapping[str, Any]], out: str | Path | None = None, *, replace: str = "") -> int:
         """Record results; return how many were accepted.
 
         Parameters
@@ -183,15 +182,13 @@ class Study(StudyForm):
             The study folder.
         replace : str
             Why results replace earlier ones; without it they are refused.
-        who : str
-            Who enters the results.
 
         Raises
         ------
         UsageError
             With every row that is not taken; the others are.
         """
-        return int(self._theirs().tell(self, rows, out, replace=replace, who=who))
+        return int(self._theirs().tell(self, rows, out, replace=replace))
 
     def _theirs(self) -> Any:
         if self._hands is None:

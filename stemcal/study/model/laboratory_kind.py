@@ -35,21 +35,21 @@ class LaboratoryMeans(Frozen):
 
 def _as_rows(given: Any, info: ValidationInfo) -> Any:
     if info.context is not None:
-        raise complain("unknown key 'targets'", "write rows under the targets of the spec: {test: NAME, diameter: …}")
+        raise complain("unknown key 'targets'", "write rows in the `targets` section: {test: NAME, diameter: …}")
     return given
 
 
 class LaboratorySection(Frozen):
-    """A laboratory test besides cutting. Rows of `targets` with its name hold what was measured in it, which is then
-    fitted. Without rows the test is there for `simulate --test`.
+    """A laboratory test other than cutting. The means in rows of `targets` with the name of the test are fitted. A test
+    without rows is used only by `simulate --test`.
     """
 
     name: ColumnName
-    """Name in tables, files and `simulate --test`."""
+    """Name of the test in tables, files and `simulate --test`."""
     kind: str
-    """The kind of test."""
+    """Kind of the laboratory test."""
     speed: Speed = 10 / 60
-    """Speed of the machine; in cutting by default that of the blade in the spec."""
+    """Speed of the machine; in cutting, the default is the blade speed in the `loading` section."""
     targets: SkipJsonSchema[Annotated[tuple[LaboratoryMeans, ...], BeforeValidator(_as_rows)]] = Field(default=())
 
     is_further_cut: ClassVar[bool] = False
@@ -92,8 +92,8 @@ class LaboratorySection(Frozen):
 
 
 class PieceSection(LaboratorySection):
-    """A test of a piece of stem. Lengths may be shares of the diameter, such as d/12. A subclass adds the keys of its
-    kind, `kind` with its name among them.
+    """A test of a piece of stem. Lengths can be fractions of the diameter, such as d/12. A subclass adds the keys of
+    its kind, including `kind` with its name.
     """
 
     length: StemLength | None = None
@@ -101,8 +101,8 @@ class PieceSection(LaboratorySection):
     stroke: StemLength
     """Stroke of the machine."""
     element_size: StemLength | None = None
-    """Length of the elements: d/12 in bending, d/8 in axial tests; in radial compression, d/64, their width at the
-    plates, and four times that elsewhere."""
+    """Element size: by default d/12 in bending and d/8 in axial tests. In radial compression the default is d/64 at the
+    plates and d/16 elsewhere."""
 
     usual_size: ClassVar[Length] = Length(divisor=8.0)
     """The length of its elements where the spec does not give it."""
@@ -125,19 +125,20 @@ class PieceSection(LaboratorySection):
     def misfits(self, diameter: float) -> Iterator[tuple[str, str, str]]:
         stroke, room = self.stroke_at(diameter), self.room(diameter)
         if stroke >= 0.5 * room:
-            yield "stroke", f"a stroke of {stroke:g} mm is more than half of the piece's {room:g} mm", "shorten it"
+            message = f"a stroke of {stroke:g} mm is more than half the size of the piece ({room:g} mm)"
+            yield "stroke", message, "shorten the stroke"
 
 
 class FurtherCutSection(LaboratorySection):
-    """Another cut, with changes to the sections above."""
+    """A further cutting test with changes to the sections of the spec."""
 
     kind: Literal["cutting"] = "cutting"
     blade: BladeSection | None = None
-    """Differences from the blade of the spec; omitted keys are those of the spec."""
+    """Keys of the blade that differ from the `blade` section of the spec."""
     supports: SupportsSection | None = None
-    """Differences from the supports of the spec."""
+    """Keys of the supports that differ from the `supports` section of the spec."""
     stroke: StemLength | None = None
-    """Stroke of the machine; by default that of the blade in the spec."""
+    """Stroke of the machine; by default the stroke in the `loading` section."""
 
     is_further_cut = True
     usual = ("force",)
@@ -163,7 +164,7 @@ class LaboratoryKind(Checked):
         raise NotImplementedError
 
 
-class FurtherCut(LaboratoryKind):
+class _FurtherCut(LaboratoryKind):
     """The maximum force of a further cut."""
 
     name, options = "cutting", FurtherCutSection
@@ -173,7 +174,7 @@ TESTS: Registry[LaboratoryKind] = Registry(
     LaboratoryKind,
     "stemcal.tests",
     (
-        "stemcal.study.model.laboratory_kind:FurtherCut",
+        "stemcal.study.model.laboratory_kind:_FurtherCut",
         "stemcal.laboratory.three_point_bending:Bending",
         "stemcal.laboratory.radial_compression:Radial",
         "stemcal.laboratory.axial:Compression",

@@ -25,29 +25,29 @@ _SCATTER = {"anyOf": [{"type": "string"}, {"type": "number"}, {"type": "object"}
 class TargetRow(Frozen):
     """Measurements of one test at one condition: means over `n` specimens.
 
-    Where the spec declares `responses` and `conditions`, their names take the place of `force` and `diameter`.
+    If the spec declares `responses` and `conditions`, their names replace `force` and `diameter`.
     """
 
     test: ColumnName | None = None
-    """Name of a test under `tests`; by default the cutting test."""
+    """Name of a test in the `tests` section; by default the cutting test."""
     diameter: Size | None = None
-    """Outer diameter of the stems."""
+    """Outer diameter of the tested stems."""
     force: Annotated[float, Quantity("force", above=0)] | None = None
     """Mean maximum force."""
     travel: Size | None = None
     """Mean travel from first contact to the maximum force."""
     work: Annotated[float, Quantity("energy", above=0)] | None = None
-    """Mean work: in cutting up to the maximum force, in a test until the break or the end of the stroke."""
+    """Mean work: up to the maximum force in cutting, up to the break or the end of the stroke in other tests."""
     slope: Annotated[float, Quantity("force per length", above=0)] | None = None
-    """Of a test: mean slope of the force over the travel of the machine, from 20 to 50 % of the maximum."""
+    """Mean slope of the force–travel curve from 20 to 50 % of the maximum force, in tests other than cutting."""
     sd: Annotated[Any, WithJsonSchema(_SCATTER)] = None
-    """Standard deviation over the specimens; of several responses a mapping by their names. Without it the mean is
-    treated as exact."""
+    """Standard deviation over the specimens; for several responses, a mapping by the names of the responses. Without
+    `sd` the mean is treated as exact."""
     n: Annotated[Whole, Field(ge=1)] | None = None
     """Number of specimens."""
     curves: Patterns | None = None
-    """Files of force versus travel, one per specimen: names or patterns such as lab/8mm/*.csv. The shape of the curves
-    is also fitted; `force`, `sd` and `n` are calculated from them unless given."""
+    """Files of force versus travel, one per specimen: names, or patterns such as lab/8mm/*.csv. The shape of the curves
+    is also fitted. If `force`, `sd` or `n` is omitted, the value is calculated from the curves."""
 
 
 class Mean(Frozen):

@@ -4,7 +4,7 @@ from typing import Annotated, Final, Literal, Self
 
 from pydantic import Field
 
-from stemcal.study.model.growth import Grades, Growth, MayGrow
+from stemcal.study.model.growth import Growth, MayGrow
 from stemcal.study.types.factor import PARAMETERS
 from stemcal.study.types.field_types import (
     Frozen,
@@ -19,59 +19,60 @@ from stemcal.study.types.field_types import (
     Time,
 )
 
-Stress = Annotated[float | Growth | Grades, MayGrow(Annotated[float, Quantity("stress")])]
+Stress = Annotated[float | Growth, MayGrow(Annotated[float, Quantity("stress")])]
 GAP: Final = 0.001  # distance of the edge from the stem at the start, mm
 DAMPING: Final = 0.5  # of the contact, as a share of the critical one
-Ratio = Annotated[float | Growth | Grades, MayGrow(Number)]
+Ratio = Annotated[float | Growth, MayGrow(Number)]
 
 
 class SpecimenSection(Frozen):
     """The piece of stem, a hollow cylinder."""
 
     outer_diameter: Size = 8.0
-    """Outer diameter. The parameters are calibrated there if `targets` have it; rows of `targets` have their own."""
+    """Outer diameter of the stem. The parameters are calibrated at this diameter if `targets` has a row for it."""
     diameter_ratio: Annotated[Number, Field(ge=0, lt=1)] = 0.41
     """Bore diameter divided by outer diameter; 0 for a solid stem."""
     length: Size = 50.0
-    """Length of the piece; the blade cuts it in the middle."""
+    """Length of the specimen; the blade cuts the specimen in the middle."""
 
 
 class BladeSection(Frozen):
     """The rigid blade, wider than the stem."""
 
     width: Size = 28.0
-    """Height from edge to back."""
+    """Height of the blade from the edge to the back."""
     thickness: Size = 2.3
-    """Thickness behind the edge faces."""
+    """Thickness of the blade behind the two faces of the edge."""
     edge_angle: Annotated[float, Quantity("angle", above=0, below=180)] = 37.5
     """Angle between the two faces of the edge."""
     bevel: Literal["both", "one"] = "both"
-    """Bevel on both sides or on one."""
+    """Bevel of the edge: on both sides or on one side."""
     edge_radius: SizeOrZero = 0.1
-    """Radius of the edge; 0 mm for a sharp one."""
+    """Radius of the edge; 0 mm for a sharp edge."""
     edge_spread: StemLengthOrZero = Length(divisor=9.5)
-    """Half-width of the zone on which the edge acts: a length, or a fraction of the diameter such as d/9.5. The
-    calibrated failure strain depends on it. 0 mm: a line, whose force depends on the mesh."""
+    """Half-width of the zone over which the contact force of the edge is spread: a length, or a fraction of the
+    diameter such as d/9.5. The calibrated failure strain depends on this half-width. With 0 mm the force depends on
+    the mesh."""
 
 
 class SupportsSection(Frozen):
     """Two rigid blocks that support the stem."""
 
     clearance: Size = 20.0
-    """Gap between the supports; the blade moves down in the middle of it."""
+    """Gap between the two supports; the blade moves through the middle of the gap."""
     fillet_radius: SizeOrZero = 1.0
-    """Radius of the supports' edges."""
+    """Fillet radius of the edges of the supports."""
 
 
 class LoadingSection(Frozen):
     """The motion of the blade, at constant speed."""
 
     speed: Speed = 100 / 60
-    """Speed of the blade, constant."""
+    """Constant speed of the blade."""
     duration: Time = 0.5
-    """Duration of the motion; speed times duration is the stroke."""
+    """Duration of the blade motion; the stroke is the speed times the duration."""
     stroke: StemLength | None = None
-    """Travel after first contact, instead of `duration`: a length, or a fraction of the diameter such as d/2.5."""
+    """Travel of the blade after first contact, instead of `duration`: a length, or a fraction of the diameter."""
 
     def duration_at(self, diameter: float) -> float:
         """Return how long the blade moves at a stem diameter (mm), s."""
@@ -105,48 +106,48 @@ class ContactSection(Frozen):
     """Friction and penalty between stem, blade and supports."""
 
     static_friction: Annotated[Number, Field(ge=0, le=2)] = 0.15
-    """Coefficient of friction µs at rest."""
+    """Coefficient of static friction µs."""
     dynamic_friction: Annotated[Number, Field(ge=0, le=2)] = 0.10
-    """Coefficient of friction µd when sliding fast."""
+    """Coefficient of dynamic friction µd, the limit at high sliding speeds."""
     decay: Annotated[float, Quantity("decay", at_least=0)] = 0.0
-    """Decay of friction from µs to µd with the sliding speed v: µ = µd + (µs − µd)·exp(−decay·|v|)."""
+    """Decay of the friction from µs to µd with the sliding speed v: µ = µd + (µs − µd)·exp(−decay·|v|)."""
     penalty: Annotated[Number, Field(gt=0, le=1)] = 0.25
-    """Contact stiffness as a fraction of m/Δt² of each node (mass m, stable time step Δt)."""
+    """Contact stiffness of a node as a fraction of m/Δt², with its mass m and the stable time step Δt."""
 
 
 class MaterialSection(Frozen):
     """Fixed values of the material parameters that are not factors.
 
-    Each except `internal_length` may depend on the diameter: as a power, `{value: 15 MPa, at: 8 mm, exponent: 0.5}`,
-    without `value` for a factor; or by grade, `{7 mm: 17 MPa, 9 mm: 19 MPa}`, linear between the grades.
+    Each of them except `internal_length` may be a power of the stem diameter, for example
+    `{value: 15 MPa, at: 8 mm, exponent: 0.5}`. Omit `value` if the parameter is a factor.
     """
 
-    density: Annotated[float | Growth | Grades, MayGrow(Annotated[float, Quantity("density")])] | None = None
+    density: Annotated[float | Growth, MayGrow(Annotated[float, Quantity("density")])] | None = None
     """Mass density."""
     elastic_modulus: Stress | None = None
     """Young's modulus E."""
     poisson_ratio: Ratio | None = None
     """Poisson's ratio."""
     yield_stress: Stress | None = None
-    """Stress at which plastic flow starts, at zero strain rate."""
+    """Stress at which plastic flow starts at zero strain rate."""
     tangent_modulus: Stress | None = None
     """Slope Et of the stress–strain curve beyond yield."""
     hardening_parameter: Ratio | None = None
-    """0 for kinematic, 1 for isotropic, values in between for mixed hardening."""
-    strain_rate_c: Annotated[float | Growth | Grades, MayGrow(Annotated[float, Quantity("rate")])] | None = None
-    """C of the strain-rate law; a larger value reduces the effect of speed. `solver.rate_law: none` disables it."""
+    """Type of hardening: 0 is kinematic, 1 is isotropic, and values in between are mixed."""
+    strain_rate_c: Annotated[float | Growth, MayGrow(Annotated[float, Quantity("rate")])] | None = None
+    """Parameter C of the strain-rate law; a larger C reduces the effect of the strain rate on the yield stress."""
     strain_rate_p: Ratio | None = None
-    """P of the strain-rate law."""
+    """Parameter P of the strain-rate law."""
     failure_strain: Ratio | None = None
     """Plastic strain, averaged over the internal length, at which an element is deleted."""
     internal_length: StemLengthOrZero = Length(divisor=4.5)
     """Length over which the plastic strain for failure is averaged: a length, or a fraction of the diameter such as
-    d/4.5. 0 mm: no averaging, and the force depends on the mesh."""
+    d/4.5. With 0 mm the strain is not averaged, and the force depends on the mesh."""
 
     def given(self) -> dict[str, float]:
         """Return the parameters that have one value for all stems."""
         return {name: value for name in PARAMETERS if isinstance(value := getattr(self, name, None), int | float)}
 
-    def growing(self) -> dict[str, Growth | Grades]:
+    def growing(self) -> dict[str, Growth]:
         """Return what the parameters are that follow the diameter."""
-        return {name: value for name in PARAMETERS if isinstance(value := getattr(self, name, None), Growth | Grades)}
+        return {name: value for name in PARAMETERS if isinstance(value := getattr(self, name, None), Growth)}

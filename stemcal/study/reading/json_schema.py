@@ -90,51 +90,66 @@ def section_places() -> dict[str, str]:
     ['targets[]', 'material.*']
     """
     found: dict[str, tuple[str, list[str]]] = {}
-    for name, path, kind in _sections(form(), "", ""):
-        first, kinds = found.setdefault(name, (path, []))
-        if path != first and path.rpartition(".")[0] == first.rpartition(".")[0]:  # under several keys of a section
-            found[name] = first.rpartition(".")[0] + ".*", kinds
-        if path == first and kind and kind not in kinds:
-            kinds.append(kind)
-    return {name: path + (f", kind: {', '.join(kinds)}" if kinds else "") for name, (path, kinds) in found.items()}
+    for path, name in _classes():
+        place = "".join(step if step == "[]" else f".{step}" for step in path if step[0] != "=").removeprefix(".")
+        kinds = [step[1:] for step in path if step[0] == "="]
+        first, known = found.setdefault(name, (place, kinds))
+        above = place.rpartition(".")[0]
+        if place == first:
+            known += [kind for kind in kinds if kind not in known]
+        elif above == first.rpartition(".")[0]:  # under several keys of a section
+            found[name] = f"{above}.*", known
+    return {name: place + (f", kind: {', '.join(kinds)}" if kinds else "") for name, (place, kinds) in found.items()}
 
 
-def _sections(node: dict[str, Any], path: str, kind: str) -> Iterator[tuple[str, str, str]]:
-    """Yield each class below a node with its path and its kind of solver or result."""
-    for key, value in node.get("properties", {}).items():
-        for name, where in _references(value, f"{path}.{key}".removeprefix(".")):
-            section = form()["$defs"][name]
-            own_kind = section["properties"].get("kind", {}).get("const", kind)
-            yield name, where, own_kind
-            yield from _sections(section, where, own_kind)
+@functools.cache
+def _classes() -> tuple[tuple[tuple[str, ...], str], ...]:
+    """Return the path and the name of each class in a spec: [] is an entry of a list, =x the kind x, * any name."""
+    return tuple(found for key, node in form()["properties"].items() for found in _below(node, (key,)))
 
 
-def _references(node: dict[str, Any], path: str) -> Iterator[tuple[str, str]]:
-    """Yield the classes that a value may be of, each with its path."""
+def _below(node: dict[str, Any], path: tuple[str, ...]) -> Iterator[tuple[tuple[str, ...], str]]:
     if "$ref" in node:
-        yield node["$ref"].removeprefix(_DEFS), path
+        name = node["$ref"].removeprefix(_DEFS)
+        yield path, name
+        for key, value in form()["$defs"][name].get("properties", {}).items():
+            yield from _below(value, (*path, key))
+    kinds = {reference: f"={kind}" for kind, reference in node.get("discriminator", {}).get("mapping", {}).items()}
     for option in (*node.get("anyOf", ()), *node.get("oneOf", ()), *node.get("allOf", ())):
-        yield from _references(option, path)
-    for below, step in (("items", "[]"), ("additionalProperties", ".*")):
-        if isinstance(node.get(below), dict):
-            yield from _references(node[below], path + step)
+        yield from _below(option, (*path, kinds[option["$ref"]]) if kinds else path)
+    for key, step in (("items", "[]"), ("additionalProperties", "*")):
+        if isinstance(node.get(key), dict):
+            yield from _below(node[key], (*path, step))
+
+
+def _properties(path: NodePath) -> dict[str, Any]:
+    """Return the keys known at `path` with their schemas; a solver's path goes through its kind."""
+    if not path:
+        return dict(form()["properties"])
+    steps = ["[]" if isinstance(step, int) else step for step in path]
+    names = [
+        name
+        for known, name in _classes()
+        if len(known) == len(steps) and all(a.removeprefix("=") in (b, "*") for a, b in zip(known, steps, strict=True))
+    ]
+    return {key: node for name in names for key, node in form()["$defs"][name]["properties"].items()}
 
 
 def keys_of(path: NodePath) -> tuple[str, ...]:
-    """Return the keys known at `path`; a solver's path goes through its kind."""
-    return tuple(_resolved(_at(path)).get("properties", {}))
+    """Return the keys known at `path`."""
+    return tuple(_properties(path))
 
 
 def meaning_of(path: NodePath) -> str:
     """Return what the key at `path` means; nothing where none is known."""
-    return str(_at(path).get("description", ""))
+    return str(_properties(path[:-1]).get(str(path[-1]), {}).get("description", ""))
 
 
 def meanings() -> dict[str, str]:
     """Return what each key of a spec means, by its place.
 
-    >>> meanings()["screen.alpha"], meanings()["solver.threads, kind: embedded"].partition(";")[0]
-    ('Significance level; factors with a smaller p are significant.', 'Threads of one simulation, for large models')
+    >>> meanings()["screen.alpha"], meanings()["solver.files, kind: command"]
+    ('Significance level. Factors with a smaller p-value are significant.', 'Files copied into the folder of each run.')
     """
     found = {key: node["description"] for key, node in form()["properties"].items()}
     for name, place in section_places().items():
@@ -157,38 +172,10 @@ def made_anew() -> None:
     for model in models:
         model.model_rebuild(force=True)
     form.cache_clear()
+    _classes.cache_clear()
 
 
 @functools.cache
 def form() -> dict[str, Any]:
     """Return the schema, made once."""
     return _form()
-
-
-def _at(path: NodePath) -> dict[str, Any]:
-    node = form()
-    for step in path:
-        node = _below(node, step)
-    return node
-
-
-def _below(node: dict[str, Any], step: str | int) -> dict[str, Any]:
-    forms, node = node.get("anyOf", ()), _resolved(node)
-    if "discriminator" in node:
-        return {"$ref": node["discriminator"]["mapping"].get(step, "")}
-    if isinstance(step, int):
-        found = node.get("items", {})
-    else:
-        by_name = (form["additionalProperties"] for form in forms if "additionalProperties" in form)
-        found = node.get("properties", {}).get(step) or node.get("additionalProperties") or next(by_name, {})
-    return found if isinstance(found, dict) else {}
-
-
-def _resolved(node: dict[str, Any]) -> dict[str, Any]:
-    options = [option for option in node.get("anyOf", ()) if option.get("type") != "null"]
-    sections = [option for option in options if "$ref" in option]
-    if len(options) == 1 or len(sections) == 1:
-        node = (sections or options)[0]
-    reference = node.get("$ref", "")
-    found: dict[str, Any] = form()["$defs"].get(reference.removeprefix(_DEFS), {}) if reference else node
-    return found

@@ -86,9 +86,9 @@ def _unknown_key(error: Mapping[str, Any], path: NodePath, shown_path: NodePath)
     elif near:
         remedy = f"did you mean {near}?"
     elif section:
-        remedy = f"move it to {section}"
+        remedy = f"move the key to the `{section}` section"
     else:
-        remedy = f"remove it, or use {listed(known)}"
+        remedy = f"remove the key, or use {listed(known)}"
     return Finding(path, f"unknown key {key[:60]!r}", remedy, at_key=True)
 
 
@@ -100,27 +100,26 @@ def _choice(error: Mapping[str, Any], path: NodePath, shown_path: NodePath) -> F
     return Finding(path, f"{_show(given)} is not one of the choices", remedy)
 
 
-def _unknown_kind(error: Mapping[str, Any], path: NodePath, shown_path: NodePath) -> Finding:
+def _kind(error: Mapping[str, Any], path: NodePath, shown_path: NodePath) -> Finding:
     given = error["input"].get("kind") if isinstance(error["input"], dict) else None
     kinds, noun = (TESTS, "laboratory test") if path[0] == "tests" else (SOLVERS, "solver")
+    if error["type"] == "union_tag_not_found":
+        return Finding(path, "'kind' is missing", f"add kind: {listed(kinds.known())}")
     near = nearest(given, kinds.known()) if isinstance(given, str) else None
-    remedy = f"did you mean {near}?" if near else f"write kind: {listed(list(kinds.known()))}"
+    remedy = f"did you mean {near}?" if near else f"write kind: {listed(kinds.known())}"
     if (broken := kinds.broken.get(str(given))) is not None:
         remedy = f"its package cannot be loaded: {broken}"
     return Finding((*path, "kind"), f"{_show(given)} is not a kind of {noun}", remedy)
 
 
-def _no_kind(error: Mapping[str, Any], path: NodePath, shown_path: NodePath) -> Finding:
-    kinds = TESTS if path[0] == "tests" else SOLVERS
-    return Finding(path, "'kind' is missing", f"add kind: {listed(list(kinds.known()))}")
-
-
 def _length(error: Mapping[str, Any], path: NodePath, shown_path: NodePath) -> Finding:
     if error["type"] in ("too_short", "string_too_short"):
         given = error["input"].strip() if isinstance(error["input"], str) else error["input"]
-        return Finding(path, f"{_show(given)} is too short" if given else "is empty", "fill it in")
+        if not given:
+            return Finding(path, "is empty", "write a value")
+        return Finding(path, f"{_show(given)} is too short", "write a longer value")
     most = error["ctx"].get("max_length")
-    return Finding(path, f"is too long ({len(error['input'])})", f"keep at most {most}")
+    return Finding(path, f"has a length of {len(error['input'])}", f"reduce the length to at most {most}")
 
 
 _SPECIAL: dict[str, Callable[[Mapping[str, Any], NodePath, NodePath], Finding]] = {
@@ -128,8 +127,8 @@ _SPECIAL: dict[str, Callable[[Mapping[str, Any], NodePath, NodePath], Finding]] 
     "extra_forbidden": _unknown_key,
     "unexpected_keyword_argument": _unknown_key,
     "literal_error": _choice,
-    "union_tag_invalid": _unknown_kind,
-    "union_tag_not_found": _no_kind,
+    "union_tag_invalid": _kind,
+    "union_tag_not_found": _kind,
     "too_short": _length,
     "too_long": _length,
     "string_too_short": _length,
@@ -182,21 +181,17 @@ def checked_path(given: object, name: str) -> Path:
     if not isinstance(text, str):
         raise UsageError(f"{name}: {type(given).__name__} is not a path; pass a string or a pathlib.Path")
     if not text.strip() or "\0" in text:
-        raise UsageError(f"{name}: {text!r} is not a path; give a file or a folder")
+        raise UsageError(f"{name}: {text!r} is not a path; pass the path of a file or a folder")
     return Path(text)
 
 
 def level_of(factor: Factor, given: float | str) -> float:
     """Return a level in the unit of its factor: a number, or a quantity such as ``"18 MPa"``."""
+    given = _number_or_text(given) if isinstance(given, str) else given
     if not isinstance(given, str):
         return checked_number(given, factor.name)
     inside = checked(Annotated[float, Quantity(parse_unit(factor.unit).dimension)], given, factor.name)
     return from_internal(inside, factor.unit)
-
-
-def typed_level(factor: Factor, text: str) -> float:
-    """Return a level typed on the command line; a number has the unit of the factor."""
-    return level_of(factor, _number_or_text(text))
 
 
 def typed_size(text: str, name: str) -> float:

@@ -5,7 +5,6 @@ A section that is wrong does not hide what is wrong in another.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -14,12 +13,12 @@ import yaml
 from stemcal.errors import SpecError, SpecProblem
 from stemcal.files.reading import open_plain
 from stemcal.registry import stages
-from stemcal.study.model import Study, StudyForm
-from stemcal.study.reading.sections import Sections, read_sections, spelled
+from stemcal.study.model import Study
+from stemcal.study.reading.sections import Sections, read_sections
 from stemcal.study.rules import Draft, factors, target_rules
 from stemcal.study.rules.plausible import doubts
 from stemcal.study.types.strict_yaml import MAX_BYTES, Document, Finding, NodePath, Position, read_yaml
-from stemcal.words import did_you_mean, nearest
+from stemcal.words import nearest
 
 
 def load_study(path: str | Path) -> Study:
@@ -28,27 +27,13 @@ def load_study(path: str | Path) -> Study:
     return read_study(_content(path), path)
 
 
-@dataclass(frozen=True)
-class _Reread:
-    """Reads a spec again with further changes laid over it."""
-
-    content: bytes
-    path: Path
-    changes: tuple[Mapping[str, object], ...] = ()
-
-    def __call__(self, changes: Mapping[str, object]) -> Study:
-        """Return the study with all changes so far and these."""
-        return read_study(self.content, self.path, (*self.changes, changes))
-
-
-def read_study(content: bytes, path: Path, changes: tuple[Mapping[str, object], ...] = ()) -> Study:
+def read_study(content: bytes, path: Path, *changes: Mapping[str, object]) -> Study:
     """Return the study in `content`; `path` names it in messages, and tables are found next to it.
 
     `changes` are laid over it one after the other, by the name of a section or a factor (see `Study.with_`).
     """
     document = read_yaml(content)
     for change in changes:
-        _refuse_unknown(document.data, change, path)
         document.data = _changed(document.data, change)
     problems = [
         _problem(path, document, place, Finding(node, message, remedy))
@@ -62,33 +47,21 @@ def read_study(content: bytes, path: Path, changes: tuple[Mapping[str, object], 
     if problems:
         raise SpecError(problems)
     study = _study(path, document, read.good)
-    study._reread = _Reread(content, path, changes)
+    study._read = (read_study, content, path, *changes)
     return study
-
-
-def _refuse_unknown(data: Any, changes: Mapping[str, object], path: Path) -> None:
-    """Raise `SpecError` for a change of what is neither a factor nor a section."""
-    entries = data.get("factors") if isinstance(data, dict) else None
-    factors = [entry.get("name") for entry in entries if isinstance(entry, dict)] if isinstance(entries, list) else []
-    known = [*(name for name in factors if isinstance(name, str)), *map(spelled, StudyForm.model_fields)]
-    wrong = [name for name in changes if name not in known and stages().named(name) is None]
-    if wrong:
-        unknown = ((name, f"there is no factor or section {name[:60]!r}", did_you_mean(name, known)) for name in wrong)
-        raise SpecError([SpecProblem(str(path), 1, 1, *problem) for problem in unknown])
 
 
 def _changed(data: Any, changes: Mapping[str, object]) -> Any:
     """Lay changes over the tree of a spec: mappings over mappings, by factor or by section."""
     if not isinstance(data, dict):
         return data
-    changed = dict(data)
+    changed = {**data}
+    entries = [*given] if isinstance(given := data.get("factors"), list) else []
+    places = {entry.get("name"): place for place, entry in enumerate(entries) if isinstance(entry, dict)}
     for name, value in changes.items():
-        factors = changed.get("factors")
-        named = isinstance(factors, list) and any(isinstance(f, dict) and f.get("name") == name for f in factors)
-        if named and isinstance(factors, list):
-            changed["factors"] = [
-                _laid_over(f, value) if isinstance(f, dict) and f.get("name") == name else f for f in factors
-            ]
+        if name in places:
+            entries[places[name]] = _laid_over(entries[places[name]], value)
+            changed["factors"] = entries
         else:
             changed[name] = _laid_over(changed.get(name), value)
     return changed
@@ -172,11 +145,11 @@ def _study(path: Path, document: Document, sections: dict[str, Any]) -> Study:
 # ---- what must hold between the values of a spec
 
 RULES: tuple[Callable[[Draft], Iterator[Finding]], ...] = (
-    factors.names_differ, target_rules.names_are_free, target_rules.forces_are_newtons, factors.ranges_rise,
+    factors.names_differ, target_rules.names_are_free, factors.ranges_rise,
     factors.priors_fit, factors.factors_are_known, factors.factors_are_physical, factors.material_is_physical,
     factors.material_is_given_once, factors.sections_are_given_once, factors.wall_fits_stem,
     factors.rate_parameters_are_used, factors.material_is_complete, factors.growth_has_one_value,
-    factors.exponents_are_factors, factors.grades_reach, factors.growth_is_physical,
+    factors.exponents_are_factors, factors.growth_is_physical,
     factors.tangent_stays_below_elastic, target_rules.conditions_differ, target_rules.stem_reaches_over_supports,
     target_rules.edge_fits_blade, target_rules.friction_falls, target_rules.tests_are_simulated,
     target_rules.curves_are_simulated, target_rules.tests_differ, target_rules.tests_have_what_they_need,
@@ -195,7 +168,7 @@ def broken_rules(draft: Draft) -> list[Finding]:
 
 
 def _as_far_as_read(findings: Iterator[Finding]) -> Iterator[Finding]:
-    """Yield findings until a rule asks for what could not be read (see `reading.sections.partly`)."""
+    """Yield findings until a rule asks for what could not be read (see `reading.sections`)."""
     try:
         yield from findings
     except AttributeError as error:
@@ -209,12 +182,13 @@ def _as_far_as_read(findings: Iterator[Finding]) -> Iterator[Finding]:
 def with_rows(text: str, rows: Mapping[str, Sequence[str]]) -> str:
     """Return the text with other rows of some tests: by a test's name ("" for the main one) rows in YAML, or comments.
 
-    >>> spec = "targets:\\n  - {test: pull, diameter: 7 mm}  # old\\n  # more\\n  - {diameter: 8 mm}\\nname: a\\n"
+    Comments between the rows are lost.
+
+    >>> spec = "targets:\\n  - {test: pull, diameter: 7 mm}\\n  - {diameter: 8 mm}\\nname: a\\n"
     >>> print(with_rows(spec, {"pull": ["{test: pull, diameter: 9 mm}"]}), end="")
     targets:
-      - {test: pull, diameter: 9 mm}
-      # more
       - {diameter: 8 mm}
+      - {test: pull, diameter: 9 mm}
     name: a
     >>> with_rows("targets: [{diameter: 7 mm}]\\n", {"": ["{diameter: 8 mm}"]})
     'targets:\\n  - {diameter: 8 mm}\\n'
@@ -228,20 +202,12 @@ def with_rows(text: str, rows: Mapping[str, Sequence[str]]) -> str:
         listed = "".join(f"  {row}{line_end}" for row in new)
         return f"{text.rstrip()}{line_end}{line_end}targets:{line_end}{listed}"
     key, node = section
-    if not isinstance(node, yaml.SequenceNode) or node.flow_style or not node.value:
-        old = node.value if isinstance(node, yaml.SequenceNode) else []
-        kept = [text[row.start_mark.index : row.end_mark.index] for row in old if _test_of(row) not in rows]
-        listed = "".join(f"{line_end}  {row}" for row in [*(f"- {row}" for row in kept), *new])
-        return f"{text[: key.start_mark.index]}targets:{listed}{text[_end(node) :]}"
-    indent, lines = " " * node.start_mark.column, text.splitlines(keepends=True)
-    replaced = [row for row in node.value if _test_of(row) in rows]
-    at = replaced[0].start_mark.line if replaced else text.count("\n", 0, _end(node)) + 1
-    gone = {line for row in replaced for line in range(row.start_mark.line, text.count("\n", 0, _end(row)) + 1)}
-    if at == len(lines) and not text.endswith("\n"):
-        lines[-1] += line_end
-    before = [line for number, line in enumerate(lines[:at]) if number not in gone]
-    after = [line for number, line in enumerate(lines[at:], at) if number not in gone]
-    return "".join([*before, *(f"{indent}{row}{line_end}" for row in new), *after])
+    is_block = isinstance(node, yaml.CollectionNode) and not node.flow_style
+    indent = " " * node.start_mark.column if is_block else "  "
+    rows_before = node.value if isinstance(node, yaml.SequenceNode) else []
+    kept = [text[row.start_mark.index : _end(row)] for row in rows_before if _test_of(row) not in rows]
+    listed = "".join(f"{line_end}{indent}{row}" for row in [*(f"- {row}" for row in kept), *new])
+    return f"{text[: key.start_mark.index]}targets:{listed}{text[_end(node) :]}"
 
 
 def _test_of(row: yaml.Node) -> str:

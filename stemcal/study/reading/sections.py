@@ -6,7 +6,7 @@ import functools
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, TypeGuard, get_args, get_origin, get_type_hints
+from typing import Any, TypeGuard, get_type_hints
 
 from pydantic import BaseModel, TypeAdapter, ValidationError
 
@@ -22,7 +22,7 @@ from stemcal.study.model import (
     StudyForm,
     Targets,
 )
-from stemcal.study.model.laboratory_kind import AnyTest, named_responses, with_tests
+from stemcal.study.model.laboratory_kind import named_responses, with_tests
 from stemcal.study.model.measured_targets import fitted_responses, named_modes
 from stemcal.study.reading.json_schema import made_anew, section_with
 from stemcal.study.reading.messages import finding_of
@@ -37,8 +37,8 @@ def read_sections(data: Any, folder: Path) -> Sections:
     """Read each section of a spec's tree by itself; files are found next to the spec."""
     sections = Sections(folder, data if isinstance(data, dict) else {})
     if not isinstance(data, dict):
-        message = "the file is empty" if data is None else "a spec must be a mapping: lines of key: value"
-        sections.findings.append(Finding((), message, "start from `stemcal init`"))
+        message = "the file is empty" if data is None else "a spec must consist of lines `key: value`"
+        sections.findings.append(Finding((), message, "write a new spec with `stemcal init`"))
         return sections
     _learn_kinds(data)
     sections.read_further()
@@ -83,7 +83,7 @@ class Sections:
             self.good[name] = _adapter(name).validate_python(given, context=self.context)
         except ValidationError as error:
             self.findings += _findings(error, (spelled(name),), reported)
-            if (rest := partly(_kind(name), given, self.context)) is not None:  # rules look into the usual solver
+            if (rest := _partly(_kind(name), given, self.context)) is not None:  # rules look into the usual solver
                 self.good[name] = rest
 
     def read_further(self) -> None:
@@ -123,17 +123,18 @@ class Sections:
     def read_tests(self, name: str, given: Any) -> None:
         """Read the tests: good ones, and those with unknown keys, are kept by their place in the list."""
         self.read(name, given)
-        read = []
-        for test in given if isinstance(given, list) else ():
+        for index, test in enumerate(given) if isinstance(given, list) else ():
             kind = TESTS.known().get(str(test.get("kind"))) if isinstance(test, dict) else None
-            known = test if kind is None else {key: test[key] for key in test if key in kind.options.model_fields}
-            read.append(_field(AnyTest, known, self.context))
-        self.tests = {index: test for index, test in enumerate(read) if test is not None}
+            if kind is None:
+                continue
+            known = {key: test[key] for key in test if key in kind.options.model_fields}
+            if not _errors(kind.options, known, self.context):
+                self.tests[index] = kind.options.model_validate(known, context=self.context)
 
     def read_factors(self, name: str, given: Any) -> None:
         """Read the factors one by one: good ones are kept by their place in the list."""
         if isinstance(given, list) and len(given) > MOST_FACTORS:
-            remedy = "screen the important factors, and set the other parameters under material"
+            remedy = "keep the important factors, and set the other parameters in the `material` section"
             message = f"there are {len(given)} factors, but at most {MOST_FACTORS} are possible"
             self.findings.append(Finding((name,), message, remedy))
             return
@@ -195,9 +196,9 @@ def spelled(name: str) -> str:
 
 def _unknown_section(key: str, known: Collection[str]) -> Finding:
     near, section = nearest(key, known), section_with(key)
-    remedy = f"remove it; the sections are {listed(known)}"
+    remedy = f"remove the key; the sections are {listed(known)}"
     if near or section:
-        remedy = f"did you mean {near}?" if near else f"move it to {section}"
+        remedy = f"did you mean {near}?" if near else f"move the key to the `{section}` section"
     if (broken := stages().broken.get(key)) is not None:
         remedy = f"its stage cannot be loaded: {broken}"
     return Finding((key,), f"unknown key {key[:60]!r}", remedy, at_key=True)
@@ -243,41 +244,29 @@ def _findings(error: ValidationError, section: NodePath, reported: Collection[No
     return found
 
 
-def partly(kind: Any, given: Any, context: Mapping[str, Any]) -> Any:
-    """Return a section without the fields that are wrong or missing; None if nothing of it can be read.
+def _partly(kind: Any, given: Any, context: Mapping[str, Any]) -> Any:
+    """Return a section without the keys that are wrong; None if nothing of it can be read.
 
-    Who asks for such a field gets an `AttributeError`, not its default: a rule that needs it has nothing to say.
+    A rule that reads such a key gets an `AttributeError`, not its default, and ends.
     """
     if not (isinstance(kind, type) and issubclass(kind, BaseModel) and isinstance(given, dict)):
         return None
     if "kind" in kind.model_fields and given.get("kind") != kind.model_fields["kind"].default:
         return None  # another solver
-    hints = get_type_hints(kind, include_extras=True)
-    written = {name: str(one.validation_alias or name) for name, one in kind.model_fields.items()}
-    keys = {name: key for name, key in written.items() if key in given}
-    read = {name: _field(hints[name], given[key], context) for name, key in keys.items()}
-    good = {name: value for name, value in read.items() if value is not None}
-    section = kind.model_construct(_fields_set={*good}, **good)
+    wrong = {step for error in _errors(kind, given, context) for step in error["loc"][:1]}
+    good = {key: value for key, value in given.items() if key not in wrong}
+    if _errors(kind, good, context):
+        return None
+    section = kind.model_validate(good, context=context)
     for name, key in kind.model_fields.items():
-        if name not in good and (name in keys or key.is_required()):
+        if wrong & {name, key.validation_alias}:
             section.__dict__.pop(name, None)
     return section
 
 
-def _field(hint: Any, given: Any, context: Mapping[str, Any]) -> Any:
-    """Return the value of a field, None if it is wrong; of a list the entries as far as they can be read."""
+def _errors(kind: type[BaseModel], given: Any, context: Mapping[str, Any]) -> list[Any]:
     try:
-        return TypeAdapter(hint).validate_python(given, context=context)
-    except ValidationError:
-        entries = _entries(hint)
-        if entries is None or not isinstance(given, list):
-            return None
-        read = [partly(entries, one, context) for one in given]
-        return tuple(read) if read and None not in read else None
-
-
-def _entries(hint: Any) -> Any:
-    """Return the type of the entries of a list, None if it is none."""
-    while hasattr(hint, "__metadata__"):
-        hint = hint.__origin__
-    return get_args(hint)[0] if get_origin(hint) is tuple else None
+        kind.model_validate(given, context=context)
+    except ValidationError as error:
+        return list(error.errors(include_url=False))
+    return []

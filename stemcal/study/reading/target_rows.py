@@ -47,7 +47,7 @@ def _curves_in(patterns: Sequence[str], folder: Path, path: NodePath) -> tuple[l
     try:
         files = _files(patterns, folder)
     except UsageError as error:
-        return read, [Finding(path, str(error), "give force–travel files in the folder of the spec")]
+        return read, [Finding(path, str(error), "name force–travel files in the folder of the spec")]
     for file in files:
         try:
             read += [smoothed(curve.travel, curve.force) for curve in read_curves(file, _WHOLE)]
@@ -57,7 +57,7 @@ def _curves_in(patterns: Sequence[str], folder: Path, path: NodePath) -> tuple[l
             )
     if not wrong and len(read) < FEWEST:
         message = f"curves of only {counted(len(read), 'specimen')} do not determine the scatter"
-        wrong.append(Finding(path, message, f"measure {FEWEST} or more, or give only force and sd"))
+        wrong.append(Finding(path, message, f"measure {FEWEST} or more, or write only force and sd"))
     return read, wrong[:_MOST_NAMES]
 
 
@@ -71,20 +71,11 @@ def _files(patterns: Sequence[str], folder: Path) -> list[Path]:
             files = []
         inside = [path for path in files if path.resolve().is_relative_to(folder.resolve())]
         if not inside:
-            raise UsageError(f"no file matches {pattern[:100]}; {_lying(folder, pattern)}")
+            raise UsageError(f"no file matches {pattern[:100]}")
         found |= dict.fromkeys(inside)
     if len(found) > _MOST_FILES:
-        raise UsageError(f"{len(found)} files are too many")
+        raise UsageError(f"{len(found)} files match, but at most {_MOST_FILES} are allowed")
     return list(found)
-
-
-def _lying(folder: Path, pattern: str) -> str:
-    """List the content of the last existing folder of a pattern, the spec's own or one below it."""
-    place = folder
-    for step in Path(pattern).parts[:-1]:
-        place = next((one for one in place.glob("*") if one.name == step and one.is_dir()), place)
-    names = sorted(path.name for path in place.glob("*"))
-    return f"{place} holds {', '.join(names[:_MOST_NAMES]) or 'nothing'}{', …' if names[_MOST_NAMES:] else ''}"
 
 
 _MOST_ROWS = 1000
@@ -107,7 +98,7 @@ class Rows:
         """Read all rows."""
         example = _example(self.naming)
         if not isinstance(given, list):
-            self._find(("targets",), "should be a list of measured means", f"write a row for each: - {{{example}}}")
+            self._find(("targets",), "is not a list of measured means", f"write a row for each: - {{{example}}}")
             return
         if not given or len(given) > _MOST_ROWS:
             wrong = f"is too long ({len(given)})" if given else "is empty"
@@ -117,7 +108,7 @@ class Rows:
             if isinstance(row, dict):
                 self._read_row(index, row)
             else:
-                self._find(("targets", index), "should be a mapping", f"write {{{example}}}")
+                self._find(("targets", index), "is not a mapping", f"write {{{example}}}")
         if not self.means and not self.findings:
             self._find(("targets",), f"no row has the {self.naming.response.noun}", f"add a row - {{{example}}}")
 
@@ -132,7 +123,7 @@ class Rows:
         else:
             entry = _Row(row, ("targets", index), _OF_TESTS, True, self.findings)
             if not entry.means and not entry.wrong:
-                self._find(("targets", index), "gives no response", "add slope: …, for example")
+                self._find(("targets", index), "the row has no response", "add a response, such as slope: …")
             if entry.condition is not None:
                 means = LaboratoryMeans(diameter=entry.condition, means=entry.means, row=index)
                 self.of_tests.setdefault(str(test), []).append(means)
@@ -248,12 +239,12 @@ class _Row:
             for name in sd:
                 if name not in names:
                     known = any(name == one.name for one in naming.responses)
-                    missing = f"this is the standard deviation of {str(name)[:60]}, which has no value"
+                    missing = f"{str(name)[:60]} has a standard deviation but no value"
                     self._find(("sd", name), missing, f"add {name}: …" if known else did_you_mean(str(name), names))
             return sd
         if len(names) > 1:
             shown = f"{sd:g}" if isinstance(sd, float) else str(sd)[:60]
-            message = f"{shown} may be of {' or of '.join(names)}"
+            message = f"{shown} can be the standard deviation of {' or of '.join(names)}"
             self._find(("sd",), message, f"write sd: {{{names[0]}: {shown}, {names[1]}: …}}")
             return {}
         if not names and not self.row.get("curves"):
@@ -305,9 +296,10 @@ def _value(given: Any, named: Named, with_units: bool, above: float | None = Non
     if not abs(value) <= LARGEST:
         raise complain(f"{value:g} is outside the computable range", "check number and unit")
     if above is not None and not value > above:
-        raise complain(f"{named.text(value)} must be above 0", "correct the value: errors are percentages of it")
+        remedy = "correct the value; errors are percentages of the measured value"
+        raise complain(f"{named.text(value)} must be above 0", remedy)
     if value < at_least:
-        raise complain(f"{named.text(value)} is not a standard deviation", "write a value of 0 or more")
+        raise complain(f"a standard deviation of {named.text(value)} is not possible", "write a value of 0 or more")
     return value
 
 

@@ -44,7 +44,7 @@ class Draft:
         return self.study.kind
 
     @property
-    def growing(self) -> dict[str, model.Growth | model.Grades]:
+    def growing(self) -> dict[str, model.Growth]:
         """The material parameters that follow the diameter."""
         return self.study.material.growing()
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Mapping
 
-from stemcal.study.model import AROUND, EMBEDDED, MOST_EXPONENT, PARAMETERS, Factor, Grades, Growth, Study, exponents_in
+from stemcal.study.model import AROUND, EMBEDDED, MOST_EXPONENT, PARAMETERS, Factor, Study, exponents_in
 from stemcal.study.rules import Draft
 from stemcal.study.types import units
 from stemcal.study.types.factor import in_unit
@@ -35,7 +35,8 @@ def ranges_rise(draft: Draft) -> Iterator[Finding]:
             yield Finding(("factors", index, "low"), message, "swap them")
         elif factor.low == factor.high:
             message = f"low and high are both {low}"
-            yield Finding(("factors", index, "low"), message, "widen the range or move the parameter to material")
+            remedy = "widen the range, or move the parameter to the `material` section"
+            yield Finding(("factors", index, "low"), message, remedy)
 
 
 def priors_fit(draft: Draft) -> Iterator[Finding]:
@@ -45,7 +46,8 @@ def priors_fit(draft: Draft) -> Iterator[Finding]:
             continue
         path: NodePath = ("factors", index, "prior", "mean")
         if not factor.low - 3 * prior.sd <= prior.mean <= factor.high + 3 * prior.sd:
-            message = f"{prior.mean:g} ± {prior.sd:g} excludes the whole range {factor.low:g} to {factor.high:g}"
+            given = f"{prior.mean:g} ± {prior.sd:g}"
+            message = f"the prior {given} excludes the whole range {factor.low:g} to {factor.high:g}"
             yield Finding(path, message, "correct the prior or the range; both are in the unit of the factor")
 
 
@@ -93,25 +95,15 @@ def wrong_levels(study: Study, levels: Mapping[str, float], diameter: float | No
     if diameter is not None and diameter > _WIDEST:
         yield f"diameter: {diameter:g} mm is not a plausible stem diameter; use at most {_WIDEST:g} mm"
         return
-    steep = [name for name in study.exponents if abs(levels[name]) > MOST_EXPONENT]
-    if steep:
-        yield from (f"{name} = {levels[name]:g} is not an exponent; use at most {MOST_EXPONENT:g}" for name in steep)
-        return
-    for factor in study.factors:
-        if factor.name in study.exponents:
-            continue
-        parameter, value = EMBEDDED[factor.name], levels[factor.name]
-        if wrong := parameter.outside(units.from_internal(factor.internal(value), parameter.unit)):
-            shown = in_unit(value, factor.unit)
-            yield f"{factor.name} = {shown} {wrong}; {parameter.label} in plants is {parameter.usual}"
     given = study.parameters(levels, diameter)
-    for name in study.material.growing():
-        parameter, value = PARAMETERS[name], units.from_internal(given[name], PARAMETERS[name].unit)
-        if wrong := parameter.outside(value):
-            shown = in_unit(value, parameter.unit)
-            yield f"{name} = {shown} at this diameter {wrong}; {parameter.usual} is usual in plants"
+    around = {factor.name: factor.internal(levels[factor.name]) for factor in study.factors if factor.name in AROUND}
+    for name, value in (given | around).items():
+        parameter = EMBEDDED[name]
+        shown = units.from_internal(value, parameter.unit)
+        if name in (*study.names, *study.material.growing()) and (wrong := parameter.outside(shown)):
+            yield f"{name} = {in_unit(shown, parameter.unit)} {wrong}; {parameter.label} in plants is {parameter.usual}"
     if given["tangent_modulus"] >= given["elastic_modulus"]:
-        yield "tangent_modulus must be below elastic_modulus; change one of the two"
+        yield "tangent_modulus must be below elastic_modulus; reduce tangent_modulus"
     if "wall_thickness" in levels and study.at(levels).specimen.diameter_ratio <= 0.0:
         yield f"wall_thickness must be below half of the calibration diameter, {study.targets.calibrate_at:g} mm"
 
@@ -130,8 +122,8 @@ def material_is_given_once(draft: Draft) -> Iterator[Finding]:
     """A parameter is a factor or fixed, not both."""
     for name in draft.study.material.given():
         if name in draft.names:
-            remedy = "remove the value here, or remove the factor if its value is known"
-            yield Finding(("material", name), f"{name} is a factor too", remedy, at_key=True)
+            remedy = "remove this value, or remove the factor if the value is known"
+            yield Finding(("material", name), f"{name} is also a factor", remedy, at_key=True)
 
 
 def sections_are_given_once(draft: Draft) -> Iterator[Finding]:
@@ -139,10 +131,11 @@ def sections_are_given_once(draft: Draft) -> Iterator[Finding]:
     for name, (_, section, keys) in AROUND.items():
         for key in keys if name in draft.names else ():
             if key in getattr(draft.study, section).model_fields_set:
-                message = f"the factor {name} replaces it"
-                yield Finding((section, key), message, "remove this key or the factor", at_key=True)
+                message = f"the factor `{name}` replaces this key"
+                yield Finding((section, key), message, "remove this key, or remove the factor", at_key=True)
     if {"duration", "stroke"} <= draft.study.loading.model_fields_set:
-        yield Finding(("loading", "stroke"), "duration also sets the stroke", "remove one of the two", at_key=True)
+        message = "`duration` also sets the stroke"
+        yield Finding(("loading", "stroke"), message, "remove `duration` or `stroke`", at_key=True)
 
 
 def wall_fits_stem(draft: Draft) -> Iterator[Finding]:
@@ -152,7 +145,7 @@ def wall_fits_stem(draft: Draft) -> Iterator[Finding]:
             radius = 0.5 * draft.study.targets.calibrate_at
             if factor.internal(factor.high) >= radius:
                 message = f"a wall of {factor.high:g} {factor.unit} leaves no bore in a stem of {2 * radius:g} mm"
-                yield Finding(("factors", index, "high"), message, f"stay below {radius:g} mm")
+                yield Finding(("factors", index, "high"), message, f"use a value below {radius:g} mm")
 
 
 def rate_parameters_are_used(draft: Draft) -> Iterator[Finding]:
@@ -180,10 +173,10 @@ def material_is_complete(draft: Draft) -> Iterator[Finding]:
     for name, parameter in PARAMETERS.items():
         if name in given:
             continue
-        message = f"the {draft.study.solver.title} solver needs {name} ({parameter.usual})"
-        remedy = "add the parameter to material, or to factors to calibrate it"
+        message = f"the {draft.study.solver.title} solver requires {name} ({parameter.usual})"
+        remedy = "add the parameter to the `material` section, or to `factors` to calibrate the parameter"
         if name in RATE and draft.study.solver.rate is not None:
-            remedy += "; or write rate_law: none under solver, if speed should not affect the yield stress"
+            remedy += "; or write `rate_law: none` in the `solver` section to omit the effect of the strain rate"
         yield Finding(("material",), message, remedy)
 
 
@@ -221,15 +214,14 @@ def reached(draft: Draft, name: str, diameter: float | None = None) -> list[floa
         return []
     levels = [at[name].internal(end) for end in (at[name].low, at[name].high)] if name in at else [None]
     exponents: list[dict[str, float]] = [{}]
-    if isinstance(growth, Growth) and isinstance(growth.exponent, str):
+    if isinstance(growth.exponent, str):
         factor = at.get(growth.exponent)
         if factor is None or max(abs(factor.low), abs(factor.high)) > MOST_EXPONENT:
             return []
         exponents = [{factor.name: factor.internal(end)} for end in (factor.low, factor.high)]
     if name not in at and growth.value is None:
         return []
-    low, high = growth.known_between
-    diameters = [d for d in ([diameter] if diameter else draft.diameters.values()) if low <= d <= high]
+    diameters = [diameter] if diameter else draft.diameters.values()
     return [growth.given_at(d, level, chosen) for d in diameters for level in levels for chosen in exponents]
 
 
@@ -247,12 +239,11 @@ def _unit_fits(factor: Factor) -> bool:
 
 
 def growth_has_one_value(draft: Draft) -> Iterator[Finding]:
-    """The value at `at` is given, or that of a factor; a table by grade leaves nothing to a factor."""
+    """The value at `at` is given, or that of a factor."""
     for name, growth in draft.growing.items() if draft.kind.parameters else ():
         path = ("material", name)
         if name in draft.names and growth.value is not None:
-            remedy = "remove the value here, or the factor" if isinstance(growth, Growth) else "remove one of them"
-            yield Finding(path, f"{name} is a factor too", remedy, at_key=True)
+            yield Finding(path, f"{name} is also a factor", "remove this value, or remove the factor", at_key=True)
         elif name not in draft.names and growth.value is None:
             remedy = f"add value: … ({PARAMETERS[name].usual}), or make {name} a factor"
             yield Finding(path, f"{name} has no value at its reference diameter", remedy, at_key=True)
@@ -262,7 +253,7 @@ def exponents_are_factors(draft: Draft) -> Iterator[Finding]:
     """An exponent with a name is a factor, a pure number, and not a material parameter."""
     known = {factor.name: index for index, factor in draft.factors.items()}
     for name, growth in draft.growing.items():
-        path, exponent = ("material", name, "exponent"), getattr(growth, "exponent", None)
+        path, exponent = ("material", name, "exponent"), growth.exponent
         if not isinstance(exponent, str):
             continue
         if exponent in EMBEDDED:
@@ -275,18 +266,6 @@ def exponents_are_factors(draft: Draft) -> Iterator[Finding]:
             yield Finding(("factors", known[exponent]), *wrong)
 
 
-def grades_reach(draft: Draft) -> Iterator[Finding]:
-    """A table by grade holds all diameters of the study."""
-    for name, growth in draft.growing.items():
-        low, high = growth.known_between
-        outside = sorted({d for d in draft.diameters.values() if not low * (1 - 1e-9) <= d <= high * (1 + 1e-9)})
-        if isinstance(growth, Grades) and outside:
-            message = (
-                f"the grades, {low:g} to {high:g} mm, do not include {', '.join(f'{d:g}' for d in outside[:5])} mm"
-            )
-            yield Finding(("material", name), message, f"add a grade at {outside[0]:g} mm")
-
-
 def growth_is_physical(draft: Draft) -> Iterator[Finding]:
     """At every diameter, for all levels, a growing parameter has a value that a material can have."""
     for name in draft.growing if draft.kind.parameters else ():
@@ -294,7 +273,7 @@ def growth_is_physical(draft: Draft) -> Iterator[Finding]:
         for value in sorted({units.from_internal(value, parameter.unit) for value in reached(draft, name)}):
             if wrong := parameter.outside(value):
                 shown = in_unit(float(f"{value:.4g}"), parameter.unit)
-                message = f"at a diameter of this study it is {shown}, which {wrong}"
+                message = f"the value at a diameter of this study is {shown}, which {wrong}"
                 yield Finding(("material", name), message, "correct the value, the exponent or their ranges")
                 break
 
@@ -302,7 +281,8 @@ def growth_is_physical(draft: Draft) -> Iterator[Finding]:
 def _wrong_exponent(factor: Factor) -> tuple[str, str] | None:
     """Return what keeps a factor from being an exponent, and the remedy."""
     if factor.unit != "1":
-        return "an exponent has no unit", "remove its unit"
+        return "an exponent has no unit", "remove the unit"
     if max(abs(factor.low), abs(factor.high)) > MOST_EXPONENT:
-        return f"an exponent cannot be {factor.low:g} to {factor.high:g}", f"stay within ±{MOST_EXPONENT:g}"
+        most = f"{MOST_EXPONENT:g}"
+        return f"an exponent cannot be {factor.low:g} to {factor.high:g}", f"use values from -{most} to {most}"
     return None

@@ -6,7 +6,7 @@ from statistics import median
 
 from stemcal.naming import DIAMETER, FIRST, FORCE, TRAVEL
 from stemcal.registry import stages
-from stemcal.study.model import EMBEDDED, PARAMETERS, Growth, Mesh, Study
+from stemcal.study.model import EMBEDDED, PARAMETERS, Mesh, Study
 from stemcal.study.types import units
 from stemcal.study.types.factor import in_unit
 from stemcal.study.types.field_types import Length
@@ -33,7 +33,6 @@ _RANGES: dict[tuple[str, str], tuple[float, float, str]] = {
 }
 # Between these powers of the diameter a cutting force grows; beyond this ratio it is questioned.
 _POWERS, _FAR = (1.5, 2.5, 3.5), 3.0
-_MACHINE, _MOWER = 50.0, 1000.0  # mm/s
 # Elements: fewer through the wall are questioned; of a wall thinner than a fifth of the diameter the second number.
 _THROUGH, _THROUGH_THIN, _THIN = 3, 4, 0.6
 # Elements of more than this share of a length do not resolve it.
@@ -44,25 +43,10 @@ FALL = "with elements two thirds as long, they are up to 10 % smaller"
 
 def doubts(study: Study) -> list[Finding]:
     """Return what looks like a wrong unit; nothing here is certainly wrong."""
-    virtual, measured = (_sizes, _tests, _speed, _mesh), (_targets, _scatters, _outliers)
-    found = (*virtual, *measured, _materials, _growth, _factors, _agreement)
+    virtual, measured = (_sizes, _tests, _mesh), (_targets, _scatters, _outliers)
+    found = (*virtual, *measured, _materials, _factors, _agreement)
     told = [finding for of in found for finding in of(study)]
-    told += [finding for stage in stages().with_(study.further) for finding in stage.doubts(study)]
-    return [*told, *(finding for finding in _of_further_cuts(study) if finding not in told)]
-
-
-def _of_further_cuts(study: Study) -> Iterator[Finding]:
-    """Question a further cut as the first, at its own keys."""
-    keys: dict[NodePath, NodePath] = {("loading", "speed"): ("speed",), ("loading", "duration"): ("stroke",)}
-    for index, test in enumerate(study.tests):
-        if not test.is_further_cut:
-            continue
-        cut = study.cut_as(test, study.targets.calibrate_at)
-        for finding in (*_sizes(cut), *_speed(cut)):
-            own = finding.path[0] in ("loading", "blade", "supports")
-            yield finding._replace(path=("tests", index, *keys.get(finding.path, finding.path))) if own else finding
-        if late := sorted({"travel", "work"} & set(test.measured)):
-            yield Finding(("tests", index), f"{' and '.join(late)}: {FALL}", "fit only the maximum force")
+    return [*told, *(finding for stage in stages().with_(study.further) for finding in stage.doubts(study))]
 
 
 def _sizes(study: Study) -> Iterator[Finding]:
@@ -75,20 +59,14 @@ def _sizes(study: Study) -> Iterator[Finding]:
 
 
 def _tests(study: Study) -> Iterator[Finding]:
-    """Question the sizes of laboratory tests that are simulated here."""
+    """Question the sizes of laboratory tests, and responses of a further cut that depend on the elements."""
     for index, test in enumerate(study.tests):
+        if test.is_further_cut and (late := sorted({"travel", "work"} & set(test.measured))):
+            yield Finding(("tests", index), f"{' and '.join(late)}: {FALL}", "fit only the maximum force")
         for key, (low, high) in test.plausible.items():
             length = getattr(test, key)
             mm = length.at(study.targets.calibrate_at) if isinstance(length, Length) else length
             yield from doubt(("tests", index, key), mm, low, high, "mm")
-
-
-def _speed(study: Study) -> Iterator[Finding]:
-    """Question a speed that a testing machine reaches in a minute, not in a second; a mower's is far above."""
-    speed = study.loading.speed
-    if _MACHINE < speed < _MOWER:
-        message = f"{speed:g} mm/s is faster than a testing machine (up to {_MACHINE:g} mm/s)"
-        yield Finding(("loading", "speed"), message, "check the unit: testing machines are set in mm/min")
 
 
 def _mesh(study: Study) -> Iterator[Finding]:
@@ -105,8 +83,8 @@ def _mesh(study: Study) -> Iterator[Finding]:
     for path, length in lengths.items():
         least = min(conditions, key=length.at)
         if length.at(least) == 0.0:
-            message = "without this length the force depends on the mesh"
-            yield Finding(path, message, "write d/9.5 for blade.edge_spread, d/4.5 for material.internal_length")
+            message = f"without {path[1]} the force depends on the mesh"
+            yield Finding(path, message, "write d/9.5 for blade.edge_spread and d/4.5 for material.internal_length")
             continue
         coarse = [d for d in conditions if mesh.element_size.at(d) > _RESOLVED * length.at(d) * (1.0 + 1e-9)]
         if coarse:
@@ -130,10 +108,10 @@ def _wall(study: Study, mesh: Mesh) -> Iterator[Finding]:
         count = mesh.through_wall or max(1, math.ceil(elements - 1e-9))
         if count < (_THROUGH_THIN if ratio > _THIN else _THROUGH):
             message = (
-                f"{count} elements through a wall of {wall:.3g} mm: its bending, and therefore the force, depends on "
-                "their number"
+                f"the wall of {wall:.3g} mm has {count} elements through its thickness: the bending of the wall, and "
+                "therefore the force, depends on the number of elements"
             )
-            remedy = f"write elements_through_wall: {_THROUGH_THIN} under solver"
+            remedy = f"write elements_through_wall: {_THROUGH_THIN} in the `solver` section"
             yield Finding(("solver", "element_size"), message, remedy)
             return
 
@@ -165,8 +143,8 @@ def _scatters(study: Study) -> Iterator[Finding]:
         for named in study.naming.responses:
             mean, sd = target.mean_of(FIRST if named == study.naming.response else named.name)
             if mean and sd and not named.apart and not _LEAST_SCATTER <= sd / mean <= 1.0:
-                message = f"a scatter of {named.text(sd)} is not plausible for the mean, {named.text(mean)}"
-                yield Finding(("targets", target.row, named.name), message, "check both numbers and their units")
+                message = f"a standard deviation of {named.text(sd)} is not plausible for a mean of {named.text(mean)}"
+                yield Finding(("targets", target.row, named.name), message, "check the two values and their units")
 
 
 def _outliers(study: Study) -> Iterator[Finding]:
@@ -201,13 +179,6 @@ def _materials(study: Study) -> Iterator[Finding]:
             yield from doubt(("material", name), value, *parameter.plausible, parameter.unit)
 
 
-def _growth(study: Study) -> Iterator[Finding]:
-    """Question reference diameters."""
-    for name, growth in study.material.growing().items():
-        if isinstance(growth, Growth):
-            yield from doubt(("material", name, "at"), growth.at, *_RANGES["specimen", "outer_diameter"])
-
-
 def _factors(study: Study) -> Iterator[Finding]:
     for index, factor in enumerate(study.factors):
         path = ("factors", index)
@@ -229,8 +200,9 @@ def _agreement(study: Study) -> Iterator[Finding]:
     at, stem = study.targets.calibrate_at, study.specimen.outer_diameter
     written = "outer_diameter" in study.specimen.model_fields_set
     if study.naming.condition == DIAMETER and written and not math.isclose(at, stem, rel_tol=1e-9):
-        message = f"the study calibrates at {at:g} mm, not at {stem:g} mm"
-        yield Finding(("specimen", "outer_diameter"), message, "add a row for this diameter to targets, or omit it")
+        message = f"the parameters are calibrated at {at:g} mm, not at {stem:g} mm"
+        remedy = "add a row for this diameter to `targets`, or omit `outer_diameter`"
+        yield Finding(("specimen", "outer_diameter"), message, remedy)
 
 
 def doubt(path: NodePath, value: float, low: float, high: float, unit: str) -> Iterator[Finding]:

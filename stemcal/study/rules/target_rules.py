@@ -1,31 +1,31 @@
 """Rules on what was measured, and on laboratory tests besides cutting."""
 
-import math
 from collections.abc import Iterator
 from dataclasses import replace
 from math import isclose
 
-from stemcal.naming import CUTTING, DIAMETER, FORCE
+from stemcal.naming import CUTTING, DIAMETER, FIRST, FORCE
 from stemcal.study.rules import Draft
-from stemcal.study.rules.factors import reached
-from stemcal.study.types.factor import PARAMETERS
-from stemcal.study.types.named import declared_once
+from stemcal.study.types.named import CHANCE
 from stemcal.study.types.strict_yaml import Finding, NodePath
-from stemcal.study.types.units import UnitError, convert
 
-_TOO_MUCH, _TOO_LITTLE = 30.0, 1000.0
+_OF_ROWS = ("test", "sd", "n", "curves")
 
 
 def names_are_free(draft: Draft) -> Iterator[Finding]:
     """Responses and conditions have names that represent nothing else."""
     if draft.naming.is_cutting:
         return
-    clashes = dict(declared_once(draft.naming, draft.names))
+    taken = {**dict.fromkeys(_OF_ROWS, "a key of targets"), **dict.fromkeys(CHANCE, "a placeholder")}
+    taken |= dict.fromkeys(draft.names, "a factor")
     for section in ("responses", "conditions"):
         for index, one in enumerate(getattr(draft.study, section) or ()):
-            if one.name in clashes:
-                message = f"{one.name!r} is already {clashes[one.name]}"
+            if one.name in taken:
+                message = f"{one.name!r} is already {taken[one.name]}"
                 yield Finding((section, index, "name"), message, "choose another name")
+            taken[one.name] = "another response or condition"
+            if index == 0:
+                taken.setdefault(FIRST, "the key of the first response")
 
 
 def conditions_differ(draft: Draft) -> Iterator[Finding]:
@@ -42,41 +42,6 @@ def conditions_differ(draft: Draft) -> Iterator[Finding]:
             yield Finding((*at, named.condition.name) if named.condition else at, message, remedy)
 
 
-def forces_are_newtons(draft: Draft) -> Iterator[Finding]:
-    """Not all forces are a thousand times what the stem can bear, or a thousandth: N written as kN, or as mN."""
-    strengths = _yield_stresses(draft)
-    if not strengths:
-        return
-    low, high = PARAMETERS["yield_stress"].plausible
-    if not draft.kind.parameters or draft.naming.response != FORCE or min(strengths) < low or max(strengths) > high:
-        return  # a yield stress that no plant has is reported elsewhere
-    hollow = 1.0 - draft.study.specimen.diameter_ratio**2
-    areas = [0.25 * math.pi * target.condition**2 * hollow for target in draft.study.targets.means]
-    # two cross-sections in shear bear 2 A σy/√3
-    shares = [target.response / (1.155 * area) for target, area in zip(draft.study.targets.means, areas, strict=True)]
-    path = ("targets",)
-    if min(shares) > _TOO_MUCH * max(strengths):
-        message = f"every force is more than {_TOO_MUCH:g} times the strength of the whole cross-section"
-        yield Finding(path, message, "was the force measured in N and written in kN?")
-    elif max(shares) < min(strengths) / _TOO_LITTLE:
-        message = f"every force is less than 1/{_TOO_LITTLE:g} of the strength of the whole cross-section"
-        yield Finding(path, message, "was the force measured in kN and written in N, or in N and written in mN?")
-
-
-def _yield_stresses(draft: Draft) -> list[float]:
-    """Return the yield stresses that the study can take, MPa."""
-    if fixed := draft.study.material.given().get("yield_stress"):
-        return [fixed]
-    if "yield_stress" in draft.growing:
-        return reached(draft, "yield_stress")
-    varied = [factor for factor in draft.factors.values() if factor.name == "yield_stress"]
-    levels = [(level, factor.unit) for factor in varied for level in (factor.low, factor.high)]
-    try:
-        return [convert(level, unit, "stress") for level, unit in levels]
-    except UnitError:  # reported elsewhere
-        return []
-
-
 def own_names_belong_to_programs(draft: Draft) -> Iterator[Finding]:
     """The embedded solver and the decks answer with the maximum force over the stem's diameter."""
     if draft.naming.is_cutting or draft.kind.own_responses or draft.tests or draft.study.targets.modes:
@@ -88,7 +53,7 @@ def own_names_belong_to_programs(draft: Draft) -> Iterator[Finding]:
         if is_own:
             title = draft.study.solver.title
             message = f"the {title} solver returns only the maximum force of a stem"
-            yield Finding((section,), message, "remove the response, or use solver: {kind: command}", at_key=True)
+            yield Finding((section,), message, "remove the response, or use `solver: {kind: command}`", at_key=True)
 
 
 def stem_reaches_over_supports(draft: Draft) -> Iterator[Finding]:
@@ -104,8 +69,8 @@ def stem_reaches_over_supports(draft: Draft) -> Iterator[Finding]:
 def edge_fits_blade(draft: Draft) -> Iterator[Finding]:
     """The rounding of the edge is smaller than half the thickness."""
     if draft.study.blade.edge_radius > draft.study.blade.thickness / 2:
-        message = f"{draft.study.blade.edge_radius:g} mm is more than half the blade's thickness"
-        yield Finding(("blade", "edge_radius"), message, f"stay below {draft.study.blade.thickness / 2:g} mm")
+        message = f"{draft.study.blade.edge_radius:g} mm is more than half the thickness of the blade"
+        yield Finding(("blade", "edge_radius"), message, f"use a radius below {draft.study.blade.thickness / 2:g} mm")
 
 
 def friction_falls(draft: Draft) -> Iterator[Finding]:
@@ -113,7 +78,7 @@ def friction_falls(draft: Draft) -> Iterator[Finding]:
     contact = draft.study.contact
     if contact.dynamic_friction > contact.static_friction:
         message = f"{contact.dynamic_friction:g} is above static_friction {contact.static_friction:g}"
-        yield Finding(("contact", "dynamic_friction"), message, "swap them")
+        yield Finding(("contact", "dynamic_friction"), message, "swap the two values")
 
 
 _CUTTING = "cutting"
@@ -130,9 +95,9 @@ def tests_are_simulated(draft: Draft) -> Iterator[Finding]:
     for section in ("responses", "conditions"):
         if getattr(draft.study, section):
             message = (
-                f"section {section} for an external program cannot be combined with tests run by the embedded solver"
+                f"the `{section}` section for an external program cannot be combined with tests of the embedded solver"
             )
-            yield Finding((section,), message, "remove one of them", at_key=True)
+            yield Finding((section,), message, f"remove {section} or tests", at_key=True)
 
 
 def curves_are_simulated(draft: Draft) -> Iterator[Finding]:
@@ -149,7 +114,7 @@ def curves_are_simulated(draft: Draft) -> Iterator[Finding]:
     machine = draft.study.machine
     if machine.model_fields_set and not curved:
         message = "without curves the `machine` section has no effect"
-        yield Finding(("machine",), message, "remove the section, or name curves in targets", at_key=True)
+        yield Finding(("machine",), message, "remove the section, or name files under `curves`", at_key=True)
 
 
 def tests_differ(draft: Draft) -> Iterator[Finding]:
@@ -176,10 +141,10 @@ def tests_have_what_they_need(draft: Draft) -> Iterator[Finding]:
         for means in test.targets:
             if test.is_further_cut and "slope" in means.means:
                 message = "the slope of a cut contains the compliance of the contact, which depends on the mesh"
-                yield Finding(("targets", means.row, "slope"), message, "give the maximum force")
+                yield Finding(("targets", means.row, "slope"), message, "use the maximum force instead")
             for response, mean in means.means.items():
                 if mean.sd is None:
-                    message = f"{response} has no sd: its weight is unknown"
+                    message = f"the weight of {response} in the fit is unknown without `sd`"
                     yield Finding(("targets", means.row, response), message, f"add sd: {{{response}: …}}")
 
 
@@ -212,9 +177,8 @@ def test_targets_stand_beside_forces(draft: Draft) -> Iterator[Finding]:
         for means in test.targets:
             place = ("targets", means.row, "diameter")
             if any(isclose(means.diameter, other) for other in seen):
-                yield Finding(
-                    place, f"{means.diameter:g} mm is given twice for {test.name}", "keep one row with the mean and n"
-                )
+                message = f"the test {test.name} has two rows for {means.diameter:g} mm"
+                yield Finding(place, message, "keep one row with the mean and n")
             if not any(isclose(means.diameter, other) for other in cut):
                 listed = ", ".join(f"{other:g}" for other in cut[:20])
                 message = f"no cutting force is given for {means.diameter:g} mm, only for {listed} mm"

@@ -96,34 +96,34 @@ class PriorKnowledge(Frozen):
     """Knowledge of a factor from other sources, normally distributed; the calibration uses it as a measurement."""
 
     mean: Number
-    """Mean of its value, in the unit of the factor."""
+    """Mean of the prior distribution, in the unit of the factor."""
     sd: Annotated[Number, Field(gt=0)]
-    """Standard deviation of its value among the stems of this study, not the standard error of a mean."""
+    """Standard deviation of the factor among the stems of this study, not the standard error of a mean."""
     source: Annotated[Title, Field(min_length=3), Seen]
-    """Source of the distribution: a publication or a test; the report shows it."""
+    """Source of the prior distribution, such as a publication; the report shows the source."""
 
 
 class Factor(Frozen):
     """One parameter to calibrate, with the range to search."""
 
     name: FactorName
-    """Name in tables and files. With the embedded solver: one of its nine material parameters, `stem_friction`
-    (friction at any speed) or `wall_thickness` (at the calibration diameter; other stems have the same ratio). With
-    other programs: any name."""
+    """Name of the factor in tables and files. The embedded solver has nine material parameters, `stem_friction` (one
+    coefficient for all sliding speeds) and `wall_thickness` (at the calibration diameter; stems of other diameters have
+    the same `diameter_ratio`). With other programs, any name is allowed."""
     symbol: Symbol
-    """Symbol in tables and equations; X1, X2, … by default."""
+    """Symbol of the factor in tables and equations; by default X1 for the first factor, X2 for the second."""
     label: Label
-    """Name in the report and in figures; by default derived from `name`."""
+    """Label of the factor in the report and in figures; by default derived from `name`."""
     unit: UnitText = "1"
-    """Unit of `low`, `high` and all results; 1 for pure numbers."""
+    """Unit of `low`, `high` and all levels of the factor; 1 for a dimensionless factor."""
     low: Number
     """Lower limit of the search range."""
     high: Number
     """Upper limit of the search range."""
     prior: PriorKnowledge | None = None
-    """Prior knowledge; by default all values between low and high are equally likely."""
+    """Prior knowledge of the factor; by default all values from `low` to `high` are equally likely."""
     expected_sign: Literal["+", "-"] | None = None
-    """Sign of the effect expected from mechanics; the opposite sign in the screening gives a warning."""
+    """Expected sign of the effect of the factor; the opposite sign in the screening gives a warning."""
 
     @property
     def centre(self) -> float:
@@ -145,12 +145,12 @@ class OwnQuantity(Frozen):
     """A response, or the condition at which responses are measured, declared by a study; values are in `unit`."""
 
     name: ColumnName
-    """Name in tables and files; also the key in `targets` and `solver.result`; templates contain a condition as
-    `{{name}}`."""
+    """Name of the response or condition in tables, in files, in `targets` and in `solver.result`. In a template,
+    `{{name}}` is replaced by the value of the condition."""
     symbol: Symbol | None = None
-    """Symbol in equations and on axes; by default Y for a response, x for the condition."""
+    """Symbol in equations and on axes; by default Y for a response and x for a condition."""
     label: Label | None = None
-    """Name in the report, figures and sentences; by default derived from `name`."""
+    """Label of the response or condition in the report and in figures; by default derived from `name`."""
     unit: UnitText = "1"
-    """Unit of its values everywhere. Targets may have another unit of the same kind; an unknown unit is shown
-    unchanged."""
+    """Unit of the response or condition in all results. A target can have another unit of the same dimension. An
+    unknown unit is shown unchanged."""

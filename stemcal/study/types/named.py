@@ -16,8 +16,6 @@ from stemcal.naming import CUTTING, DIAMETER, FIRST, FORCE, NOWHERE, Named, Nami
 from stemcal.study.types import units
 from stemcal.study.types.field_types import MOST, Quantity, complain
 
-_OF_ROWS = ("test", "sd", "n", "curves")
-
 
 def naming_of(responses: Sequence[Any], conditions: Sequence[Any] | None) -> Naming:
     """Return what a study calls what it calibrates to; no condition is meant where only responses are declared.
@@ -52,7 +50,7 @@ def quantity(given: Any, named: Named) -> float:
     if isinstance(given, str):
         return _written(given, named)
     if isinstance(given, bool) or not isinstance(given, int | float):
-        raise complain("should be a number", f"write it like {named.text(1.0)!r}")
+        raise complain("is not a number", f"write it like {named.text(1.0)!r}")
     return float(given)
 
 
@@ -82,7 +80,7 @@ def _condition(given: Any, naming: Naming) -> float:
         return quantity(given, naming.condition)
     if given == NOWHERE:
         return NOWHERE
-    raise complain("the study has no conditions", "declare a condition under conditions, or remove this key")
+    raise complain("the study has no condition", "declare a condition in the `conditions` section, or remove this key")
 
 
 class OwnCondition(Quantity):
@@ -105,25 +103,13 @@ def responses_by_name(given: Any, info: ValidationInfo) -> Any:
     if given == "all":
         given = known
     if not isinstance(given, list | tuple) or not given or any(name not in known for name in given):
-        raise complain("should be 'all' or a list of responses", f"choose among {', '.join(known)}")
+        raise complain("is neither 'all' nor a list of responses", f"choose among {', '.join(known)}")
     return tuple(FIRST if name == naming.response.name else name for name in given)
 
 
 def _naming(info: core_schema.ValidationInfo) -> Naming:
     naming: Naming = (info.context or {}).get("naming", CUTTING)
     return naming
-
-
-def declared_once(naming: Naming, factors: Sequence[str]) -> Iterator[tuple[str, str]]:
-    """Yield names that represent two things, with what they clash with."""
-    taken = {**dict.fromkeys(_OF_ROWS, "a key of targets"), **dict.fromkeys(CHANCE, "a placeholder")}
-    taken |= dict.fromkeys(factors, "a factor")
-    condition = [] if naming.condition is None else [naming.condition]
-    for named in (*naming.responses, *condition):
-        if named.name in taken:
-            yield named.name, taken[named.name]
-        first = {FIRST: "the key of the first response"} if named == naming.response else {}
-        taken |= {named.name: "another response or condition", **first}
 
 
 # ---- {{factor}} in text files: the one thing that templates can do

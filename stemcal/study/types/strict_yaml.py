@@ -1,8 +1,8 @@
 """A strict reader of YAML: plain trees, YAML 1.2 numbers, every node with its line and column.
 
-PyYAML turns text into events; everything after that is done here, in one loop without recursion:
-no tags, anchors or aliases, no duplicate keys, finite numbers only, and limits on size, depth and events.
-So ``1e9`` is a number, ``010`` is ten, ``190:20:30`` and ``no`` are texts, and no file can make it crash.
+PyYAML composes the nodes; their values are read here: no tags, anchors or aliases, no duplicate keys, finite numbers
+only, and limits on size, depth and number of nodes. So ``1e9`` is a number, ``010`` is ten, ``190:20:30`` and ``no``
+are texts, and no file can make it crash.
 
 >>> document = read_yaml(b"low: 1e3\\nunits: [mm, no]")
 >>> document.data, document.place(("units", 1))
@@ -13,9 +13,8 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, NoReturn
 
 import yaml
 
@@ -23,7 +22,7 @@ from stemcal.files.reading import decode
 
 MAX_BYTES = 1 << 20
 MAX_DEPTH = 32
-MAX_EVENTS = 50_000
+MAX_NODES = 50_000
 MAX_PROBLEMS = 100
 
 # what unquoted scalars mean: the core schema of YAML 1.2
@@ -46,6 +45,9 @@ class Position(NamedTuple):
 
     line: int
     column: int
+
+
+_TOP = Position(1, 1)
 
 
 class _YamlProblem(NamedTuple):
@@ -87,198 +89,128 @@ class Document:
             found = self.keys.get(path[:end]) or self.values.get(path[:end])
             if found:
                 return found
-        return self.values.get((), Position(1, 1))
+        return self.values.get((), _TOP)
+
+    def note(self, place: Position, message: str, remedy: str, path: NodePath = ()) -> None:
+        """Add a problem."""
+        self.problems.append(_YamlProblem(place, path, message, remedy))
 
 
 def read_yaml(content: bytes) -> Document:
     """Return the tree of a file with everything that is wrong with it; never raises."""
-    if len(content) > MAX_BYTES:
-        return _unread("the file is larger than 1 MiB", "is this the right file?")
+    document = Document()
     text = decode(content)
-    if text is None:
-        return _unread("the file is neither UTF-8 nor UTF-16 nor GBK text", "save it as UTF-8")
-    builder = _Builder()
+    if len(content) > MAX_BYTES:
+        document.note(_TOP, "the file is larger than 1 MiB", "check whether this file is a spec")
+    elif text is None:
+        document.note(_TOP, "the file is neither UTF-8 nor UTF-16 nor GBK text", "save it as UTF-8")
+    else:
+        _read_text(document, text)
+    return document
+
+
+def _read_text(document: Document, text: str) -> None:
+    loader = None
     try:
-        _feed(builder, text)
+        loader = _Loader(text, document)
+        if loader.check_node():
+            document.data = loader.value_of(loader.get_node(), ())
+        if loader.check_node():
+            second: Any = loader.peek_event()  # type: ignore[no-untyped-call]
+            loader.stop(second, "a second document begins here", "keep one study per file and remove the line ---")
+        document.complete = True
     except yaml.reader.ReaderError as error:
         before = text[: error.position]
         place = Position(before.count("\n") + 1, error.position - before.rfind("\n"))
         code = error.character if isinstance(error.character, int) else ord(error.character[:1] or "\0")
-        builder.note(
-            place,
-            f"character U+{code:04X} is not allowed",
-            "remove the character; save the file as plain text in UTF-8",
-        )
+        remedy = "remove the character; save the file as plain text in UTF-8"
+        document.note(place, f"character U+{code:04X} is not allowed", remedy)
     except yaml.MarkedYAMLError as error:
         problem = (error.problem or error.context or "this is not YAML").replace("\n", " ")[:200]
         remedy = next((remedy for part, remedy in _REMEDIES.items() if part in problem), "check this line")
-        builder.note(_place(_mark(error)), f"not readable as YAML: {problem}", remedy)
+        document.note(_place(_mark(error)), f"not readable as YAML: {problem}", remedy)
     except (yaml.YAMLError, ValueError, OverflowError):
-        builder.note(builder.here, "this is not readable as YAML", "check escapes and % lines after this place")
+        here = _place(loader.get_mark() if loader else None)
+        document.note(here, "this is not readable as YAML", "check escapes and % lines at this place")
     except _Stopped:
         pass
-    return builder.document
-
-
-def _unread(message: str, remedy: str) -> Document:
-    return Document(problems=[_YamlProblem(Position(1, 1), (), message, remedy)])
-
-
-def _feed(builder: _Builder, text: str) -> None:
-    for count, event in enumerate(yaml.parse(text, Loader=yaml.SafeLoader)):
-        builder.here = _place(event.start_mark)
-        if count >= MAX_EVENTS:
-            builder.stop(f"the file has more than {MAX_EVENTS} elements", "is this the right file?")
-        builder.take(event)
-    builder.document.complete = True
 
 
 class _Stopped(Exception):
-    """Raised to leave the event loop once a problem has been noted that makes going on useless."""
+    """Raised when a problem has been noted that makes reading on useless."""
 
 
-@dataclass
-class _Open:
-    """A mapping or list being filled; `key` awaits its value, `again` if it is a duplicate."""
+class _Loader(yaml.SafeLoader):
+    """Composes nodes within limits, reads their values, and notes the problems."""
 
-    node: dict[str, Any] | list[Any]
-    path: NodePath
-    key: str | None = None
-    again: bool = False
+    def __init__(self, text: str, document: Document) -> None:
+        super().__init__(text)
+        self._document = document
+        self._depth = self._count = 0
 
-    @property
-    def wants_key(self) -> bool:
-        return isinstance(self.node, dict) and self.key is None
+    def compose_node(self, parent: yaml.Node | None, index: Any) -> yaml.Node | None:
+        """Return the next node; that of an alias is empty."""
+        event: Any = self.peek_event()  # type: ignore[no-untyped-call]
+        self._count += 1
+        if self._count > MAX_NODES:
+            self.stop(event, f"the file has more than {MAX_NODES} elements", "check whether this file is a spec")
+        if self._depth >= MAX_DEPTH and isinstance(event, yaml.CollectionStartEvent):
+            remedy = "a spec needs at most four levels; check the brackets"
+            self.stop(event, f"nested more than {MAX_DEPTH} deep", remedy)
+        if isinstance(event, yaml.AliasEvent):
+            self._complain(event, f"*{str(event.anchor)[:40]} is an alias", "write the value instead")
+            self.get_event()  # type: ignore[no-untyped-call]
+            marks: tuple[Any, Any] = event.start_mark, event.end_mark
+            return yaml.ScalarNode("", "", *marks)
+        if event.anchor is not None:
+            self._complain(event, f"&{str(event.anchor)[:40]} is an anchor", "remove it")
+        if event.tag is not None:
+            self._complain(event, f"{event.tag[:40]} is a tag", "remove it")
+        if any("\ud800" <= letter <= "\udfff" for letter in getattr(event, "value", "")):
+            self._complain(event, "half a surrogate pair is not a character", "write the character itself")
+        self.anchors.clear()  # each is refused, repeated or not
+        self._depth += 1
+        node = super().compose_node(parent, index)
+        self._depth -= 1
+        return node
 
+    def value_of(self, node: Any, path: NodePath) -> Any:
+        """Return the value of a node; note its place."""
+        place = _place(node.start_mark)
+        if isinstance(node, yaml.ScalarNode):
+            self._document.values[path] = place
+            value = node.value if node.style else resolve(node.value)
+            if isinstance(value, float) and not math.isfinite(value):
+                shown = node.value if len(node.value) <= 40 else node.value[:37] + "..."
+                self._complain(node, f"{shown} is not a finite number", "write a number below 1e308", path)
+                return 0.0
+            return value
+        self._document.values[path] = self._document.keys.get(path, place)
+        if isinstance(node, yaml.SequenceNode):
+            return [self.value_of(entry, (*path, index)) for index, entry in enumerate(node.value)]
+        found: dict[str, Any] = {}
+        for key_node, value in node.value:
+            if not isinstance(key_node, yaml.ScalarNode):
+                remedy = "use a plain word; enclose {braces} in quotes"
+                self.stop(key_node, "a list or mapping cannot be a key", remedy)
+            key, below = key_node.value, (*path, key_node.value)
+            first = self._document.keys.setdefault(below, _place(key_node.start_mark))
+            if key in found:
+                message = f"key {key[:60]!r} is repeated; line {first.line} already has this key"
+                self._complain(key_node, message, "keep one of them", below)
+            else:
+                found[key] = self.value_of(value, below)
+        return found
 
-class _Builder:
-    """Turns events into a `Document`, noting problems on the way."""
-
-    def __init__(self) -> None:
-        self.document = Document()
-        self.here = Position(1, 1)
-        self._stack: list[_Open] = []
-        self._documents = 0
-        self._takers: dict[type[yaml.Event], Callable[[Any], None]] = {
-            yaml.DocumentStartEvent: lambda event: self._begin_document(),
-            yaml.AliasEvent: self._alias,
-            yaml.ScalarEvent: self._scalar,
-            yaml.MappingStartEvent: lambda event: self._begin(event, {}),
-            yaml.SequenceStartEvent: lambda event: self._begin(event, []),
-            yaml.MappingEndEvent: lambda event: self._end(),
-            yaml.SequenceEndEvent: lambda event: self._end(),
-        }
-
-    def take(self, event: yaml.Event) -> None:
-        """Add one event to the tree."""
-        taker = self._takers.get(type(event))
-        if taker is not None:
-            taker(event)
-
-    def note(self, place: Position, message: str, remedy: str) -> None:
-        """Note a problem at the node being read."""
-        self.document.problems.append(_YamlProblem(place, self._path(), message, remedy))
-
-    def stop(self, message: str, remedy: str) -> None:
+    def stop(self, at: yaml.Event | yaml.Node, message: str, remedy: str) -> NoReturn:
         """Note a problem and read no further."""
-        self.note(self.here, message, remedy)
+        self._complain(at, message, remedy)
         raise _Stopped
 
-    def _complain(self, message: str, remedy: str) -> None:
-        self.note(self.here, message, remedy)
-        if len(self.document.problems) >= MAX_PROBLEMS:
+    def _complain(self, at: yaml.Event | yaml.Node, message: str, remedy: str, path: NodePath = ()) -> None:
+        self._document.note(_place(at.start_mark), message, remedy, path)
+        if len(self._document.problems) >= MAX_PROBLEMS:
             raise _Stopped
-
-    def _begin_document(self) -> None:
-        self._documents += 1
-        if self._documents > 1:
-            self.stop("a second document begins here", "keep one study per file and remove the line ---")
-
-    def _alias(self, event: yaml.AliasEvent) -> None:
-        if self._stack and self._stack[-1].wants_key:
-            self.stop("an alias cannot be a key", "use a plain word")
-        self._complain(f"*{str(event.anchor)[:40]} is an alias", "write the value out")
-        self._put(None)
-        self._close()
-
-    def _scalar(self, event: yaml.ScalarEvent) -> None:
-        self._refuse_extras(event)
-        text = self._without_surrogates(event.value)
-        if self._stack and self._stack[-1].wants_key:
-            self._take_key(self._stack[-1], text)
-            return
-        self._put(text if event.style else self._resolved(text))
-        self._close()
-
-    def _begin(self, event: yaml.CollectionStartEvent, node: dict[str, Any] | list[Any]) -> None:
-        self._refuse_extras(event)
-        if len(self._stack) >= MAX_DEPTH:
-            self.stop(f"nested more than {MAX_DEPTH} deep", "a spec needs at most four levels; check the brackets")
-        if self._stack and self._stack[-1].wants_key:
-            self.stop("a list or mapping cannot be a key", "use a plain word; enclose {braces} in quotes")
-        path = self._path()
-        self._put(node)
-        self._stack.append(_Open(node, path))
-
-    def _end(self) -> None:
-        self._stack.pop()
-        self._close()
-
-    def _path(self) -> NodePath:
-        if not self._stack:
-            return ()
-        top = self._stack[-1]
-        if isinstance(top.node, list):
-            return (*top.path, len(top.node))
-        if top.key is None:
-            return top.path
-        return (*top.path, top.key, f"(again in line {self.here.line})") if top.again else (*top.path, top.key)
-
-    def _take_key(self, top: _Open, key: str) -> None:
-        path = (*top.path, key)
-        first = self.document.keys.setdefault(path, self.here)
-        top.key, top.again = key, False
-        if key in top.node:
-            self._complain(f"key {key[:60]!r} is repeated; line {first.line} already has this key", "keep one of them")
-            top.again = True
-
-    def _put(self, value: Any) -> None:
-        if not self._stack:
-            self.document.data = value
-            self.document.values[()] = self.here
-            return
-        top = self._stack[-1]
-        path = self._path()
-        place = self.document.keys.get(path, self.here) if isinstance(value, dict | list) else self.here
-        self.document.values.setdefault(path, place)
-        if isinstance(top.node, list):
-            top.node.append(value)
-        elif not top.again and top.key is not None:
-            top.node[top.key] = value
-
-    def _close(self) -> None:
-        if self._stack:
-            self._stack[-1].key = None
-
-    def _refuse_extras(self, event: yaml.ScalarEvent | yaml.CollectionStartEvent) -> None:
-        if event.anchor is not None:
-            self._complain(f"&{str(event.anchor)[:40]} is an anchor", "remove it")
-        if event.tag is not None:
-            self._complain(f"{event.tag[:40]} is a tag", "remove it")
-
-    def _without_surrogates(self, text: str) -> str:
-        if any("\ud800" <= letter <= "\udfff" for letter in text):
-            self._complain("half a surrogate pair is not a character", "write the character itself")
-            return "?"
-        return text
-
-    def _resolved(self, text: str) -> Any:
-        value = resolve(text)
-        if isinstance(value, float) and not math.isfinite(value):
-            shown = text if len(text) <= 40 else text[:37] + "..."
-            self._complain(f"{shown} is not a finite number", "write a number below 1e308")
-            return 0.0
-        return value
 
 
 def resolve(text: str) -> str | int | float | bool | None:
@@ -299,7 +231,7 @@ def resolve(text: str) -> str | int | float | bool | None:
 
 
 def _place(mark: Any) -> Position:
-    return Position(mark.line + 1, mark.column + 1) if mark is not None else Position(1, 1)
+    return Position(mark.line + 1, mark.column + 1) if mark is not None else _TOP
 
 
 def _mark(error: yaml.MarkedYAMLError) -> Any:

@@ -126,12 +126,10 @@ def test_of_a_pattern_that_matches_nothing_one_problem_tells_where_and_what_lies
     (problem,) = told.value.problems
     text = (tmp_path / "study.yaml").read_text(encoding="utf-8").splitlines()
     assert text[problem.line - 1][problem.column - 1 :].startswith("lab/9mm-*.csv")
-    assert f"{tmp_path / 'lab'} holds 8mm-0.csv, 8mm-1.csv, " in problem.message
-    assert problem.message.endswith("8mm-5.csv")
+    assert "no file matches lab/9mm-*.csv" in problem.message
     with pytest.raises(SpecError) as told:
         study_in(tmp_path, "curves: nowhere/*.csv, force: three")
     assert [problem.path for problem in told.value.problems] == ["targets[2].curves", "targets[2].force"]
-    assert f"{tmp_path} holds lab, study.yaml" in told.value.problems[0].message
 
 
 def test_of_several_wrong_files_each_is_told(tmp_path: Path) -> None:

@@ -1,5 +1,4 @@
 import json
-import re
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -21,9 +20,7 @@ def test_schema_describes_the_yaml_form() -> None:
         str(field.validation_alias or name) for name, field in StudyForm.model_fields.items()
     ]
     assert sorted(schema["required"]) == ["factors", "name", "targets"]
-    length = schema["$defs"]["BladeSection"]["properties"]["width"]
-    assert length["type"] == "string"
-    assert re.match(length["pattern"], "90 mm") and not re.match(length["pattern"], "90 N")
+    assert schema["$defs"]["BladeSection"]["properties"]["width"]["type"] == "string"
 
 
 def test_no_key_is_undescribed() -> None:
@@ -81,19 +78,11 @@ def test_what_init_writes_satisfies_the_schema() -> None:
         assert complaints(read_yaml(spec_text("mine", full).encode("utf-8")).data) == []
 
 
-@pytest.mark.parametrize("length", ["90 mm", "500 µm", "0.09 m", "9e1 mm"])
-def test_units_as_people_write_them(length: str) -> None:
-    spec = read_yaml((ROOT / "configs" / "smoke.yaml").read_bytes()).data
-    assert complaints({**spec, "blade": {"width": length}}) == []
-
-
 @pytest.mark.parametrize(
     ("section", "value"),
     [
-        ("blade", {"width": "28 N"}),
         ("blade", {"width": 28}),
         ("blade", {"widht": "28 mm"}),
-        ("material", {"density": "1100 kg/m4"}),
         ("solver", {"kind": "abaqus"}),
         ("factors", []),
         ("refine", {"budget": "many"}),
@@ -102,9 +91,3 @@ def test_units_as_people_write_them(length: str) -> None:
 def test_what_is_wrong_is_underlined(section: str, value: object) -> None:
     spec = read_yaml((ROOT / "configs" / "smoke.yaml").read_bytes()).data
     assert complaints({**spec, section: value})
-
-
-def test_powers_in_units() -> None:
-    spec = read_yaml((ROOT / "configs" / "smoke.yaml").read_bytes()).data
-    for density in ("1100 kg/m3", "1100 kg/m³", "1100 kg/m^3", "1.1 g/cm3"):
-        assert complaints({**spec, "material": {**spec["material"], "density": density}}) == []

@@ -187,7 +187,7 @@ def test_elements_too_coarse_for_the_lengths_are_doubted() -> None:
     [
         (
             {"0.41": "0.7"},
-            "its bending, and therefore the force, depends on their number; write elements_through_wall: 4",
+            "therefore the force, depends on the number of elements; write elements_through_wall: 4",
         ),
         ({"0.41": "0.7", "kind: embedded": "kind: embedded\n  elements_through_wall: 4"}, ""),
         ({"speed: 100 mm/min": "speed: 1 m/s", "duration: 0.5 s": "duration: 1.2 ms"}, ""),
@@ -232,7 +232,7 @@ def test_elements_too_small_for_any_mesh_are_refused(size: str) -> None:
         ("low: 10, high: 20", "low: 1e4, high: 2e4", "3:53: factors.yield_stress.high: 20000 MPa is far"),
         ("targets:", "loading: {speed: 1 mm/min}\ntargets:", ""),
         ("targets:", "loading: {duration: 1e6 s}\ntargets:", "13:21: loading.duration: 1e+06 s is far"),
-        ("targets:", "specimen: {outer_diameter: 9 mm}\ntargets:", "13:28: specimen.outer_diameter: the study"),
+        ("targets:", "specimen: {outer_diameter: 9 mm}\ntargets:", "13:28: specimen.outer_diameter: the parameters"),
     ],
 )
 def test_implausible_magnitudes_are_doubted(old: str, new: str, warning: str) -> None:
@@ -258,21 +258,6 @@ def test_of_two_forces_that_contradict_each_other_both_are_questioned() -> None:
     text = text.replace("  - {diameter: 9 mm, force: 213.8 N}\n", "")
     assert len(study_of(text.replace("force: 120 N", "force: 640 N")).warnings) == 2
     assert not study_of(text.replace("force: 120 N", "force: 80 N")).warnings
-
-
-@pytest.mark.parametrize("factor", [1e3, 1e-3, 1e6, 1e-6, 1e9, 1e-9])
-def test_a_force_of_another_magnitude_is_refused(factor: float) -> None:
-    text = MINIMAL.replace("159.2 N", f"{159.2 * factor:.6g} N")
-    said = "more than 30 times" if factor > 1.0 else "less than 1/1000"
-    with pytest.raises(SpecError, match=f"every force is {said}"):
-        study_of(text)
-
-
-@pytest.mark.parametrize("speed", ["300 mm/min", "5 mm/s", "300 mm/s", "20 m/s"])
-def test_a_speed_of_no_testing_machine_is_questioned(speed: str) -> None:
-    warnings = study_of(f"{MINIMAL}loading: {{speed: {speed}, duration: 0.5 s}}\n").warnings
-    questioned = [line for line in warnings if "check the unit: testing machines are set in mm/min" in line]
-    assert len(questioned) == (speed == "300 mm/s")
 
 
 @pytest.mark.parametrize(
