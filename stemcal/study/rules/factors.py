@@ -1,6 +1,6 @@
 """Rules on factors, fixed material values and those that follow the diameter."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 
 from stemcal.study.model import AROUND, EMBEDDED, MOST_EXPONENT, PARAMETERS, Factor, Study, exponents_in
 from stemcal.study.rules import Draft
@@ -13,7 +13,7 @@ _WIDEST = 1000.0  # mm
 RATE = ("strain_rate_c", "strain_rate_p")
 
 
-def names_differ(draft: Draft) -> Iterator[Finding]:
+def _names_differ(draft: Draft) -> Iterator[Finding]:
     """No two factors share a name or a symbol."""
     for key in ("name", "symbol"):
         seen: dict[str, Factor] = {}
@@ -26,7 +26,7 @@ def names_differ(draft: Draft) -> Iterator[Finding]:
                 yield Finding(("factors", index, key), message, f"give each factor its own {key}")
 
 
-def ranges_rise(draft: Draft) -> Iterator[Finding]:
+def _ranges_rise(draft: Draft) -> Iterator[Finding]:
     """Low is below high."""
     for index, factor in draft.factors.items():
         low, high = in_unit(factor.low, factor.unit), in_unit(factor.high, factor.unit)
@@ -39,7 +39,7 @@ def ranges_rise(draft: Draft) -> Iterator[Finding]:
             yield Finding(("factors", index, "low"), message, remedy)
 
 
-def priors_fit(draft: Draft) -> Iterator[Finding]:
+def _priors_fit(draft: Draft) -> Iterator[Finding]:
     """A prior leaves something of the range."""
     for index, factor in draft.factors.items():
         if (prior := factor.prior) is None:
@@ -51,7 +51,7 @@ def priors_fit(draft: Draft) -> Iterator[Finding]:
             yield Finding(path, message, "correct the prior or the range; both are in the unit of the factor")
 
 
-def factors_are_known(draft: Draft) -> Iterator[Finding]:
+def _factors_are_known(draft: Draft) -> Iterator[Finding]:
     """The solver has the factor, and its unit has the right dimension."""
     if not draft.kind.parameters:
         return
@@ -74,7 +74,7 @@ def factors_are_known(draft: Draft) -> Iterator[Finding]:
             yield Finding(path, message, error.remedy)
 
 
-def factors_are_physical(draft: Draft) -> Iterator[Finding]:
+def _factors_are_physical(draft: Draft) -> Iterator[Finding]:
     """Low and high are values a material can have."""
     for index, factor in draft.factors.items():
         parameter = draft.kind.parameters.get(factor.name)
@@ -108,7 +108,7 @@ def wrong_levels(study: Study, levels: Mapping[str, float], diameter: float | No
         yield f"wall_thickness must be below half of the calibration diameter, {study.targets.calibrate_at:g} mm"
 
 
-def material_is_physical(draft: Draft) -> Iterator[Finding]:
+def _material_is_physical(draft: Draft) -> Iterator[Finding]:
     """Fixed values are values a material can have."""
     for name, value in draft.study.material.given().items():
         parameter = PARAMETERS[name]
@@ -118,7 +118,7 @@ def material_is_physical(draft: Draft) -> Iterator[Finding]:
             yield Finding(("material", name), message, f"{parameter.label} in plants is {parameter.usual}")
 
 
-def material_is_given_once(draft: Draft) -> Iterator[Finding]:
+def _material_is_given_once(draft: Draft) -> Iterator[Finding]:
     """A parameter is a factor or fixed, not both."""
     for name in draft.study.material.given():
         if name in draft.names:
@@ -126,7 +126,7 @@ def material_is_given_once(draft: Draft) -> Iterator[Finding]:
             yield Finding(("material", name), f"{name} is also a factor", remedy, at_key=True)
 
 
-def sections_are_given_once(draft: Draft) -> Iterator[Finding]:
+def _sections_are_given_once(draft: Draft) -> Iterator[Finding]:
     """What a factor varies in a section has no fixed value there, and the stroke is set once."""
     for name, (_, section, keys) in AROUND.items():
         for key in keys if name in draft.names else ():
@@ -138,7 +138,7 @@ def sections_are_given_once(draft: Draft) -> Iterator[Finding]:
         yield Finding(("loading", "stroke"), message, "remove `duration` or `stroke`", at_key=True)
 
 
-def wall_fits_stem(draft: Draft) -> Iterator[Finding]:
+def _wall_fits_stem(draft: Draft) -> Iterator[Finding]:
     """A wall is thinner than the radius of the stem that the parameters are calibrated at."""
     for index, factor in draft.factors.items():
         if factor.name == "wall_thickness" in draft.kind.parameters and _unit_fits(factor):
@@ -148,7 +148,7 @@ def wall_fits_stem(draft: Draft) -> Iterator[Finding]:
                 yield Finding(("factors", index, "high"), message, f"use a value below {radius:g} mm")
 
 
-def rate_parameters_are_used(draft: Draft) -> Iterator[Finding]:
+def _rate_parameters_are_used(draft: Draft) -> Iterator[Finding]:
     """Without a rate law its parameters are neither factors nor given."""
     if draft.study.solver.rate != "none":
         return
@@ -163,7 +163,7 @@ def rate_parameters_are_used(draft: Draft) -> Iterator[Finding]:
             )
 
 
-def material_is_complete(draft: Draft) -> Iterator[Finding]:
+def _material_is_complete(draft: Draft) -> Iterator[Finding]:
     """The solver has a value for each of its nine parameters."""
     if not draft.kind.parameters or not draft.names:
         return
@@ -180,7 +180,7 @@ def material_is_complete(draft: Draft) -> Iterator[Finding]:
         yield Finding(("material",), message, remedy)
 
 
-def tangent_stays_below_elastic(draft: Draft) -> Iterator[Finding]:
+def _tangent_stays_below_elastic(draft: Draft) -> Iterator[Finding]:
     """The tangent modulus is smaller than the elastic modulus everywhere in the ranges."""
     if not draft.kind.parameters:
         return
@@ -238,7 +238,7 @@ def _unit_fits(factor: Factor) -> bool:
     return True
 
 
-def growth_has_one_value(draft: Draft) -> Iterator[Finding]:
+def _growth_has_one_value(draft: Draft) -> Iterator[Finding]:
     """The value at `at` is given, or that of a factor."""
     for name, growth in draft.growing.items() if draft.kind.parameters else ():
         path = ("material", name)
@@ -249,7 +249,7 @@ def growth_has_one_value(draft: Draft) -> Iterator[Finding]:
             yield Finding(path, f"{name} has no value at its reference diameter", remedy, at_key=True)
 
 
-def exponents_are_factors(draft: Draft) -> Iterator[Finding]:
+def _exponents_are_factors(draft: Draft) -> Iterator[Finding]:
     """An exponent with a name is a factor, a pure number, and not a material parameter."""
     known = {factor.name: index for index, factor in draft.factors.items()}
     for name, growth in draft.growing.items():
@@ -266,7 +266,7 @@ def exponents_are_factors(draft: Draft) -> Iterator[Finding]:
             yield Finding(("factors", known[exponent]), *wrong)
 
 
-def growth_is_physical(draft: Draft) -> Iterator[Finding]:
+def _growth_is_physical(draft: Draft) -> Iterator[Finding]:
     """At every diameter, for all levels, a growing parameter has a value that a material can have."""
     for name in draft.growing if draft.kind.parameters else ():
         parameter = PARAMETERS[name]
@@ -286,3 +286,12 @@ def _wrong_exponent(factor: Factor) -> tuple[str, str] | None:
         most = f"{MOST_EXPONENT:g}"
         return f"an exponent cannot be {factor.low:g} to {factor.high:g}", f"use values from -{most} to {most}"
     return None
+
+
+RULES: tuple[Callable[[Draft], Iterator[Finding]], ...] = (
+    _names_differ, _ranges_rise, _priors_fit, _factors_are_known, _factors_are_physical, _material_is_physical,
+    _material_is_given_once, _sections_are_given_once, _wall_fits_stem, _rate_parameters_are_used,
+    _material_is_complete, _growth_has_one_value, _exponents_are_factors, _growth_is_physical,
+    _tangent_stays_below_elastic,
+)  # fmt: skip
+"""The rules of this file."""

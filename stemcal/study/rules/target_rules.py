@@ -1,6 +1,6 @@
 """Rules on what was measured, and on laboratory tests besides cutting."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from math import isclose
 
@@ -12,7 +12,7 @@ from stemcal.study.types.strict_yaml import Finding, NodePath
 _OF_ROWS = ("test", "sd", "n", "curves")
 
 
-def names_are_free(draft: Draft) -> Iterator[Finding]:
+def _names_are_free(draft: Draft) -> Iterator[Finding]:
     """Responses and conditions have names that represent nothing else."""
     if draft.naming.is_cutting:
         return
@@ -28,7 +28,7 @@ def names_are_free(draft: Draft) -> Iterator[Finding]:
                 taken.setdefault(FIRST, "the key of the first response")
 
 
-def conditions_differ(draft: Draft) -> Iterator[Finding]:
+def _conditions_differ(draft: Draft) -> Iterator[Finding]:
     """Each diameter has one target."""
     seen: dict[float, int] = {}
     for target in draft.study.targets.means:
@@ -42,7 +42,7 @@ def conditions_differ(draft: Draft) -> Iterator[Finding]:
             yield Finding((*at, named.condition.name) if named.condition else at, message, remedy)
 
 
-def own_names_belong_to_programs(draft: Draft) -> Iterator[Finding]:
+def _own_names_belong_to_programs(draft: Draft) -> Iterator[Finding]:
     """The embedded solver and the decks answer with the maximum force over the stem's diameter."""
     if draft.naming.is_cutting or draft.kind.own_responses or draft.tests or draft.study.targets.modes:
         return
@@ -56,7 +56,7 @@ def own_names_belong_to_programs(draft: Draft) -> Iterator[Finding]:
             yield Finding((section,), message, "remove the response, or use `solver: {kind: command}`", at_key=True)
 
 
-def stem_reaches_over_supports(draft: Draft) -> Iterator[Finding]:
+def _stem_reaches_over_supports(draft: Draft) -> Iterator[Finding]:
     """The specimen is on both supports."""
     if draft.study.supports.clearance >= draft.study.specimen.length:
         message = (
@@ -66,14 +66,14 @@ def stem_reaches_over_supports(draft: Draft) -> Iterator[Finding]:
         yield Finding(("supports", "clearance"), message, "move the supports closer or use a longer specimen")
 
 
-def edge_fits_blade(draft: Draft) -> Iterator[Finding]:
+def _edge_fits_blade(draft: Draft) -> Iterator[Finding]:
     """The rounding of the edge is smaller than half the thickness."""
     if draft.study.blade.edge_radius > draft.study.blade.thickness / 2:
         message = f"{draft.study.blade.edge_radius:g} mm is more than half the thickness of the blade"
         yield Finding(("blade", "edge_radius"), message, f"use a radius below {draft.study.blade.thickness / 2:g} mm")
 
 
-def friction_falls(draft: Draft) -> Iterator[Finding]:
+def _friction_falls(draft: Draft) -> Iterator[Finding]:
     """Sliding does not rub more than sticking."""
     contact = draft.study.contact
     if contact.dynamic_friction > contact.static_friction:
@@ -82,10 +82,10 @@ def friction_falls(draft: Draft) -> Iterator[Finding]:
 
 
 _CUTTING = "cutting"
-_ABOUT_CUTTING = (stem_reaches_over_supports, edge_fits_blade)
+_ABOUT_CUTTING = (_stem_reaches_over_supports, _edge_fits_blade)
 
 
-def tests_are_simulated(draft: Draft) -> Iterator[Finding]:
+def _tests_are_simulated(draft: Draft) -> Iterator[Finding]:
     """Laboratory tests are for the embedded solver, whose responses they extend."""
     if not draft.tests:
         return
@@ -100,7 +100,7 @@ def tests_are_simulated(draft: Draft) -> Iterator[Finding]:
             yield Finding((section,), message, f"remove {section} or tests", at_key=True)
 
 
-def curves_are_simulated(draft: Draft) -> Iterator[Finding]:
+def _curves_are_simulated(draft: Draft) -> Iterator[Finding]:
     """Curves are measured where the parameters are calibrated, and the solver has a curve to compare."""
     targets = draft.study.targets
     curved = {one.row: one.condition for one in targets.means if one.curves}
@@ -117,7 +117,7 @@ def curves_are_simulated(draft: Draft) -> Iterator[Finding]:
         yield Finding(("machine",), message, "remove the section, or name files under `curves`", at_key=True)
 
 
-def tests_differ(draft: Draft) -> Iterator[Finding]:
+def _tests_differ(draft: Draft) -> Iterator[Finding]:
     """Each test has its own name, of which the names of its responses and of its folder of sheets are made.
 
     Case does not count, as in names of folders on Windows.
@@ -135,7 +135,7 @@ def tests_differ(draft: Draft) -> Iterator[Finding]:
                 yield Finding(("tests", index, "name"), message, "choose another name")
 
 
-def tests_have_what_they_need(draft: Draft) -> Iterator[Finding]:
+def _tests_have_what_they_need(draft: Draft) -> Iterator[Finding]:
     """What is measured has a scatter, and is a response of the stem."""
     for test in draft.tests.values():
         for means in test.targets:
@@ -148,7 +148,7 @@ def tests_have_what_they_need(draft: Draft) -> Iterator[Finding]:
                     yield Finding(("targets", means.row, response), message, f"add sd: {{{response}: …}}")
 
 
-def further_cuts_are_possible(draft: Draft) -> Iterator[Finding]:
+def _further_cuts_are_possible(draft: Draft) -> Iterator[Finding]:
     """A further cutting test keeps the rules of the first, with what it changes."""
     for index, test in draft.tests.items():
         if not test.is_further_cut:
@@ -161,7 +161,7 @@ def further_cuts_are_possible(draft: Draft) -> Iterator[Finding]:
                 yield finding._replace(path=("tests", index, *where))
 
 
-def tests_fit_the_stem(draft: Draft) -> Iterator[Finding]:
+def _tests_fit_the_stem(draft: Draft) -> Iterator[Finding]:
     """The piece reaches over its supports, and the machine does not move farther than there is room."""
     thickest = max(draft.diameters.values(), default=None)
     for index, test in draft.tests.items():
@@ -169,7 +169,7 @@ def tests_fit_the_stem(draft: Draft) -> Iterator[Finding]:
             yield Finding(("tests", index, key), message, remedy)
 
 
-def test_targets_stand_beside_forces(draft: Draft) -> Iterator[Finding]:
+def _test_targets_stand_beside_forces(draft: Draft) -> Iterator[Finding]:
     """Each measurement in a test has a diameter that is also cut, once each."""
     cut = [target.condition for target in draft.study.targets.means]
     for test in draft.tests.values():
@@ -184,3 +184,12 @@ def test_targets_stand_beside_forces(draft: Draft) -> Iterator[Finding]:
                 message = f"no cutting force is given for {means.diameter:g} mm, only for {listed} mm"
                 yield Finding(place, message, "add a row with the cutting force, or remove this row")
             seen.append(means.diameter)
+
+
+RULES: tuple[Callable[[Draft], Iterator[Finding]], ...] = (
+    _names_are_free, _conditions_differ, _stem_reaches_over_supports, _edge_fits_blade, _friction_falls,
+    _tests_are_simulated, _curves_are_simulated, _tests_differ, _tests_have_what_they_need,
+    _further_cuts_are_possible, _tests_fit_the_stem, _test_targets_stand_beside_forces,
+    _own_names_belong_to_programs,
+)  # fmt: skip
+"""The rules of this file."""
