@@ -25,7 +25,7 @@ TableFormat = Annotated[
 ]
 Names = Annotated[
     list[str] | None,
-    typer.Argument(metavar="NAME", help="Name of figures or its beginning; list prints all names.", show_default="all"),
+    typer.Argument(metavar="NAME", help="Names of figures, or their beginnings; list prints all.", show_default="all"),
 ]
 FigureFormat = Annotated[
     Literal["svg", "png", "pdf", "eps", "tiff"] | None,

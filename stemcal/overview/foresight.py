@@ -103,7 +103,7 @@ def _short_stroke(study: Study) -> Iterator[Note]:
         share = stroke / thickest
         text = (
             f"The blade travels {stroke:.3g} mm, {share:.2g} times the largest diameter ({thickest:g} mm). If a run "
-            "stops before the peak, its force is too low."
+            "stops before peak force, the simulated force is too low."
         )
         yield Note("short_stroke", "warning", text, lasting(study, LEAST_STROKE * thickest, thickest))
 

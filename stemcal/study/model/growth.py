@@ -25,7 +25,7 @@ class Growth(Frozen):
     """A material parameter that is a power of the diameter: value at `at` times (diameter / at)^exponent."""
 
     at: Size
-    """Reference diameter: there the parameter equals `value`, or the level of the factor with its name."""
+    """Reference diameter, at which the parameter equals `value` or, for a factor, the level of the factor."""
     exponent: Annotated[
         float | str,
         BeforeValidator(_exponent),

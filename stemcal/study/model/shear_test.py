@@ -46,7 +46,7 @@ class BladeSection(Frozen):
     edge_angle: Annotated[float, Quantity("angle", above=0, below=180)] = 37.5
     """Angle between the two faces of the edge."""
     bevel: Literal["both", "one"] = "both"
-    """Bevel of the edge: on both sides or on one side."""
+    """Bevel of the edge: on the two sides (`both`) or on one side (`one`)."""
     edge_radius: SizeOrZero = 0.1
     """Radius of the edge; 0 mm for a sharp edge."""
     edge_spread: StemLengthOrZero = Length(divisor=9.5)
@@ -112,7 +112,7 @@ class ContactSection(Frozen):
     decay: Annotated[float, Quantity("decay", at_least=0)] = 0.0
     """Decay of the friction from µs to µd with the sliding speed v: µ = µd + (µs − µd)·exp(−decay·|v|)."""
     penalty: Annotated[Number, Field(gt=0, le=1)] = 0.25
-    """Contact stiffness of a node as a fraction of m/Δt², with its mass m and the stable time step Δt."""
+    """Contact stiffness of a node as a fraction of m/Δt²: m is the mass of the node, Δt the stable time step."""
 
 
 class MaterialSection(Frozen):

@@ -18,7 +18,7 @@ from stemcal.study.types.units import from_internal, parse_unit
 from stemcal.words import listed, nearest
 
 _KINDS = {
-    "string_type": ("text", "enclose it in quotes"),
+    "string_type": ("text", "enclose the value in quotes"),
     "float_type": ("a number", "write a plain number, such as 0.3"),
     "int_type": ("a whole number", "write the number without a point or unit"),
     "int_from_float": ("a whole number", "write the number without a point or unit"),
@@ -108,7 +108,7 @@ def _kind(error: Mapping[str, Any], path: NodePath, shown_path: NodePath) -> Fin
     near = nearest(given, kinds.known()) if isinstance(given, str) else None
     remedy = f"did you mean {near}?" if near else f"write kind: {listed(kinds.known())}"
     if (broken := kinds.broken.get(str(given))) is not None:
-        remedy = f"its package cannot be loaded: {broken}"
+        remedy = f"the package of this kind cannot be loaded: {broken}"
     return Finding((*path, "kind"), f"{_show(given)} is not a kind of {noun}", remedy)
 
 

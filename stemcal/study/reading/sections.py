@@ -75,7 +75,7 @@ class Sections:
         """Read a section; of one that is wrong, what is good of it."""
         reported: Collection[NodePath] = ()
         if given is None:
-            self.findings.append(Finding((spelled(name),), "is empty", "fill in the section or remove it"))
+            self.findings.append(Finding((spelled(name),), "is empty", "fill in the section, or remove the section"))
             return
         if "tests" not in self.good and "responses" in getattr(_kind(name), "model_fields", ()):
             reported = [(spelled(name), "responses")]  # unknown while a test is wrong
@@ -200,7 +200,7 @@ def _unknown_section(key: str, known: Collection[str]) -> Finding:
     if near or section:
         remedy = f"did you mean {near}?" if near else f"move the key to the `{section}` section"
     if (broken := stages().broken.get(key)) is not None:
-        remedy = f"its stage cannot be loaded: {broken}"
+        remedy = f"the stage {key[:60]} cannot be loaded: {broken}"
     return Finding((key,), f"unknown key {key[:60]!r}", remedy, at_key=True)
 
 

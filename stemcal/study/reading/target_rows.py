@@ -115,7 +115,8 @@ class Rows:
     def _read_row(self, index: int, row: Mapping[str, Any]) -> None:
         test = row.get("test")
         if "test" in row and test not in self.tests:
-            remedy = did_you_mean(str(test), self.tests) if self.tests else "remove it or add it to tests"
+            absent = "remove the key `test`, or add the test to the `tests` section"
+            remedy = did_you_mean(str(test), self.tests) if self.tests else absent
             self._find(("targets", index, "test"), f"{str(test)[:60]!r} is not a test of this study", remedy)
             return
         if test is None:
@@ -278,7 +279,7 @@ class _Row:
             if key not in known:
                 remedy = did_you_mean(str(key), known)
                 if not self.with_units and naming.condition is None:
-                    remedy += f", or declare it: conditions: [{{name: {str(key)[:60]}, unit: …}}]"
+                    remedy += f", or declare the condition: conditions: [{{name: {str(key)[:60]}, unit: …}}]"
                 self._find((key,), f"unknown key {str(key)[:60]!r}", remedy, at_key=True)
 
     def _find(self, key: tuple[str, ...], message: str, remedy: str, at_key: bool = False) -> None:

@@ -32,7 +32,7 @@ def _ranges_rise(draft: Draft) -> Iterator[Finding]:
         low, high = in_unit(factor.low, factor.unit), in_unit(factor.high, factor.unit)
         if factor.low > factor.high:
             message = f"low {low} is above high {high}"
-            yield Finding(("factors", index, "low"), message, "swap them")
+            yield Finding(("factors", index, "low"), message, "swap low and high")
         elif factor.low == factor.high:
             message = f"low and high are both {low}"
             remedy = "widen the range, or move the parameter to the `material` section"
@@ -48,7 +48,7 @@ def _priors_fit(draft: Draft) -> Iterator[Finding]:
         if not factor.low - 3 * prior.sd <= prior.mean <= factor.high + 3 * prior.sd:
             given = f"{prior.mean:g} ± {prior.sd:g}"
             message = f"the prior {given} excludes the whole range {factor.low:g} to {factor.high:g}"
-            yield Finding(path, message, "correct the prior or the range; both are in the unit of the factor")
+            yield Finding(path, message, "correct the prior or the range, in the unit of the factor")
 
 
 def _factors_are_known(draft: Draft) -> Iterator[Finding]:
@@ -274,7 +274,7 @@ def _growth_is_physical(draft: Draft) -> Iterator[Finding]:
             if wrong := parameter.outside(value):
                 shown = in_unit(float(f"{value:.4g}"), parameter.unit)
                 message = f"the value at a diameter of this study is {shown}, which {wrong}"
-                yield Finding(("material", name), message, "correct the value, the exponent or their ranges")
+                yield Finding(("material", name), message, "correct the value, the exponent or the ranges")
                 break
 
 

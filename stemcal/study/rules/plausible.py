@@ -129,7 +129,7 @@ def _targets(study: Study) -> Iterator[Finding]:
             yield from doubt((*path, "force"), target.response, 1, 1e5, "N")
         if 0.0 in (target.sd, *(mean.sd for mean in target.further.values())):
             message = "a standard deviation of 0 gives this mean almost all the weight in a joint fit"
-            yield Finding((*path, "sd"), message, "omit sd if it is not known")
+            yield Finding((*path, "sd"), message, "omit `sd` if the standard deviation is unknown")
         travel, _ = target.mean_of(TRAVEL.name)
         stroke = study.loading.stroke_at(target.condition)
         if study.naming.is_cutting and travel is not None and travel > stroke:

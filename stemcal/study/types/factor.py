@@ -107,9 +107,9 @@ class Factor(Frozen):
     """One parameter to calibrate, with the range to search."""
 
     name: FactorName
-    """Name of the factor in tables and files. The embedded solver has nine material parameters, `stem_friction` (one
-    coefficient for all sliding speeds) and `wall_thickness` (at the calibration diameter; stems of other diameters have
-    the same `diameter_ratio`). With other programs, any name is allowed."""
+    """Name of the factor in tables and files. The factors of the embedded solver are nine material parameters, the
+    coefficient of friction `stem_friction`, and `wall_thickness` at the calibration diameter. With other programs, any
+    name is allowed."""
     symbol: Symbol
     """Symbol of the factor in tables and equations; by default X1 for the first factor, X2 for the second."""
     label: Label

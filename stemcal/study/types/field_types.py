@@ -85,7 +85,7 @@ class Quantity:
                 raise complain(error.message, error.remedy) from None
         given = given.item() if hasattr(given, "item") else given  # a number of numpy's
         if isinstance(given, bool) or not isinstance(given, int | float):
-            raise complain("is not a number with a unit", f'write it like "1 {unit}"')
+            raise complain("is not a number with a unit", f'write a value such as "1 {unit}"')
         if from_yaml:
             raise complain(f"{given:g} has no unit", f'write "{given:g} {units.usual_unit(self.dimension)}"')
         return float(given) if -MOST <= given <= MOST else math.inf  # a whole number of 400 digits is no float
@@ -135,7 +135,7 @@ Share = Annotated[Number, Field(gt=0, le=1)]
 def _readable(text: str) -> str:
     """Refuse what would command a terminal, or turn a line of a table around."""
     if (found := unprintable(text)) is not None:
-        raise complain(f"contains the control character {found}", "remove it")
+        raise complain(f"contains the control character {found}", "remove the character")
     return text
 
 

@@ -50,7 +50,7 @@ def quantity(given: Any, named: Named) -> float:
     if isinstance(given, str):
         return _written(given, named)
     if isinstance(given, bool) or not isinstance(given, int | float):
-        raise complain("is not a number", f"write it like {named.text(1.0)!r}")
+        raise complain("is not a number", f"write a value such as {named.text(1.0)!r}")
     return float(given)
 
 
@@ -72,7 +72,7 @@ def _in_own_unit(given: str, named: Named) -> float:
     try:
         return float(text)
     except ValueError:
-        raise complain(f"{given[:60]!r} is not a value in {named.unit}", f"write it like '1 {named.unit}'") from None
+        raise complain(f"{given[:60]!r} is not a value in {named.unit}", f"write '1 {named.unit}'") from None
 
 
 def _condition(given: Any, naming: Naming) -> float:

@@ -103,7 +103,7 @@ def read_yaml(content: bytes) -> Document:
     if len(content) > MAX_BYTES:
         document.note(_TOP, "the file is larger than 1 MiB", "check whether this file is a spec")
     elif text is None:
-        document.note(_TOP, "the file is neither UTF-8 nor UTF-16 nor GBK text", "save it as UTF-8")
+        document.note(_TOP, "the file is neither UTF-8 nor UTF-16 nor GBK text", "save the file as UTF-8")
     else:
         _read_text(document, text)
     return document
@@ -126,12 +126,12 @@ def _read_text(document: Document, text: str) -> None:
         remedy = "remove the character; save the file as plain text in UTF-8"
         document.note(place, f"character U+{code:04X} is not allowed", remedy)
     except yaml.MarkedYAMLError as error:
-        problem = (error.problem or error.context or "this is not YAML").replace("\n", " ")[:200]
+        problem = (error.problem or error.context or "no YAML").replace("\n", " ")[:200]
         remedy = next((remedy for part, remedy in _REMEDIES.items() if part in problem), "check this line")
         document.note(_place(_mark(error)), f"not readable as YAML: {problem}", remedy)
     except (yaml.YAMLError, ValueError, OverflowError):
         here = _place(loader.get_mark() if loader else None)
-        document.note(here, "this is not readable as YAML", "check escapes and % lines at this place")
+        document.note(here, "the file is not readable as YAML here", "check escapes and % lines at this place")
     except _Stopped:
         pass
 
@@ -163,9 +163,9 @@ class _Loader(yaml.SafeLoader):
             marks: tuple[Any, Any] = event.start_mark, event.end_mark
             return yaml.ScalarNode("", "", *marks)
         if event.anchor is not None:
-            self._complain(event, f"&{str(event.anchor)[:40]} is an anchor", "remove it")
+            self._complain(event, f"&{str(event.anchor)[:40]} is an anchor", "remove the anchor")
         if event.tag is not None:
-            self._complain(event, f"{event.tag[:40]} is a tag", "remove it")
+            self._complain(event, f"{event.tag[:40]} is a tag", "remove the tag")
         if any("\ud800" <= letter <= "\udfff" for letter in getattr(event, "value", "")):
             self._complain(event, "half a surrogate pair is not a character", "write the character itself")
         self.anchors.clear()  # each is refused, repeated or not
@@ -197,7 +197,7 @@ class _Loader(yaml.SafeLoader):
             first = self._document.keys.setdefault(below, _place(key_node.start_mark))
             if key in found:
                 message = f"key {key[:60]!r} is repeated; line {first.line} already has this key"
-                self._complain(key_node, message, "keep one of them", below)
+                self._complain(key_node, message, "keep one of the two keys", below)
             else:
                 found[key] = self.value_of(value, below)
         return found
@@ -245,7 +245,7 @@ _REMEDIES = {
     "cannot start any token": "enclose the text in quotes; indent with spaces, not tabs",
     "mapping values are not allowed": "enclose a text with a colon in quotes; check the indentation",
     _NO_COLON: "a colon and a space are missing here: write key: value",
-    "expected <block end>": "check the indentation of this line and the ones above",
+    "expected <block end>": "check the indentation of this line and of the lines above",
     "expected ',' or": "close the bracket opened before",
     "sequence entries are not allowed": "enclose a lone - in quotes",
     "unexpected end of stream": "close the quote opened before",
