@@ -28,16 +28,13 @@ def fit_power_law(diameters: Sequence[float], forces: Sequence[float]) -> PowerL
 
     if len(set(diameters)) < 2 or min(*diameters, *forces) <= 0.0:
         return None
-    # ln F = ln a + b·ln d, by QR
+    # ln F = ln a + b·ln d
     x, y = np.log(np.asarray(diameters, dtype=float)), np.log(np.asarray(forces, dtype=float))
-    matrix = np.column_stack([np.ones_like(x), x])
-    q, r = np.linalg.qr(matrix)
-    intercept, slope = map(float, beta := np.linalg.solve(r, q.T @ y))
-    residual = y - matrix @ beta
-    unexplained, n = float(residual @ residual), len(y)
+    slope, intercept = map(float, np.polyfit(x, y, 1))
+    unexplained, n = float(np.sum((y - intercept - slope * x) ** 2)), len(y)
     interval = None
     if n > 2:
-        error = sqrt(unexplained / (n - 2) * np.linalg.inv(r.T @ r)[1, 1])
+        error = sqrt(unexplained / (n - 2) / float(np.sum((x - x.mean()) ** 2)))  # s/√Σ(x − x̄)²
         reach = float(stdtrit(n - 2, 0.975)) * error
         interval = (slope - reach, slope + reach)
     total = float(np.sum((y - y.mean()) ** 2))
