@@ -44,7 +44,6 @@ from stemcal.solvers.sheet.rows import RowRefused, by_name, first_of, meant_run,
 from stemcal.stages.fresh import make
 from stemcal.stages.stage import stage_called, stages_of
 from stemcal.study.model import Study
-from stemcal.words import counted
 
 _SAME = 1e-9  # of a value: what writing and reading may change
 OLD, INPUTS = "sheets", "inputs"
@@ -157,19 +156,18 @@ class Entered:
 
     def summary(self) -> str:
         """Return how many results were accepted."""
-        said = [f"{counted(len(self.taken), 'result')} accepted."]
+        said = [f"Results accepted: {len(self.taken)}."]
         if self.known:
-            said.append(f"{len(self.known)} already known.")
+            said.append(f"Results already known: {len(self.known)}.")
         if self.replaced:
-            said.append(f"{len(self.replaced)} replaced: {', '.join(self.replaced)}.")
+            said.append(f"Results replaced: {len(self.replaced)} ({', '.join(self.replaced)}).")
         return " ".join(said)
 
     def require_all(self) -> None:
         """Raise `UsageError` with the rows that were refused; the others stay recorded."""
         if self.refused:
-            count = len(self.refused)
-            are = "row is" if count == 1 else "rows are"
-            head = f"{count} {are} not accepted; correct the sheet and enter it again."
+            were = "row was" if len(self.refused) == 1 else "rows were"
+            head = f"{len(self.refused)} {were} rejected; correct the sheet and enter the sheet again."
             raise UsageError("\n".join([head, *first_of(list(map(str, self.refused)))]))
 
 
@@ -205,7 +203,7 @@ def enter(
     seen, rows = study.by_hand, [row for row in sheet if not row.is_empty]
     for row in rows:
         if row.said.get(STUDY) and row.said[STUDY] != narrow(study.name):
-            raise UsageError(f"{row.place}: the sheet is for study {row.said[STUDY]!r}, not for {study.name!r}")
+            raise UsageError(f"{row.place}: the sheet is for the study {row.said[STUDY]!r}, not for {study.name!r}")
     try:
         waiting = gone_on(study, folder) if rows else None
     except StemcalError:  # results may be the remedy; if not, it is reported when the study continues
@@ -233,7 +231,7 @@ def require_sheet(study: Study) -> None:
     if study.by_hand.kind.answers != "asks_people":
         kind = study.by_hand.solver.kind
         raise UsageError(
-            f"solver.kind is {kind}, which computes all runs; write solver: {{kind: sheet}} to enter results"
+            f"solver.kind: the solver {kind} computes all runs; write solver: {{kind: sheet}} to enter results"
         )
 
 
@@ -291,7 +289,7 @@ def _against_record(
         filled,
         "known_otherwise",
         f"{filled.run} already has the result {_said(before)} ({' '.join(told).strip()}), not "
-        f'{_said(result.answer)}; to replace it, enter the sheet with --replace "why"',
+        f'{_said(result.answer)}; to replace the result, enter the sheet with --replace "why"',
     )
 
 

@@ -6,9 +6,9 @@
     designs       which runs to make, by name (`catalogue`); `aliases` finds the interactions that main effects are
                   aliased with
     effects       of factors at two levels, with their tests; `lenth` for Lenth's method
-    calibration   where the surface takes a target value (`level_set`), or several fit what was measured (`fit`), and
-                  how well that fixes the factors (`intervals`); `region` bounds, `search_path` chooses the next
-                  simulation
+    calibration   all solutions for one target value and the ranges of the factors over them (`level_set_solutions`), or
+                  the fit to several measured values (`likelihood`) with its `confidence_intervals`; `region` has the
+                  bounds, `search_path` chooses the next simulation
     comparison    measured against simulated under every condition, and against a formula
 
 Every result is a frozen dataclass of plain Python numbers and arrays, ``None`` where a quantity has no value.

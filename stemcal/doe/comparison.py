@@ -181,22 +181,19 @@ _EXPONENTS = (-2.0, 8.0)
 
 @dataclass(frozen=True)
 class NullModel:
-    """Largest errors of a·dᵇ and of a·d^2.5, % of the measured force, fitted and left out in turn.
+    """Largest errors of a·dᵇ and of a·d^2.5 at the diameters, each left out in turn, % of the measured force.
 
-    None where there are too few diameters to fit, or to leave one out.
+    None where there are too few diameters to leave one out.
     """
 
-    conditions: int
     exponent: float | None
-    max_abs_error_percent: float | None
     max_abs_left_out_error_percent: float | None
-    fixed_max_abs_error_percent: float | None
     fixed_max_abs_left_out_error_percent: float | None
 
     def beaten_by(self, left_out_error_percent: float | None) -> bool | None:
         """Whether a fit predicts what it leaves out in turn better than both formulas; None if nothing was left out.
 
-        >>> NullModel(5, 2.6, 3.0, 5.0, 3.8, 4.7).beaten_by(4.6)
+        >>> NullModel(2.6, 5.0, 4.7).beaten_by(4.6)
         True
         """
         formulas = [self.max_abs_left_out_error_percent, self.fixed_max_abs_left_out_error_percent]
@@ -215,13 +212,9 @@ def null_model(conditions: Sequence[float], responses: Sequence[float]) -> NullM
     if len(np.unique(d)) < 2:
         return None
     known = len(np.unique(d)) > 2
-    exponent = _exponent(d, f) if known else None
     return NullModel(
-        conditions=len(d),
-        exponent=exponent,
-        max_abs_error_percent=_worst(d, f, d, f, exponent) if exponent is not None else None,
+        exponent=_exponent(d, f) if known else None,
         max_abs_left_out_error_percent=_left_out(d, f, None) if known else None,
-        fixed_max_abs_error_percent=_worst(d, f, d, f, FIXED_EXPONENT),
         fixed_max_abs_left_out_error_percent=_left_out(d, f, FIXED_EXPONENT),
     )
 

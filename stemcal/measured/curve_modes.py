@@ -99,7 +99,9 @@ def on_grid(travel: Array, force: Array, mean_force: float, mean_travel: float) 
     """Return w (G + 1,) of a curve that begins at travel 0; raise `UsageError` if it has no rise."""
     top = _top(force)
     if top == 0:
-        raise UsageError("the curve cannot be compared: the first force is already at 95 % of the maximum")
+        raise UsageError(
+            "the curve cannot be compared: the first force exceeds 95 % of the maximum; add the rows of the rise"
+        )
     way = np.maximum.accumulate(travel[: top + 1])
     end = np.interp(_TOP * force.max(), force[top - 1 : top + 1], way[top - 1 :])
     up = np.interp(_SHARES * end, way, force[: top + 1])

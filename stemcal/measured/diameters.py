@@ -98,10 +98,12 @@ def _check_grades(grades: Sequence[float], step: float) -> None:
         if not 0.0 < grade < WIDEST:
             raise UsageError(f"--grades: {grade:g} mm is not a plausible stem diameter; give diameters in mm")
     if len(grades) > MOST_GRADES:
-        raise UsageError(f"--grades: {len(grades)} grades; a study has at most {MOST_GRADES}")
+        raise UsageError(f"--grades: too many grades ({len(grades)}); write at most {MOST_GRADES}")
     for low, high in pairwise(sorted(grades)):
         if high - low < step * (1.0 - 1e-9):
-            raise UsageError(f"--grades: {low:g} and {high:g} mm overlap at a width of {step:g} mm; see --step")
+            raise UsageError(
+                f"--grades: the grades of {low:g} and {high:g} mm overlap (width {step:g} mm); reduce --step"
+            )
 
 
 def _stems_of(table: TextTable, given: str | None = None) -> dict[str, list[float]]:
@@ -177,7 +179,7 @@ def proposed_grades(values: Sequence[float], step: float = 1.0) -> list[float]:
     centre = float(np.mean(numbers))
     width, first = min(spans, key=lambda span: (span[0], abs(span[1] + span[0] / 2 - centre)))
     if width >= MOST_GRADES:
-        raise UsageError(f"--step {step:g}: {width + 1} grades would be needed; choose a larger step")
+        raise UsageError(f"--step {step:g}: the stems need {width + 1} grades; choose a larger step")
     return [(first + offset) * step for offset in range(width + 1)]
 
 

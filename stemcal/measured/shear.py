@@ -88,7 +88,11 @@ class ShearTests:
     def all_notes(self) -> list[Note]:
         """Return the notes on grades, specimens, files and the campaign."""
         found = [_outlier(g.diameter, g.suspect, g.grubbs) for g in self.grades if g.grubbs and g.suspect]
-        found += [Note("excluded", "info", f"{s.name} is excluded (--exclude).") for s in self.specimens if s.excluded]
+        found += [
+            Note("excluded", "info", f"The specimen {s.name} is excluded by --exclude.")
+            for s in self.specimens
+            if s.excluded
+        ]
         files: dict[Note, list[str]] = {}
         for specimen in self.specimens:
             for note in specimen.curve.notes:
@@ -108,10 +112,15 @@ def _some_of(names: Sequence[str]) -> str:
 
 def _outlier(grade: float, specimen: str, test: Grubbs) -> Note:
     text = (
-        f"Grade {grade:g} mm: specimen {specimen} is an outlier by Grubbs' test (G = {test.statistic:.3f} > "
+        f"Grade {grade:g} mm: the specimen {specimen} is an outlier in Grubbs' test (G = {test.statistic:.3f} > "
         f"{test.critical:.3f}, alpha {test.alpha:g}). The specimen is still included."
     )
-    return Note("outlier", "caution", text, Remedy("Use --exclude if the laboratory records give a reason."))
+    return Note(
+        "outlier",
+        "caution",
+        text,
+        Remedy("Exclude the specimen with --exclude if the laboratory records justify the exclusion."),
+    )
 
 
 def measure_shear(
@@ -137,7 +146,7 @@ def measure_shear(
         raise UsageError(f"--exclude {shown(min(unknown))}: no such specimen; {did_you_mean(min(unknown), names)}")
     counted = [s for s in specimens if not s.excluded]
     if not counted:
-        raise UsageError("no specimen remains")
+        raise UsageError("--exclude: all specimens are excluded; remove one of the options")
     diameters = sorted({s.grade for s in counted})
     grades = tuple(_grade(d, [s for s in counted if s.grade == d]) for d in diameters)
     law = fit_power_law([s.diameter for s in counted], [s.curve.max_force for s in counted])
@@ -167,7 +176,7 @@ def _equal_curves(specimens: Sequence[TestedSpecimen]) -> Iterator[Note]:
     for names in alike.values():
         if len(names) > 1:
             text = f"{series(names[:_MOST])} have the same curve and may be the same specimen."
-            yield Note("equal_curves", "warning", text, Remedy("Omit one with --exclude."))
+            yield Note("equal_curves", "warning", text, Remedy("Exclude one of the specimens with --exclude."))
 
 
 def find_files(folder: Path) -> list[Path]:
@@ -282,7 +291,7 @@ def _preload(grades: Sequence[_GradeForces], preload: float) -> Iterator[Note]:
             f"{weakest.diameter:g} mm ({force:.3g} N). Travel and work start at the preload; the maximum force is "
             "unaffected."
         )
-        remedy = Remedy(f"Use --preload {0.01 * force:.1g}, 1 % of the maximum.")
+        remedy = Remedy(f"Use --preload {0.01 * force:.1g}, which is 1 % of the maximum force.")
         yield Note("preload_of_weak_stems", "caution", text, remedy)
 
 

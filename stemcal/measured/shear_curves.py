@@ -136,13 +136,14 @@ def _pairs(table: TextTable, how: CurveOptions) -> tuple[list[tuple[int, int]], 
         travels = _first(table, "displacement", travels, notes)
     if len(travels) == 1 < len(forces):
         text = f"{len(forces)} specimens share the displacement column {shown(table.columns[travels[0]])}."
-        remedy = Remedy("If these are channels of one specimen, select one channel with --force-column.")
+        remedy = Remedy("If the columns are channels of one specimen, select one channel with --force-column.")
         if how.force_column is None:
             notes.append(Note("shared_displacement", "caution", text, remedy))
         travels = travels * len(forces)
     if len(travels) != len(forces) or (len(forces) > 1 and any(apart)):
         raise UsageError(
-            f"{table.source}: {counted(len(forces), 'force column')} and {len(travels)} of displacement among "
+            f"{table.source}: {counted(len(forces), 'force column')} and "
+            f"{counted(len(travels), 'displacement column')} found among "
             f"{columns_of(table)}; {_NAME_THEM}, the same number of each, as in --force-column 2,4 "
             "--displacement-column 1,3"
         )
@@ -230,7 +231,9 @@ def _curve(table: TextTable, across: int, up: int, how: CurveOptions, notes: lis
             )
     rows, omitted = _usable(table, across, up)
     if len(rows.rows) < 5:
-        raise UsageError(f"{table.source}: only {counted(len(rows.rows), 'point')}; a curve needs at least 5")
+        raise UsageError(
+            f"{table.source}: the curve has only {counted(len(rows.rows), 'point')}; give a file with at least 5 points"
+        )
     force = scale_of(table, up, NEWTONS, "N", how.force_unit) * np.array(rows.numbers(up))
     travel = scale_of(table, across, MILLIMETRES, "mm", how.displacement_unit) * np.array(rows.numbers(across))
     notes += omitted
@@ -240,7 +243,7 @@ def _curve(table: TextTable, across: int, up: int, how: CurveOptions, notes: lis
         notes.append(Note("pressing_is_positive", "info", text))
     begin = contact_begins(force, how.preload)
     if int(np.argmax(force)) == len(force) - 1:
-        text = "The force is largest at the last point, so the test may have ended before the maximum."
+        text = "The force is largest at the last point. The test may have ended before the peak force."
         notes.append(Note("largest_at_end", "warning", text))
     travel = np.abs(travel[begin:] - travel[begin])
     return ShearCurve(table.source, travel, force[begin:], begin, None, table.synthetic, tuple(notes))
@@ -257,10 +260,11 @@ def _usable(table: TextTable, *columns: int) -> tuple[TextTable, list[Note]]:
     kept = [table.rows[i] for i, row in enumerate(cells[: last + 1]) if not any(is_missing(cell) for cell in row)]
     notes: list[Note] = []
     if len(kept) < len(table.rows):
-        text = f"Omitted {counted(len(table.rows) - len(kept), 'row')} without a number for force or displacement."
+        omitted = counted(len(table.rows) - len(kept), "row")
+        text = f"Rows without a number for force or displacement were omitted ({omitted})."
         notes.append(Note("rows_left_out", "info", text))
     if table.unread:
-        text = f"Skipped {counted(table.unread, 'row')} of numbers outside the table of the curve."
+        text = f"Rows of numbers outside the table of the curve were skipped ({counted(table.unread, 'row')})."
         notes.append(Note("rows_apart", "caution", text))
     return replace(table, rows=tuple(kept)), notes
 
@@ -275,7 +279,7 @@ def contact_begins(force: Array, preload: float) -> int:
     """
     peak = int(np.argmax(force))
     if force[peak] <= preload:
-        raise UsageError(f"no force above the preload of {preload:g} N; check the unit and the preload")
+        raise UsageError(f"no force exceeds the preload of {preload:g} N; check the unit of the force and the preload")
     rise = int(np.argmax(force > max(preload, RISE * force[peak])))
     below = np.flatnonzero(force[:rise] <= preload)
     return int(below[-1]) if len(below) else 0

@@ -97,7 +97,9 @@ def read_table(path: Path, form: Form = Form()) -> TextTable:
     tables = read_tables(path, form)
     if len(tables) > 1:
         titles = ", ".join(shown(table.sheet) for table in tables)
-        raise UsageError(f"{path}: several sheets have tables, {titles}; choose one with --sheet")
+        raise UsageError(
+            f"{path}: several sheets of the workbook contain tables ({titles}); choose a sheet with --sheet"
+        )
     return tables[0]
 
 
@@ -110,7 +112,7 @@ def read_tables(path: Path, form: Form = Form()) -> list[TextTable]:
     if is_workbook(content, path):
         return _of_workbook(content, path, form)
     if form.sheet is not None:
-        raise UsageError(f"--sheet {shown(form.sheet)}: {path} is not a workbook")
+        raise UsageError(f"--sheet {shown(form.sheet)}: {path} is not a workbook; remove --sheet")
     return [_of_text(content, path, form)]
 
 
@@ -156,8 +158,8 @@ def _candidates(form: Form, texts: Sequence[str]) -> list[tuple[str, str]]:
     ways = [(s, d) for s in separators for d in decimals if s != d or quoted]
     if not ways:
         raise UsageError(
-            "--decimal comma --separator comma: the comma can be both only if the numbers are in quotes; omit one of "
-            "the options"
+            "--decimal comma --separator comma: a comma can be decimal mark and separator only if the numbers are in "
+            "quotes; remove one of the options"
         )
     return ways
 

@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from stemcal.doe.calibration.level_set import Assessment, assess_point
+from stemcal.doe.calibration.level_set_solutions import Assessment, assess_point
 from stemcal.doe.calibration.likelihood import Fit, Prior, fit
 from stemcal.doe.calibration.observations import Observation
 from stemcal.doe.calibration.region import Region

@@ -97,7 +97,8 @@ def test_a_correction_from_another_sheet_outlasts_the_own_one(tmp_path: Path) ->
     other = [*rows[0][:4], "30.5", *rows[0][5:]]
     (tmp_path / "other.csv").write_text(text_of([head, other]), encoding="utf-8")
     done = command("enter", spec, tmp_path / "other.csv", "--out", out, "--replace", "misread")
-    assert done.exit_code == 6 and f"1 replaced: {rows[0][0]}." in done.stdout and "3 results of rsm" in done.stderr
+    assert done.exit_code == 6 and f"Results replaced: 1 ({rows[0][0]})." in done.stdout
+    assert "3 results of rsm" in done.stderr
     (out / "sheet.csv").write_text(text_of([head, *rows]), encoding="utf-8")
     assert command("run", spec, "--out", out).exit_code == 6
     assert [row[4] for row in cells_of((out / "sheet.csv").read_text("utf-8")) if row[0] == rows[0][0]] == ["30.5"]

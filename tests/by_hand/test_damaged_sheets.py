@@ -290,7 +290,7 @@ UNREADABLE: dict[str, tuple[Callable[[Cells], str | bytes], str]] = {
     "two sheets alike": (workbook(with_a_copy), "several sheets have a heading `run`"),
     "an old workbook": (lambda _cells: b"\xd0\xcf\x11\xe0" + bytes(500), "save the file as .xlsx or CSV"),
     "a picture": (lambda _cells: b"\x89PNG\r\n" + bytes(range(256)), "save the sheet as .xlsx or CSV"),
-    "another study's name": (put(STUDY, "heap 2"), "sheet.csv:4: the sheet is for study 'heap 2', not for 'heap'"),
+    "another study's name": (put(STUDY, "heap 2"), "sheet.csv:4: the sheet is for the study 'heap 2', not for 'heap'"),
 }
 
 
@@ -321,7 +321,7 @@ def test_a_run_that_failed_is_taken_as_that(where: int, heap: Study, sheet: Cell
 def test_foreign_rows_are_refused_at_the_first_or_by_their_number(heap: Study, tmp_path: Path) -> None:
     folder, head = StudyFolder(tmp_path / "study"), "run,sliding,rolling,wall,angle,bulk,study\n"
     for count, name, said in (
-        (1_000, "rsm 1,0.4,0.2,0.2,28,690,hay", "sheet.csv:2: the sheet is for study 'hay'"),
+        (1_000, "rsm 1,0.4,0.2,0.2,28,690,hay", "sheet.csv:2: the sheet is for the study 'hay'"),
         (100_000, "rsm 99,0.4,0.2,0.2,28,690,", "sheet.csv:20001: the sheet has more than 20,000 lines"),
     ):
         with pytest.raises(UsageError, match=said):

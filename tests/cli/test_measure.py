@@ -319,7 +319,7 @@ def test_a_line_that_cuts_the_table_in_two(tmp_path: Path, line: str) -> None:
 
 def test_cycles_with_words_between_are_said(tmp_path: Path) -> None:
     write(tmp_path / "8mm.csv", "Weg;Kraft\n" + lines("{d};{f}\n") + "Cycle 2\n" + "0.1;7\n0.2;8\n")
-    assert "2 rows of numbers outside the table" in shear(tmp_path)["notes"]
+    assert "Rows of numbers outside the table of the curve were skipped (2 rows)" in shear(tmp_path)["notes"]
 
 
 @pytest.mark.parametrize(

@@ -120,7 +120,7 @@ def test_an_outlier_is_named_and_counted_until_it_is_excluded(tmp_path: Path) ->
     assert kept.grades[0].suspect == "8mm-bad"
     assert kept.grades[0].summary.mean == pytest.approx(680 / 6)
     first = kept.all_notes()[0]
-    assert first.kind == "outlier" and "rade 8 mm: specimen 8mm-bad" in first.text
+    assert first.kind == "outlier" and "rade 8 mm: the specimen 8mm-bad" in first.text
     assert "> 1.887, alpha 0.05" in first.text
     without = measure_shear(files, exclude=["8mm-bad"])
     assert (without.grades[0].summary.n, without.grades[0].summary.mean) == (5, 100.0)

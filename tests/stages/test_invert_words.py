@@ -12,7 +12,7 @@ from stemcal.stages.invert import words
 from stemcal.stages.invert.result import InvertResult, JointFitted, JointRow
 
 LABELLED = Names(labels={"yield_stress": "Yield stress"})
-NULL = NullModel(5, 2.6, 3.0, 5.0, 3.8, 4.7)
+NULL = NullModel(2.6, 5.0, 4.7)
 
 
 def row(condition: float, response: str, measured: float, error: float) -> JointRow:

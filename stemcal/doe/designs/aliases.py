@@ -1,7 +1,6 @@
 """What a main effect of a screening design may hide: its aliases among the two-factor interactions."""
 
 from collections.abc import Sequence
-from fractions import Fraction
 from itertools import combinations
 
 import numpy as np
@@ -33,22 +32,14 @@ def aliases_note(coded: Array, names: Sequence[str]) -> Note:
     weights = alias_matrix(coded)
     largest = float(np.abs(weights).max(initial=0.0))
     if k < 2:
-        return Note("no_interactions", "caution", "One factor has no interactions.")
+        return Note("no_interactions", "caution", "A single factor has no interactions.")
     if largest < 1e-9:
-        clear = f"In these {n} runs the main effects are clear of two-factor interactions."
+        clear = f"In the {n} runs of the design, no main effect is aliased with a two-factor interaction."
         return Note("clear_of_interactions", "caution", clear)
     if largest > 1.0 - 1e-9:
         return _fully_aliased(n, _full_aliases(weights, names))
-    if (uniform := _uniform_weight(weights, k)) is None:
-        partly = (
-            f"Main effects are partly aliased with two-factor interactions (up to {largest:.2g}) in these {n} runs."
-        )
-        return Note("partly_aliased", "caution", partly)
-    text = (
-        f"In these {n} runs, every main effect is partly aliased (±{Fraction(uniform).limit_denominator(100)}) with "
-        "each two-factor interaction of other factors."
-    )
-    return Note("uniformly_aliased", "caution", text)
+    text = f"In the {n} runs of the design, main effects are partly aliased with interactions (up to {largest:.2g})."
+    return Note("partly_aliased", "caution", text)
 
 
 def _fully_aliased(n: int, hidden: dict[str, tuple[str, ...]]) -> Note:
@@ -56,23 +47,13 @@ def _fully_aliased(n: int, hidden: dict[str, tuple[str, ...]]) -> Note:
     listed = [f"{factor} with {_first(pairs)}" for factor, pairs in list(hidden.items())[:_SHOWN_FACTORS]]
     if (more := len(hidden) - _SHOWN_FACTORS) > 0:
         listed.append(f"{more} more")
-    text = f"In these {n} runs main effects are fully aliased with two-factor interactions: {'; '.join(listed)}."
+    text = f"In the {n} runs of the design, main effects are fully aliased with interactions: {'; '.join(listed)}."
     return Note("fully_aliased", "caution", text)
 
 
 def _first(pairs: tuple[str, ...]) -> str:
     more = len(pairs) - _SHOWN_ALIASES
     return ", ".join(pairs[:_SHOWN_ALIASES]) + (f" and {more} more" if more > 0 else "")
-
-
-def _uniform_weight(weights: Array, k: int) -> float | None:
-    """The one |weight| shared by all pairs (effect, interaction not containing it), if there is one."""
-    pairs = list(combinations(range(k), 2))
-    outside = np.array([[i not in pair for pair in pairs] for i in range(k)])
-    sizes = np.abs(weights[outside])
-    if sizes.size == 0 or np.ptp(sizes) > 1e-9 or np.abs(weights[~outside]).max(initial=0.0) > 1e-9:
-        return None
-    return float(sizes[0])
 
 
 def _full_aliases(weights: Array, names: Sequence[str]) -> dict[str, tuple[str, ...]]:

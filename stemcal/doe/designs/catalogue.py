@@ -106,17 +106,14 @@ class CentralComposite(SurfaceDesign):
     name = "central-composite"
 
     def points(self, k: int, options: SurfaceOptions) -> Array:
-        return central_composite(k, options.centre_points, options.alpha, "fractional")
+        return central_composite(k, options.centre_points, options.alpha)
 
     def reach(self, k: int, options: SurfaceOptions) -> float:
-        return max(1.0, self._alpha(k, options))
+        return max(1.0, axial_distance(k, options.alpha))
 
     def radius(self, k: int, options: SurfaceOptions) -> float:
-        alpha = self._alpha(k, options)
+        alpha = axial_distance(k, options.alpha)
         return alpha if options.alpha == "rotatable" else max(alpha, k**0.5)
-
-    def _alpha(self, k: int, options: SurfaceOptions) -> float:
-        return axial_distance(k, options.alpha, options.centre_points, "fractional")
 
 
 class BoxBehnken(SurfaceDesign):

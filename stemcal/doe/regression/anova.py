@@ -15,8 +15,6 @@ from stemcal.doe.regression.least_squares import (
     Array,
     LeastSquares,
     f_test,
-    fit_least_squares,
-    not_estimable,
     same_points,
     stars,
     t_quantile,
@@ -107,8 +105,7 @@ _FULL_LEVERAGE = 1.0 - 1e-9
 class RunDiagnostics:
     """One run's fit and influence; `run` counts the rows of the design from 1.
 
-    `studentised` is the externally studentised residual, `lack_of_fit_p_without` the p-value of lack of fit
-    when this run is left out.
+    `studentised` is the externally studentised residual.
     """
 
     run: int
@@ -118,15 +115,11 @@ class RunDiagnostics:
     leverage: float
     studentised: float | None
     cooks_distance: float | None
-    lack_of_fit_p_without: float | None
 
 
-def run_diagnostics(
-    coded: Array, fit: LeastSquares, rows: Sequence[int], split: LackOfFit
-) -> tuple[RunDiagnostics, ...]:
+def run_diagnostics(fit: LeastSquares, rows: Sequence[int]) -> tuple[RunDiagnostics, ...]:
     """Diagnose each run; `rows` are the run numbers of the fitted rows."""
     studentised, cooks = _studentised(fit), _cooks_distance(fit)
-    without = [_lack_of_fit_without(i, coded, fit) if split.testable else None for i in range(len(rows))]
     fitted = fit.response - fit.residuals
     return tuple(
         RunDiagnostics(
@@ -137,7 +130,6 @@ def run_diagnostics(
             leverage=float(fit.leverage[i]),
             studentised=_number(studentised[i]),
             cooks_distance=_number(cooks[i]),
-            lack_of_fit_p_without=without[i],
         )
         for i in range(len(rows))
     )
@@ -188,15 +180,6 @@ def _variance_inflation(fit: LeastSquares) -> Array:
     """VIF of each column but the first: Σ(x − x̄)²·(XᵀX)⁻¹ⱼⱼ; 1 when orthogonal to all others."""
     spread = np.sum((fit.matrix - np.mean(fit.matrix, axis=0)) ** 2, axis=0)
     return np.asarray((spread * np.diag(fit.unscaled_covariance))[1:])
-
-
-def _lack_of_fit_without(i: int, coded: Array, fit: LeastSquares) -> float | None:
-    keep = np.arange(len(coded)) != i
-    matrix = fit.matrix[keep]
-    if not_estimable(matrix, [str(j) for j in range(matrix.shape[1])]):
-        return None
-    refit = fit_least_squares(matrix, fit.response[keep])
-    return lack_of_fit(coded[keep], refit).p
 
 
 # ---- coefficients and what the fit is worth

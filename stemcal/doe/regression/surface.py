@@ -34,7 +34,6 @@ from stemcal.errors import UsageError
 from stemcal.files.rows import Rows
 from stemcal.naming import Names
 from stemcal.note import Note
-from stemcal.numbers import signed_probability
 from stemcal.words import counted
 
 ROUGH_PERCENT = 3.0
@@ -217,7 +216,7 @@ def _surface(fit: LeastSquares, runs: _Runs, written: Names) -> Surface:
     every, kept = term_names(runs.names), runs.kept
     terms = [every[i] for i in kept]
     split = lack_of_fit(runs.design, fit)
-    diagnostics = run_diagnostics(runs.design, fit, runs.rows, split)
+    diagnostics = run_diagnostics(fit, runs.rows)
     missed, precision = press(fit), adequate_precision(fit)
     mean_square, df = fit.mean_square, fit.df
     coefficients = coefficients_of(fit, terms, mean_square, df)
@@ -260,7 +259,7 @@ ADEQUATE, _INFLUENTIAL, _ENTANGLED = 4.0, 1.0, 10.0
 
 def flat_response(consequence: str) -> Note:
     """Return the warning that every run gave the same response."""
-    return Note("flat_response", "warning", f"Every run gave the same response: {consequence}.")
+    return Note("flat_response", "warning", f"All runs have the same response: {consequence}.")
 
 
 def _surface_notes(
@@ -277,21 +276,22 @@ def _surface_notes(
     largest = max(inflation, default=1.0)
     if failed:
         text = (
-            f"{failed} of {len(fit.response) + failed} runs failed; the surface is fitted to the remaining runs, with "
-            f"{fit.df} residual df. The design is no longer as planned (largest variance inflation factor "
-            f"{largest:.2f})."
+            f"{failed} of {len(fit.response) + failed} runs failed. The response surface is fitted to the remaining "
+            f"runs, with {fit.df} residual degrees of freedom and a variance inflation factor of up to {largest:.2f}."
         )
         yield Note("surface_runs_failed", "warning", text)
     if largest > _ENTANGLED:
-        text = f"Some terms are nearly collinear (largest variance inflation factor {largest:.1f})."
+        text = f"Some terms of the surface are nearly collinear (largest variance inflation factor {largest:.1f})."
         yield Note("terms_entangled", "caution", text)
     if fit.flat:
         yield flat_response("the surface is constant")
     elif fit.df == 0:
-        text = "The surface has as many coefficients as runs, so its error cannot be estimated."
+        text = "The response surface has as many coefficients as runs, so the error of the surface cannot be estimated."
         yield Note("saturated_surface", "warning", text)
     elif fit.exact:
-        yield Note("exact_surface", "caution", "The surface passes through every run exactly: F cannot be computed.")
+        yield Note(
+            "exact_surface", "caution", "The response surface passes through every run, so F cannot be computed."
+        )
     if copies:
         text = (
             f"{counted(copies, 'run')} exactly repeat other runs, so the solver is deterministic. Each point counts "
@@ -300,33 +300,23 @@ def _surface_notes(
         yield Note("copies_only", "info", text)
     yield from _lack_of_fit_notes(split)
     if precision is not None and precision < ADEQUATE:
-        text = f"Adequate precision {precision:.2f} is below {ADEQUATE:g}: the surface is mostly noise."
+        text = (
+            f"The adequate precision of {precision:.2f} is below {ADEQUATE:g}, so the response surface is mostly noise."
+        )
         yield Note("mostly_noise", "warning", text)
-    yield from _influence_notes(split, diagnostics, written)
+    for run in diagnostics:
+        if run.cooks_distance is not None and run.cooks_distance > _INFLUENTIAL:
+            called = f"run {run.run} ({written.quantity(run.response, 'g')})"
+            text = (
+                f"One run strongly influences the response surface: {called}, Cook's distance {run.cooks_distance:.2f}."
+            )
+            yield Note("influential_run", "caution", text)
 
 
 def _lack_of_fit_notes(split: LackOfFit) -> Iterator[Note]:
-    untested = "Lack of fit cannot be tested"
+    untested = "Lack of fit cannot be tested because"
     if split.pure_df == 0:
-        yield Note("nothing_repeated", "caution", f"{untested}: no repeated runs differ.")
+        yield Note("nothing_repeated", "caution", f"{untested} no repeated runs differ.")
     elif split.df == 0:
-        text = f"{untested}: the design has as many distinct points as the surface has terms."
+        text = f"{untested} the design has only as many distinct points as the surface has terms."
         yield Note("no_point_to_spare", "caution", text)
-
-
-def _influence_notes(split: LackOfFit, diagnostics: Sequence[RunDiagnostics], written: Names) -> Iterator[Note]:
-    def called(run: RunDiagnostics) -> str:
-        return f"run {run.run} ({written.quantity(run.response, 'g')})"
-
-    for run in diagnostics:
-        if run.cooks_distance is not None and run.cooks_distance > _INFLUENTIAL:
-            text = f"One run strongly influences the surface: {called(run)}, Cook's distance {run.cooks_distance:.2f}."
-            yield Note("influential_run", "caution", text)
-    for run in diagnostics:
-        p, without = split.p, run.lack_of_fit_p_without
-        if p is not None and without is not None and (p < 0.05) != (without < 0.05):
-            text = (
-                f"The test for lack of fit depends on {called(run)}: p {signed_probability(p)} with this run, p "
-                f"{signed_probability(without)} without it."
-            )
-            yield Note("verdict_on_one_run", "warning", text)

@@ -59,7 +59,7 @@ def factors_taken(design: str) -> tuple[int, int]:
     return (2, MOST_FACTORS) if found is None else found.factors
 
 
-AlphaRule = Literal["rotatable", "face", "spherical", "orthogonal", "practical"]
+AlphaRule = Literal["rotatable", "face"]
 
 
 def _axial_distance(given: Any) -> Any:

@@ -3,7 +3,7 @@ from itertools import product
 import numpy as np
 import pytest
 
-from stemcal.doe.calibration.level_set import assess_point, solve_target
+from stemcal.doe.calibration.level_set_solutions import assess_point, solve_target
 from stemcal.doe.calibration.region import Region
 from stemcal.doe.designs.catalogue import central_composite
 from stemcal.doe.regression.coding import term_columns, term_names
@@ -184,7 +184,7 @@ def test_senseless_requests_are_refused(ccd, box):
         solve_target(ccd, TARGET, [1.0] * 3, [0.0] * 3)
     with pytest.raises(UsageError, match="do not intersect"):
         solve_target(ccd, TARGET, [3.0] * 3, [4.0] * 3, radius=ALPHA)
-    with pytest.raises(UsageError, match="other factors at their centres"):
+    with pytest.raises(UsageError, match="others_at_centre has no solution"):
         solve_target(ccd, 190.0, *box, rule="others_at_centre")
 
 

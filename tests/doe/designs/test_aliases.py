@@ -19,7 +19,7 @@ def test_twelve_runs_alias_each_effect_by_a_third_with_each_interaction_without_
             size = 0.0 if effect in pair else 1.0 / 3.0
             assert abs(weights[effect, column]) == pytest.approx(size, abs=1e-12)
     note = noted(12, 9)
-    assert note.kind == "uniformly_aliased" and "±1/3" in note.text
+    assert note.kind == "partly_aliased" and "up to 0.33" in note.text
 
 
 def test_an_interaction_shows_in_the_effects_with_its_alias_weight():

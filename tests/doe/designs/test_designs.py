@@ -62,7 +62,7 @@ def test_three_factors_give_the_design_of_table_9(ccd_runs):
 @given(st.integers(2, 5), st.integers(0, 8))
 def test_rotatable_composites_are_second_order_rotatable(k, centre_points):
     design = central_composite(k, centre_points)
-    assert len(design) == 2**k + 2 * k + centre_points
+    assert len(design) == 2 ** min(k, 4) + 2 * k + centre_points
     fourth = np.sum(design**4, axis=0)
     mixed = np.sum(design[:, 0] ** 2 * design[:, 1] ** 2)
     assert fourth == pytest.approx(np.full(k, 3.0 * mixed))  # Σx⁴ = 3·Σx²y²

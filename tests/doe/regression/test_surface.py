@@ -55,15 +55,6 @@ def test_the_published_point_shows_the_sign_of_the_last_square(ccd, coding):
     assert ccd.prediction_interval(point)[0] == pytest.approx([146.6, 171.9], abs=0.05)
 
 
-def test_influence_of_one_centre_run(ccd):
-    """Without the centre run of 112 N the article's "no lack of fit" turns into p = 0.017."""
-    third = ccd.runs_diagnostics[2]
-    assert (third.run, third.response) == (3, 112.0)
-    assert third.lack_of_fit_p_without == pytest.approx(0.017, abs=5e-4)
-    (said,) = (note for note in ccd.notes if note.kind == "verdict_on_one_run")
-    assert "run 3 (112 N)" in said.text and f"p = {third.lack_of_fit_p_without:.4f}" in said.text
-
-
 @pytest.mark.parametrize("k", [1, 2, 4, 5])
 def test_a_known_quadratic_comes_back(k):
     names = [f"f{i}" for i in range(k)]

@@ -147,7 +147,7 @@ def test_of_several_wrong_files_each_is_told(tmp_path: Path) -> None:
         study_in(tmp_path, "curves: lab/8毫米-*.csv")
     first, second = told.value.problems
     assert "8毫米-1.csv: no force column" in first.message
-    assert "8毫米-3.csv: only 1 point" in second.message
+    assert "8毫米-3.csv: the curve has only 1 point" in second.message
 
 
 def test_each_diameter_has_modes_of_its_own(tmp_path: Path) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -85,7 +84,7 @@ def solve_target(
     radius : float, optional
         Radius of the design sphere; beyond it the surface extrapolates.
     rule : str
-        One of `RULES`.
+        ``least_coded_distance`` or ``others_at_centre``.
     unit : str
         Of the target, unchanged behind a number.
 
@@ -94,8 +93,9 @@ def solve_target(
     TargetUnreachable
         If ŷ misses the target everywhere in the region.
     """
-    if rule not in RULES:
-        raise UsageError(f"invert.rule: unknown rule {rule!r}; choose one of {', '.join(RULES)}")
+    rules = {"least_coded_distance": _least_coded_distance, "others_at_centre": _others_at_centre}
+    if rule not in rules:
+        raise UsageError(f"invert.rule: unknown rule {rule!r}; choose one of {', '.join(rules)}")
     region = Region(np.asarray(low, dtype=float), np.asarray(high, dtype=float), radius)
     ends = extremes(surface, region)
     bottom, top = (float(surface.predict(end)[0]) for end in ends)
@@ -103,7 +103,7 @@ def solve_target(
     if not bottom - slack <= target <= top + slack:
         raise TargetUnreachable(target, bottom, top, unit)
     found = _LevelSet(surface, target, region, _level_points(surface, target, region, ends))
-    solutions, ranges = RULES[rule](found), found.coded_ranges()
+    solutions, ranges = rules[rule](found), found.coded_ranges()
     limits = zip(surface.names, ranges, *region.bounds(), strict=True)
     distances = [float(np.linalg.norm(x)) for x in solutions[:2]]
     return Calibration(
@@ -212,12 +212,12 @@ def _on_level(surface: Surface, target: float) -> dict[str, Any]:
 # ---- rules that pick one point
 
 
-def least_coded_distance(solutions: _LevelSet) -> list[Array]:
+def _least_coded_distance(solutions: _LevelSet) -> list[Array]:
     """Stay as near the centre of the design as the target allows."""
     return solutions.best(squared_distance())
 
 
-def others_at_centre(solutions: _LevelSet) -> list[Array]:
+def _others_at_centre(solutions: _LevelSet) -> list[Array]:
     """Hold every factor but the leading one at 0 and solve the quadratic that is left.
 
     The result stays in the box and keeps the constraints, but may leave the sphere.
@@ -227,33 +227,14 @@ def others_at_centre(solutions: _LevelSet) -> list[Array]:
     line[:, j] = (-1.0, 0.0, 1.0)
     minus, middle, plus = surface.predict(line)
     # ŷ − target = q₂x² + q₁x + q₀ along the leading factor
-    roots = _real_roots(0.5 * (minus + plus) - middle, 0.5 * (plus - minus), middle - solutions.target)
-    inside = sorted((r for r in roots if region.low[j] <= r <= region.high[j]), key=lambda r: (abs(r), -r))
+    roots = np.roots([0.5 * (minus + plus) - middle, 0.5 * (plus - minus), middle - solutions.target])
+    real = [float(root.real) for root in roots if abs(root.imag) <= 1e-9]
+    inside = sorted((r for r in real if region.low[j] <= r <= region.high[j]), key=lambda r: (abs(r), -r))
     points = [np.where(np.arange(region.k) == j, r, 0.0) for r in inside]
     points = [x for x in points if replace(region, radius=None).contains(x[None])[0]]
     if not points:
         raise UsageError(
-            f"invert.rule others_at_centre: with the other factors at their centres, no {surface.names[j]} within its "
-            f"range gives the target {solutions.target:g}; choose least_coded_distance"
+            f"invert.rule: others_at_centre has no solution for the target {solutions.target:g} within the range of "
+            f"{surface.names[j]}; choose least_coded_distance"
         )
     return points
-
-
-def _real_roots(q2: float, q1: float, q0: float) -> list[float]:
-    size = max(abs(q2), abs(q1))
-    if size == 0.0:
-        return []
-    if abs(q2) <= 1e-12 * size:
-        return [-q0 / q1]
-    square = q1**2 - 4.0 * q2 * q0
-    if square < 0.0:
-        return []
-    # w has the sign that avoids cancellation; the roots are w/q₂ and q₀/w
-    w = -0.5 * (q1 + float(np.copysign(np.sqrt(square), q1)))
-    return [w / q2, q0 / w] if w else [0.0]
-
-
-RULES: dict[str, Callable[[_LevelSet], list[Array]]] = {
-    "least_coded_distance": least_coded_distance,
-    "others_at_centre": others_at_centre,
-}
