@@ -31,7 +31,7 @@ from stemcal.fem.kernels import march
 from stemcal.fem.kernels.compile import ONE, ZERO
 from stemcal.fem.kernels.nodes import kick_and_drift, leave_pushes
 from stemcal.fem.state import State, start
-from stemcal.fem.stepper import Marching
+from stemcal.fem.stepper import _Marching
 from stemcal.fem.warm import warm
 from stemcal.folder import StudyFolder
 from stemcal.report.gallery import write_figures
@@ -139,7 +139,7 @@ def no_hourglass(_state, _lane, _u, _v, _w, _x, _y, _z, _l, _r, dt, _alive):
 def middle_of_the_cut() -> State:
     """Return the state of the paper's 8 mm case, quarter model, at 0.15 s: the blade is in, nothing has broken."""
     state = start(cutting.build(tests_of(paper_cases(["rsm"])[:1])[0]))
-    Marching(state, 1)(0.15, state)
+    _Marching(state, 1)(0.15, state)
     return state
 
 
@@ -173,7 +173,7 @@ def march_seconds(state: State, steps: int = 400) -> float:
     """Return the seconds of a step, the median of several stretches."""
 
     def on() -> None:
-        Marching(state, 1)(float(state.clock.time[0] + (steps - 0.5) * state.clock.step[0]), state)
+        _Marching(state, 1)(float(state.clock.time[0] + (steps - 0.5) * state.clock.step[0]), state)
 
     return statistics.median(seconds_of(on, time.process_time) for _ in range(7)) / steps
 

@@ -41,7 +41,7 @@ from stemcal.fem.material import Material
 from stemcal.fem.mesh import brick
 from stemcal.fem.model import Integration, Model, Precision
 from stemcal.fem.state import State, start
-from stemcal.fem.stepper import Marching
+from stemcal.fem.stepper import _Marching
 from stemcal.fem.warm import warm
 
 STEEL_FREE_FALL = Material(1.1e-5, 1000.0, 0.3, 15.0, 0.5, 0.05, 90.0, 8.0, 1e9, "paper")
@@ -182,7 +182,7 @@ def cost_of_size(counts: tuple[int, int, int]) -> str:
 
 def march_on(state: State, steps: int) -> None:
     """Integrate so many steps more, give or take one."""
-    Marching(state, 1)(in_steps(state, steps), state)
+    _Marching(state, 1)(in_steps(state, steps), state)
 
 
 def in_steps(state: State, steps: int) -> float:
@@ -199,7 +199,7 @@ def threads() -> None:
     """Print how much faster two threads are than one on a large model, and what two processes of one thread reach."""
     alone, shared = start(moving_block((100, 50, 40))), start(moving_block((100, 50, 40)))
     ratios = []
-    with Marching(shared, 2) as two_threads:
+    with _Marching(shared, 2) as two_threads:
         for _ in range(7):
             one = seconds_of(lambda: march_on(alone, 60))
             two = seconds_of(lambda: two_threads(in_steps(shared, 60), shared))

@@ -53,7 +53,7 @@ def shear(test: ShearTest, inspect: Inspect | None = None) -> CuttingResult:
     model = build(test)
     scale = 1.0 / SHARES[test.discretisation.symmetry]
     how = test.discretisation
-    breaking = BreakWatch(how.break_drop, filter_rows(test))
+    breaking = BreakWatch(how.break_drop, filter_rows(test.loading, how))
     started = time.perf_counter()
 
     def report(t: float, forces: NDArray[np.float64], deleted: int) -> bool:
@@ -61,9 +61,9 @@ def shear(test: ShearTest, inspect: Inspect | None = None) -> CuttingResult:
 
     history = simulate(model, test.loading.duration, report, inspect)
     wall = time.perf_counter() - started
-    curve = force_history(test, history, scale)
+    curve = force_history(test.loading, how, history, scale)
     broken = break_row(curve.force_filtered, curve.deleted, how.break_drop)
-    result = evaluate(curve, history, broken, len(model.mesh.hexes), wall, filter_rows(test))
+    result = evaluate(curve, history, broken, len(model.mesh.hexes), wall, filter_rows(test.loading, how))
     return replace(result, shape=shape_of(model, history, how.symmetry))
 
 

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field
 from math import radians, tan
-from typing import Literal, Protocol
+from typing import Literal
 
 from stemcal.fem.contact import Contact
 from stemcal.fem.material import Material
@@ -121,18 +121,6 @@ class Discretisation:
     filter_window: float = 0.01
     break_drop: float = 0.5
     stop_after_peak: bool = True
-
-
-class Moved(Protocol):
-    """A virtual test of any kind: how its tool moves, and how it is computed."""
-
-    @property
-    def loading(self) -> Loading:
-        """The motion."""
-
-    @property
-    def discretisation(self) -> Discretisation:
-        """Mesh and integration."""
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stemcal.cutting.end_state import End, Shape, StrokeEnd, stroke_end
-from stemcal.cutting.parts import Moved
+from stemcal.cutting.parts import Discretisation, Loading
 from stemcal.errors import SimulationFailed
 from stemcal.fem.kernels.nodes import EDGE, FRICTION, SURFACE
 from stemcal.fem.stepper import History
@@ -114,19 +114,19 @@ class CuttingResult:
     added_mass_percent: float = 0.0
 
 
-def force_history(test: Moved, history: History, scale: float) -> ForceHistory:
+def force_history(loading: Loading, how: Discretisation, history: History, scale: float) -> ForceHistory:
     """Return the curves of the whole stem: the solver's sums times `scale`, the force also filtered.
 
     The force is that on the first tool; without tools that of the ends that are driven, work over travel.
     """
     tools = history.force.shape[1] > 0
-    force = scale * (history.force[:, 0, 2] if tools else _driving_force(test, history))
+    force = scale * (history.force[:, 0, 2] if tools else _driving_force(loading, history))
     carried = -scale * history.force[:, 1:, 2].sum(axis=1) if tools else force
     return ForceHistory(
         time=history.time,
-        travel=test.loading.speed * history.time - test.loading.gap,
+        travel=loading.speed * history.time - loading.gap,
         force=force,
-        force_filtered=moving_mean(force, filter_rows(test)),
+        force_filtered=moving_mean(force, filter_rows(loading, how)),
         kinetic=scale * history.kinetic,
         internal=scale * history.internal,
         hourglass=scale * history.hourglass,
@@ -136,23 +136,22 @@ def force_history(test: Moved, history: History, scale: float) -> ForceHistory:
         contact_flanks=scale * history.held[:, SURFACE, :1].sum(axis=1),
         contact_supports=scale * history.held[:, SURFACE, 1:].sum(axis=1),
         contact_friction=scale * history.held[:, FRICTION].sum(axis=1),
-        supports=moving_mean(carried, filter_rows(test)),
+        supports=moving_mean(carried, filter_rows(loading, how)),
         external=scale * history.external,
         balance=scale * history.balance,
         deleted=history.deleted,
     )
 
 
-def _driving_force(test: Moved, history: History) -> Array:
+def _driving_force(loading: Loading, history: History) -> Array:
     """Return the mean force of each output interval that does the work there at the speed of loading, N."""
-    way = test.loading.speed * np.diff(history.time)
+    way = loading.speed * np.diff(history.time)
     return np.concatenate([[0.0], np.diff(history.external) / way])
 
 
-def filter_rows(test: Moved) -> int:
+def filter_rows(loading: Loading, how: Discretisation) -> int:
     """Return how many outputs the filter's moving mean takes."""
-    how = test.discretisation
-    return max(1, round(how.filter_window * how.integration.outputs / test.loading.duration))
+    return max(1, round(how.filter_window * how.integration.outputs / loading.duration))
 
 
 def moving_mean(values: Array, window: int) -> Array:

@@ -98,7 +98,7 @@ class History:
 March = Callable[[float, State], int]
 
 
-class Marching:
+class _Marching:
     """Marches a state with `count` threads; a context manager.
 
     Each thread advances some of the parts of the blocks (`stemcal.fem.lanes`), which meet no row of the nodal forces in
@@ -114,7 +114,7 @@ class Marching:
         self._pool = ThreadPoolExecutor(count) if count > 1 else None
         self._begin = Barrier(count)
 
-    def __enter__(self) -> Marching:
+    def __enter__(self) -> _Marching:
         return self
 
     def __exit__(self, *exception: object) -> None:
@@ -182,7 +182,7 @@ def simulate(model: Model, duration: float, watch: Watch | None = None, inspect:
     rows = [_row(state, np.zeros_like(state.ledger.impulse), np.inf)]
     if inspect is not None:
         inspect(0.0, state)
-    with Marching(state, model.integration.threads) as advance:
+    with _Marching(state, model.integration.threads) as advance:
         for row in _rows(state, _in_strides(advance, state), outputs):
             rows.append(row)
             if inspect is not None:

@@ -128,7 +128,7 @@ def perform(test: LaboratoryTest, inspect: Inspect | None = None) -> LaboratoryR
     test = rounded(test)
     model, how = build(test), test.discretisation
     scale = 1.0 / SHARES[how.symmetry]
-    gauges, breaking = Gauges(test, model), BreakWatch(how.break_drop, filter_rows(test))
+    gauges, breaking = Gauges(test, model), BreakWatch(how.break_drop, filter_rows(test.loading, how))
     worked = [0.0]
     started = time.perf_counter()
 
@@ -146,10 +146,12 @@ def perform(test: LaboratoryTest, inspect: Inspect | None = None) -> LaboratoryR
 
     history = simulate(model, test.loading.duration, report, look)
     wall = time.perf_counter() - started
-    curve = force_history(test, history, scale)
+    curve = force_history(test.loading, how, history, scale)
     curve = replace(curve, travel=curve.travel - np.array(gauges.give))
     broken = break_row(curve.force_filtered, curve.deleted, how.break_drop)
-    result = evaluate(curve, history, broken, len(model.mesh.hexes), wall, filter_rows(test), balanced=broken)
+    result = evaluate(
+        curve, history, broken, len(model.mesh.hexes), wall, filter_rows(test.loading, how), balanced=broken
+    )
     travel, force = curve.travel[:broken], curve.force_filtered[:broken]
     line = secant(travel, force)
     responses = {**curve_responses(travel, force, line), "force": result.peak_force, "travel": result.peak_travel}

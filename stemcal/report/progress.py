@@ -25,7 +25,7 @@ def make_watch(console: Console | None, naming: Naming = CUTTING) -> Watcher:
     """Return the watcher that suits a console, a silent one without; use it as a context manager."""
     if console is None:
         return Watcher()
-    return _Bar(console, naming=naming) if console.is_terminal else Lines(console, naming=naming)
+    return _Bar(console, naming=naming) if console.is_terminal else _Lines(console, naming=naming)
 
 
 def notebook_watch(wanted: bool | None = None, naming: Naming = CUTTING) -> Watcher:
@@ -78,7 +78,7 @@ class Watcher:
         """Take what is done now that the runs are."""
 
 
-class Lines(Watcher):
+class _Lines(Watcher):
     """A line at a stage's start and end, and one every half minute between."""
 
     def __init__(self, console: Console, clock: Callable[[], float] = time.monotonic, naming: Naming = CUTTING) -> None:

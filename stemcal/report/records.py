@@ -41,7 +41,7 @@ class Details:
 
 
 @dataclass(frozen=True)
-class RunRecord:
+class _RunRecord:
     """The record of a run: its details, the solver's own checks, and where, when and with what it was computed.
 
     Runs of stems cut at the solution are `at_solution`.
@@ -58,11 +58,11 @@ _CHECKS = (
     *("peak_force", "peak_travel", "stroke_was_enough", "elements", "deleted_elements", "steps"),
     *("energy_drift_percent", "kinetic_ratio_percent", "hourglass_ratio_percent"),
 )
-Records = Mapping[str, RunRecord]
+Records = Mapping[str, _RunRecord]
 """Records by the label of the run."""
 
 
-def read_records(results: Results | StageResult, folder: StudyFolder) -> dict[str, RunRecord]:
+def read_records(results: Results | StageResult, folder: StudyFolder) -> dict[str, _RunRecord]:
     """Return the intact records of the results' runs, by the label of the run."""
     found = {}
     for result in results.done if isinstance(results, Results) else [results]:
@@ -72,7 +72,7 @@ def read_records(results: Results | StageResult, folder: StudyFolder) -> dict[st
             content = folder.peek(outcome.key) if outcome.key else None
             if content is not None:
                 details, made = content["details"], content.get("provenance", {})
-                found[label] = RunRecord(content["key"], from_json(Details, details), _checks(details), made, pictured)
+                found[label] = _RunRecord(content["key"], from_json(Details, details), _checks(details), made, pictured)
     return found
 
 
@@ -86,9 +86,9 @@ def _is_number(value: Any) -> bool:
     return isinstance(value, int | float)
 
 
-def distinct_of(records: Records) -> dict[str, tuple[str, RunRecord]]:
+def distinct_of(records: Records) -> dict[str, tuple[str, _RunRecord]]:
     """Return every record once, by its key, with the first label it has."""
-    found: dict[str, tuple[str, RunRecord]] = {}
+    found: dict[str, tuple[str, _RunRecord]] = {}
     for label, record in records.items():
         found.setdefault(record.key, (label, record))
     return found

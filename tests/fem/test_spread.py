@@ -10,7 +10,7 @@ from stemcal.fem.material import Material
 from stemcal.fem.mesh import brick
 from stemcal.fem.model import Integration, Model
 from stemcal.fem.state import State, start
-from stemcal.fem.stepper import Marching
+from stemcal.fem.stepper import _Marching
 
 _work_out_compliance, _list_met = map(called, (spread._work_out_compliance, spread._list_met))
 
@@ -28,7 +28,7 @@ def pressed() -> State:
         integration=Integration(mass_scaling=1e4),
     )  # fmt: skip
     state = start(model)
-    Marching(state, 1)(1e-3, state)
+    _Marching(state, 1)(1e-3, state)
     assert (state.spread.force[:, 0] > 0.0).sum() > 3
     return state
 

@@ -20,7 +20,7 @@ from fakes import SPEC, FakeSolver
 
 from stemcal.files.rows import Rows
 from stemcal.folder import StudyFolder
-from stemcal.report.page import Shown, render, shown
+from stemcal.report.page import _Shown, render, shown
 from stemcal.solvers.protocol import RESPONSES, Answer, Request
 from stemcal.stages.fitting import joint_surfaces
 from stemcal.stages.invert.result import InvertResult
@@ -128,7 +128,7 @@ def test_values_and_intervals_are_those_of_python(browser: Any, tmp_path: Path, 
     path, coded = tmp_path / "alone.html", np.random.default_rng(k).uniform(-2.0, 2.0, (1000, k))
     levels = rsm.scales.to_natural(coded)
     results, folder = Results((rsm,)), StudyFolder(tmp_path)
-    page = render(study, folder, Shown(results, {}, [], verdict_of(study, folder, results)))
+    page = render(study, folder, _Shown(results, {}, [], verdict_of(study, folder, results)))
     path.write_text(page, "utf-8")
     with opened(browser, path) as view:
         found = view.evaluate("points => points.map(point => predict(point))", levels.tolist())

@@ -5,7 +5,7 @@ from typing import Any
 
 from rich.console import Console
 
-from stemcal.report.progress import Lines, Watcher, _Bar, make_watch
+from stemcal.report.progress import Watcher, _Bar, _Lines, make_watch
 from stemcal.runs.answer import Progress
 
 
@@ -25,7 +25,7 @@ def bar(out: io.StringIO) -> _Bar:
 
 def test_lines_are_sparse() -> None:
     out, clock = io.StringIO(), iter([0.0, 0.0, 1.0, 31.0, 31.0, 32.0, 33.0, 33.0])
-    with Lines(Console(file=out, width=200), clock=lambda: next(clock)) as watch:
+    with _Lines(Console(file=out, width=200), clock=lambda: next(clock)) as watch:
         for done in (0, 1, 2, 3):
             watch(progress(done, last_response=100.0))
         watch(progress(12, failed=1, last_response=90.0, last_condition=7.0))
@@ -38,7 +38,7 @@ def test_lines_are_sparse() -> None:
 
 def test_compiling_is_said_where_a_bar_would_stand_still() -> None:
     out, lines = io.StringIO(), io.StringIO()
-    for watch in (bar(out), Lines(Console(file=lines, width=200))):
+    for watch in (bar(out), _Lines(Console(file=lines, width=200))):
         with watch:
             watch(progress(0))
             watch(progress(0, preparing=True))

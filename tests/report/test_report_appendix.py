@@ -5,7 +5,7 @@ from typing import Any
 import pytest
 
 from stemcal.naming import Names
-from stemcal.report.records import _CHECKS, Details, RunRecord
+from stemcal.report.records import _CHECKS, Details, _RunRecord
 from stemcal.report.showing import tables_of
 from stemcal.report.tables.of_designs import _design_table, checks_table
 from stemcal.report.tables.setting import setting_tables
@@ -42,11 +42,11 @@ def test_crowded_designs_bear_symbols(stages: dict[str, Any]) -> None:
 def test_checks_name_each_run_once() -> None:
     checks = dict(zip(_CHECKS, (150.0, 0.7, False, 10, 1, 99, 0.4, 1.0, 5.0), strict=True))
     labels = ("rsm 1", "a"), ("rsm 2", "b"), ("8 mm", "a")
-    records = {label: RunRecord(key, Details(), checks) for label, key in labels}
+    records = {label: _RunRecord(key, Details(), checks) for label, key in labels}
     table = checks_table(records)
     assert table is not None and [row[0] for row in table.rows] == ["rsm 1", "rsm 2"]
     assert table.cells[0][1:4] == ("150.0", "0.700", "no")
-    assert checks_table({"8 mm": RunRecord("a", Details())}) is None
+    assert checks_table({"8 mm": _RunRecord("a", Details())}) is None
 
 
 def test_residuals_over_their_errors(stages: dict[str, Any]) -> None:

@@ -12,7 +12,7 @@ from stemcal.folder import StudyFolder
 from stemcal.report import drawing, gallery
 from stemcal.report import page as pages
 from stemcal.report.drawing import draw
-from stemcal.report.page import Shown, shown
+from stemcal.report.page import _Shown, shown
 
 
 @pytest.fixture
@@ -20,7 +20,7 @@ def counted(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """Count what is drawn in place of drawing it."""
     drawn: list[str] = []
 
-    def page(_study: Any, folder: StudyFolder, _what: Shown, last_line: str) -> Path:
+    def page(_study: Any, folder: StudyFolder, _what: _Shown, last_line: str) -> Path:
         drawn.append("page")
         (folder.path / "report.html").write_text(f"page {len(drawn)}\n{last_line}", "utf-8")
         return folder.path / "report.html"

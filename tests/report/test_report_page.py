@@ -16,7 +16,7 @@ from stemcal.errors import UsageError
 from stemcal.folder import StudyFolder
 from stemcal.note import Note, hourglass_energy, nothing_deleted
 from stemcal.report.page import coded, part, render, shown, write_page
-from stemcal.report.records import Details, RunRecord, run_warnings
+from stemcal.report.records import Details, _RunRecord, run_warnings
 from stemcal.stages.results import Results
 
 BLANK = pytest.mark.usefixtures("blank_figures")
@@ -205,8 +205,8 @@ def test_curves_of_the_runs(replayed: tuple[Any, Any], tmp_path: Path) -> None:
 
 
 def test_warnings_of_the_runs_are_told_once_per_kind() -> None:
-    def record(key: str, *warnings: Note) -> RunRecord:
-        return RunRecord(key, Details(warnings=warnings))
+    def record(key: str, *warnings: Note) -> _RunRecord:
+        return _RunRecord(key, Details(warnings=warnings))
 
     records = {
         "screen 1": record("a", hourglass_energy(16.3), hourglass_energy(17.0)),

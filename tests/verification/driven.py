@@ -13,7 +13,7 @@ from stemcal.fem.material import BulkViscosity
 from stemcal.fem.mesh import Mesh, brick
 from stemcal.fem.model import Model
 from stemcal.fem.state import State, start
-from stemcal.fem.stepper import Marching
+from stemcal.fem.stepper import _Marching
 
 Array = NDArray[np.float64]
 
@@ -70,7 +70,7 @@ def record(model: Model, times: Array, look: Callable[[State], object]) -> tuple
     state = start(model)
     reached, seen = [], []
     for until in times:
-        assert Marching(state, 1)(float(until), state) == REACHED
+        assert _Marching(state, 1)(float(until), state) == REACHED
         reached.append(float(state.clock.time[0]))
         seen.append(look(state))
     return np.array(reached), np.array(seen)

@@ -11,7 +11,7 @@ from stemcal.fem.material import Material
 from stemcal.fem.mesh import brick
 from stemcal.fem.model import Integration, Model
 from stemcal.fem.state import start
-from stemcal.fem.stepper import History, Marching, simulate
+from stemcal.fem.stepper import History, _Marching, simulate
 
 # A table: its top at z = 0, far larger than what lies on it.
 TABLE = Tool(corners=((-50.0, -20.0), (50.0, -20.0), (50.0, -1.0), (-50.0, -1.0)), radius=1.0)
@@ -92,7 +92,7 @@ def momentum(model: Model, duration: float) -> tuple[np.ndarray, np.ndarray, np.
 
     state = start(model)
     before = state.body.mass @ state.body.v
-    assert Marching(state, 1)(duration, state) == REACHED
+    assert _Marching(state, 1)(duration, state) == REACHED
     return before, state.body.mass @ state.body.v, state.ledger.impulse.sum(axis=0)
 
 

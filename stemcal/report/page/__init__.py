@@ -79,7 +79,7 @@ class _Section:
 
 
 @dataclass(frozen=True)
-class Shown:
+class _Shown:
     """What page and figures are made from, read once for both."""
 
     results: Results
@@ -88,21 +88,21 @@ class Shown:
     verdict: Verdict
 
 
-def shown(study: Study, folder: StudyFolder, results: Results | None = None, verdict: Verdict | None = None) -> Shown:
+def shown(study: Study, folder: StudyFolder, results: Results | None = None, verdict: Verdict | None = None) -> _Shown:
     """Read the results of a study, unless they are given, with its figures, none of them drawn yet."""
     results = results or fresh_results(study, folder)
     records = read_records(results, folder)
-    return Shown(results, records, gallery(study, results, records), verdict or verdict_of(study, folder, results))
+    return _Shown(results, records, gallery(study, results, records), verdict or verdict_of(study, folder, results))
 
 
-def write_page(study: Study, folder: StudyFolder, what: Shown | None = None, last_line: str = "") -> Path:
+def write_page(study: Study, folder: StudyFolder, what: _Shown | None = None, last_line: str = "") -> Path:
     """Write ``report.html`` from the stages that are done; returns its path."""
     path = folder.path / "report.html"
     write_atomic(path, f"{render(study, folder, what).rstrip()}\n{last_line}")
     return path
 
 
-def render(study: Study, folder: StudyFolder, what: Shown | None = None) -> str:
+def render(study: Study, folder: StudyFolder, what: _Shown | None = None) -> str:
     """Return the page; `what` if it is read already."""
     what = what or shown(study, folder)
     results, records, verdict = what.results, what.records, what.verdict
