@@ -77,7 +77,7 @@ def _add_table(document: Any, table: PaperTable) -> None:
     _add_caption(document, "Table", table.number, table.caption).paragraph_format.keep_with_next = True
     grid = document.add_table(rows=0, cols=len(table.heads), style="Light Shading")  # with rules as papers have them
     grid.alignment = WD_TABLE_ALIGNMENT.CENTER
-    for name, value in (("firstColumn", "0"), ("noHBand", "1")):
+    for name, value in (("val", "0620"), ("firstColumn", "0"), ("noHBand", "1")):  # LibreOffice reads the first
         grid._tbl.tblPr.find(qn("w:tblLook")).set(qn(f"w:{name}"), value)
     for cells in (table.heads, *table.cells):
         _add_row(grid, cells, table.left)
