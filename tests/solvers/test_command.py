@@ -300,7 +300,7 @@ def test_result_file_stays_in_the_run_folder(tmp_path: Path, name: str) -> None:
     ("result", "said"),
     [
         ("{file: out.json, path: a, column: b}", "solver.result: has column and path; write one of"),
-        ("{file: out.json}", "solver.result: specifies no numbers to read; write one of column: …"),
+        ("{file: out.json}", "solver.result: specifies no numbers to read; add `column: …`"),
         ("{file: out.csv, colum: F}", "unknown key 'colum'; did you mean column?"),
         ("{file: out.txt, pattern: '(1'}", "is not a valid regular expression"),
         ("{file: out.txt, pattern: '(1{4294967295})'}", "is not a valid regular expression: the repetition number"),

@@ -89,7 +89,7 @@ def test_factors_keep_their_unit_and_convert_levels() -> None:
     assert stress.internal(17_960) == pytest.approx(17.96, rel=1e-14)
     assert study.factor("failure_strain").internal(3) == pytest.approx(0.03, rel=1e-14)
     assert study.factor("density").internal(1.1) == pytest.approx(1.1e-9, rel=1e-14)
-    with pytest.raises(UsageError, match="no factor 'yeild_stress'; did you mean yield_stress"):
+    with pytest.raises(UsageError, match="no factor is named 'yeild_stress'; did you mean yield_stress"):
         study.factor("yeild_stress")
 
 
@@ -187,7 +187,7 @@ def test_elements_too_coarse_for_the_lengths_are_doubted() -> None:
     [
         (
             {"0.41": "0.7"},
-            "therefore the force, depends on the number of elements; write elements_through_wall: 4",
+            "so the force depends on the number of elements; write `elements_through_wall: 4`",
         ),
         ({"0.41": "0.7", "kind: embedded": "kind: embedded\n  elements_through_wall: 4"}, ""),
         ({"speed: 100 mm/min": "speed: 1 m/s", "duration: 0.5 s": "duration: 1.2 ms"}, ""),
