@@ -88,7 +88,7 @@ class ResultReader(Frozen):
         given = [name for name in ("column", "path", "pattern") if getattr(self, name) is not None]
         if len(given) != 1:
             found = f"has {' and '.join(given)}" if given else "specifies no numbers to read"
-            raise complain(found, "add `column: …` (CSV), `path: …` (JSON) or `pattern: …` (text)")
+            raise complain(found, "use exactly one of `column: …` (CSV), `path: …` (JSON) and `pattern: …` (text)")
         if self.pattern is not None and self.along is not None:
             raise complain(
                 "has both along and pattern",

@@ -90,7 +90,7 @@ def test_a_simulated_curve_has_their_scores(tmp_path: Path) -> None:
         ("curves: ../*.csv", "force: 140 N", "", "no file matches ../*.csv; "),
         (f"curves: {'x' * 290}.csv", "force: 140 N", "", "no file matches xxx"),
         ("curves: lab/8mm-1.csv", "force: 140 N", "", "curves of only 1 specimen cannot determine the scatter"),
-        ("curves: [lab/8mm-1.csv, lab/8mm-2.csv]", "force: 140 N", "", "curves of only 2 specimens do not determine"),
+        ("curves: [lab/8mm-1.csv, lab/8mm-2.csv]", "force: 140 N", "", "curves of only 2 specimens cannot determine"),
         (
             "force: 180 N",
             "curves: lab/8mm-*.csv",
