@@ -66,8 +66,8 @@ def rate() -> Topic:
     text = (
         "One element without hardening (σy = 10 MPa) is stretched at a constant rate and constant volume. The "
         "Cowper–Symonds law multiplies the yield stress by 1 + (ε̇/C)^(1/P), and the law printed in the paper "
-        "multiplies it by 1 + (ε̇/C)^P, with ε̇ = √(ε̇:ε̇). At the speed of the shear test, the printed law gives a "
-        "factor of 1 to many digits, unlike the Cowper–Symonds law."
+        "multiplies it by 1 + (ε̇/C)^P. The strain rate in both laws is ε̇ = √(ε̇:ε̇). At the speed of the shear "
+        "test, the printed law gives a factor of 1 to many digits, unlike the Cowper–Symonds law."
     )
     caption = "Yield stress versus axial strain rate for C = 80 1/s and P = 4: computed (points) and formula (lines)."
     return Topic(

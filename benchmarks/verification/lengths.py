@@ -32,11 +32,11 @@ def edge() -> Topic:
     cases.append(Case("elements of a/2: energy drift", drift, 0.0, 0.5, "energy", "%", relative=False))
     text = (
         f"An edge whose load is spread over a half-width a = {SPREAD:g} mm is pressed into an elastic block. The "
-        "spread edge has no contact stiffness, so the slope of its force–travel curve must equal the stiffness of the "
-        "block under the same pressure distribution. The reference stiffness is computed from a static solution by "
-        "separate code. The slope of the force–travel curve must not depend on the mesh position or on added mass. On "
-        "short elements, the pressure distribution of the edge is widened to keep its effective width. One-point "
-        "elements of size a/2 underestimate the stiffness of the block."
+        "spread edge has no contact stiffness. The slope of its force–travel curve must therefore equal the stiffness "
+        "of the block under the same pressure distribution. The reference stiffness is computed from a static "
+        "solution by separate code. The slope of the force–travel curve must not depend on the mesh position or on "
+        "added mass. On short elements, the pressure distribution of the edge is widened to keep its effective width. "
+        "One-point elements of size a/2 underestimate the stiffness of the block."
     )
     return Topic("Spread edge", text, tuple(cases))
 
