@@ -80,7 +80,7 @@ def _parts(topics: list[Topic]) -> Iterator[str]:
         "This page compares the embedded solver with known solutions, for readers who assess whether the solver is "
         "correct. "
         f"Of {count} computed values, {inside} are within their tolerances. "
-        f"[Verification cases]({CASES}) lists all computed values."
+        f"The page [*Verification cases*]({CASES}) lists all computed values."
     )
     yield _summary(topics)
     yield (
@@ -103,7 +103,7 @@ def _cases(topics: list[Topic]) -> Iterator[str]:
     yield "# Verification cases"
     yield (
         "This page lists every computed value with its exact value, for readers of the page "
-        "[Verification](../verification.md). A difference in % is relative to the exact value, unless the value "
+        "[*Verification*](../verification.md). A difference in % is relative to the exact value, unless the value "
         "itself is in %. For errors and drifts, the exact value is 0 and the tolerance is the allowed limit."
     )
     yield _provenance()

@@ -39,12 +39,12 @@ def symmetry() -> Topic:
         text = f"as shipped, {name}: quarter model, largest difference of the curve up to the peak over the peak"
         cases.append(Case(text, off, 0.0, 1e-4, "the full model", relative=False))
     text = (
-        "The shear test has two mirror planes, so the force curves of the quarter, half and full models must be "
-        "equal except for rounding. In the cases with elements of 1 and 2 mm, the blade edge is sharp and each "
+        "The shear test has two mirror planes, so the force–travel curves of the quarter, half and full models must "
+        "be equal except for rounding. In the cases with elements of 1 and 2 mm, the blade edge is sharp and each "
         "element fails at its local strain. After the first failure, rounding may select another element to fail "
-        "next, so the tolerance through the first failures is wider. The shipped model is tested in unusual cases "
-        "with elements of d/12. In the shipped model, parts of the spread edge stick and slip, and one additional "
-        "contact iteration changes the forces by 1e-5."
+        "next, so the tolerance for values computed through the first failures is larger. The shipped model is tested "
+        "in unusual cases with elements of d/12. In the shipped model, parts of the spread edge stick and other parts "
+        "slip. One additional contact iteration changes the forces by a relative amount of 1e-5."
     )
     return Topic("Full model and quarter model", text, tuple(cases))
 
