@@ -167,7 +167,7 @@ class Entered:
         """Raise `UsageError` with the rows that were refused; the others stay recorded."""
         if self.refused:
             were = "row was" if len(self.refused) == 1 else "rows were"
-            head = f"{len(self.refused)} {were} rejected; correct the sheet and enter the sheet again."
+            head = f"{len(self.refused)} {were} rejected; correct the sheet and enter it again."
             raise UsageError("\n".join([head, *first_of(list(map(str, self.refused)))]))
 
 
@@ -231,7 +231,7 @@ def require_sheet(study: Study) -> None:
     if study.by_hand.kind.answers != "asks_people":
         kind = study.by_hand.solver.kind
         raise UsageError(
-            f"solver.kind: the solver {kind} computes all runs; write solver: {{kind: sheet}} to enter results"
+            f"solver.kind: the solver {kind} computes all runs; write `solver: {{kind: sheet}}` to enter results"
         )
 
 

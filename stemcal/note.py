@@ -140,5 +140,8 @@ def force_after_break(travel: float, force: float, peak: float) -> Note:
 
 def nothing_deleted() -> Note:
     """Return the warning that the material deletes no elements."""
-    text = "The material has no failure criterion: elements lose the shear stress at the failure strain, but remain."
+    text = (
+        "The material has no failure criterion: elements lose the shear stress at the failure strain, but are not "
+        "deleted."
+    )
     return Note("nothing_deleted", "warning", text)

@@ -96,7 +96,7 @@ def _check_grades(grades: Sequence[float], step: float) -> None:
         raise UsageError(f"--step {step:g}: the width of a grade must be above 0 mm and below {WIDEST:g} mm")
     for grade in grades:
         if not 0.0 < grade < WIDEST:
-            raise UsageError(f"--grades: {grade:g} mm is not a plausible stem diameter; give diameters in mm")
+            raise UsageError(f"--grades: {grade:g} mm is not a plausible stem diameter; write diameters in mm")
     if len(grades) > MOST_GRADES:
         raise UsageError(f"--grades: too many grades ({len(grades)}); write at most {MOST_GRADES}")
     for low, high in pairwise(sorted(grades)):
@@ -179,7 +179,7 @@ def proposed_grades(values: Sequence[float], step: float = 1.0) -> list[float]:
     centre = float(np.mean(numbers))
     width, first = min(spans, key=lambda span: (span[0], abs(span[1] + span[0] / 2 - centre)))
     if width >= MOST_GRADES:
-        raise UsageError(f"--step {step:g}: the stems need {width + 1} grades; choose a larger step")
+        raise UsageError(f"--step {step:g}: the stems require {width + 1} grades; choose a larger step")
     return [(first + offset) * step for offset in range(width + 1)]
 
 

@@ -184,10 +184,10 @@ def find_files(folder: Path) -> list[Path]:
     if folder.is_file():
         return [folder]
     if not folder.is_dir():
-        raise UsageError(f"{folder} does not exist; give a folder of force–displacement files, or one file")
+        raise UsageError(f"{folder} does not exist; pass a folder of force–travel files or a single file")
     files = sorted(filter(_is_specimens, folder.rglob("*")), key=_by_number)
     if not files:
-        raise UsageError(f"{folder}: no files end in {series(_SUFFIXES)}; add files of the testing machine")
+        raise UsageError(f"{folder}: no files end in {series(_SUFFIXES)}; add files from the testing machine")
     return files
 
 

@@ -48,7 +48,7 @@ class CurveOptions:
     def check(self) -> None:
         """Raise `UsageError` if the preload is not a possible force."""
         if not 0.0 <= self.preload < math.inf:
-            raise UsageError(f"--preload {self.preload:g}: give a force of at least 0 N")
+            raise UsageError(f"--preload {self.preload:g}: write a force of at least 0 N")
 
 
 @dataclass(frozen=True)
@@ -232,7 +232,7 @@ def _curve(table: TextTable, across: int, up: int, how: CurveOptions, notes: lis
     rows, omitted = _usable(table, across, up)
     if len(rows.rows) < 5:
         raise UsageError(
-            f"{table.source}: the curve has only {counted(len(rows.rows), 'point')}; give a file with at least 5 points"
+            f"{table.source}: the curve has only {counted(len(rows.rows), 'point')}; use a file with at least 5 points"
         )
     force = scale_of(table, up, NEWTONS, "N", how.force_unit) * np.array(rows.numbers(up))
     travel = scale_of(table, across, MILLIMETRES, "mm", how.displacement_unit) * np.array(rows.numbers(across))

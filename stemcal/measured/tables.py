@@ -108,7 +108,7 @@ def read_tables(path: Path, form: Form = Form()) -> list[TextTable]:
     try:
         content = read_plain(path, MAX_BYTES)
     except OSError as error:
-        raise UsageError(f"{path}: {error.strerror}; give the file of one specimen") from None
+        raise UsageError(f"{path}: {error.strerror}; pass the file of one specimen") from None
     if is_workbook(content, path):
         return _of_workbook(content, path, form)
     if form.sheet is not None:
@@ -158,8 +158,8 @@ def _candidates(form: Form, texts: Sequence[str]) -> list[tuple[str, str]]:
     ways = [(s, d) for s in separators for d in decimals if s != d or quoted]
     if not ways:
         raise UsageError(
-            "--decimal comma --separator comma: a comma can be decimal mark and separator only if the numbers are in "
-            "quotes; remove one of the options"
+            "--decimal comma --separator comma: a comma can be both decimal mark and separator only if the numbers are "
+            "in quotes; remove one of the options"
         )
     return ways
 
@@ -253,8 +253,8 @@ def _refuse_broken(lines: Sequence[Line], run: _Run, decimal: str, source: str) 
             open_quote = odd.text.count('"') % 2 == 1
             if not odd.remark and (numbers or open_quote or cells > run.width):
                 raise UsageError(
-                    f"{source}: line {places[0] + 1} has {cells} cells, the lines around it have {run.width}; correct "
-                    "or delete this line"
+                    f"{source}: line {places[0] + 1} has {cells} cells, but the adjacent lines have {run.width}; "
+                    "correct or delete this line"
                 )
 
 

@@ -53,7 +53,7 @@ def _run_plots(study: Study, records: Records) -> list[Plot]:
     curves, plots = curves_of(records), []
     if curves:
         chosen = [label for label in curves if records[label].at_solution]
-        text = "Force versus blade travel. Validation runs are in colour, all other runs are grey."
+        text = "Force versus blade travel. Validation runs are in colour; all other runs are grey."
         text += " Curves are dotted after the stem has broken." if any(curve.broke for curve in curves.values()) else ""
         plots.append(Plot("force-travel", "runs", text, partial(force_travel, curves, chosen)))
     calibrated = f"{short(study.targets.calibrate_at)} mm"

@@ -157,8 +157,8 @@ def strain_table(found: SizedStrain) -> Table:
     ]
     foot = (
         f"The search ends at the first strain with a mean force within {100.0 * TOLERANCE:g} % of {found.aim:.4g} N "
-        f"({found.condition:g} mm stem). Valid: the error and the standard error of the mean force are below 5 %. The "
-        "95 % range follows from the scatter over mesh positions."
+        f"({found.condition:g} mm stem). A strain is valid if the error and the standard error of the mean force are "
+        "below 5 %. The 95 % range follows from the scatter over mesh positions."
     )
     return Table.of(columns, [found], "Failure strain for this element size", [foot])
 

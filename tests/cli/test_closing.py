@@ -25,7 +25,7 @@ def test_a_study_that_climbs_and_refines(tmp_path: Path) -> None:
     refined = json.loads((tmp_path / "out" / "refine.json").read_text("utf-8"))
     assert refined["converged"] and abs(refined["error_percent"]) <= 0.5
     page = (tmp_path / "out" / "report.html").read_text("utf-8")
-    assert "Refinement" in page and "Climb" in page and "Runs of the refinement" in page
+    assert "Refinement" in page and "Climb" in page and "Refinement runs" in page
 
 
 @pytest.mark.slow

@@ -35,9 +35,9 @@ def test_the_tables_of_the_paper_are_among_those_of_the_study(tables: dict[str, 
     """Tables 5 to 7, 9 to 13 of the published study; Table 8 is the foot of the coefficients."""
     rows = {
         "Factors": 9,
-        "Runs of the screening": 12,
+        "Screening runs": 12,
         "Effects on the maximum force": 10,
-        "Runs of the response surface": 20,
+        "Response surface runs": 20,
         "Analysis of variance": 14,
         "Calibrated parameters": 3,
         "Measured and simulated maximum force": 5,
@@ -176,4 +176,4 @@ def test_the_word_file_opens_in_a_word_processor(tables: dict[str, Table], tmp_p
 
 def test_an_unfinished_study_has_fewer_tables(replayed: tuple[Any, Any], results: Results) -> None:
     found = study_tables(replayed[0], Results(results.done[:1]))
-    assert [table.title for table in found] == ["Factors", "Runs of the screening", "Effects on the maximum force"]
+    assert [table.title for table in found] == ["Factors", "Screening runs", "Effects on the maximum force"]

@@ -165,7 +165,7 @@ def test_further_responses_are_named_with_their_units(moist: Told) -> None:
     assert tables["Effects on the bulk density"].heads[2] == "Effect, kg/m³"
     surface = tables["Response surface in coded units: bulk density at moisture 16 %"]
     assert surface.heads[1] == "Coefficient, kg/m³" and surface.foot[0].startswith("ρ = ")
-    assert tables["Runs of the screening"].heads[-2:] == ("Angle of repose, °", "Bulk density, kg/m³")
+    assert tables["Screening runs"].heads[-2:] == ("Angle of repose, °", "Bulk density, kg/m³")
 
 
 def test_published_tables_speak_of_no_stem(told: Told) -> None:

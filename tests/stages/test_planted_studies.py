@@ -139,7 +139,7 @@ def test_diameters_that_grow_alike_do_not_and_a_value_from_the_literature_does(t
     joint, _ = plant.judged("all", plant.measured() + RSM + "invert: {diameters: all}\n")
     reason = not_identified(joint)
     assert joint.verdict == "with_reservations" and reason is not None
-    assert reason.remedy.edit is None and "add a prior of failure_strain" in reason.remedy.text
+    assert reason.remedy.edit is None and "add a prior for failure_strain" in reason.remedy.text
     known = f"failure_strain: {0.03 + 0.02 * truth[1]:.6g}, hardening_parameter"
     held = RSM.replace("[yield_stress, failure_strain]", "[yield_stress]").replace("centre_points: 4", "alpha: 1")
     drop = "  - {name: failure_strain, low: 0.01, high: 0.05}\n"

@@ -58,7 +58,7 @@ def test_one_force_and_a_prior_fix_both_parameters(tmp_path: Path) -> None:
     assert known is not None and known.free == () and known.not_identified == ()
     assert known.intervals["failure_strain"] == pytest.approx((0.04 - 0.00392, 0.04 + 0.00392), abs=2e-4)
     said = words.known(known, found, Names(study.naming))
-    assert said[0] == "The prior of failure_strain is 0.04 ± 0.002 (axial tension, n = 12)."
+    assert said[0] == "The prior for failure_strain is 0.04 ± 0.002 (axial tension, n = 12)."
 
 
 def test_a_prior_that_the_force_contradicts_is_a_reason(tmp_path: Path) -> None:
@@ -76,7 +76,7 @@ def test_a_prior_that_the_force_contradicts_is_a_reason(tmp_path: Path) -> None:
     verdict = verdict_of(study, place, Results((found,)))
     (reason,) = (reason for reason in verdict.reasons if reason.kind == "misfit")
     assert reason.severity == "error" and verdict.verdict == "not_calibrated"
-    assert "prior of yield_stress" in reason.remedy.text and "compression, Li 2019" in reason.remedy.text
+    assert "prior for yield_stress" in reason.remedy.text and "compression, Li 2019" in reason.remedy.text
 
 
 def test_forces_without_scatter_and_a_prior(tmp_path: Path) -> None:

@@ -38,7 +38,10 @@ def aliases_note(coded: Array, names: Sequence[str]) -> Note:
         return Note("clear_of_interactions", "caution", clear)
     if largest > 1.0 - 1e-9:
         return _fully_aliased(n, _full_aliases(weights, names))
-    text = f"In the {n} runs of the design, main effects are partly aliased with interactions (up to {largest:.2g})."
+    text = (
+        f"In the {n} runs of the design, main effects are partly aliased with interactions (alias coefficients up to "
+        f"{largest:.2g})."
+    )
     return Note("partly_aliased", "caution", text)
 
 

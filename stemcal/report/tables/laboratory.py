@@ -65,7 +65,7 @@ def tests_table(tests: MeasuredTests) -> Table:
         Column("sd", "SD", "", significant, lambda mean: mean.summary.sd),
         Column("unit", "Unit", of=lambda mean: RESPONSES[mean.response][1]),
     ]
-    return Table.of(columns, tests.means, "Measurements of the tests")
+    return Table.of(columns, tests.means, "Test measurements")
 
 
 def _statistics(found: Diameters) -> dict[str, str]:
@@ -87,4 +87,4 @@ def _growth(law: PowerLaw | None) -> list[str]:
         return []
     ends = "" if law.exponent_interval is None else f" (95 % {interval(law.exponent_interval, 3)})"
     formula = f"F = {significant(law.factor, 3)}·d^{law.exponent:.2f}{ends}"
-    return [f"{formula}, F in N, d in mm, R² {law.r2:.3f} in logarithms."]
+    return [f"{formula} with F in N and d in mm (R² = {law.r2:.3f} for the logarithms)."]

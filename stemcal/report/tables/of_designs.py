@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING
 
 from stemcal.files.rows import Column, Table
-from stemcal.naming import FIRST, Named, Names, small
+from stemcal.naming import FIRST, Named, Names
 from stemcal.numbers import fixed, significant
 from stemcal.report.records import Records, distinct_of
 from stemcal.report.tables.columns import condition, level, levels, simulated, to_decimals
@@ -39,7 +39,7 @@ def design_tables(result: StageResult, symbols: Mapping[str, str]) -> list[Table
     """Return the runs of the design of a stage, nothing where it has none."""
     if not isinstance(design := getattr(result, "design", None), DesignRuns):
         return []
-    title = f"Runs of the {small(stage_called(result.name).title)}"
+    title = f"{stage_called(result.name).title} runs"
     return [_design_table(design, Names(result.naming), symbols, title)]
 
 

@@ -71,10 +71,10 @@ def _notes(rows: Sequence[ClimbRow], best: ClimbRow, reached: bool, names: Names
     if not reached:
         response = names.response.long
         text = (
-            f"The {response} did not pass the target before the steps reached the limits of the ranges, so the target "
-            "may be out of reach."
+            f"The {response} did not pass the target before the steps reached the limits of the factor ranges, so the "
+            "target may be out of reach."
         )
-        remedy = Remedy("Widen the ranges of the factors, or check the target.")
+        remedy = Remedy("Widen the factor ranges, or check the target.")
         yield Note("target_not_passed", "warning", text, remedy)
 
 

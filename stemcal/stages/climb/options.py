@@ -34,7 +34,7 @@ def _follows_a_slope(draft: Draft) -> Iterator[Finding]:
         yield Finding(
             ("climb",),
             "a climb requires a screening, which this study does not have",
-            "remove screen.design: none",
+            "remove `screen.design: none`",
         )
 
 

@@ -116,7 +116,7 @@ def doubts(study: Study) -> Iterator[Finding]:
     if fitted and study.naming.is_cutting and study.kind.travel_and_work:
         depend = " and ".join(fitted) + (" depend" if len(fitted) > 1 else " depends")
         message = f"{depend} on the mesh: {FALL}"
-        yield Finding(("invert", "responses"), message, "fit only the force, or include the error in sd")
+        yield Finding(("invert", "responses"), message, "fit only the force, or include the error in `sd`")
 
 
 def _growth_is_seen(draft: Draft) -> Iterator[Finding]:
@@ -129,7 +129,7 @@ def _growth_is_seen(draft: Draft) -> Iterator[Finding]:
         exponent, at = getattr(growth, "exponent", None), getattr(growth, "at", 0.0)
         if exponent in chosen and exponent not in EMBEDDED and all(isclose(d, at) for d in fitted):
             message = f"at {at:g} mm, the only fitted diameter, {exponent} has no effect"
-            remedy = "write diameters: all under invert, or another diameter as `at`"
+            remedy = "write `diameters: all` under `invert`, or another diameter as `at`"
             yield Finding(("material", name, "at"), message, remedy)
 
 

@@ -131,7 +131,7 @@ def _check_prior(found: InvertResult) -> Remedy | None:
     worst = max(found.priors, key=lambda prior: abs(solution[prior.factor] - prior.mean) / prior.sd, default=None)
     if worst is None:
         return None
-    return Remedy(f"Check the source ({worst.source}) and the unit of the prior of {worst.factor}, or remove it.")
+    return Remedy(f"Check the source ({worst.source}) and the unit of the prior for {worst.factor}, or remove it.")
 
 
 def not_identified(evidence: Evidence) -> Iterator[Note]:
@@ -149,7 +149,7 @@ def _not_identified(known: Certainty) -> str:
     factors = series(known.not_identified)
     changes = [change(name, size, known.units[name]) for name, size in known.loosest.items()]
     if len(changes) > 1:
-        return f"The fit does not determine {factors}: the joint change {series(changes)} has almost no effect."
+        return f"The fit does not determine {factors}: a joint change ({series(changes)}) has almost no effect."
     return f"The fit does not determine {factors} because the fitted responses hardly depend on {factors}."
 
 
@@ -182,7 +182,7 @@ def _refine_more(budget: int | None) -> Remedy:
 def _to_identify(study: Study, known: Certainty) -> Remedy:
     """Return what would identify factors that the fit leaves free: other data, or a prior of the least certain one."""
     widest = max(known.not_identified or known.share, key=lambda name: known.share[name])
-    measure = f"measure another response or another kind of test, or add a prior of {widest} from the literature."
+    measure = f"measure another response or another kind of test, or add a prior for {widest} from the literature."
     left_out = [name for name in ("travel", "work", *study.own_further) if name not in study.fitted_responses]
     if any(study.calibration_target.mean_of(name)[0] is not None for name in left_out):
         return advice.fit_all(study, "responses", f"If {widest} is still undetermined, {measure}")

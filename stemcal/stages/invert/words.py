@@ -17,7 +17,7 @@ def outcome(stage: InvertResult, names: Names) -> list[str]:
     """Return the calibrated values and, for a joint fit, the largest error of the surfaces for each response."""
     values = series(f"{names.factor(name)} = {significant(value)}" for name, value in stage.point.solution.items())
     if stage.joint is None:
-        return [f"The response surface equals the measured {names.quantity(stage.target, '.6g')} at {values}."]
+        return [f"The response surface equals the measured value of {names.quantity(stage.target, '.6g')} at {values}."]
     joint, errors = stage.joint, dict[str, float]()
     for row in joint.rows:
         errors[row.response] = max(errors.get(row.response, 0.0), abs(row.error_percent))
@@ -33,17 +33,17 @@ def known(part: Certainty, stage: InvertResult, names: Names) -> list[str]:
     """Return the intervals of the factors, the factors that are not determined, and the assumptions."""
     data = "joint fit" if part.source == "joint" else f"{names.response.long}{names.at(stage.condition)} alone"
     kept = [
-        f"{names.factor(factor)} between {significant(low)} and {with_unit(significant(high), part.units[factor])} "
+        f"{names.factor(factor)} to between {significant(low)} and {with_unit(significant(high), part.units[factor])} "
         f"({100.0 * part.share[factor]:.0f} % of the factor range)"
         for factor, (low, high) in part.intervals.items()
         if factor not in part.free
     ]
     said = [
-        f"The prior of {names.factor(prior.factor)} is {short(prior.mean)} ± {with_unit(short(prior.sd), prior.unit)} "
+        f"The prior for {names.factor(prior.factor)} is {short(prior.mean)} ± {with_unit(short(prior.sd), prior.unit)} "
         f"({prior.source})."
         for prior in stage.priors
     ]
-    said += [f"The {data} determines {series(kept)}."] if kept else []
+    said += [f"The {data} constrains {series(kept)}."] if kept else []
     if part.free:
         said.append(f"The {data} does not determine {names.factors(part.free)}.")
     for found in part.unseen_changes:
@@ -80,8 +80,8 @@ def assumptions(stage: InvertResult) -> list[str]:
         return []
     fixed_mesh = stage.belongs_to is not None and "replicates" not in stage.belongs_to
     mesh = (
-        "The intervals exclude the scatter of the force over mesh positions. Add `replicates: 5` to the `solver` "
-        "section to include the scatter."
+        "The intervals do not include the scatter of the force over mesh positions. Add `replicates: 5` to the "
+        "`solver` section to include the scatter."
     )
     return [*assumption(stage.certainty), *([mesh] if fixed_mesh else [])]
 
@@ -168,7 +168,7 @@ def _beside_formula(joint: JointFitted) -> Iterator[Note]:
 
 def prior_unused(factors: tuple[str, ...]) -> Note:
     """Return that factors with a prior are not varied."""
-    text = f"The prior of {series(factors)} is not used because the response surface does not vary the factor."
+    text = f"The prior for {series(factors)} is not used because the response surface does not vary the factor."
     return Note("prior_unused", "caution", text)
 
 

@@ -37,8 +37,8 @@ class RefineShowing(Showing[RefineResult]):
         return [table for table in tables if not table.detail]
 
     def figures(self, result: RefineResult, setting: Setting) -> list[Plot]:
-        response = result.naming.response.capital
-        text = f"{response} measured and simulated, before and after the refinement. The target is circled."
+        response = result.naming.response.noun
+        text = f"Measured and simulated {response}, before and after the refinement. The target is circled."
         return [Plot("refinement", result.name, text, partial(refined, result))] if len(result.rows) > 1 else []
 
 
@@ -107,7 +107,7 @@ def runs(stage: RefineResult, names: Names) -> Table:
         f"Predicted: value predicted before the run. Interval: whether the simulated {names.response.long} is inside "
         "the 95 % prediction interval."
     )
-    return Table.of(columns, stage.made, "Runs of the refinement", [foot], detail=True)
+    return Table.of(columns, stage.made, "Refinement runs", [foot], detail=True)
 
 
 def refined(stage: RefineResult) -> Figure:

@@ -32,7 +32,7 @@ class ScreenShowing(Showing[ScreenResult]):
     def outcome(self, result: ScreenResult, names: Names) -> list[str]:
         """Return which factors are significant."""
         effects, response = {effect.factor: effect for effect in result.effects}, names.response.long
-        count = f"{len(effects)} factors were screened in {len(result.design.runs)} runs."
+        count = f"The screening varied {len(effects)} factors in {len(result.design.runs)} runs."
         chosen = sorted(result.significant, key=lambda name: -abs(effects[name].effect))
         if chosen:
             shares = (f"{fixed(effects[name].contribution_percent, 1)} % of the variation" for name in chosen)
@@ -96,12 +96,12 @@ def plots(screen: ScreenResult, labels: Mapping[str, str]) -> list[Plot]:
     """Return the figures of a screening."""
     response = screen.naming.response.noun
     bars = (
-        f"Pareto chart of the effects. Blue effects increase the {response}, orange effects decrease the {response}. "
-        "An effect is significant beyond Lenth's margin of error (ME) or beyond the limit of the t test. An effect "
-        "beyond the simultaneous margin of error (SME) is significant even among many effects."
+        f"Pareto chart of the effects. Blue effects increase the {response}; orange effects decrease the {response}. "
+        "An effect is significant if it exceeds Lenth's margin of error (ME) or the limit of the t test. An effect "
+        "that exceeds the simultaneous margin of error (SME) is significant even among many effects."
     )
     line = (
-        "Half-normal plot of the effects. Significant effects are above the line and beyond Lenth's margin of error. "
+        "Half-normal plot of the effects. Significant effects are above the line and exceed Lenth's margin of error. "
         "The table of effects explains the symbols."
     )
     return [

@@ -48,8 +48,8 @@ def plots(rsm: SurfaceResult, solved: Solution | None, labels: Mapping[str, str]
     observed = f"Simulated {rsm.naming.response.long} versus the value predicted by the response surface."
     checks = (
         "Normal plot of the residuals (left), residuals versus the predicted value (middle) and influence of each run "
-        "(right). Normally distributed residuals follow the line. A run has a strong influence above a Cook's distance "
-        "of 1."
+        "(right). Normally distributed residuals follow the line. A run with a Cook's distance above 1 has "
+        "a strong influence."
     )
     plots = [
         Plot("observed-predicted", "rsm", observed, partial(observed_predicted, rsm), detail=True),
@@ -69,9 +69,9 @@ def _pair_plots(
     over = f"versus {Names(rsm.naming, labels).factors(pair)}"
     held = "" if alone else f" (other factors at the {'solution' if solved else 'centre'})"
     unit = f", {response.written}," if response.written else ""
-    met = f" The orange line is the measured {response.long}, the star is the solution." if solved else ""
+    met = f" The orange line is the measured {response.long}; the star is the solution." if solved else ""
     lines = f"Contours of the {response.long}{unit} {over}{held}.{met} White dots are design points."
-    dots = " Filled dots are runs above the surface, open dots are runs below the surface." if alone else ""
+    dots = " Filled dots are runs above the surface; open dots are runs below the surface." if alone else ""
     relieved = f"Response surface of the {response.long} {over}{held}, with contours on the base.{dots}"
     flat, lifted = (partial(draw, rsm, pair, solved, labels) for draw in (contours, relief))
     return [

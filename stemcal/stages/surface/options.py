@@ -50,7 +50,7 @@ def _chosen_or_names(given: Any) -> Any:
     if isinstance(given, str) and re.fullmatch(_STRONGEST, " ".join(given.split())):
         return " ".join(given.split())
     message = "is not 'significant', 'strongest 3' or a list of factor names"
-    raise complain(message, "write factors: significant")
+    raise complain(message, "write `factors: significant`")
 
 
 def factors_taken(design: str) -> tuple[int, int]:
@@ -172,7 +172,9 @@ def _factors_are_found(draft: Draft) -> Iterator[Finding]:
     if not is_screened(draft.study) and isinstance(chosen, str):
         names = ", ".join(draft.names[:3])
         message = f"the value `factors: {chosen}` requires a screening, which this study does not have"
-        yield Finding(("rsm",), message, f"list the factors, as in factors: [{names}], or remove screen.design: none")
+        yield Finding(
+            ("rsm",), message, f"list the factors, as in `factors: [{names}]`, or remove `screen.design: none`"
+        )
 
 
 def _surface_design_takes_factors(draft: Draft) -> Iterator[Finding]:
@@ -198,7 +200,7 @@ def _runs_are_used(draft: Draft) -> Iterator[Finding]:
     rsm = draft.study.of(RsmOptions)
     if rsm.runs is not None and rsm.design != LATIN_HYPERCUBE:
         message = f"the number of factors determines the size of {rsm.design}"
-        yield Finding(("rsm", "runs"), message, f"omit runs or write design: {LATIN_HYPERCUBE}")
+        yield Finding(("rsm", "runs"), message, f"omit `runs` or write `design: {LATIN_HYPERCUBE}`")
 
 
 def _coding_fits(draft: Draft) -> Iterator[Finding]:
@@ -210,10 +212,10 @@ def _coding_fits(draft: Draft) -> Iterator[Finding]:
             continue
         path, (low, high) = ("rsm", "coding", factor.name), coding[factor.name]
         if low >= high:
-            yield Finding(path, f"low {low:g} is not below high {high:g}", "swap them")
+            yield Finding(path, f"low {low:g} is not below high {high:g}", "swap the two values")
         elif factor.low < factor.high and not factor.low <= 0.5 * (low + high) <= factor.high:
             message = f"centre {0.5 * (low + high):g} is outside the factor's range {factor.low:g} to {factor.high:g}"
-            yield Finding(path, message, f"centre it near {factor.centre:g}")
+            yield Finding(path, message, f"choose a centre near {factor.centre:g}")
         elif factor.name in draft.kind.parameters and factor.name in PARAMETERS and low <= 0:
             yield Finding((*path, 0), f"{low:g} is not above 0", "write a larger value")
 

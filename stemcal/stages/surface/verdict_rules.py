@@ -115,8 +115,7 @@ def failed_runs(evidence: Evidence) -> Iterator[Note]:
     if not failed.any() or (not unknown and failed.mean() < _MANY):
         return
     text = (
-        f"{failed.sum()} of {counted(len(failed), 'run')} of the response surface failed, at "
-        f"{_where(surface, coded[failed])}."
+        f"{failed.sum()} of {counted(len(failed), 'response surface run')} failed, at {_where(surface, coded[failed])}."
     )
     if unknown:
         text += " The remaining runs do not determine the error of the surface."

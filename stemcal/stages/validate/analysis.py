@@ -86,7 +86,10 @@ def _from_table(study: Study, solver: Solver) -> Iterator[Note]:
     """Find whether the simulated responses are rows of a sheet without levels, of other parameters perhaps."""
     if (given := solver.given_design("validate")) and len(given[0]) < len(study.factors):
         response = study.naming.response.long
-        text = f"The simulated {response} is read from a table, so the values may be those of other parameters."
+        text = (
+            f"The simulated {response} is read from a table, so the values may have been simulated with other "
+            "parameter values."
+        )
         yield Note("from_table", "warning", text)
 
 
@@ -168,8 +171,8 @@ def _beside_formula(stage: ValidateResult, names: Names) -> Iterator[Note]:
     if formula is not None and model is not None:
         text = (
             f"At the held-out diameters, the largest error is {formula.worst_held_out_percent:.1f} % with the formula "
-            f"F = a·d^{formula.exponent:.3g} through the forces at {names.conditions(stage.fitted)} and {model:.1f} % "
-            "with the model."
+            f"F = a·d^{formula.exponent:.3g} fitted to the forces at {names.conditions(stage.fitted)} and {model:.1f} "
+            "% with the model."
         )
         yield Note("beside_formula", "info" if model < formula.worst_held_out_percent else "warning", text)
 

@@ -31,7 +31,7 @@ class ValidateShowing(Showing[ValidateResult]):
     def outcome(self, result: ValidateResult, names: Names) -> list[str]:
         """Return by how much simulation and measurement differ."""
         if result.worst_percent is None:
-            return ["All runs of the validation failed."]
+            return ["All validation runs failed."]
         if len(result.rows) == 1:
             return [_single_outcome(result, names)]
         responses = "responses" if names.naming.others else names.response.long
@@ -81,11 +81,13 @@ def _validation_table(stage: ValidateResult, names: Names) -> Table:
 def _errors_in_short(stage: ValidateResult, names: Names) -> str:
     """Return the largest and the mean error, then the largest held-out error next to that of a formula."""
     of = "all responses" if names.naming.others else "absolute"
-    every = f"Largest error: {fixed(stage.worst_percent)} %, mean {fixed(stage.mean_abs_error_percent)} % ({of})."
+    every = (
+        f"Largest error: {fixed(stage.worst_percent)} %; mean error: {fixed(stage.mean_abs_error_percent)} % ({of})."
+    )
     if stage.worst_held_out_percent is None:
         return every
     formula = stage.formula
-    beside = f", formula F = a·d^{formula.exponent:.3g}: {fixed(formula.worst_held_out_percent)} %" if formula else ""
+    beside = f" (formula F = a·d^{formula.exponent:.3g}: {fixed(formula.worst_held_out_percent)} %)" if formula else ""
     return f"{every} Largest held-out error: {fixed(stage.worst_held_out_percent)} %{beside}."
 
 

@@ -17,7 +17,7 @@ def validation(evidence: Evidence) -> Iterator[Note]:
     if (checked := evidence.of(ValidateResult)) is None:
         return
     if checked.is_given:
-        text = "The values of the validation are from a sheet, not from simulations with the calibrated parameters."
+        text = "The validation values are from a sheet, not from simulations with the calibrated parameters."
         yield Note("validation_from_table", "warning", text, Remedy("Use a solver that runs simulations."))
         return
     held_out = [row for row in evidence.judged if not row.fitted]

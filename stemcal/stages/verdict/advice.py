@@ -129,8 +129,8 @@ def for_trend(study: Study, surface: Surfaces, solution: Mapping[str, float]) ->
     found = remedies_of(fitted, may_grow)
     if not found:
         return Remedy(
-            "Check wall thickness, gap and stroke, or vary another parameter. No parameter of the response surface "
-            "removes the trend within its range."
+            "Check the wall thickness, the gap and the stroke, or vary another parameter. No parameter of the "
+            "response surface removes the trend within its range."
         )
     each = [_for_trend(study, surface, one) for one in found]
     texts = [f"{text}: `{{{', '.join(edit)}}}`." for text, edit in each]
@@ -149,7 +149,7 @@ def _for_trend(study: Study, surface: Surfaces, found: Change) -> tuple[str, lis
         "screen: {design: none}",
         f"rsm: {{factors: [{', '.join((*surface.names, name))}]}}",
     ]
-    text = f"Make {found.factor} grow with the diameter with an exponent of {found.exponent:.2f}"
+    text = f"Make {found.factor} proportional to the diameter raised to the power {found.exponent:.2f}"
     return f"{text} (predicted largest error: {found.worst_percent:.1f} %)", edit
 
 
