@@ -51,8 +51,8 @@ app = typer.Typer(
 def tables(spec: Spec, kind: TableFormat = "csv", out: Out = None, as_json: AsJson = False) -> None:
     """Write the tables of a study for a publication.
 
-    The tables are saved in the subfolder `tables` of the study folder. They contain the factors, the runs and results
-    of each stage, and the calibrated parameters. A Word file also contains the figures.
+    The tables are saved in the subfolder `tables` of the study folder. The tables contain the factors, the runs and
+    results of each stage, and the calibrated parameters. A Word file also contains the figures.
 
     Example: [bold]stemcal export tables configs/smoke.yaml --format docx[/bold]
     """

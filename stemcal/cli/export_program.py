@@ -47,7 +47,7 @@ def export_deck(
     """Write the shear test as a deck for LS-DYNA or OpenRadioss.
 
     Factors have their calibrated values, or mid-range values if the study is not calibrated. The averaging lengths of
-    the study are converted to cards of that program. If PATH ends in `.rad`, the command also writes the starter and
+    the study are converted to cards of this program. If PATH ends in `.rad`, the command also writes the starter and
     engine files of OpenRadioss. The units of the deck are mm, tonne, s, N and MPa.
 
     Example: [bold]stemcal export deck configs/wild-chrysanthemum.yaml run.k --for lsdyna[/bold]

@@ -62,7 +62,7 @@ def diameters(
     grades: Annotated[
         str | None, typer.Option(metavar="MM,...", help="Nominal diameters of the grades.", show_default="proposed")
     ] = None,
-    step: Annotated[float, typer.Option(metavar="MM", help="Width of a grade.")] = 1.0,
+    step: Annotated[float, typer.Option(metavar="MM", help="Width of each grade.")] = 1.0,
     diameter_column: Annotated[
         str | None,
         typer.Option(metavar="COLUMN,...", help="Name or number of the diameter column.", show_default="by name"),
@@ -75,7 +75,7 @@ def diameters(
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
-    """Fit a normal distribution to stem diameters and divide them into grades.
+    """Fit a normal distribution to stem diameters and divide the diameters into grades.
 
     Example: [bold]stemcal measure diameters configs/data/measured-diameters.csv --grades 7,8,9,10,11[/bold]
     """
@@ -123,7 +123,7 @@ def shear(
     """Convert the files of shear tests to peak forces, mean forces per grade, and targets.
 
     The diameter of each specimen is read from its file name (such as 7mm-1.csv), from a line above its data, or from
-    the table of the option --index.
+    the table that `--index` specifies.
 
     Example: [bold]stemcal measure shear configs/data/measured-shear[/bold]
     """

@@ -45,8 +45,9 @@ def run(
 ) -> None:
     """Run all stages of a study and write the report.
 
-    The stages are screen, rsm, invert and validate; a study with the sections climb and refine has these stages too.
-    You can interrupt a study at any time: the same command resumes the study and keeps the finished runs.
+    The stages are `screen`, `rsm`, `invert` and `validate`. The stages `climb` and `refine` are included if the spec
+    has sections with these names. You can interrupt a study at any time: the same command resumes the study and keeps
+    the finished runs.
 
     Example: [bold]stemcal run configs/smoke.yaml --out runs/first --workers 2[/bold]
     """
@@ -195,8 +196,9 @@ def enter(
 ) -> None:
     """Enter the results of manual runs, then continue the study.
 
-    Correct rows of the sheet are recorded; rows with errors are listed. If a run was not possible, write
-    `failed: REASON` in its row. With `--replace`, such a row removes an earlier result of the run.
+    Valid rows of the sheet are recorded; rows with errors are listed. If a run was not possible, write
+    `failed: REASON` in its row. With `--replace`, a row that is marked as failed
+    removes an earlier result of the run.
 
     Example: [bold]stemcal enter my-study.yaml my-sheet.xlsx[/bold]
     """

@@ -26,7 +26,7 @@ def init(
     name: Annotated[str, typer.Argument(metavar="NAME", help="Name of the study and of its spec file.")] = "my-study",
     full: Annotated[bool, typer.Option("--full", help="Include the keys that have default values.")] = False,
 ) -> None:
-    """Write a commented spec as a starting point.
+    """Write a spec with comments as a starting point.
 
     The command writes NAME.yaml and does not overwrite an existing file.
 
@@ -74,7 +74,7 @@ def _write_new(path: Path, text: str) -> None:
 
 
 def check(spec: Spec, out: Out = None, workers: Workers = None, as_json: AsJson = False) -> None:
-    """List all mistakes in a spec. If there are none, show the planned runs and their cost.
+    """List all mistakes in a spec. If the spec has no mistakes, show the planned runs and their cost.
 
     Nothing is simulated or written. The estimated time excludes runs that are already in the study folder.
 

@@ -131,7 +131,9 @@ def _in_another_program(study: Study, here: int, left: int, seconds: float | Non
     if study.there is not study:
         names = ", ".join(stage.name for stage in stages_of(study) if stage.seen(study) is not study)
         other = program(study.there.solver.program_name)
-        text = f"The study needs {counted(here, 'run')} here and at most {left} in {other} ({names})."
+        text = (
+            f"The study needs {counted(here, 'run')} in the model of the study and at most {left} in {other} ({names})."
+        )
         time = "" if seconds is None else f" The runs in the other model take at most {duration(seconds)} on one core."
         yield Note("in_another_program", "caution", text + time)
 

@@ -52,7 +52,7 @@ def test_run_continues_as_far_as_the_sheet_allows(tmp_path: Path) -> None:
     assert "runs by hand, 16 in total" in planned and "unknown" not in planned
     done = command("run", spec, "--out", out)
     assert done.exit_code == 6
-    assert f"Waiting for 15 results of rsm; fill in {out / 'sheet.csv'}, then: stemcal run" in done.stderr
+    assert f"Waiting for 15 results of rsm; fill in {out / 'sheet.csv'}, then run `stemcal run" in done.stderr
     head, *rows = cells_of((out / "sheet.csv").read_text("utf-8"))
     assert head == ["run", "sliding", "rolling", "wall", "angle (deg)", "who", "when", "remark", "study"]
     assert sorted(row[0] for row in rows) == sorted(f"rsm {number}" for number in range(1, 16))
@@ -165,7 +165,7 @@ def test_commands_refuse_what_has_no_sense(tmp_path: Path) -> None:
     for words, said in (
         (("enter", spec, tmp_path / "none.csv"), "give the path of the sheet"),
         (("enter", spec, spec), "no line has the heading `run`"),
-        (("enter", spec, tmp_path / "sheet.csv"), "no column is headed sliding, rolling or wall"),
+        (("enter", spec, tmp_path / "sheet.csv"), "no column has the heading sliding, rolling or wall"),
     ):
         done = command(*words, "--out", out)
         assert done.exit_code == 2 and said in done.stderr, done.stderr

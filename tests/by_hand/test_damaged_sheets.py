@@ -280,11 +280,14 @@ UNREADABLE: dict[str, tuple[Callable[[Cells], str | bytes], str]] = {
     "no heading": (lambda cells: text_of(cells[1:]), "no line has the heading `run`; fill in the sheet"),
     "a response deleted": (
         each(lambda row: [*row[:ANGLE], *row[BULK:]]),
-        "no column is headed angle (deg); use the headings",
+        "no column has the heading angle (deg); use the headings",
     ),
-    "a factor deleted": (each(lambda row: [row[0], *row[2:]]), "no column is headed sliding; use the headings"),
-    "two columns of a response": (each(lambda row: [*row, row[ANGLE]]), "two columns are headed 'angle (deg)'; delete"),
-    "another study's sheet": (headed((1, "density (kg/m3)")), "no column is headed sliding"),
+    "a factor deleted": (each(lambda row: [row[0], *row[2:]]), "no column has the heading sliding; use the headings"),
+    "two columns of a response": (
+        each(lambda row: [*row, row[ANGLE]]),
+        "two columns have the heading 'angle (deg)'; delete",
+    ),
+    "another study's sheet": (headed((1, "density (kg/m3)")), "no column has the heading sliding"),
     "an empty file": (lambda _cells: "", "no line has the heading `run`"),
     "a torn workbook": (lambda cells: workbook()(cells)[:3000], "cannot be read as an Excel workbook"),
     "two sheets alike": (workbook(with_a_copy), "several sheets have a heading `run`"),

@@ -92,8 +92,8 @@ def test_encodings_and_separators(tmp_path: Path, encoding: str, separator: str)
     ("text", "said"),
     [
         ("", "no line has the heading `run`"),
-        ("run,yield_stress\nrsm 1,15\n", "no column is headed force"),
-        ("run,force,force (N)\nrsm 1,1,2\n", "two columns are headed 'force (N)'; delete one"),
+        ("run,yield_stress\nrsm 1,15\n", "no column has the heading force"),
+        ("run,force,force (N)\nrsm 1,1,2\n", "two columns have the heading 'force (N)'; delete one"),
         (RSM.replace(",122", ""), "runs.csv:2: the row has 3 cells, the heading has 4; the row is truncated"),
         (RSM.replace(",122", ",122,1"), "runs.csv:2: the row has 5 cells, the heading has 4"),
         (RSM.rstrip("\n"), "runs.csv:4: the last line has no line break"),

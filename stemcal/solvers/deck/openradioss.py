@@ -71,8 +71,8 @@ def installation(options: DeckSolver, folder: Path) -> _Installation:
     home = (folder / named).absolute()
     if not (home / _DEFINITIONS).is_dir():
         raise UsageError(
-            f"solver.home: {home} does not contain the folder {_DEFINITIONS}, which the starter requires; name the "
-            "folder of OpenRadioss with exec, extlib and hm_cfg_files"
+            f"solver.home: {home} does not contain the folder {_DEFINITIONS}, which the starter requires; "
+            "specify the OpenRadioss folder that contains `exec`, `extlib` and `hm_cfg_files`"
         )
     libraries = [*(str(home / name) for name in _LIBRARIES), *filter(None, [os.environ.get("LD_LIBRARY_PATH")])]
     environment = {

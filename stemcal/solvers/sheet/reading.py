@@ -291,14 +291,16 @@ def _columns(head: Sequence[str], source: str, study: Study, partial: bool) -> t
         title, unit = _parted(narrow(cell))
         column = wanted.get(title.casefold())
         if column is not None and column in places:
-            raise UsageError(f"{source}: two columns are headed {column.heading!r}; delete one of the columns")
+            raise UsageError(f"{source}: two columns have the heading {column.heading!r}; delete one of the columns")
         if column is not None:
             places[column] = i
             units[column.name] = unit or column.unit
     optional = ("said", "study", *(ASKED if partial else ()))
     missing = [column.heading for column in fields if column not in places and column.kind not in optional]
     if missing:
-        raise UsageError(f"{source}: no column is headed {listed(missing)}; use the headings of the study's own sheet")
+        raise UsageError(
+            f"{source}: no column has the heading {listed(missing)}; use the headings of the study's own sheet"
+        )
     return places, units
 
 

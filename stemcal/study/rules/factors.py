@@ -245,7 +245,7 @@ def _growth_has_one_value(draft: Draft) -> Iterator[Finding]:
         if name in draft.names and growth.value is not None:
             yield Finding(path, f"{name} is also a factor", "remove this value, or remove the factor", at_key=True)
         elif name not in draft.names and growth.value is None:
-            remedy = f"add value: … ({PARAMETERS[name].usual}), or make {name} a factor"
+            remedy = f"add `value: …` ({PARAMETERS[name].usual}), or make {name} a factor"
             yield Finding(path, f"{name} has no value at its reference diameter", remedy, at_key=True)
 
 
@@ -261,7 +261,7 @@ def _exponents_are_factors(draft: Draft) -> Iterator[Finding]:
             yield Finding(path, f"{exponent} is a material parameter", did_you_mean(exponent, free or ["growth"]))
         elif exponent not in draft.names:
             message = f"{exponent[:60]!r} is neither a number nor a factor of this study"
-            yield Finding(path, message, f"add the exponent to factors: {{name: {exponent[:40]}, low: -1, high: 2}}")
+            yield Finding(path, message, f"add `{{name: {exponent[:40]}, low: -1, high: 2}}` to `factors`")
         elif exponent in known and (wrong := _wrong_exponent(draft.factors[known[exponent]])):
             yield Finding(("factors", known[exponent]), *wrong)
 
@@ -284,7 +284,7 @@ def _wrong_exponent(factor: Factor) -> tuple[str, str] | None:
         return "an exponent has no unit", "remove the unit"
     if max(abs(factor.low), abs(factor.high)) > MOST_EXPONENT:
         most = f"{MOST_EXPONENT:g}"
-        return f"an exponent cannot be {factor.low:g} to {factor.high:g}", f"use values from -{most} to {most}"
+        return f"an exponent cannot range from {factor.low:g} to {factor.high:g}", f"use values from -{most} to {most}"
     return None
 
 
