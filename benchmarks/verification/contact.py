@@ -38,11 +38,11 @@ def rebound() -> Topic:
     text = "remaining momentum, spinning block between two tools"
     cases.append(Case(text, momentum_error(), 0.0, SINGLE, "Newton's third law", relative=False))
     text = (
-        "A block falls on a rigid table, with a contact so soft that the block is effectively rigid. Without "
-        "damping, the falling block must rebound at its impact speed. With damping, the rebound speed must equal "
-        "the rebound speed of a damped oscillator that transmits no tension. In the case with two tools, a spinning "
-        "elastic-plastic block is caught, with friction, between the table and a moving wedge. The change in "
-        "momentum of the spinning block must equal the impulse on the tools."
+        "A block falls on a rigid table. The contact is so soft that the block is effectively rigid. Without damping, "
+        "the falling block must rebound at its impact speed. With damping, the rebound speed must equal that of a "
+        "damped oscillator that transmits no tension. In the case with two tools, a spinning elastic-plastic block is "
+        "caught between the table and a moving wedge, with friction. The change in momentum of the spinning block "
+        "must equal the impulse on the tools."
     )
     return Topic("Rebound and momentum", text, tuple(cases))
 
@@ -138,13 +138,14 @@ def taylor() -> Topic:
         profiles[label] = profile(history, across, along)
     text = (
         f"A copper rod with a length of {LENGTH:g} mm and a radius of {RADIUS:g} mm hits a rigid wall at "
-        f"{1e-3 * SPEED:g} m/s (Wilkins and Guinan 1973). The results for the Taylor bar are compared 80 µs after "
-        "the impact. The copper has E = 117 GPa, ν = 0.35, σy = 400 MPa, Et = 100 MPa and ρ = 8930 kg/m³. The "
-        "Taylor bar has no closed-form solution. The reference values for the Taylor bar are the mean results of "
-        "published explicit codes (Hallquist; Zhu and Cescotto 1995). The tolerances of the Taylor bar are half the "
-        "range of the published results, with two exceptions. For the foot radius of the Taylor bar on the coarser "
-        "mesh, the tolerance is 0.05 mm wider. The largest plastic strain of the Taylor bar occurs in a single "
-        "element and increases with refinement, so its tolerance is 0.4 wider on the finer mesh."
+        f"{1e-3 * SPEED:g} m/s (Wilkins and Guinan 1973). The results for the Taylor bar are compared 80 µs after the "
+        "impact. The copper has E = 117 GPa, ν = 0.35, σy = 400 MPa, Et = 100 MPa and ρ = 8930 kg/m³. The Taylor bar "
+        "has no closed-form solution. The reference values for the Taylor bar are the mean results of published "
+        "explicit codes (Hallquist; Zhu and Cescotto 1995). The tolerances of the Taylor bar are half the range of "
+        "the published results, with two exceptions. On the coarser mesh, the tolerance for the foot radius of the "
+        "Taylor bar exceeds half the range by 0.05 mm. The maximum plastic strain in the Taylor bar occurs in a "
+        "single element and increases with refinement. On the finer mesh, the tolerance for this strain therefore "
+        "exceeds half the range by 0.4."
     )
     caption = "Largest radius along the Taylor bar after 80 µs on both meshes, and initial radius (dashed)."
     drawing = Drawing("taylor", figures.taylor(profiles, LENGTH, RADIUS), caption)

@@ -31,10 +31,10 @@ def patch() -> Topic:
     ]
     text = (
         "The nodes of a randomly distorted mesh of 3 × 3 × 3 elements follow a uniform deformation gradient in four "
-        "steps. The material of the patch test is elastic, or plastic with hardening and rate dependence; the "
-        "larger of the two errors is listed. The stress in the mesh must be uniform, and the forces on interior "
-        "nodes must cancel. The errors of the patch test are relative to the largest stress or force; stresses have "
-        "single precision."
+        "steps. The patch test is run with an elastic material and with a plastic material that has hardening and "
+        "rate dependence. The larger of the two errors is listed. The stress in the mesh must be uniform, and the "
+        "forces on interior nodes must cancel. The errors of the patch test are relative to the largest stress or "
+        "force; stresses are stored in single precision."
     )
     return Topic("Patch test", text, tuple(cases))
 
@@ -65,9 +65,10 @@ def objectivity() -> Topic:
     text = (
         "When a strained body is rotated by 90°, its stress must rotate with it: R σ Rᵀ. The error of the rotated "
         "stress is relative to the largest deviatoric stress, for steps of half a degree. Halving the rotation step "
-        "must reduce the error of the stress to a quarter. For large simple shear with the Jaumann rate, the exact "
-        "solution is τ = G sin γ, σxx = G (1 − cos γ). The stresses in simple shear are extrapolated from two step "
-        "sizes. With the Green–Naghdi rate, the stress in simple shear would differ by 7 % at γ = 1."
+        "must reduce the error of the stress to a quarter of its value. For large simple shear with the Jaumann rate, "
+        "the exact solution is τ = G sin γ, σxx = G (1 − cos γ). The stresses in simple shear are extrapolated from "
+        "two step sizes. With the Green–Naghdi rate, the stress in simple shear would differ by 7 % from the stress "
+        "with the Jaumann rate at γ = 1."
     )
     return Topic("Rigid rotation", text, tuple(cases))
 
@@ -108,10 +109,10 @@ def hourglass() -> Topic:
     text = (
         "A hexahedron must resist all its 24 modes of motion except the 6 rigid-body modes. Without hourglass "
         "control, the one-point element has twelve additional zero-energy modes. On a cube of side h, hourglass "
-        "control with the coefficient c must resist each of the four hourglass modes. For a mode of amplitude a, "
-        "the hourglass force at every corner must be 8 · 0.038 c (λ+2μ) h a. OpenRadioss uses the same hourglass "
-        "formula for the coefficient of an LS-DYNA deck. Uniform deformation must cause no hourglass force. With c "
-        "= 0.548 (1/6 over 0.304) and ν = 0, the hourglass energy of a cube must equal its bending energy in beam "
+        "control with the coefficient c must resist each of the four hourglass modes. For a mode of amplitude a, the "
+        "hourglass force at every corner must be 8 · 0.038 c (λ+2μ) h a. OpenRadioss uses the same hourglass formula "
+        "for the coefficient of an LS-DYNA deck. Uniform deformation must cause no hourglass force. With c = 0.548 "
+        "(1/6 divided by 0.304) and ν = 0, the hourglass energy of a cube must equal its bending energy in beam "
         "theory."
     )
     return Topic("Hourglass modes", text, tuple(cases))

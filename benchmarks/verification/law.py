@@ -34,10 +34,10 @@ def tension() -> Topic:
         ]
         loops[beta] = (path, found, *closed_form_reversal(beta))
     text = (
-        "One element under uniaxial stress has E = 1000 MPa, σy = 10 MPa and Et = 50 MPa. In the test of cyclic "
-        "tension, the element is strained to 5 % and back to −3 %. With the hardening parameter β = 0, the width of "
-        "the elastic range is constant; with β = 1, the centre of the elastic range is constant. The hardening "
-        "parameter of the paper is between 0 and 1. Stresses are accumulated over 1,200 steps in single precision."
+        "One element under uniaxial stress has E = 1000 MPa, σy = 10 MPa and Et = 50 MPa. In the cyclic tension test, "
+        "the element is strained to 5 % and back to −3 %. With the hardening parameter β = 0, the width of the "
+        "elastic range is constant; with β = 1, the centre of the elastic range is constant. The hardening parameter "
+        "of the paper is between 0 and 1. Stresses are accumulated over 1,200 steps in single precision."
     )
     caption = "Stress versus strain over one loading cycle: computed values and closed form (corners and lines)."
     return Topic("Cyclic tension", text, tuple(cases), (Drawing("loops", figures.loops(loops), caption),))
@@ -65,9 +65,9 @@ def rate() -> Topic:
     curves = {LAW_NAMES[law]: yield_curve(law) for law in LAWS}
     text = (
         "One element without hardening (σy = 10 MPa) is stretched at a constant rate and constant volume. The "
-        "Cowper–Symonds law multiplies the yield stress by 1 + (ε̇/C)^(1/P), the law printed in the paper by 1 + "
-        "(ε̇/C)^P, with ε̇ = √(ε̇:ε̇). At the speed of the shear test, the printed law gives a factor of 1 to many "
-        "digits, unlike the Cowper–Symonds law."
+        "Cowper–Symonds law multiplies the yield stress by 1 + (ε̇/C)^(1/P), and the law printed in the paper "
+        "multiplies it by 1 + (ε̇/C)^P. The strain rate in both laws is ε̇ = √(ε̇:ε̇). At the speed of the shear "
+        "test, the printed law gives a factor of 1 to many digits, unlike the Cowper–Symonds law."
     )
     caption = "Yield stress versus axial strain rate for C = 80 1/s and P = 4: computed (points) and formula (lines)."
     return Topic(
@@ -96,9 +96,9 @@ def erosion() -> Topic:
     work = 0.5 * 10.0**2 / 1000.0 + 10.0 * 0.03
     cases.append(Case("energy of the deleted element", history.eroded[-1], work, 0.01, "σy²/2E + σy εf", "mJ"))
     text = (
-        "One element without hardening is strained in steps of 0.1 %. An element must be deleted in the first step "
-        "in which its effective plastic strain reaches the failure strain. A deleted element must exert no force. "
-        "The energy balance must count the energy of the deleted element as eroded energy."
+        "One element without hardening is strained in steps of 0.1 %. The element must be deleted in the first step "
+        "in which its effective plastic strain reaches the failure strain. A deleted element must exert no force. The "
+        "energy balance must count the energy of the deleted element as eroded energy."
     )
     return Topic("Erosion at the failure strain", text, tuple(cases))
 

@@ -79,14 +79,14 @@ def _parts(topics: list[Topic]) -> Iterator[str]:
     yield (
         "This page compares the embedded solver with known solutions, for readers who assess whether the solver is "
         "correct. "
-        f"Of {count} computed values, {inside} are within their tolerances. "
-        f"[Verification cases]({CASES}) lists all computed values."
+        f"{'All' if inside == count else f'{inside} of the'} {count} computed values are within their tolerances. "
+        f"The page [*Verification cases*]({CASES}) lists all computed values."
     )
     yield _summary(topics)
     yield (
-        "The largest difference of a topic is given in % of the tolerance. Units are mm, tonne, s, N, MPa "
-        "and mJ. The tests in `tests/verification` and `tests/test_cutting.py` solve the same problems. The report of "
-        "each study compares the model with measured forces."
+        "In the table, the largest difference in each topic is given as a percentage of the tolerance. The units are "
+        "mm, tonne, s, N, MPa and mJ. The tests in `tests/verification` and `tests/test_cutting.py` solve the same "
+        "problems. The report of each study compares the model with measured forces."
     )
     for topic in topics:
         yield f"## {topic.title}"
@@ -103,7 +103,7 @@ def _cases(topics: list[Topic]) -> Iterator[str]:
     yield "# Verification cases"
     yield (
         "This page lists every computed value with its exact value, for readers of the page "
-        "[Verification](../verification.md). A difference in % is relative to the exact value, unless the value "
+        "[*Verification*](../verification.md). A difference in % is relative to the exact value, unless the value "
         "itself is in %. For errors and drifts, the exact value is 0 and the tolerance is the allowed limit."
     )
     yield _provenance()

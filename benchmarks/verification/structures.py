@@ -39,7 +39,7 @@ def wave() -> Topic:
     cases.append(Case("fixed end: stress over ρcv", stress / STRESS_BEHIND, -2.0, 0.02, source))
     cases.append(Case("fixed end: velocity over v", velocity / V, 0.0, 0.02, source, relative=False))
     text = (
-        f"A row of {test_wave.LENGTH} cubes with ν = 0 is driven at one end at a constant speed v. Behind the wave "
+        f"A row of {test_wave.LENGTH} cubes with ν = 0 is pushed at one end at a constant speed v. Behind the wave "
         "front, the stress in the bar is ρcv. Reflection at a free end removes the stress and doubles the velocity; "
         "reflection at a fixed end doubles the stress and stops the bar. Bulk viscosity widens the wave front to a "
         "few elements. Mass scaling divides the wave speed by the square root of the scaling factor."
@@ -67,9 +67,10 @@ def beams() -> Topic:
     cases.append(Case(text, bent(1, 1.0 / 6.0 / 0.304)[0], 1.0, 0.01, "FL³/3EI + FL/κGA, Timoshenko 1921"))
     text = (
         "A cantilever of length 40 mm and height 4 mm under a suddenly applied load oscillates about its static "
-        "position. The mean of the oscillation gives the deflection of the cantilever, and its period gives the "
-        "first frequency. With an hourglass coefficient of 0.548, even a cantilever mesh with one cube over the "
-        "height reproduces the deflection of beam theory. The other cantilever cases use 0.15."
+        "position. The mean of the oscillation is the static deflection of the cantilever, and the period of the "
+        "oscillation gives the first natural frequency. With an hourglass coefficient of 0.548, even a cantilever "
+        "mesh with one cube over the height reproduces the deflection of beam theory. The other cantilever cases use "
+        "an hourglass coefficient of 0.15."
     )
     return Topic("Cantilever", text, tuple(cases))
 
@@ -80,9 +81,9 @@ def cylinder() -> Topic:
     source = "FL³/48EI + FL/4κGA, κ of Cowper 1966"
     case = Case("deflection at mid-span", 1e3 * found, 1e3 * exact, 0.01, source, "µm")
     text = (
-        "A stem with a diameter of 8 mm and a diameter ratio of 0.41 is bent over a span of 48 mm (quarter model, "
-        "elements of 1 mm). The load and the supports of the hollow cylinder act on whole cross-sections. Shear "
-        "contributes a tenth of the deflection at mid-span."
+        "A stem with a diameter of 8 mm and a diameter ratio of 0.41 is bent over a span of 48 mm. The simulation "
+        "uses a quarter model with elements of 1 mm. The load and the supports of the hollow cylinder act on whole "
+        "cross-sections. Shear contributes a tenth of the deflection at mid-span."
     )
     return Topic("Hollow cylinder in three-point bending", text, (case,))
 
