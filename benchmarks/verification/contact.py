@@ -143,8 +143,9 @@ def taylor() -> Topic:
         "has no closed-form solution. The reference values for the Taylor bar are the mean results of published "
         "explicit codes (Hallquist; Zhu and Cescotto 1995). The tolerances of the Taylor bar are half the range of "
         "the published results, with two exceptions. On the coarser mesh, the tolerance for the foot radius of the "
-        "Taylor bar is larger by 0.05 mm. The maximum plastic strain in the Taylor bar occurs in a single element and "
-        "increases with refinement. On the finer mesh, the tolerance for this strain is therefore larger by 0.4."
+        "Taylor bar exceeds half the range by 0.05 mm. The maximum plastic strain in the Taylor bar occurs in a "
+        "single element and increases with refinement. On the finer mesh, the tolerance for this strain therefore "
+        "exceeds half the range by 0.4."
     )
     caption = "Largest radius along the Taylor bar after 80 µs on both meshes, and initial radius (dashed)."
     drawing = Drawing("taylor", figures.taylor(profiles, LENGTH, RADIUS), caption)

@@ -65,9 +65,10 @@ def objectivity() -> Topic:
     text = (
         "When a strained body is rotated by 90°, its stress must rotate with it: R σ Rᵀ. The error of the rotated "
         "stress is relative to the largest deviatoric stress, for steps of half a degree. Halving the rotation step "
-        "must reduce the error of the stress to a quarter. For large simple shear with the Jaumann rate, the exact "
-        "solution is τ = G sin γ, σxx = G (1 − cos γ). The stresses in simple shear are extrapolated from two step "
-        "sizes. With the Green–Naghdi rate, the stress in simple shear would differ by 7 % at γ = 1."
+        "must reduce the error of the stress to a quarter of its value. For large simple shear with the Jaumann rate, "
+        "the exact solution is τ = G sin γ, σxx = G (1 − cos γ). The stresses in simple shear are extrapolated from "
+        "two step sizes. With the Green–Naghdi rate, the stress in simple shear would differ by 7 % from the stress "
+        "with the Jaumann rate at γ = 1."
     )
     return Topic("Rigid rotation", text, tuple(cases))
 

@@ -79,14 +79,14 @@ def _parts(topics: list[Topic]) -> Iterator[str]:
     yield (
         "This page compares the embedded solver with known solutions, for readers who assess whether the solver is "
         "correct. "
-        f"Of {count} computed values, {inside} are within their tolerances. "
+        f"{'All' if inside == count else f'{inside} of the'} {count} computed values are within their tolerances. "
         f"The page [*Verification cases*]({CASES}) lists all computed values."
     )
     yield _summary(topics)
     yield (
-        "The largest difference of a topic is given in % of the tolerance. Units are mm, tonne, s, N, MPa "
-        "and mJ. The tests in `tests/verification` and `tests/test_cutting.py` solve the same problems. The report of "
-        "each study compares the model with measured forces."
+        "In the table, the largest difference in each topic is given as a percentage of the tolerance. The units are "
+        "mm, tonne, s, N, MPa and mJ. The tests in `tests/verification` and `tests/test_cutting.py` solve the same "
+        "problems. The report of each study compares the model with measured forces."
     )
     for topic in topics:
         yield f"## {topic.title}"

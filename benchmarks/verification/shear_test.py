@@ -41,10 +41,11 @@ def symmetry() -> Topic:
     text = (
         "The shear test has two mirror planes, so the force–travel curves of the quarter, half and full models must "
         "be equal except for rounding. In the cases with elements of 1 and 2 mm, the blade edge is sharp and each "
-        "element fails at its local strain. After the first failure, rounding may select another element to fail "
-        "next, so the tolerance for values computed through the first failures is larger. The shipped model is tested "
-        "in unusual cases with elements of d/12. In the shipped model, parts of the spread edge stick and other parts "
-        "slip. One additional contact iteration changes the forces by a relative amount of 1e-5."
+        "element fails at its local strain. After the first failure, rounding may determine which element fails next. "
+        "The tolerance for values after the first failure is therefore larger than the tolerance for values before "
+        "it. The shipped model is tested in unusual cases with elements of d/12. In the shipped model, parts of the "
+        "spread edge stick and other parts slip. One additional contact iteration changes the forces by a relative "
+        "amount of 1e-5."
     )
     return Topic("Full model and quarter model", text, tuple(cases))
 
@@ -73,9 +74,9 @@ def energy() -> Topic:
         "The kinetic, internal, hourglass, eroded and contact energies, including friction and damping, must add up "
         "to the work of the blade. The energy drift is the largest error of the energy balance divided by the "
         f"largest work. In the shear test with elements of 1 mm, the peak force is {result.peak_force:.1f} N at a "
-        f"travel of {result.peak_travel:.3f} mm. Up to the peak force, {result.deleted_elements} elements of the "
-        f"quarter model have failed, and the hourglass energy is at most {result.hourglass_ratio_percent:.1f} % of "
-        "the internal energy."
+        f"travel of {result.peak_travel:.3f} mm. Up to the peak force, the number of failed elements in the "
+        f"quarter model is {result.deleted_elements}, and the hourglass energy is at most "
+        f"{result.hourglass_ratio_percent:.1f} % of the internal energy."
     )
     caption = "Energies and error of the energy balance versus blade travel (quarter model, elements of 1 mm)."
     return Topic("Energy balance of the shear test", text, tuple(cases),

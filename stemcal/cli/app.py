@@ -46,7 +46,7 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 
-STAGE_PANEL = "Stages of a study (each resumes where it stopped)"
+STAGE_PANEL = "Stages of a study (an interrupted stage resumes where it stopped)"
 STUDY_PANEL = "Prepare, follow and publish a study"
 COMMANDS: dict[str, tuple[Any, ...]] = {
     STAGE_PANEL: (run.run, *(run.command_of(stage) for stage in STAGES.built_in), run.enter, run.report),
@@ -78,7 +78,7 @@ def stemcal(
 ) -> None:
     """Calibrate finite-element models of plant stems against measured forces.
 
-    A study is one YAML file. [bold]stemcal init[/bold] writes a template, and [bold]stemcal run[/bold] runs all stages.
+    A study is one YAML file. `stemcal init` writes a template, and `stemcal run` runs all stages.
     """
 
 

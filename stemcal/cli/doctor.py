@@ -79,11 +79,11 @@ def _folders() -> list[Finding]:
     from stemcal.report.figures.style import installed_fonts
 
     temporary = CACHE.parent == Path(tempfile.gettempdir())
-    hint = f"{CACHE} is temporary: set STEMCAL_CACHE_DIR to a folder that only you can write"
+    hint = f"{CACHE} is temporary: set `STEMCAL_CACHE_DIR` to a folder that only you can write to"
     chinese = [name for name in installed_fonts() if name not in ("DejaVu Sans", "sans-serif")]
     missing = (
-        "none found: Chinese names appear as boxes in PNG and PDF figures; install a font such as fonts-noto-cjk "
-        "(Debian, Ubuntu) or google-noto-sans-cjk-fonts (Fedora)"
+        "none was found, so Chinese names appear as boxes in PNG and PDF figures; install a font such as "
+        "fonts-noto-cjk (Debian, Ubuntu) or google-noto-sans-cjk-fonts (Fedora)"
     )
     return [
         ("cache", hint if temporary else str(CACHE), None if temporary else True),
@@ -95,7 +95,7 @@ def _self_test() -> Finding:
     """Stretch a plastic bar: beyond yield εₚ = (ε − σ_y/E)(1 − E_t/E)."""
     strain, known = stretched_bar()
     error = abs(strain / known - 1.0)
-    text = f"plastic strain {strain:.5f}, exact {known:.5f}, error {100 * error:.2f} %"
+    text = f"plastic strain {strain:.5f}, exact value {known:.5f}, error {100 * error:.2f} %"
     return "self-test: solver", text, bool(error < 0.01)
 
 

@@ -109,8 +109,8 @@ Schema = Annotated[bool, typer.Option("--schema", help="Print the JSON schema of
 def explain(term: Term = None, schema: Schema = False, as_json: AsJson = False) -> None:
     """Explain a term or a key of the spec. Without a term, list all terms.
 
-    Terms can be English or Chinese. An editor completes the keys of a spec that begins with
-    [bold]# yaml-language-server: $schema=stemcal.schema.json[/bold] if the schema is saved under this name.
+    Terms can be English or Chinese. If the schema is saved as `stemcal.schema.json`, an editor completes the keys
+    of each spec that begins with the line `# yaml-language-server: $schema=stemcal.schema.json`.
 
     Example: [bold]stemcal explain lack of fit[/bold]
 

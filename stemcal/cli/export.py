@@ -21,18 +21,19 @@ if TYPE_CHECKING:
 
 TableFormat = Annotated[
     Literal["csv", "md", "tex", "docx"],
-    typer.Option("--format", "-f", help="CSV (one file per table), Markdown, LaTeX or Word."),
+    typer.Option("--format", "-f", help="Format: CSV (one file per table), Markdown, LaTeX or Word."),
 ]
 Names = Annotated[
     list[str] | None,
-    typer.Argument(metavar="NAME", help="Names of figures, or their beginnings; list prints all.", show_default="all"),
+    typer.Argument(metavar="NAME", help="Names or prefixes of figures; `list` prints all names.", show_default="all"),
 ]
 FigureFormat = Annotated[
     Literal["svg", "png", "pdf", "eps", "tiff"] | None,
     typer.Option("--format", "-f", help="Format of the figures.", show_default="svg and png"),
 ]
 Dpi = Annotated[
-    float, typer.Option("--dpi", metavar="N", min=50, max=1200, help="Resolution of PNG and TIFF, dots per inch.")
+    float,
+    typer.Option("--dpi", metavar="N", min=50, max=1200, help="Resolution of PNG and TIFF files in dots per inch."),
 ]
 Width = Annotated[
     float | None, typer.Option("--width", metavar="MM", min=40, max=400, help="Width of the figures in mm.")
@@ -41,7 +42,7 @@ ANIMATION = "animation"
 
 app = typer.Typer(
     no_args_is_help=True,
-    help="Write the tables, figures, decks or material cards of a study.\n\n"
+    help="Export the tables, figures, decks or material cards of a study.\n\n"
     "Example: [bold]stemcal export tables configs/smoke.yaml --format docx[/bold]",
 )
 
@@ -50,8 +51,8 @@ app = typer.Typer(
 def tables(spec: Spec, kind: TableFormat = "csv", out: Out = None, as_json: AsJson = False) -> None:
     """Write the tables of a study for a publication.
 
-    The tables are saved in tables/ inside the study folder: the factors, the runs and the results of each stage, and
-    the parameters. A Word file also contains the figures.
+    The tables are saved in the subfolder `tables` of the study folder. They contain the factors, the runs and results
+    of each stage, and the calibrated parameters. A Word file also contains the figures.
 
     Example: [bold]stemcal export tables configs/smoke.yaml --format docx[/bold]
     """
@@ -80,9 +81,9 @@ def figures(
 ) -> None:
     """Draw the figures of a study.
 
-    The figures are saved in figures/ inside the study folder. NAME selects all figures whose names start with NAME:
-    contour draws all contour plots. The name animation writes a GIF of the cut at the calibration diameter, and
-    animation-7mm writes a GIF at 7 mm.
+    The figures are saved in the subfolder `figures` of the study folder. NAME selects all figures whose names start
+    with NAME; for example, `contour` selects all contour plots. The name `animation` selects a GIF of the cut at the
+    calibration diameter, and `animation-7mm` selects a GIF of the cut at a diameter of 7 mm.
 
     Example: [bold]stemcal export figures configs/smoke.yaml contour --format pdf --width 90[/bold]
     """
@@ -129,8 +130,8 @@ def chosen(plots: list[Plot], name: str) -> list[Plot]:
     """Return the figures called `name`, or all whose names begin so."""
     found = [p for p in plots if name in ("all", p.name)] or [p for p in plots if p.name.startswith(name)]
     if not found:
-        known = ", ".join(p.name for p in plots) or "none yet; run `stemcal run SPEC` first"
-        raise UsageError(f"no figure {name!r}; figures: {known}")
+        known = ", ".join(p.name for p in plots) or "not drawn yet; run `stemcal run SPEC` first"
+        raise UsageError(f"no figure is named {name!r}; the figures are {known}")
     return found
 
 
@@ -149,12 +150,16 @@ def write_film(study: Study, records: Records, folder: StudyFolder, name: str) -
     from stemcal.solvers.film import frames_of
 
     if not study.naming.is_cutting:
-        raise UsageError(f"no figure {name!r}: frames are stored only for runs of the embedded solver")
+        raise UsageError(
+            f"the figure {name!r} is not available: frames are stored only for runs of the embedded solver"
+        )
     wanted = f"{name}-{short(study.targets.calibrate_at)}mm" if name == ANIMATION else name
     known = films(records)
     if wanted not in known:
         remedy = "the frames are stored by the stages refine and validate; run `stemcal run SPEC` first"
-        raise UsageError(f"no figure {wanted!r}; figures: {', '.join(known)}" if known else f"{wanted}: {remedy}")
+        raise UsageError(
+            f"no figure is named {wanted!r}; the animations are {', '.join(known)}" if known else f"{wanted}: {remedy}"
+        )
     label = next(label for label in records if wanted == f"{ANIMATION}-{label.replace(' ', '')}")
     details = records[label].details
     curve = None if details.curve is None else (details.curve.travel, details.curve.force)

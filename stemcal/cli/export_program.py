@@ -23,7 +23,10 @@ if TYPE_CHECKING:
 RADIOSS = ".rad"
 
 DeckFile = Annotated[
-    Path, typer.Argument(metavar="PATH", help="Deck file, .k (LS-DYNA) or .rad (OpenRadioss).", show_default=False)
+    Path,
+    typer.Argument(
+        metavar="PATH", help="Deck file with the extension .k (LS-DYNA) or .rad (OpenRadioss).", show_default=False
+    ),
 ]
 Program = Annotated[
     Literal["lsdyna", "openradioss"] | None,
@@ -44,8 +47,8 @@ def export_deck(
     """Write the shear test as a deck for LS-DYNA or OpenRadioss.
 
     Factors have their calibrated values, or mid-range values if the study is not calibrated. The averaging lengths of
-    the study are written as cards of the program. If PATH ends in .rad, the starter and engine files of OpenRadioss
-    are written too. The units of the deck are mm, tonne, s, N and MPa.
+    the study are converted to cards of that program. If PATH ends in `.rad`, the command also writes the starter and
+    engine files of OpenRadioss. The units of the deck are mm, tonne, s, N and MPa.
 
     Example: [bold]stemcal export deck configs/wild-chrysanthemum.yaml run.k --for lsdyna[/bold]
     """
@@ -82,12 +85,12 @@ def _program_of(study: Study, path: Path, asked: str | None) -> Literal["lsdyna"
         raise UsageError(f"{path}: LS-DYNA cannot read {RADIOSS} files; name the deck {path.stem}.k")
     if own is not None and found != own:
         raise UsageError(
-            f"--for {found}: the study is calibrated for {own}, and its values do not apply to {found}. Use --for "
-            f"{own}, or calibrate for {found}: write solver: {{kind: deck, program: {found}}} and run `stemcal run "
-            "SPEC`"
+            f"--for {found}: the study is calibrated for {own}, and its values do not apply to {found}. Use "
+            f"`--for {own}`, or calibrate for {found}: write `solver: {{kind: deck, program: {found}}}` and run "
+            "`stemcal run SPEC`"
         )
     if found is None:
-        raise UsageError(f"{path}: the target program is unknown; add --for lsdyna or --for openradioss")
+        raise UsageError(f"{path}: the target program is unknown; add `--for lsdyna` or `--for openradioss`")
     return "lsdyna" if found == "lsdyna" else "openradioss"
 
 
@@ -107,7 +110,7 @@ def _calibrated(study: Study, program: str, out: Path | None) -> tuple[Study, di
             return there, {**study.midlevels(), **refined.parameters}
         if results.calibrated:
             return study, {**study.midlevels(), **results.parameters}
-    warn("The study is not calibrated yet: factors without --set are at the middle of their ranges.")
+    warn("The study is not calibrated yet, so factors without `--set` have mid-range values.")
     return study, dict(study.midlevels())
 
 
@@ -148,7 +151,9 @@ _COARSEST = 0.5  # of the diameter
 Folder = Annotated[Path, typer.Argument(metavar="FOLDER", help="Folder for the output files.", show_default=False)]
 Card = Annotated[
     Literal["lsdyna", "openradioss"],
-    typer.Option("--for", help="lsdyna writes *MAT_003, openradioss *MAT_024.", show_default=False),
+    typer.Option(
+        "--for", help="Program that reads the card: lsdyna (*MAT_003) or openradioss (*MAT_024).", show_default=False
+    ),
 ]
 Size = Annotated[
     str, typer.Option("--element-size", metavar="LENGTH", help="Element size of your model.", show_default=False)
@@ -166,7 +171,7 @@ def export_material(
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
-    """Write the material card for your own model and its element size.
+    """Write a material card for your own model and its element size.
 
     If each element fails independently, the force depends on the element size and on the mesh position. The failure
     strain is adjusted until the mean force over several mesh positions equals the calibrated force. The study must be

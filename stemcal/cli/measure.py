@@ -28,39 +28,44 @@ app = typer.Typer(
 
 Folder = Annotated[Path | None, typer.Option("--out", "-o", metavar="DIR", help="Folder for tables and figures.")]
 Encoding = Annotated[
-    str | None, typer.Option(metavar="NAME", help="Text encoding, such as gbk.", show_default="detected")
+    str | None, typer.Option(metavar="NAME", help="Text encoding of the files, such as gbk.", show_default="detected")
 ]
 Separator = Annotated[
-    str | None, typer.Option(metavar="NAME", help="Separator: tab, semicolon …", show_default="detected")
+    str | None,
+    typer.Option(metavar="NAME", help="Column separator, such as a tab or a semicolon.", show_default="detected"),
 ]
 Decimal = Annotated[
-    str | None, typer.Option(metavar="NAME", help="Decimal mark: point or comma.", show_default="detected")
+    str | None, typer.Option(metavar="NAME", help="Decimal mark: a point or a comma.", show_default="detected")
 ]
 SheetName = Annotated[str | None, typer.Option("--sheet", metavar="NAME", help="Worksheet to read from a workbook.")]
-Preload = Annotated[float, typer.Option(metavar="N", min=0, help="Force at which the curves start.")]
+Preload = Annotated[float, typer.Option(metavar="N", min=0, help="Force at which each curve starts.")]
 ForceColumn = Annotated[
-    str | None, typer.Option(metavar="COLUMN,...", help="Force column, name or number.", show_default="by name")
+    str | None, typer.Option(metavar="COLUMN,...", help="Name or number of the force column.", show_default="by name")
 ]
 DisplacementColumn = Annotated[
-    str | None, typer.Option(metavar="COLUMN,...", help="Displacement column.", show_default="by name")
+    str | None,
+    typer.Option(metavar="COLUMN,...", help="Name or number of the displacement column.", show_default="by name"),
 ]
 ForceUnit = Annotated[
-    str | None, typer.Option(metavar="UNIT", help="Force unit: N, kN …", show_default="heading, else N")
+    str | None, typer.Option(metavar="UNIT", help="Unit of the force, such as N or kN.", show_default="heading, else N")
 ]
 DisplacementUnit = Annotated[
-    str | None, typer.Option(metavar="UNIT", help="Displacement unit.", show_default="heading, else mm")
+    str | None, typer.Option(metavar="UNIT", help="Unit of the displacement.", show_default="heading, else mm")
 ]
 
 
 @app.command()
 def diameters(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="Table with one row per stem or per reading.")],
+    file: Annotated[
+        Path, typer.Argument(metavar="FILE", help="Table of diameters with one row per stem or per reading.")
+    ],
     grades: Annotated[
         str | None, typer.Option(metavar="MM,...", help="Nominal diameters of the grades.", show_default="proposed")
     ] = None,
     step: Annotated[float, typer.Option(metavar="MM", help="Width of a grade.")] = 1.0,
     diameter_column: Annotated[
-        str | None, typer.Option(metavar="COLUMN,...", help="Diameter column, name or number.", show_default="by name")
+        str | None,
+        typer.Option(metavar="COLUMN,...", help="Name or number of the diameter column.", show_default="by name"),
     ] = None,
     encoding: Encoding = None,
     separator: Separator = None,
@@ -89,17 +94,19 @@ def diameters(
 
 @app.command()
 def shear(
-    folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="Folder of force–displacement files, or one file.")],
+    folder: Annotated[
+        Path, typer.Argument(metavar="FOLDER", help="One force–travel file, or a folder with such files.")
+    ],
     index: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Table that gives the diameter of the specimen of each file.")
+        Path | None, typer.Option(metavar="FILE", help="Table with the specimen diameter of each file.")
     ] = None,
     preload: Preload = 5.0,
     exclude: Annotated[
-        list[str] | None, typer.Option(metavar="NAME", help="Omit this specimen; may be given more than once.")
+        list[str] | None, typer.Option(metavar="NAME", help="Specimen to omit; this option can be repeated.")
     ] = None,
     spec: Annotated[Path | None, typer.Option(metavar="SPEC", help="Write the targets into this spec.")] = None,
     travel_and_work: Annotated[
-        bool, typer.Option("--travel-and-work", help="Add travel and work at the peak to the targets.")
+        bool, typer.Option("--travel-and-work", help="Add the travel and the work at the peak force to the targets.")
     ] = False,
     force_column: ForceColumn = None,
     displacement_column: DisplacementColumn = None,
@@ -113,9 +120,10 @@ def shear(
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
-    """Convert shear tests to peak forces, means per grade and targets.
+    """Convert the files of shear tests to peak forces, mean forces per grade, and targets.
 
-    The diameter of each specimen is read from its file name (7mm-1.csv), from a line above its data or from an index.
+    The diameter of each specimen is read from its file name (such as 7mm-1.csv), from a line above its data, or from
+    the table of the option --index.
 
     Example: [bold]stemcal measure shear configs/data/measured-shear[/bold]
     """
@@ -146,16 +154,18 @@ def shear(
         _leave_files(out, content, table, drawn, section)
     _show(content, tests.synthetic, tables.shear_tables(tests), tests.all_notes(), as_json, quiet, section)
     if spec and not quiet:
-        note(f"wrote the targets into {spec}; check the spec with: stemcal check {spec}")
+        note(f"wrote the targets into {spec}; check the spec with `stemcal check {spec}`")
 
 
 @app.command()
 def tests(
     spec: Annotated[Path, typer.Argument(metavar="SPEC", help="Spec with a section for each test.")],
-    folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="Folder with one subfolder of files per test.")],
+    folder: Annotated[
+        Path, typer.Argument(metavar="FOLDER", help="Folder with one subfolder of measured files for each test.")
+    ],
     preload: Preload = 5.0,
     exclude: Annotated[
-        list[str] | None, typer.Option(metavar="TEST/NAME", help="Omit this specimen; may be given more than once.")
+        list[str] | None, typer.Option(metavar="TEST/NAME", help="Specimen to omit; this option can be repeated.")
     ] = None,
     write: Annotated[bool, typer.Option("--write", help="Write the targets into the spec.")] = False,
     force_column: ForceColumn = None,
@@ -169,9 +179,10 @@ def tests(
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
-    """Convert other laboratory tests to slopes, peak forces, work and targets.
+    """Convert the files of other laboratory tests to slopes, peak forces, work values and targets.
 
-    Responses are those in the targets of each test, otherwise the usual ones of its kind.
+    The responses are those in the targets of each test or, if a test has no targets, the default responses of that
+    kind of test.
 
     Example: [bold]stemcal measure tests study.yaml lab --write[/bold]
     """
@@ -191,7 +202,7 @@ def tests(
         _rewrite(spec, lambda text: with_rows(text, found.targets))
     _show(content, found.synthetic, [tests_table(found)], found.notes, as_json, quiet, section)
     if write and not quiet:
-        note(f"wrote the targets of the tests into {spec}; check the spec with: stemcal check {spec}")
+        note(f"wrote the targets of the tests into {spec}; check the spec with `stemcal check {spec}`")
 
 
 def _rewrite(spec: Path, change: Callable[[str], str]) -> None:

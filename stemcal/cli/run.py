@@ -179,7 +179,7 @@ def report(
         say_whole(f"Report: {page}", f"Figures: {drawn}")
 
 
-Sheet = Annotated[Path, typer.Argument(metavar="SHEET", help="Sheet of results, .csv or .xlsx.")]
+Sheet = Annotated[Path, typer.Argument(metavar="SHEET", help="Sheet with the results (.csv or .xlsx).")]
 Replace = Annotated[
     str, typer.Option("--replace", metavar="WHY", help="Reason for replacing recorded results.", show_default=False)
 ]
@@ -193,10 +193,10 @@ def enter(
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
-    """Enter the results of runs done by hand, then continue the study.
+    """Enter the results of manual runs, then continue the study.
 
     Correct rows of the sheet are recorded; rows with errors are listed. If a run was not possible, write
-    [bold]failed: reason[/bold] in its row. With --replace, such a row removes an earlier result of the run.
+    `failed: REASON` in its row. With `--replace`, such a row removes an earlier result of the run.
 
     Example: [bold]stemcal enter my-study.yaml my-sheet.xlsx[/bold]
     """

@@ -180,7 +180,7 @@ def existing_folder(study: Study, out: Path | None) -> StudyFolder:
 
     path = folder_of(study, out)
     if not path.is_dir():
-        raise UsageError(f"{path} does not exist; run `stemcal run SPEC` first, or name the folder with --out")
+        raise UsageError(f"{path} does not exist; run `stemcal run SPEC` first, or specify the folder with `--out`")
     return StudyFolder(path)
 
 

@@ -29,14 +29,16 @@ Diameter = Annotated[
 ]
 Settings = Annotated[
     list[str] | None,
-    typer.Option("--set", metavar="FACTOR=VALUE", help="Value in the unit of the spec; may be given more than once."),
+    typer.Option(
+        "--set", metavar="FACTOR=VALUE", help="Value of a factor in the unit of the spec; this option can be repeated."
+    ),
 ]
 CsvFile = Annotated[Path | None, typer.Option("--csv", metavar="FILE", help="CSV file for the time history.")]
 FigureFile = Annotated[
     Path | None, typer.Option("--figure", metavar="FILE", help="Plot of force versus travel (.png, .svg, .pdf).")
 ]
 FramesFolder = Annotated[
-    Path | None, typer.Option("--frames", metavar="DIR", help="Folder for about 50 frames for ParaView.")
+    Path | None, typer.Option("--frames", metavar="DIR", help="Folder for about 50 ParaView frames of the simulation.")
 ]
 TestName = Annotated[
     str | None, typer.Option("--test", metavar="NAME", help="Name of a test in the spec.", show_default="cutting")
@@ -56,7 +58,8 @@ def simulate(
 ) -> None:
     """Simulate one virtual shear test, or another test defined in the spec.
 
-    If the spec names another program, this program runs once. Factors without --set have mid-range values.
+    If the spec names an external program, the command runs that program once. Factors without `--set` have mid-range
+    values.
 
     Example: [bold]stemcal simulate configs/smoke.yaml --diameter 7 --set yield_stress=18[/bold]
     """
@@ -116,9 +119,9 @@ def chosen_levels(study: Study, start: Mapping[str, float], settings: list[str])
         name, equals, text = setting.partition("=")
         name = name.strip()
         if not equals:
-            raise UsageError(f"--set {setting}: write factor=value")
+            raise UsageError(f"--set {setting}: write the setting as FACTOR=VALUE")
         if name not in levels:
-            raise UsageError(f"--set {setting}: no factor {name!r}; {did_you_mean(name, levels)}")
+            raise UsageError(f"--set {setting}: no factor is named {name!r}; {did_you_mean(name, levels)}")
         levels[name] = level_of(study.factor(name), text.strip())
     return levels
 
@@ -193,7 +196,8 @@ def _one_run(
 
     if study.kind.answers != "computes":
         raise UsageError(
-            f"simulate requires `solver: {{kind: embedded}}` or a program; this spec has kind {study.solver.kind}"
+            f"`simulate` requires `solver: {{kind: embedded}}` or an external program; this spec has the solver kind "
+            f"{study.solver.kind}"
         )
     solver = make_solver(study)
     solver.prepare()

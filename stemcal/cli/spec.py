@@ -24,11 +24,11 @@ MORE = "# ---- Everything below"  # begins what only --full writes
 
 def init(
     name: Annotated[str, typer.Argument(metavar="NAME", help="Name of the study and of its spec file.")] = "my-study",
-    full: Annotated[bool, typer.Option("--full", help="Include keys left at their default values.")] = False,
+    full: Annotated[bool, typer.Option("--full", help="Include the keys that have default values.")] = False,
 ) -> None:
     """Write a commented spec as a starting point.
 
-    The file is NAME.yaml; an existing file is not overwritten.
+    The command writes NAME.yaml and does not overwrite an existing file.
 
     Example: [bold]stemcal init my-stems[/bold]
     """
@@ -74,7 +74,7 @@ def _write_new(path: Path, text: str) -> None:
 
 
 def check(spec: Spec, out: Out = None, workers: Workers = None, as_json: AsJson = False) -> None:
-    """List all mistakes in a spec or, if there are none, its runs and cost.
+    """List all mistakes in a spec. If there are none, show the planned runs and their cost.
 
     Nothing is simulated or written. The estimated time excludes runs that are already in the study folder.
 

@@ -24,7 +24,7 @@ _MOST_NAMES = 20
 
 Runs = Annotated[bool, typer.Option("--runs", help="List all runs with their levels and results.")]
 Failed = Annotated[bool, typer.Option("--failed", help="List the failed runs.")]
-Verify = Annotated[bool, typer.Option("--verify", help="Check all files; exit code 1 if a file was changed.")]
+Verify = Annotated[bool, typer.Option("--verify", help="Check all files. The exit code is 1 if a file was changed.")]
 
 
 def status(
@@ -35,7 +35,7 @@ def status(
     out: Out = None,
     as_json: AsJson = False,
 ) -> None:
-    """Show the progress, failures and verdict of a study.
+    """Show the progress, the failed runs and the verdict of a study.
 
     You can use this command while the study is running. `stemcal run SPEC --retry` repeats failed runs; runs with
     damaged records are always repeated.
@@ -57,7 +57,9 @@ def status(
         result, sound = {**result, "verify": to_json(found)}, found.ok
         if not as_json:
             intact = found.records - sum(file.startswith("runs/") for file in found.damaged)
-            stale = (f"{name} is stale: {', '.join(changed)} changed since." for name, changed in found.stale.items())
+            stale = (
+                f"{name} is stale: {', '.join(changed)} changed afterwards." for name, changed in found.stale.items()
+            )
             say(f"{folder.path}: {intact} of {found.records} records are intact.", *stale)
         for file, problem in islice(found.damaged.items(), _MOST_NAMES):
             fail(f"{file} {problem}")
@@ -106,7 +108,7 @@ def _stage(stage: StageStatus) -> Iterator[str]:
     if stage.damaged:
         yield f"{name}: {counted(stage.damaged, 'damaged record')}; the next command repeats the run."
     if stage.changed:
-        yield f"{name}.json is stale: {', '.join(stage.changed)} changed since."
+        yield f"{name}.json is stale: {', '.join(stage.changed)} changed afterwards."
 
 
 def _runs(study: Study, folder: StudyFolder, failed: bool, as_json: bool) -> dict[str, Any]:

@@ -61,10 +61,10 @@ def measure_tests(
     if not there:
         if not study.tests:
             raise UsageError(
-                f"the spec of {study.name} has no section `tests`; add one, or use `stemcal measure shear`"
+                f"the spec of {study.name} has no section `tests`; add this section, or use `stemcal measure shear`"
             )
         if not folder.is_dir():
-            raise UsageError(f"{folder} does not exist; give the folder with one subfolder per test")
+            raise UsageError(f"{folder} does not exist; specify the folder with one subfolder per test")
         told = ", ".join(test.name for test in study.tests)
         raise UsageError(f"{folder} has no subfolder with the name of a test; the tests of {study.name}: {told}")
     asked = [one.partition("/") for one in exclude]

@@ -184,7 +184,7 @@ def total(found: Plan) -> list[str]:
     """Return sentences on the number of runs left, their time and their memory."""
     if found.source == "by_hand":
         stages = " + ".join(str(stage.to_run) for stage in found.stages)
-        return [f"{stages} {'run' if found.to_run == 1 else 'runs'} by hand, {found.to_run} in all."]
+        return [f"{stages} {'run' if found.to_run == 1 else 'runs'} by hand, {found.to_run} in total."]
     lines = [f"{counted(found.to_run, 'run')} to compute."]
     if found.seconds is not None:
         source = {

@@ -64,7 +64,7 @@ def validated(answer: Answer, naming: Naming = CUTTING) -> Answer:
         if value is None or not math.isfinite(value):
             return Answer("failed", None, "nan", given, rest)
         if abs(value) > MOST:
-            message = f"{given}, beyond the limit of the statistics ({MOST:g})"
+            message = f"{given}, which exceeds the limit of the statistics ({MOST:g})"
             return Answer("failed", None, "bad_result", message, rest)
     return answer
 

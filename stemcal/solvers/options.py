@@ -45,7 +45,7 @@ def _pattern(given: object, info: ValidationInfo) -> object:
     if groups == 0:
         naming: Naming = (info.context or {}).get("naming", CUTTING)
         raise complain(
-            "has no capture group around the number", f"write the pattern like '{naming.response.name} = (\\S+)'"
+            "has no capture group around the number", f"write a pattern such as '{naming.response.name} = (\\S+)'"
         )
     return given
 
@@ -71,14 +71,15 @@ class ResultReader(Frozen):
     column: Text | None = None
     """Column with the numbers in a CSV file with a header."""
     path: Text | None = None
-    """Path to the numbers in a JSON file, such as `history.force` or `rows.0.force`: keys and indices with dots."""
+    """Path to the numbers in a JSON file, such as `history.force` or `rows.0.force`: keys and indices
+    that are separated by dots."""
     pattern: Pattern | None = None
-    """Regular expression that is searched in each line. The group y, or else the first group, is the number; a group x
-    is the travel of a curve."""
+    """Regular expression that is searched for in each line. The group `y` contains the number; without this group, the
+    first group contains the number. A group `x` contains the travel of a curve."""
     along: Text | None = None
     """Column or path of the blade travel, for `curves` under `targets`."""
     reduction: Literal["max", "min", "first", "last"] = "last"
-    """Number that is used of a series: the largest, smallest, first or last number."""
+    """Number that is selected from a series: the largest, smallest, first or last number."""
     scale: Number = 1.0
     """Factor by which the number is multiplied, such as 4 for a quarter model or 1e-3 for mN."""
 
@@ -87,9 +88,12 @@ class ResultReader(Frozen):
         given = [name for name in ("column", "path", "pattern") if getattr(self, name) is not None]
         if len(given) != 1:
             found = f"has {' and '.join(given)}" if given else "specifies no numbers to read"
-            raise complain(found, "write one of column: … (CSV), path: … (JSON) or pattern: … (text)")
+            raise complain(found, "use exactly one of `column: …` (CSV), `path: …` (JSON) and `pattern: …` (text)")
         if self.pattern is not None and self.along is not None:
-            raise complain("has both along and pattern", "in the pattern, name the group of the travel x: (?P<x>…)")
+            raise complain(
+                "has both along and pattern",
+                "remove `along`, and use a group named x for the travel in the pattern: `(?P<x>…)`",
+            )
         return self
 
 
@@ -109,8 +113,8 @@ MassScaling = Annotated[
     Number,
     Field(
         ge=1,
-        description="Factor on all mass. A larger factor increases the time step and the kinetic energy. Each run "
-        "checks the kinetic energy.",
+        description="Factor by which all masses are multiplied. A larger factor increases the time step and the "
+        "kinetic energy. Each run checks the kinetic energy.",
     ),
 ]
 FilterWindow = Annotated[
@@ -139,7 +143,7 @@ class EmbeddedSolver(SolverOptions):
     coefficient makes the stem too stiff."""
     mass_scaling: MassScaling = 1e4
     time_step: Time | None = 4e-5
-    """Mass is added to elements with a smaller stable time step. Without this key no mass is added."""
+    """Mass is added to elements with a smaller stable time step. Without this key, no mass is added."""
     time_step_safety: Annotated[Number, Field(ge=0.001, le=1)] = 0.9
     """Fraction of the stable time step that the solver uses."""
     outputs: Annotated[Whole, Field(ge=10, le=100_000)] = 500
@@ -150,8 +154,8 @@ class EmbeddedSolver(SolverOptions):
     coarsening_around: Annotated[Number, Field(ge=1, le=10)] = 2.0
     """Ratio of the element width at the bottom of the section to the element width under the edge."""
     replicates: Annotated[Whole, Field(ge=2, le=100)] | None = None
-    """Number of simulations of each point, each with another position of the mesh along the stem. The scatter of the
-    responses enters every interval. Without this key the mesh has one position."""
+    """Number of simulations of each point, each with another position of the mesh along the stem. Every interval
+    includes the scatter of the responses. Without this key, the mesh has one position."""
     time_limit: Time | None = None
     """Time limit of one run, counted from the start of the run; unlimited by default."""
     threads: Annotated[Whole, Field(ge=1, le=256)] = 1
@@ -256,7 +260,7 @@ class CommandSolver(ProgramOptions):
     """File and number that contain the response. For several responses, write one reader under each name."""
     replicates: Annotated[Whole, Field(ge=1, le=100)] | None = None
     """Number of simulations of each point with different `{{seed}}`, for a stochastic program. With `1` each run of the
-    design is simulated once, including repeated centre points. Without this key the program must be deterministic: the
+    design is simulated once, including repeated centre points. Without this key, the program must be deterministic: the
     first run is repeated as a check."""
 
     def without_curve(self) -> tuple[str, str] | None:
@@ -264,8 +268,8 @@ class CommandSolver(ProgramOptions):
         has_travel = reader is not None and (reader.along is not None or "(?P<x>" in (reader.pattern or ""))
         if reader is not None and reader.reduction == "max" and has_travel:
             return None
-        message = "requires a result that is the peak of the force–displacement curve, with the displacement in mm"
-        return message, "add along: TRAVEL and reduction: max to result, or give only the force"
+        message = "requires a result that is the peak of the force–travel curve, with the travel in mm"
+        return message, "add `along: TRAVEL` and `reduction: max` to `result`, or specify only the force"
 
 
 class DeckSolver(ProgramOptions):
@@ -361,8 +365,8 @@ class SheetSolver(SolverOptions):
     templates: Annotated[tuple[SpecFile, ...], Field(max_length=MOST_FILES)] = ()
     """Input files that are written for each run; `{{factor}}` is replaced by the value of the factor."""
     replicates: Annotated[Whole, Field(ge=1, le=100)] | None = None
-    """Number of repeats of each run, in random order, for experiments and stochastic programs. The scatter of the
-    repeats enters every interval. Without this key equal levels are run once."""
+    """Number of repeats of each run, in random order, for experiments and stochastic programs. Every interval
+    includes the scatter of the repeats. Without this key, equal levels are run once."""
 
 
 class PythonSolver(SolverOptions):

@@ -69,7 +69,7 @@ def file_hash(path: Path) -> str:
         with open_plain(path) as file:
             return hashlib.file_digest(file, "sha256").hexdigest()
     except OSError as error:
-        raise UsageError(f"{path}: {error.strerror}; name an existing file") from None
+        raise UsageError(f"{path}: {error.strerror}; specify an existing file") from None
 
 
 def run_folder(place: Path | None, identity: Mapping[str, Any]) -> Path:

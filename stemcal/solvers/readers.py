@@ -57,7 +57,7 @@ def read_curve(result: ResultReader, folder: Path) -> tuple[Array, Array]:
     series = _series(result, folder)
     y, x = _finite(series), np.asarray([] if series.x is None else series.x, dtype=float)
     if x.size != y.size:
-        raise SimulationFailed("bad_result", f"the curve has {y.size} values but {x.size} values of the travel")
+        raise SimulationFailed("bad_result", f"the curve has {y.size} response values but {x.size} travel values")
     if not (np.isfinite(x).all() and (np.diff(x) >= 0).all()):
         raise SimulationFailed("bad_result", "the travel of the curve does not increase")
     return x, result.scale * y

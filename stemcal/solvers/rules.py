@@ -75,7 +75,7 @@ def _chance_is_said(draft: Draft, solver: CommandSolver | SheetSolver) -> Iterat
         for name in dict.fromkeys(found):
             if name in CHANCE and name not in draft.names:
                 message = f"{{{{{name}}}}} is allowed only for a stochastic program"
-                yield Finding(node, message, "write replicates: 1 under solver")
+                yield Finding(node, message, "write `replicates: 1` under `solver`")
 
 
 def _run_files_differ(_draft: Draft, solver: CommandSolver | SheetSolver) -> Iterator[Finding]:
@@ -102,10 +102,10 @@ def _every_response_is_read(draft: Draft, solver: CommandSolver) -> Iterator[Fin
         scores = named_modes(draft.study.targets.modes.values())
         names = [FORCE.name, *(n.name for n in draft.naming.further if n not in (*CUTTING.further, *scores))]
     if not (readers := solver.result):
-        yield Finding(("solver",), "'result' is missing", "add a line result: …")
+        yield Finding(("solver",), "'result' is missing", "add a line `result: …`")
     elif FIRST in readers:
         if len(names) > 1:
-            remedy = f"write a reader under each name: {names[0]}: {{file: …}}, {names[1]}: {{file: …}}"
+            remedy = f"write a reader under each name, such as `{names[0]}: {{file: …}}` and `{names[1]}: {{file: …}}`"
             yield Finding(path, f"one reader cannot return {len(names)} responses", remedy)
         return
     for name in readers:
@@ -141,7 +141,7 @@ def _keys_belong_to_the_program(_draft: Draft, solver: DeckSolver) -> Iterator[F
     """A deck's solver has no keys of the other program."""
     key, other = ("home", "openradioss") if solver.program == "lsdyna" else ("command", "lsdyna")
     if key in solver.model_fields_set:
-        yield Finding(("solver", key), f"applies only to program: {other}", "remove this key")
+        yield Finding(("solver", key), f"applies only to `program: {other}`", "remove this key")
 
 
 def _openradioss_hardens_isotropically(draft: Draft, solver: DeckSolver) -> Iterator[Finding]:
@@ -149,7 +149,7 @@ def _openradioss_hardens_isotropically(draft: Draft, solver: DeckSolver) -> Iter
     for index, factor in draft.factors.items():
         if factor.name == "hardening_parameter" and solver.program == "openradioss":
             message = "has no effect, because the OpenRadioss deck has isotropic hardening"
-            yield Finding(("factors", index, "name"), message, "give the parameter a fixed value under material")
+            yield Finding(("factors", index, "name"), message, "write a fixed value of this parameter under `material`")
 
 
 OF_EMBEDDED = (_elements_fit_stem,)

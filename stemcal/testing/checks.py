@@ -78,7 +78,7 @@ class _AtWork:
     def study(self) -> Study:
         """The study."""
         if self._study is None:
-            raise UsageError(f"{type(self.thing).__name__}: pass a study that uses it")
+            raise UsageError(f"{type(self.thing).__name__}: pass a study that uses this object")
         return self._study if isinstance(self._study, Study) else load_study(self._study)
 
 
@@ -118,7 +118,10 @@ def _points_are_finite_for_each_number_of_factors(at: DesignAtWork) -> None:
 def _same_points_again(at: DesignAtWork) -> None:
     """The points are not random."""
     for k, points in at.few.items():
-        _require(np.array_equal(points, at.points(k)), f"the points of {k} factors differ the second time")
+        _require(
+            np.array_equal(points, at.points(k)),
+            f"the points of {k} factors differ when they are computed a second time",
+        )
 
 
 def _every_term_can_be_estimated(at: DesignAtWork) -> None:

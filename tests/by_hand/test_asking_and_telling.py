@@ -49,7 +49,7 @@ def test_run_continues_as_far_as_the_sheet_allows(tmp_path: Path) -> None:
     """15 runs of the surface, one of the refinement and one of the validation: rows of one sheet."""
     spec, out = spec_of(tmp_path), tmp_path / "study"
     planned = command("check", spec, "--out", out).stdout
-    assert "runs by hand, 16 in all" in planned and "unknown" not in planned
+    assert "runs by hand, 16 in total" in planned and "unknown" not in planned
     done = command("run", spec, "--out", out)
     assert done.exit_code == 6
     assert f"Waiting for 15 results of rsm; fill in {out / 'sheet.csv'}, then: stemcal run" in done.stderr

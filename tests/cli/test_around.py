@@ -77,7 +77,7 @@ def test_export_figures_lists_draws_and_refuses(done: Path) -> None:
     assert all(Path(path).is_file() for path in drawn)
     refused = command("export", "figures", REPLAY, "pie", "--out", done)
     assert refused.exit_code == 2
-    assert "no figure 'pie'; figures: pareto, half-normal" in refused.stderr
+    assert "no figure is named 'pie'; the figures are pareto, half-normal" in refused.stderr
 
 
 @pytest.mark.slow

@@ -100,7 +100,7 @@ def test_refusals(tmp_path: Path) -> None:
     )
     for args, said in (
         ((REPLAY, tmp_path / "x.k", *dyna), "kind sheet"),
-        ((SMOKE, tmp_path / "x.k"), "add --for lsdyna or --for openradioss"),
+        ((SMOKE, tmp_path / "x.k"), "add `--for lsdyna` or `--for openradioss`"),
         ((SMOKE, tmp_path / "x.rad", *dyna), "LS-DYNA cannot read .rad files"),
         ((SMOKE, tmp_path / "no" / "x.k", *dyna), "does not exist"),
         ((SMOKE, tmp_path / "x.k", *dyna, "--set", "yield_stres=3"), "did you mean yield_stress?"),

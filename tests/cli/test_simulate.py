@@ -80,7 +80,7 @@ def test_json(calls: list[Any]) -> None:
     [
         ("yeild_stress=18", "did you mean yield_stress?"),
         ("mass=3", "use elastic_modulus"),
-        ("yield_stress", "factor=value"),
+        ("yield_stress", "FACTOR=VALUE"),
         ("yield_stress=18 mm", "yield_stress"),
         ("yield_stress=1_8", "yield_stress"),
         ("yield_stress=٣", "yield_stress"),

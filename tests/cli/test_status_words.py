@@ -38,7 +38,7 @@ def test_what_is_wrong_with_a_stage() -> None:
         "screen: failed: inverted (2), timeout (1); `stemcal status SPEC --failed` lists the failed runs.",
         "screen: 1 response may be too low: the stroke ended before the maximum was clearly passed.",
         "screen: 2 damaged records; the next command repeats the run.",
-        "screen.json is stale: rsm, solver version changed since.",
+        "screen.json is stale: rsm, solver version changed afterwards.",
     ]
 
 

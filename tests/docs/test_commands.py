@@ -92,7 +92,7 @@ def test_do_the_runs_by_hand(clone: Path) -> None:
     assert len(angles) == 15
     *first, run = commands(page)
     printed = give(first, clone)
-    assert "15 + 1 runs by hand, 16 in all" in printed["stemcal check heap.yaml"]
+    assert "15 + 1 runs by hand, 16 in total" in printed["stemcal check heap.yaml"]
     assert "Waiting for 15 results of rsm" in give([run], clone, code=6)[run]
     for code in (6, 6, 0):
         write_angles(clone / "runs" / "heap" / "sheet.csv", angles)

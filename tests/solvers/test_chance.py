@@ -145,7 +145,7 @@ def test_chance_that_nobody_declared_is_found_at_the_start(tmp_path):
     template = TEMPLATE.replace("{{seed}}", "7")
     study = study_of(tmp_path, "", UNSEEDED, template)
     folder = StudyFolder(tmp_path / "runs")
-    with pytest.raises(UsageError, match=r"the program is stochastic .*\. Write replicates: 5"):
+    with pytest.raises(UsageError, match=r"the program is stochastic .*\. Write `replicates: 5`"):
         fit_response_surface(study, folder)
     assert len(list(folder.runs.glob("*.json"))) == 2
 
@@ -161,5 +161,7 @@ def test_a_deterministic_program_is_run_once_more_and_goes_on(tmp_path):
 
 
 def test_a_seed_without_replicates_is_refused(tmp_path):
-    with pytest.raises(SpecError, match="is allowed only for a stochastic program; write replicates: 1 under solver"):
+    with pytest.raises(
+        SpecError, match="is allowed only for a stochastic program; write `replicates: 1` under `solver`"
+    ):
         study_of(tmp_path, "")

@@ -299,8 +299,8 @@ def test_result_file_stays_in_the_run_folder(tmp_path: Path, name: str) -> None:
 @pytest.mark.parametrize(
     ("result", "said"),
     [
-        ("{file: out.json, path: a, column: b}", "solver.result: has column and path; write one of"),
-        ("{file: out.json}", "solver.result: specifies no numbers to read; write one of column: …"),
+        ("{file: out.json, path: a, column: b}", "solver.result: has column and path; use exactly one of"),
+        ("{file: out.json}", "solver.result: specifies no numbers to read; use exactly one of `column: …`"),
         ("{file: out.csv, colum: F}", "unknown key 'colum'; did you mean column?"),
         ("{file: out.txt, pattern: '(1'}", "is not a valid regular expression"),
         ("{file: out.txt, pattern: '(1{4294967295})'}", "is not a valid regular expression: the repetition number"),

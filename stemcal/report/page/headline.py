@@ -85,7 +85,7 @@ def question(study: Study) -> str:
     place, values = "", ""
     if naming.condition is not None:
         conditions = names.conditions(target.condition for target in targets)
-        place = f" of stems of {conditions} diameter" if naming.is_cutting else f" at {conditions}"
+        place = f" of stems with a diameter of {conditions}" if naming.is_cutting else f" at {conditions}"
     if len(targets) == 1:
         means = [(naming.named(name), targets[0].mean_of(name)[0]) for name in study.fitted_responses]
         values = f" ({series(f'{short(mean)}{named.unit_suffix}' for named, mean in means if mean is not None)})"

@@ -67,7 +67,7 @@ def installation(options: DeckSolver, folder: Path) -> _Installation:
     """
     named = options.home or options.environment.get(HOME) or os.environ.get(HOME)
     if named is None:
-        raise UsageError(f"solver.home: the folder of OpenRadioss is unknown; add home: FOLDER, or set {HOME}")
+        raise UsageError(f"solver.home: the folder of OpenRadioss is unknown; add `home: FOLDER`, or set {HOME}")
     home = (folder / named).absolute()
     if not (home / _DEFINITIONS).is_dir():
         raise UsageError(

@@ -53,7 +53,7 @@ def meant_run(study: Study, runs: Mapping[str, Sequence[Request]], row: Filled) 
     if not meant:
         raise next(other for other in wrong if other is not None)
     if len({(run.condition, run.replicate) for run in meant}) > 1:
-        message = f"several runs are called {row.run}; add condition and replicate, as in the sheet"
+        message = f"several runs are called {row.run}; add the condition and the replicate, as in the sheet"
         raise RowRefused(row, "several_meant", message)
     return meant[0]
 

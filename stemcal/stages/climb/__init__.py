@@ -23,9 +23,9 @@ class Climbing(Stage["ClimbResult"]):
     one_by_one = True
     help = """Move the centre of the surface design towards the measured value.
 
-        The climb changes the significant factors together until the response passes the target. The direction follows
-        from the effects of the screening, and climb.steps is the maximum number of steps. The best step is the centre
-        of the surface design. `stemcal run` includes the climb if the spec has a `climb` section.
+        The climb changes all significant factors simultaneously until the response passes the target. The
+        direction follows from the screening effects, and `climb.steps` is the maximum number of steps. The best step is
+        the centre of the surface design. `stemcal run` includes the climb if the spec has a `climb` section.
         """
     purpose = "Between stages 1 and 2: steps towards the target. A study without this section has no climb."
     by_section = True

@@ -185,7 +185,7 @@ def _joint_table(joint: JointFitted, names: Names) -> Table:
     if tests:
         columns.append(Column("left_out_interval", "Others predict", form=interval, claims=True))
     largest = f"Largest error: {fixed(error)} % when fitted, {fixed(left_out)} % when left out."
-    others = "other tests. Others predict: 95 % interval of the mean from this fit." if tests else "others."
+    others = "other tests. Others predict: 95 % interval of the mean from this fit." if tests else "other values."
     foot = largest, f"Left out: predicted from a fit to the {others}", *scores(names)
     return Table.of(columns, rows, _JOINT, foot)
 

@@ -76,7 +76,7 @@ def _notes(result: SurfaceResult) -> Iterator[Note]:
     if result.reduction is not None:
         removed = (
             f"Backward elimination removed {series(step.term for step in result.reduction)}. P-values and intervals "
-            "are slightly optimistic because the same runs selected the terms."
+            "are slightly optimistic because the terms were selected with the same runs."
         )
         yield Note("reduction", "caution", removed if result.reduction else "Backward elimination removed no terms.")
     if (repeats := result.pure_error) is not None and (repeats.kind == "scatter" or repeats.remedy):

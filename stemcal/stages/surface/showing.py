@@ -46,7 +46,7 @@ class SurfaceShowing(Showing[SurfaceResult]):
         )
         copies = len(responses) - count
         if result.deterministic and copies > 0:
-            text += f" Another {copies} runs only repeat the result of the deterministic solver."
+            text += f" {copies} further runs only repeat the result of the deterministic solver."
         return [text]
 
     def tables(self, result: SurfaceResult, names: Names) -> list[Table]:
@@ -169,7 +169,7 @@ def _fit_table(stage: SurfaceResult) -> Table:
         (replace(response, unit=response.squared).headed("PRESS"), significant(stage.press, 6)),
         ("Coefficient of variation, %", fixed(stage.cv_percent, 2)),
     )
-    return Table((Column("statistic", "Statistic"), Column("value", "Value", form=str)), rows, "Quality of the fit")
+    return Table((Column("statistic", "Statistic"), Column("value", "Value", form=str)), rows, "Fit quality")
 
 
 def canonical_table(stage: SurfaceResult, shape: Shape, names: Names) -> Table:

@@ -41,7 +41,7 @@ def validation(evidence: Evidence) -> Iterator[Note]:
         severity: Severity = "error" if evidence.mostly_off else "warning"
         yield Note("validation", severity, f"{miss(worst, evidence.names)}.", remedy)
     if not held_out and not _predicted_in_turn(evidence):
-        text = "The parameters have no independent check because all measurements were fitted."
+        text = "The parameters have no independent check because all measurements were used in the fit."
         yield Note("unchecked", "warning", text, advice.measure_more(study))
 
 

@@ -59,7 +59,8 @@ def to_reach(study: Study, surface: Surfaces, target: float) -> Remedy:
         return min(found, key=lambda entry: entry[0])[1]
     fixed = "loading and specimen" if study.naming.is_cutting else "the fixed values of the simulation"
     return Remedy(
-        f"Check the units and {fixed}: no wider range of a single factor ({series(surface.names)}) includes the target."
+        f"Check the units and {fixed}: even a wider range of any one factor ({series(surface.names)}) does not include "
+        "the target."
     )
 
 

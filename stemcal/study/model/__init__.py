@@ -247,7 +247,7 @@ class Study(StudyForm):
         for factor in self.factors:
             if factor.name == name:
                 return factor
-        raise UsageError(f"no factor {name!r}; {did_you_mean(str(name), self.names)}")
+        raise UsageError(f"no factor is named {name!r}; {did_you_mean(str(name), self.names)}")
 
     def midlevels(self) -> dict[str, float]:
         """Return the mid-level of every factor, in the units of the spec."""

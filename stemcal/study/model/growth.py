@@ -17,7 +17,7 @@ def _exponent(given: Any) -> Any:
     if isinstance(given, str) and given.isidentifier():
         return given
     if isinstance(given, bool) or not isinstance(given, int | float) or not abs(given) <= MOST_EXPONENT:
-        raise complain("is neither a number nor the name of a factor", "write exponent: 0.5, or the name of a factor")
+        raise complain("is neither a number nor the name of a factor", "write `exponent: 0.5` or the name of a factor")
     return float(given)
 
 

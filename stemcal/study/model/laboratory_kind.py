@@ -35,7 +35,9 @@ class LaboratoryMeans(Frozen):
 
 def _as_rows(given: Any, info: ValidationInfo) -> Any:
     if info.context is not None:
-        raise complain("unknown key 'targets'", "write rows in the `targets` section: {test: NAME, diameter: …}")
+        raise complain(
+            "unknown key 'targets'", "write rows such as `{test: NAME, diameter: …}` in the `targets` section"
+        )
     return given
 
 
@@ -97,7 +99,7 @@ class PieceSection(LaboratorySection):
     """
 
     length: StemLength | None = None
-    """Length of the piece; by default 1.2 times the span in bending, otherwise two diameters."""
+    """Length of the piece; the default is 1.2 times the span in bending tests and two diameters in other tests."""
     stroke: StemLength
     """Stroke of the machine."""
     element_size: StemLength | None = None

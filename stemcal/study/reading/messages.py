@@ -22,12 +22,12 @@ _KINDS = {
     "float_type": ("a number", "write a plain number, such as 0.3"),
     "int_type": ("a whole number", "write the number without a point or unit"),
     "int_from_float": ("a whole number", "write the number without a point or unit"),
-    "tuple_type": ("a list", "begin each entry with - on its own line"),
-    "list_type": ("a list", "begin each entry with - on its own line"),
-    "dict_type": ("a mapping", "write key: value lines below this key"),
-    "model_type": ("a mapping", "write key: value lines below this key"),
-    "model_attributes_type": ("a mapping", "write key: value lines below this key"),
-    "dataclass_type": ("a mapping", "write key: value lines below this key"),
+    "tuple_type": ("a list", "write each entry on a separate line that begins with `-`"),
+    "list_type": ("a list", "write each entry on a separate line that begins with `-`"),
+    "dict_type": ("a mapping", "write lines such as `key: value` below this key"),
+    "model_type": ("a mapping", "write lines such as `key: value` below this key"),
+    "model_attributes_type": ("a mapping", "write lines such as `key: value` below this key"),
+    "dataclass_type": ("a mapping", "write lines such as `key: value` below this key"),
 }
 _BOUNDS = {
     "greater_than": ("must be above", "gt"),

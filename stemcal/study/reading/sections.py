@@ -37,7 +37,7 @@ def read_sections(data: Any, folder: Path) -> Sections:
     """Read each section of a spec's tree by itself; files are found next to the spec."""
     sections = Sections(folder, data if isinstance(data, dict) else {})
     if not isinstance(data, dict):
-        message = "the file is empty" if data is None else "a spec must consist of lines `key: value`"
+        message = "the file is empty" if data is None else "a spec must consist of lines such as `key: value`"
         sections.findings.append(Finding((), message, "write a new spec with `stemcal init`"))
         return sections
     _learn_kinds(data)

@@ -47,17 +47,21 @@ def _curves_in(patterns: Sequence[str], folder: Path, path: NodePath) -> tuple[l
     try:
         files = _files(patterns, folder)
     except UsageError as error:
-        return read, [Finding(path, str(error), "name force–travel files in the folder of the spec")]
+        return read, [
+            Finding(path, str(error), "list the force–travel files, which must be in the same folder as the spec")
+        ]
     for file in files:
         try:
             read += [smoothed(curve.travel, curve.force) for curve in read_curves(file, _WHOLE)]
         except UsageError as error:
             wrong.append(
-                Finding(path, str(error), "correct the file; name the columns Travel (mm) and Force (N), for example")
+                Finding(
+                    path, str(error), "correct the file; for example, use the headings `Travel (mm)` and `Force (N)`"
+                )
             )
     if not wrong and len(read) < FEWEST:
-        message = f"curves of only {counted(len(read), 'specimen')} do not determine the scatter"
-        wrong.append(Finding(path, message, f"measure {FEWEST} or more, or write only force and sd"))
+        message = f"curves of only {counted(len(read), 'specimen')} cannot determine the scatter"
+        wrong.append(Finding(path, message, f"measure at least {FEWEST} specimens, or write only `force` and `sd`"))
     return read, wrong[:_MOST_NAMES]
 
 
@@ -98,19 +102,27 @@ class Rows:
         """Read all rows."""
         example = _example(self.naming)
         if not isinstance(given, list):
-            self._find(("targets",), "is not a list of measured means", f"write a row for each: - {{{example}}}")
+            self._find(
+                ("targets",), "is not a list of measured means", f"write a row such as `- {{{example}}}` for each mean"
+            )
             return
         if not given or len(given) > _MOST_ROWS:
-            wrong = f"is too long ({len(given)})" if given else "is empty"
-            self._find(("targets",), wrong, f"keep at most {_MOST_ROWS}" if given else f"add a row - {{{example}}}")
+            wrong = f"has too many rows ({len(given)})" if given else "is empty"
+            self._find(
+                ("targets",),
+                wrong,
+                f"keep at most {_MOST_ROWS} rows" if given else f"add a row such as `- {{{example}}}`",
+            )
             return
         for index, row in enumerate(given):
             if isinstance(row, dict):
                 self._read_row(index, row)
             else:
-                self._find(("targets", index), "is not a mapping", f"write {{{example}}}")
+                self._find(("targets", index), "is not a mapping", f"write a row such as `{{{example}}}`")
         if not self.means and not self.findings:
-            self._find(("targets",), f"no row has the {self.naming.response.noun}", f"add a row - {{{example}}}")
+            self._find(
+                ("targets",), f"no row has the {self.naming.response.noun}", f"add a row such as `- {{{example}}}`"
+            )
 
     def _read_row(self, index: int, row: Mapping[str, Any]) -> None:
         test = row.get("test")
@@ -124,7 +136,7 @@ class Rows:
         else:
             entry = _Row(row, ("targets", index), _OF_TESTS, True, self.findings)
             if not entry.means and not entry.wrong:
-                self._find(("targets", index), "the row has no response", "add a response, such as slope: …")
+                self._find(("targets", index), "the row has no response", "add a response, such as `slope: …`")
             if entry.condition is not None:
                 means = LaboratoryMeans(diameter=entry.condition, means=entry.means, row=index)
                 self.of_tests.setdefault(str(test), []).append(means)
@@ -246,10 +258,10 @@ class _Row:
         if len(names) > 1:
             shown = f"{sd:g}" if isinstance(sd, float) else str(sd)[:60]
             message = f"{shown} can be the standard deviation of {' or of '.join(names)}"
-            self._find(("sd",), message, f"write sd: {{{names[0]}: {shown}, {names[1]}: …}}")
+            self._find(("sd",), message, f"write `sd: {{{names[0]}: {shown}, {names[1]}: …}}`")
             return {}
         if not names and not self.row.get("curves"):
-            self._find(("sd",), "the response of this standard deviation is missing", "add the response")
+            self._find(("sd",), "the response that has this standard deviation is missing", "add the response")
         return dict.fromkeys(names, sd)
 
     def _read(self, key: tuple[str, ...], given: Any, named: Named, **bounds: float) -> float | None:
@@ -279,7 +291,7 @@ class _Row:
             if key not in known:
                 remedy = did_you_mean(str(key), known)
                 if not self.with_units and naming.condition is None:
-                    remedy += f", or declare the condition: conditions: [{{name: {str(key)[:60]}, unit: …}}]"
+                    remedy += f", or declare the condition with `conditions: [{{name: {str(key)[:60]}, unit: …}}]`"
                 self._find((key,), f"unknown key {str(key)[:60]!r}", remedy, at_key=True)
 
     def _find(self, key: tuple[str, ...], message: str, remedy: str, at_key: bool = False) -> None:
@@ -295,7 +307,7 @@ def _value(given: Any, named: Named, with_units: bool, above: float | None = Non
         return Quantity(dimension, at_least=at_least, **bounds).checked(given, from_yaml=True)
     value = quantity(given, named)
     if not abs(value) <= LARGEST:
-        raise complain(f"{value:g} is outside the computable range", "check number and unit")
+        raise complain(f"{value:g} is outside the computable range", "check the number and its unit")
     if above is not None and not value > above:
         remedy = "correct the value; errors are percentages of the measured value"
         raise complain(f"{named.text(value)} must be above 0", remedy)

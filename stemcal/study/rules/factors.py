@@ -23,7 +23,7 @@ def _names_differ(draft: Draft) -> Iterator[Finding]:
             if first is not factor:
                 other = "" if key == "name" else f" ({first.name})"
                 message = f"another factor{other} has the {key} {value!r}"
-                yield Finding(("factors", index, key), message, f"give each factor its own {key}")
+                yield Finding(("factors", index, key), message, f"use a different {key} for each factor")
 
 
 def _ranges_rise(draft: Draft) -> Iterator[Finding]:
@@ -31,10 +31,10 @@ def _ranges_rise(draft: Draft) -> Iterator[Finding]:
     for index, factor in draft.factors.items():
         low, high = in_unit(factor.low, factor.unit), in_unit(factor.high, factor.unit)
         if factor.low > factor.high:
-            message = f"low {low} is above high {high}"
-            yield Finding(("factors", index, "low"), message, "swap low and high")
+            message = f"`low` ({low}) is above `high` ({high})"
+            yield Finding(("factors", index, "low"), message, "exchange the two values")
         elif factor.low == factor.high:
-            message = f"low and high are both {low}"
+            message = f"`low` and `high` are both {low}"
             remedy = "widen the range, or move the parameter to the `material` section"
             yield Finding(("factors", index, "low"), message, remedy)
 
@@ -47,7 +47,7 @@ def _priors_fit(draft: Draft) -> Iterator[Finding]:
         path: NodePath = ("factors", index, "prior", "mean")
         if not factor.low - 3 * prior.sd <= prior.mean <= factor.high + 3 * prior.sd:
             given = f"{prior.mean:g} ± {prior.sd:g}"
-            message = f"the prior {given} excludes the whole range {factor.low:g} to {factor.high:g}"
+            message = f"the prior {given} excludes the entire range from {factor.low:g} to {factor.high:g}"
             yield Finding(path, message, "correct the prior or the range, in the unit of the factor")
 
 
@@ -103,7 +103,7 @@ def wrong_levels(study: Study, levels: Mapping[str, float], diameter: float | No
         if name in (*study.names, *study.material.growing()) and (wrong := parameter.outside(shown)):
             yield f"{name} = {in_unit(shown, parameter.unit)} {wrong}; {parameter.label} in plants is {parameter.usual}"
     if given["tangent_modulus"] >= given["elastic_modulus"]:
-        yield "tangent_modulus must be below elastic_modulus; reduce tangent_modulus"
+        yield "`tangent_modulus` must be below `elastic_modulus`; reduce `tangent_modulus`"
     if "wall_thickness" in levels and study.at(levels).specimen.diameter_ratio <= 0.0:
         yield f"wall_thickness must be below half of the calibration diameter, {study.targets.calibrate_at:g} mm"
 
@@ -158,8 +158,8 @@ def _rate_parameters_are_used(draft: Draft) -> Iterator[Finding]:
         if name in RATE:
             yield Finding(
                 path,
-                f"{name} has no effect with rate_law: none",
-                "remove the parameter, or choose another solver.rate_law",
+                f"{name} has no effect with `rate_law: none`",
+                "remove the parameter, or choose another `solver.rate_law`",
             )
 
 
@@ -188,8 +188,8 @@ def _tangent_stays_below_elastic(draft: Draft) -> Iterator[Finding]:
         tangent = _extreme(draft, "tangent_modulus", "high", diameter)
         elastic = _extreme(draft, "elastic_modulus", "low", diameter)
         if tangent and elastic and tangent[1] >= elastic[1]:
-            message = f"tangent_modulus {tangent[1]:g} MPa is not below elastic_modulus {elastic[1]:g} MPa"
-            yield Finding(tangent[0], message, "lower tangent_modulus, or raise elastic_modulus")
+            message = f"the tangent modulus ({tangent[1]:g} MPa) is not below the elastic modulus ({elastic[1]:g} MPa)"
+            yield Finding(tangent[0], message, "reduce `tangent_modulus`, or increase `elastic_modulus`")
             return
 
 

@@ -39,7 +39,7 @@ _THROUGH, _THROUGH_THIN, _THIN = 3, 4, 0.6
 _RESOLVED = 0.6
 _LEAST_SCATTER = 3e-4  # of a mean
 _MACHINE, _MOWER = 50.0, 1000.0  # mm/s: the fastest testing machine, the slowest mower
-FALL = "with elements two thirds as long, they are up to 10 % smaller"
+FALL = "with elements two thirds as long, these values are up to 10 % smaller"
 
 
 def doubts(study: Study) -> list[Finding]:
@@ -92,8 +92,10 @@ def _mesh(study: Study) -> Iterator[Finding]:
     for path, length in lengths.items():
         least = min(conditions, key=length.at)
         if length.at(least) == 0.0:
-            message = f"without {path[1]} the force depends on the mesh"
-            yield Finding(path, message, "write d/9.5 for blade.edge_spread and d/4.5 for material.internal_length")
+            message = f"without `{path[1]}` the force depends on the mesh"
+            yield Finding(
+                path, message, "write `edge_spread: d/9.5` under `blade` and `internal_length: d/4.5` under `material`"
+            )
             continue
         coarse = [d for d in conditions if mesh.element_size.at(d) > _RESOLVED * length.at(d) * (1.0 + 1e-9)]
         if coarse:
@@ -117,10 +119,10 @@ def _wall(study: Study, mesh: Mesh) -> Iterator[Finding]:
         count = mesh.through_wall or max(1, math.ceil(elements - 1e-9))
         if count < (_THROUGH_THIN if ratio > _THIN else _THROUGH):
             message = (
-                f"the wall of {wall:.3g} mm has {count} elements through its thickness: the bending of the wall, and "
-                "therefore the force, depends on the number of elements"
+                f"the wall of {wall:.3g} mm has {count} elements through its thickness, so the force depends on the "
+                "number of elements"
             )
-            remedy = f"write elements_through_wall: {_THROUGH_THIN} in the `solver` section"
+            remedy = f"write `elements_through_wall: {_THROUGH_THIN}` in the `solver` section"
             yield Finding(("solver", "element_size"), message, remedy)
             return
 
@@ -137,7 +139,7 @@ def _targets(study: Study) -> Iterator[Finding]:
         if study.naming.response == FORCE:
             yield from doubt((*path, "force"), target.response, 1, 1e5, "N")
         if 0.0 in (target.sd, *(mean.sd for mean in target.further.values())):
-            message = "a standard deviation of 0 gives this mean almost all the weight in a joint fit"
+            message = "with a standard deviation of 0, this mean has almost all the weight in a joint fit"
             yield Finding((*path, "sd"), message, "omit `sd` if the standard deviation is unknown")
         travel, _ = target.mean_of(TRAVEL.name)
         stroke = study.loading.stroke_at(target.condition)

@@ -37,7 +37,7 @@ def _conditions_differ(draft: Draft) -> Iterator[Finding]:
             named = draft.naming
             place = f"diameter {named.place(target.condition)}" if named.is_cutting else named.place(target.condition)
             message = f"{place or 'the study'} has two {named.response.plural}"
-            remedy = f"keep one row with the mean {named.response.noun}, sd and n"
+            remedy = f"keep one row with the mean {named.response.noun}, `sd` and `n`"
             at: NodePath = ("targets", target.row)
             yield Finding((*at, named.condition.name) if named.condition else at, message, remedy)
 
@@ -63,7 +63,7 @@ def _stem_reaches_over_supports(draft: Draft) -> Iterator[Finding]:
             f"the supports are {draft.study.supports.clearance:g} mm apart, but the specimen is only "
             f"{draft.study.specimen.length:g} mm long"
         )
-        yield Finding(("supports", "clearance"), message, "move the supports closer or use a longer specimen")
+        yield Finding(("supports", "clearance"), message, "move the supports closer together or use a longer specimen")
 
 
 def _edge_fits_blade(draft: Draft) -> Iterator[Finding]:
@@ -77,8 +77,8 @@ def _friction_falls(draft: Draft) -> Iterator[Finding]:
     """Sliding does not rub more than sticking."""
     contact = draft.study.contact
     if contact.dynamic_friction > contact.static_friction:
-        message = f"{contact.dynamic_friction:g} is above static_friction {contact.static_friction:g}"
-        yield Finding(("contact", "dynamic_friction"), message, "swap the two values")
+        message = f"{contact.dynamic_friction:g} is above the static friction ({contact.static_friction:g})"
+        yield Finding(("contact", "dynamic_friction"), message, "exchange the two values")
 
 
 _CUTTING = "cutting"
@@ -90,7 +90,7 @@ def _tests_are_simulated(draft: Draft) -> Iterator[Finding]:
     if not draft.tests:
         return
     if not draft.kind.simulates_tests:
-        message = f"solver {draft.study.solver.kind} does not simulate laboratory tests"
+        message = f"solver {draft.study.solver.kind} cannot simulate laboratory tests"
         yield Finding(("tests",), message, "remove the tests, or use the embedded solver", at_key=True)
     for section in ("responses", "conditions"):
         if getattr(draft.study, section):
@@ -114,7 +114,7 @@ def _curves_are_simulated(draft: Draft) -> Iterator[Finding]:
     machine = draft.study.machine
     if machine.model_fields_set and not curved:
         message = "without curves the `machine` section has no effect"
-        yield Finding(("machine",), message, "remove the section, or name files under `curves`", at_key=True)
+        yield Finding(("machine",), message, "remove the section, or list files under `curves`", at_key=True)
 
 
 def _tests_differ(draft: Draft) -> Iterator[Finding]:
@@ -178,7 +178,7 @@ def _test_targets_stand_beside_forces(draft: Draft) -> Iterator[Finding]:
             place = ("targets", means.row, "diameter")
             if any(isclose(means.diameter, other) for other in seen):
                 message = f"the test {test.name} has two rows for {means.diameter:g} mm"
-                yield Finding(place, message, "keep one row with the mean and n")
+                yield Finding(place, message, "keep one row with the mean and `n`")
             if not any(isclose(means.diameter, other) for other in cut):
                 listed = ", ".join(f"{other:g}" for other in cut[:20])
                 message = f"no cutting force is given for {means.diameter:g} mm, only for {listed} mm"

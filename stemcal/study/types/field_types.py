@@ -67,7 +67,7 @@ class Quantity:
         value = self._parsed(given, from_yaml)
         unit = units.INTERNAL[self.dimension]
         if not abs(value) <= MOST:
-            raise complain(f"{given} is outside the computable range", "check number and unit")
+            raise complain(f"{given} is outside the computable range", "check the number and its unit")
         if not value > self.above:
             raise complain(f"{given} must be above {self.above:g} {unit}", "write a larger value")
         if not value >= self.at_least:
@@ -239,7 +239,10 @@ def _reader(millimetres: Quantity) -> BeforeValidator:
         if share is None:
             return Length(millimetres.read(given, info))
         if not 0.1 <= float(share[1]) <= 1000.0:
-            raise complain(f"{given} is not a plausible fraction of a diameter", "divide by 0.1 to 1000, such as d/8")
+            raise complain(
+                f"{given} is not a plausible fraction of a diameter",
+                "divide the diameter by a number from 0.1 to 1000, as in d/8",
+            )
         return Length(divisor=float(share[1]))
 
     return BeforeValidator(read)

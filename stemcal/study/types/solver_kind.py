@@ -84,13 +84,13 @@ class SolverOptions(Frozen):
 
     def without_curve(self) -> tuple[str, str] | None:
         """Return why a run has no force–travel curve and what to do; None if it has one."""
-        return f"solver {self.title} has no curve to compare", "give only the force"
+        return f"the {self.title} solver returns no curve for the comparison", "specify only the force"
 
     def chance_remedy(self) -> Remedy:
         """Return how to declare or remove the randomness of its answers."""
         text = (
-            "Write replicates: 5 under solver, which simulates each point five times and includes the scatter, and "
-            "{{seed}} where the program expects a seed"
+            "Write `replicates: 5` under `solver`, and write `{{seed}}` where the program expects a seed; each point "
+            "is then simulated five times"
         )
         return Remedy(text, "solver: {replicates: 5}")
 

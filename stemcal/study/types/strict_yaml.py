@@ -131,7 +131,11 @@ def _read_text(document: Document, text: str) -> None:
         document.note(_place(_mark(error)), f"not readable as YAML: {problem}", remedy)
     except (yaml.YAMLError, ValueError, OverflowError):
         here = _place(loader.get_mark() if loader else None)
-        document.note(here, "the file is not readable as YAML here", "check escapes and % lines at this place")
+        document.note(
+            here,
+            "the file is not readable as YAML here",
+            "check the escape sequences and the lines that begin with % here",
+        )
     except _Stopped:
         pass
 
@@ -244,9 +248,9 @@ _NO_COLON = "could not find expected ':'"
 _REMEDIES = {
     "cannot start any token": "enclose the text in quotes; indent with spaces, not tabs",
     "mapping values are not allowed": "enclose a text with a colon in quotes; check the indentation",
-    _NO_COLON: "a colon and a space are missing here: write key: value",
+    _NO_COLON: "a colon and a space are missing here: write `key: value`",
     "expected <block end>": "check the indentation of this line and of the lines above",
-    "expected ',' or": "close the bracket opened before",
+    "expected ',' or": "add the missing closing bracket",
     "sequence entries are not allowed": "enclose a lone - in quotes",
-    "unexpected end of stream": "close the quote opened before",
+    "unexpected end of stream": "add the missing closing quotation mark",
 }

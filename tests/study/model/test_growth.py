@@ -62,7 +62,7 @@ def test_levels_that_no_stem_of_this_diameter_can_have(study: Study) -> None:
     stiff = study.with_(material={"tangent_modulus": steep, "poisson_ratio": 0.3})
     levels = stiff.midlevels()
     assert list(wrong_levels(stiff, levels, 8.0)) == []
-    with pytest.raises(UsageError, match="tangent_modulus must be below elastic_modulus"):
+    with pytest.raises(UsageError, match="`tangent_modulus` must be below `elastic_modulus`"):
         require_material(stiff, levels, 16.0)
 
 

@@ -89,8 +89,8 @@ def test_a_simulated_curve_has_their_scores(tmp_path: Path) -> None:
         ("curves: lab/9mm-*.csv", "force: 140 N", "", "no file matches lab/9mm-*.csv; "),
         ("curves: ../*.csv", "force: 140 N", "", "no file matches ../*.csv; "),
         (f"curves: {'x' * 290}.csv", "force: 140 N", "", "no file matches xxx"),
-        ("curves: lab/8mm-1.csv", "force: 140 N", "", "curves of only 1 specimen do not determine the scatter"),
-        ("curves: [lab/8mm-1.csv, lab/8mm-2.csv]", "force: 140 N", "", "curves of only 2 specimens do not determine"),
+        ("curves: lab/8mm-1.csv", "force: 140 N", "", "curves of only 1 specimen cannot determine the scatter"),
+        ("curves: [lab/8mm-1.csv, lab/8mm-2.csv]", "force: 140 N", "", "curves of only 2 specimens cannot determine"),
         (
             "force: 180 N",
             "curves: lab/8mm-*.csv",
@@ -234,7 +234,7 @@ def test_curves_are_for_solvers_that_leave_a_history(tmp_path: Path, kind: str) 
 
 
 def test_runs_by_hand_have_no_curve(tmp_path: Path) -> None:
-    with pytest.raises(SpecError, match="solver sheet has no curve to compare"):
+    with pytest.raises(SpecError, match="the sheet solver returns no curve"):
         of_decks(tmp_path, "sheet")
 
 

@@ -89,7 +89,7 @@ def test_factors_keep_their_unit_and_convert_levels() -> None:
     assert stress.internal(17_960) == pytest.approx(17.96, rel=1e-14)
     assert study.factor("failure_strain").internal(3) == pytest.approx(0.03, rel=1e-14)
     assert study.factor("density").internal(1.1) == pytest.approx(1.1e-9, rel=1e-14)
-    with pytest.raises(UsageError, match="no factor 'yeild_stress'; did you mean yield_stress"):
+    with pytest.raises(UsageError, match="no factor is named 'yeild_stress'; did you mean yield_stress"):
         study.factor("yeild_stress")
 
 
@@ -194,7 +194,7 @@ def test_elements_too_coarse_for_the_lengths_are_doubted() -> None:
     [
         (
             {"0.41": "0.7"},
-            "therefore the force, depends on the number of elements; write elements_through_wall: 4",
+            "so the force depends on the number of elements; write `elements_through_wall: 4`",
         ),
         ({"0.41": "0.7", "kind: embedded": "kind: embedded\n  elements_through_wall: 4"}, ""),
         ({"speed: 100 mm/min": "speed: 1 m/s", "duration: 0.5 s": "duration: 1.2 ms"}, ""),
@@ -235,7 +235,7 @@ def test_elements_too_small_for_any_mesh_are_refused(size: str) -> None:
     [
         ("1100 kg/m3", "1100 g/cm3", "6:12: material.density: 1.1e+06 kg/m3 is far"),
         ("1000 MPa", "1000 kPa", "7:20: material.elastic_modulus: 1 MPa is far"),
-        ("force: 159.2 N", "force: 159.2 N, sd: 0 N", "targets[1].sd: a standard deviation of 0"),
+        ("force: 159.2 N", "force: 159.2 N, sd: 0 N", "targets[1].sd: with a standard deviation of 0"),
         ("low: 10, high: 20", "low: 1e4, high: 2e4", "3:53: factors.yield_stress.high: 20000 MPa is far"),
         ("targets:", "loading: {speed: 1 mm/min}\ntargets:", ""),
         ("targets:", "loading: {duration: 1e6 s}\ntargets:", "13:21: loading.duration: 1e+06 s is far"),
