@@ -38,12 +38,13 @@ _THROUGH, _THROUGH_THIN, _THIN = 3, 4, 0.6
 # Elements of more than this share of a length do not resolve it.
 _RESOLVED = 0.6
 _LEAST_SCATTER = 3e-4  # of a mean
+_MACHINE, _MOWER = 50.0, 1000.0  # mm/s: the fastest testing machine, the slowest mower
 FALL = "with elements two thirds as long, these values are up to 10 % smaller"
 
 
 def doubts(study: Study) -> list[Finding]:
     """Return what looks like a wrong unit; nothing here is certainly wrong."""
-    virtual, measured = (_sizes, _tests, _mesh), (_targets, _scatters, _outliers)
+    virtual, measured = (_sizes, _speed, _tests, _mesh), (_targets, _scatters, _outliers)
     found = (*virtual, *measured, _materials, _factors, _agreement)
     told = [finding for of in found for finding in of(study)]
     return [*told, *(finding for stage in stages().with_(study.further) for finding in stage.doubts(study))]
@@ -56,6 +57,14 @@ def _sizes(study: Study) -> Iterator[Finding]:
             value = value.at(study.specimen.outer_diameter)
         if value:  # none, or none of it, is no slip
             yield from doubt(path, value, low, high, unit)
+
+
+def _speed(study: Study) -> Iterator[Finding]:
+    """Question a speed above that of a testing machine and below that of a mower: mm/min may be meant."""
+    speed = study.loading.speed
+    if _MACHINE < speed < _MOWER:
+        message = f"{speed:g} mm/s is faster than a testing machine (up to {_MACHINE:g} mm/s)"
+        yield Finding(("loading", "speed"), message, "check the unit: testing machines are set in mm/min")
 
 
 def _tests(study: Study) -> Iterator[Finding]:

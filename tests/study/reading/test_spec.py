@@ -169,6 +169,13 @@ def test_lengths_that_make_no_sense_are_refused(given: str) -> None:
         EmbeddedSolver.model_validate({"element_size": given})
 
 
+@pytest.mark.parametrize("speed", ["300 mm/min", "5 mm/s", "300 mm/s", "20 m/s"])
+def test_a_speed_of_no_testing_machine_is_questioned(speed: str) -> None:
+    warnings = study_of(f"{MINIMAL}loading: {{speed: {speed}, duration: 0.5 s}}\n").warnings
+    questioned = [warning for warning in warnings if "mm/min" in warning]
+    assert len(questioned) == (speed == "300 mm/s")
+
+
 def test_elements_too_coarse_for_the_lengths_are_doubted() -> None:
     text = SHIPPED
     start, end = text.index("solver:\n"), text.index("\n\n", text.index("solver:\n"))
