@@ -70,7 +70,7 @@ def test_the_planted_parameter_is_named_and_the_edit_removes_the_error(
     text = with_targets(folder, [common | {parameter: value * (d / 8.0) ** exponent} for d in DIAMETERS])
     before = calibrated(text, folder).verdict
     reason = next(one for one in before.reasons if one.kind == "trend")  # so coarse a mesh has other troubles too
-    assert reason.remedy is not None and f"{parameter} grow" in reason.remedy.text
+    assert reason.remedy is not None and f"Make {parameter} proportional" in reason.remedy.text
     after = calibrated(merged(text, reason.remedy.edit) + REFINE, folder)
     assert after.validation.worst_percent is not None and after.validation.worst_percent <= 3.0
     assert not after.verdict.has("trend")
