@@ -179,7 +179,7 @@ def tests(
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
-    """Convert the files of other laboratory tests to slopes, peak forces, work values and targets.
+    """Convert the files of other laboratory tests to targets of the spec.
 
     The responses are those in the targets of each test or, if a test has no targets, the default responses of that
     kind of test.

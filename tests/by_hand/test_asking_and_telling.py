@@ -169,7 +169,7 @@ def test_commands_refuse_what_has_no_sense(tmp_path: Path) -> None:
     ):
         done = command(*words, "--out", out)
         assert done.exit_code == 2 and said in done.stderr, done.stderr
-    with pytest.raises(UsageError, match=r"write solver: \{kind: sheet\}"):
+    with pytest.raises(UsageError, match=r"write `solver: \{kind: sheet\}`"):
         stemcal.load_study(smoke).ask(out)
 
 

@@ -137,7 +137,7 @@ def test_doctor_solves_its_known_answer() -> None:
     found: dict[str, Any] = json.loads(result.stdout)["result"]
     rows = {row["what"]: row for row in found["found"]}
     assert (result.exit_code, found["ok"]) == (0, True)
-    assert "exact 0.03685" in rows["self-test: solver"]["found"]
+    assert "exact value 0.03685" in rows["self-test: solver"]["found"]
     assert command("doctor").stdout.count("self-test") == 1
 
 

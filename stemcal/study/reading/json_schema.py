@@ -74,7 +74,11 @@ def _said_by_fields(model: type) -> dict[str, str]:
     """
     said = {}
     own = [kind for kind in reversed(model.__mro__) if issubclass(kind, Frozen) and kind is not StudyForm]
-    for section in (ast.parse(getsource(kind)).body[0] for kind in own):
+    for kind in own:
+        try:
+            section = ast.parse(getsource(kind)).body[0]
+        except (OSError, TypeError):  # a class of another package whose source is not at hand has no text
+            continue
         assert isinstance(section, ast.ClassDef)
         for field, below in pairwise(section.body):
             match field, below:
