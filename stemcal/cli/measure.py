@@ -122,8 +122,7 @@ def shear(
 ) -> None:
     """Convert the files of shear tests to peak forces, mean forces per grade, and targets.
 
-    The diameter of each specimen is read from its file name (such as 7mm-1.csv), from a line above its data, or from
-    the table that `--index` specifies.
+    Diameters are read from file names (such as 7mm-1.csv), lines above the data or `--index`.
 
     Example: [bold]stemcal measure shear configs/data/measured-shear[/bold]
     """
