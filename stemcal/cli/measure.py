@@ -120,7 +120,7 @@ def shear(
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
-    """Convert the files of shear tests to peak forces, mean forces per grade, and targets.
+    """Convert the files of shear tests to peak forces and targets.
 
     Diameters are read from file names (such as 7mm-1.csv), lines above the data or `--index`.
 
