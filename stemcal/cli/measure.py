@@ -75,7 +75,7 @@ def diameters(
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
-    """Fit a normal distribution to stem diameters and divide the diameters into grades.
+    """Fit a normal distribution to stem diameters and form grades.
 
     Example: [bold]stemcal measure diameters configs/data/measured-diameters.csv --grades 7,8,9,10,11[/bold]
     """
