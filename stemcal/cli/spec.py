@@ -74,7 +74,7 @@ def _write_new(path: Path, text: str) -> None:
 
 
 def check(spec: Spec, out: Out = None, workers: Workers = None, as_json: AsJson = False) -> None:
-    """List all mistakes in a spec. If the spec has no mistakes, show the planned runs and their cost.
+    """List all mistakes in a spec or, if there are none, its runs and cost.
 
     Nothing is simulated or written. The estimated time excludes runs that are already in the study folder.
 
