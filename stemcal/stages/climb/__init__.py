@@ -21,7 +21,7 @@ class Climbing(Stage["ClimbResult"]):
 
     name, title, reads = "climb", "Climb", ("climb", "rsm", "targets")
     one_by_one = True
-    help = """Move the centre of the response surface design towards the measured value.
+    help = """Move the centre of the design towards the measured value.
 
         The climb changes all significant factors simultaneously until the response passes the target. The
         direction follows from the screening effects, and `climb.steps` is the maximum number of steps. The best step is

@@ -21,7 +21,7 @@ class Calibration(Stage["InvertResult"]):
 
     name, title, attribute, reads = "invert", "Calibration", "inversion", ("invert", "targets")
     simulates = False
-    help = "Find the parameters that reproduce the measured value, and calculate their intervals."
+    help = "Find the parameters that reproduce the measurement, with intervals."
     purpose = "Stage 3: the parameters that reproduce the measured force."
 
     def needs(self, study: Study) -> str | None:
