@@ -180,19 +180,15 @@ class _Result:
     answer: Answer
 
 
-def enter(
-    study: Study, folder: StudyFolder, sheet: Sequence[Filled], *, replace_because: str = "", who: str = ""
-) -> Entered:
+def enter(study: Study, folder: StudyFolder, sheet: Sequence[Filled], *, replace_because: str = "") -> Entered:
     """Record the results of a sheet; the folder must be locked.
 
-    Correct rows are accepted even if others are rejected.
+    Correct rows are accepted even if others are rejected. A row without a name is recorded with that of the user.
 
     Parameters
     ----------
     replace_because : str
         Why results may replace others; empty: they may not.
-    who : str
-        Who did the runs of the rows that do not name anybody.
 
     Raises
     ------
@@ -222,7 +218,7 @@ def enter(
             continue
         found[sort].append(run_name(first.request))
         if sort != "known":
-            _record(key, first, solver, folder, replace_because, who)
+            _record(key, first, solver, folder, replace_because)
     return Entered(**{sort: tuple(names) for sort, names in found.items()}, refused=tuple(refused))
 
 
@@ -235,7 +231,7 @@ def require_sheet(study: Study) -> None:
         )
 
 
-def user_name() -> str:
+def _user_name() -> str:
     """Return the name of the user, nothing if the system has none."""
     try:
         return getpass.getuser()
@@ -322,10 +318,10 @@ def _said(answer: Answer) -> str:
 # ---- recorded
 
 
-def _record(key: str, result: _Result, solver: Solver, folder: StudyFolder, because: str, who: str) -> None:
+def _record(key: str, result: _Result, solver: Solver, folder: StudyFolder, because: str) -> None:
     """Save a result with who entered it and when; an earlier one stays in the record."""
     before, filled, time = folder.peek(key), result.filled, now()
-    told: dict[str, Any] = {"entered": time, "entered_by": filled.said.get(WHO) or who}
+    told: dict[str, Any] = {"entered": time, "entered_by": filled.said.get(WHO) or _user_name()}
     told |= {name: text for name, text in (("done", filled.said.get(WHEN)), ("remark", filled.remark)) if text}
     if before is not None:
         old = {name: before[name] for name in ("status", "response", "reason", "message")}

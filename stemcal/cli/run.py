@@ -202,7 +202,7 @@ def enter(
 
     Example: [bold]stemcal enter my-study.yaml my-sheet.xlsx[/bold]
     """
-    from stemcal.manual_sheet import enter, user_name
+    from stemcal.manual_sheet import enter
     from stemcal.solvers.sheet.reading import MAX_BYTES, filled
 
     try:
@@ -211,7 +211,7 @@ def enter(
         raise UsageError(f"{sheet}: {error.strerror}; give the path of the sheet with the results") from None
     with opened(spec, out, None, "local", quiet, entered=sheet) as work:
         rows, reason = filled(content, sheet.name, work.study.by_hand), replace.strip()
-        found = enter(work.study, work.folder, rows, replace_because=reason, who=user_name())
+        found = enter(work.study, work.folder, rows, replace_because=reason)
         if as_json:
             refused = [
                 {"kind": one.kind, "place": one.place, "run": one.run, "text": str(one)} for one in found.refused

@@ -164,14 +164,14 @@ def opened(
 
 def _enter_own(work: Session, other: Path | None) -> None:
     """Enter the results in the sheet of the study folder."""
-    from stemcal.manual_sheet import enter, user_name
+    from stemcal.manual_sheet import enter
     from stemcal.overview.status import SHEET
     from stemcal.solvers.sheet.reading import MAX_BYTES, filled
 
     path = work.folder.path / SHEET
     if path.is_file() and not (other and other.exists() and path.samefile(other)):
         rows = filled(read_plain(path, MAX_BYTES), str(path), work.study.by_hand)
-        enter(work.study, work.folder, rows, who=user_name()).require_all()
+        enter(work.study, work.folder, rows).require_all()
 
 
 def existing_folder(study: Study, out: Path | None) -> StudyFolder:

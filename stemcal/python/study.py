@@ -15,7 +15,7 @@ from stemcal.errors import UsageError
 from stemcal.executors.local import LocalExecutor
 from stemcal.files.rows import Column, Table
 from stemcal.folder import StudyFolder, default_place
-from stemcal.manual_sheet import awaited_runs, enter, gone_on, require_sheet, user_name
+from stemcal.manual_sheet import awaited_runs, enter, gone_on, require_sheet
 from stemcal.overview.foresight import Demand, demand_of, demand_of_one, left_to_run, warnings_before
 from stemcal.python.results import StudyResults
 from stemcal.report.figures.curves import force_travel
@@ -229,7 +229,7 @@ class _ByHand:
         require_sheet(study)
         with _folder(study, out) as folder:
             sheet = told(rows, study.by_hand)
-            found = enter(study, folder, sheet, replace_because=replace, who=user_name())
+            found = enter(study, folder, sheet, replace_because=replace)
         found.require_all()
         return len(found.taken) + len(found.replaced)
 

@@ -7,6 +7,7 @@ from math import inf
 import numpy as np
 
 from stemcal import cutting
+from stemcal.cutting.parts import ShearTest
 from stemcal.fem.material import Material
 from stemcal.laboratory.build import LaboratoryTest, integration
 from stemcal.solvers.laboratory_runs import AnyTest
@@ -18,26 +19,29 @@ _STEP, _ELEMENT, _UNTIL_BROKEN = 60.0e-6, 0.14e-6, 0.09
 
 def seconds(test: AnyTest) -> float:
     """Return the steps that the smallest element asks for, times what a step usually takes; inf if countless."""
-    if isinstance(test, LaboratoryTest):
-        return _laboratory_seconds(test)
+    steps, elements = _laboratory_steps(test) if isinstance(test, LaboratoryTest) else _cutting_steps(test)
+    return float(steps * (_STEP + _ELEMENT * elements))
+
+
+def _cutting_steps(test: ShearTest) -> tuple[float, float]:
+    """Return the steps of a cut until the stem usually is broken, and its elements."""
     how, material = test.discretisation, test.material
     size = cutting.mesh_size(test.stem, how)
     speed = (material.p_wave_modulus / (how.integration.mass_scaling * material.density)) ** 0.5
     step = max(how.integration.safety * size.smallest / speed, how.integration.time_step or 0.0)
     if step <= 0.0:
-        return inf
+        return inf, size.elements
     stroke, broken = test.loading.speed * test.loading.duration, _UNTIL_BROKEN * test.stem.outer_diameter
     share = min(1.0, broken / stroke) if how.stop_after_peak else 1.0
-    return float(test.loading.duration / step * share * (_STEP + _ELEMENT * size.elements))
+    return test.loading.duration / step * share, size.elements
 
 
-def _laboratory_seconds(test: LaboratoryTest) -> float:
-    """Return the same of a laboratory test."""
+def _laboratory_steps(test: LaboratoryTest) -> tuple[float, float]:
+    """Return the steps of a laboratory test, and its elements."""
     elements, smallest = _mesh_size(replace(test, material=_ANY))  # the same at all levels
     how, material = integration(test), test.material
     speed = (material.p_wave_modulus / (how.mass_scaling * material.density)) ** 0.5
-    steps = test.loading.duration * speed / (how.safety * smallest)
-    return float(steps * (_STEP + _ELEMENT * elements))
+    return test.loading.duration * speed / (how.safety * smallest), elements
 
 
 _ANY = Material(density=1.0e-9, elastic_modulus=1000.0, poisson_ratio=0.3)

@@ -17,7 +17,7 @@ def repeated(requests: Sequence[Request], times: int) -> list[Request]:
     """Return n numbered copies of every request; the requests themselves for 0, a deterministic program."""
     if not times:
         return list(requests)
-    return [replace(request, replicate=number) for request in requests for number in range(1, times + 1)]
+    return [replace(request, replicate=n) for request in requests for n in range(1, times + 1)]
 
 
 @dataclass(frozen=True)

@@ -65,8 +65,8 @@ def awaited(study: Study, folder: StudyFolder) -> Cells:
     return cells_of(sheet_text(study, [(run, {}) for run in runs])) if runs else []
 
 
-def entered(study: Study, folder: StudyFolder, sheet: str | bytes, because: str = "", who: str = "") -> Entered:
+def entered(study: Study, folder: StudyFolder, sheet: str | bytes, because: str = "") -> Entered:
     """Enter a sheet."""
     content = sheet.encode() if isinstance(sheet, str) else sheet
     with folder:
-        return enter(study, folder, filled(content, "sheet.csv", study), replace_because=because, who=who)
+        return enter(study, folder, filled(content, "sheet.csv", study), replace_because=because)

@@ -72,7 +72,7 @@ def test_another_value_needs_a_reason_and_makes_what_followed_stale(tmp_path: Pa
     refused = entered(study, folder, changed(sheet, "screen 3", "150")).refused
     assert [one.kind for one in refused] == ["known_otherwise"]
     assert changes_since(study, None, folder, "screen") == []
-    found = entered(study, folder, changed(sheet, "screen 3", "150"), "wrong column", "Li")
+    found = entered(study, folder, changed(sheet, "screen 3", "150"), "wrong column")
     assert found.replaced == ("screen 3",)
     assert changes_since(study, None, folder, "screen") == ["results"]
     record = next(r for key in folder.keys() if (r := folder.peek(key)) and r["response"] == 150.0)  # noqa: SIM118

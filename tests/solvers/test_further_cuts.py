@@ -95,6 +95,7 @@ def test_check_doubts_the_work_of_a_further_cut(tmp_path: Path) -> None:
     """The work depends on the mesh."""
     found = doubts(_study(tmp_path, "speed: 60 mm/s, stroke: 90 m, "))
     assert [doubt.path[2:] for doubt in found if doubt.path[0] == "tests"] == [()]
+    assert not [d for d in doubts(_study(tmp_path, "blade: {edge_angle: 60 deg}, ")) if d.path[0] != "tests"]
 
 
 def test_a_cut_that_creates_energy_is_no_answer(tmp_path: Path) -> None:

@@ -76,11 +76,11 @@ const along = ({ ends, from, to, log }, value) => {
   const scale = log ? Math.log : Number;
   return ends[0] + (ends[1] - ends[0]) * (scale(value) - scale(from)) / (scale(to) - scale(from));
 };
-const at = ({ name, unit }, value) => name ? `${name} ${short(value)}${unit}` : "";
+const val = ({ name, unit }, value) => name ? `${name} ${short(value)}${unit}` : "";
 for (const svg of all("svg[data-read]")) {
   const axes = JSON.parse(svg.dataset.read);
   const points = axes.flatMap(({ x, y, series }) => series.flatMap(([label, values]) => values.map(([a, b]) => (
-    { at: [along(x, a), along(y, b)], text: [label, at(x, a), at(y, b)].filter(Boolean).join(", ") }))));
+    { at: [along(x, a), along(y, b)], text: [label, val(x, a), val(y, b)].filter(Boolean).join(", ") }))));
   svg.addEventListener("pointermove", event => {
     const [x, y] = placeIn(svg, event), far = point => Math.hypot(point.at[0] - x, point.at[1] - y);
     const nearest = points.reduce((best, point) => far(point) < far(best) ? point : best, points[0]);
