@@ -10,7 +10,7 @@ from stemcal.report.figures.plot import Plot, Shared, inline
 from stemcal.report.figures.style import save, svg
 from stemcal.report.gallery import write_figures
 from stemcal.report.records import Curve
-from stemcal.stages.screen.showing import half_normal, pareto
+from stemcal.stages.screen.showing import pareto
 from stemcal.stages.surface.figures import Solution, contours, observed_predicted
 from stemcal.stages.validate.figures import validation
 
@@ -22,7 +22,6 @@ def drawn(stages: dict[str, Any]) -> dict[str, Any]:
     pair = ("yield_stress", "failure_strain")
     return {
         "pareto": pareto(stages["screen"]),
-        "half_normal": half_normal(stages["screen"]),
         "observed_predicted": observed_predicted(stages["rsm"]),
         "contours": contours(stages["rsm"], pair, Solution(stages["invert"].parameters, stages["invert"].target)),
         "contours_only": contours(stages["rsm"], pair),

@@ -182,7 +182,7 @@ def test_figures_speak_of_no_stem(moist: Told) -> None:
     texts = [text for plot in plots for text in re.findall(r"<text[^>]*>(.*?)</text>", svg(plot.figure), re.DOTALL)]
     assert len(texts) > 50
     assert of_stems([*texts, *(plot.caption for plot in plots), *(plot.name for plot in plots)]) == []
-    assert not {"growth", "force-travel"} & {plot.name for plot in plots}
+    assert "force-travel" not in {plot.name for plot in plots}
 
 
 def test_each_response_has_its_figure_of_validation(moist: Told) -> None:
