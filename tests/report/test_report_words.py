@@ -126,7 +126,7 @@ def test_tables_have_the_studys_own_heads(angle: Told) -> None:
     assert effects.heads[2] == "Effect, °" and anova.heads[0] == "Source"
     assert coefficients.heads[1] == "Coefficient, °"
     assert coefficients.foot[0].startswith("θ = 29.")
-    assert "PRESS, (°)²" in [row[0] for row in fit.rows]
+    assert "PRESS" in [row[0] for row in fit.rows]
     assert tables_of(validation)[0].heads == ("Role", "Measured, °", "Simulated, °", "Error, %")
     assert [column.left for column in tables_of(validation)[0].columns] == [True, False, False, False]
 
@@ -163,8 +163,8 @@ def test_further_responses_are_named_with_their_units(moist: Told) -> None:
     assert measured.heads == ("Moisture, %", "Angle of repose, °", "SD, °", "Bulk density, kg/m³", "SD, kg/m³", "n")
     assert measured.cells[1] == ("16", "33", "0.9", "741", "6", "5")
     assert tables["Effects on the bulk density"].heads[2] == "Effect, kg/m³"
-    surface = tables["Response surface in coded units: bulk density at moisture 16 %"]
-    assert surface.heads[1] == "Coefficient, kg/m³" and surface.foot[0].startswith("ρ = ")
+    surfaces = tables["Fit quality of all response surfaces"]
+    assert [row[:2] for row in surfaces.cells[2:]] == [("angle of repose", "16"), ("bulk density", "16")]
     assert tables["Screening runs"].heads[-2:] == ("Angle of repose, °", "Bulk density, kg/m³")
 
 
@@ -232,8 +232,8 @@ def test_runs_are_listed_under_the_studys_names(angle: Told, moist: Told) -> Non
         heads.append(table.headed(study.naming.headings).csv().partition("\n")[0].split(",")[:8])
     assert heads[0] == ["stage", "run", "key", "status", "angle", "reason", "message", "static"]
     assert heads[1] == ["stage", "run", "key", "status", "angle", "reason", "message", "moisture"]
-    assert str(angle[0]) == "Study repose: 5 factors, 1 measured angle of repose, solver command"
-    assert "2 measured angles of repose, 2 bulk densities" in str(moist[0])
+    assert str(angle[0]) == "Study repose: 5 factors, 1 target, solver command"
+    assert "2 targets" in str(moist[0])
 
 
 def test_progress_tells_the_last_answer() -> None:

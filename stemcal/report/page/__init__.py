@@ -147,6 +147,7 @@ def render(study: Study, folder: StudyFolder, what: _Shown | None = None) -> str
         headline=cards,
         cited="\n".join([*map(str, cards), *valid]),
         valid_for=valid,
+        spec=study.source.read_text("utf-8-sig", errors="replace") if study.source.is_file() else "",
         setting=_part_of([*setting_tables(study), *visible(grown, verdict.holds)], (), shared),
         sections=[section(result, plots, verdict, labels, shared) for result in done],
         runs=_part_of(_run_tables(study, results, records), _plots_of("runs", plots), shared),
