@@ -1,13 +1,12 @@
-"""What the page has beyond the terminal: verdicts, the surface's own axes, checks of runs, diagnostics."""
+"""What the page has beyond the terminal: verdicts, the surface's own axes, diagnostics."""
 
 from typing import Any
 
 import pytest
 
 from stemcal.naming import Names
-from stemcal.report.records import _CHECKS, Details, _RunRecord
 from stemcal.report.showing import tables_of
-from stemcal.report.tables.of_designs import _design_table, checks_table
+from stemcal.report.tables.of_designs import _design_table
 from stemcal.report.tables.setting import setting_tables
 from stemcal.stages.screen.showing import pareto
 from stemcal.stages.surface.figures import diagnostics
@@ -36,16 +35,6 @@ def test_crowded_designs_bear_symbols(stages: dict[str, Any]) -> None:
     table = _design_table(stages["screen"].design, Names(), symbols)
     assert table.heads == ("Run", *(f"X{n}" for n in range(1, 10)), "Force, N")
     assert _design_table(stages["rsm"].design, Names(), symbols).heads[1] == "yield_stress"
-
-
-def test_checks_name_each_run_once() -> None:
-    checks = dict(zip(_CHECKS, (150.0, 0.7, False, 10, 1, 99, 0.4, 1.0, 5.0), strict=True))
-    labels = ("rsm 1", "a"), ("rsm 2", "b"), ("8 mm", "a")
-    records = {label: _RunRecord(key, Details(), checks) for label, key in labels}
-    table = checks_table(records)
-    assert table is not None and [row[0] for row in table.rows] == ["rsm 1", "rsm 2"]
-    assert table.cells[0][1:4] == ("150.0", "0.700", "no")
-    assert checks_table({"8 mm": _RunRecord("a", Details())}) is None
 
 
 def test_residuals_over_their_errors(stages: dict[str, Any]) -> None:
