@@ -113,9 +113,9 @@ def test_status_says_what_made_a_stage_stale(failed: Known) -> None:
     failed.solver(version=2)
     found = stage(failed.json("status"), "screen")
     assert (found["file"], found["changed"], found["left"]) == ("stale", ["stemcal"], 12)
-    assert "screen.json is stale: stemcal changed" in " ".join(failed("status").stdout.split())
+    assert "screen.json is out of date: stemcal changed" in " ".join(failed("status").stdout.split())
     again = failed("screen", "-j", 1)
-    assert "screen is computed again: stemcal changed" in again.stderr
+    assert "screen is recomputed (changed: stemcal)" in again.stderr
 
 
 def test_a_changed_target_recomputes_nothing(known: Known) -> None:

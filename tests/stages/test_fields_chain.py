@@ -60,7 +60,7 @@ def test_strongest_three_are_taken_whatever_is_significant(tmp_path):
     assert [note.kind for note in said] == ["strongest_factors"]
     assert said[0].text.endswith("a, b and c. b and c are not significant.")
     assert chosen(study, "a", "b", "c", "d")[1][0].text.endswith(
-        "a, b and c. The surface omits the significant factor d."
+        "a, b and c. The response surface omits the significant factor d."
     )
 
 
@@ -134,7 +134,7 @@ def test_a_stroke_that_is_a_share_of_the_diameter() -> None:
 
 
 def test_box_behnken_requires_three_factors(tmp_path):
-    with pytest.raises(SpecError, match="box-behnken requires 3 to 7 factors, not 2"):
+    with pytest.raises(SpecError, match="the design `box-behnken` requires 3 to 7 factors, not 2"):
         study_of(tmp_path, "rsm: {design: box-behnken}", "ab")
 
 
