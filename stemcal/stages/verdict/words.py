@@ -87,7 +87,7 @@ def _held_out(where: Use, names: Names) -> list[str]:
     if where.held_out is None or not where.fitted or not names.placed:
         return []
     formula = "" if where.formula_percent is None else f" (formula F = a·d^b: {where.formula_percent:.1f} %)"
-    fitted = f"The parameters were fitted to measurements{names.at(*where.fitted)}."
+    fitted = f"The parameters were fitted{names.at(*where.fitted)}."
     return [fitted, f"The largest held-out error is in the {_signed(where.held_out, names)}{formula}."]
 
 
