@@ -197,7 +197,7 @@ def _one_run(
     if study.kind.answers != "computes":
         raise UsageError(
             f"`simulate` requires `solver: {{kind: embedded}}` or an external program; this spec has the solver kind "
-            f"{study.solver.kind}"
+            f"`{study.solver.kind}`"
         )
     solver = make_solver(study)
     solver.prepare()

@@ -57,7 +57,7 @@ def excess(demand: Demand, workers: int, memory: float | None) -> list[Note]:
         text, fitting = f"One run needs about {in_bytes(demand.memory)} of memory", int(memory // demand.memory)
         remedy = "Use larger elements (`solver.element_size`) or a shorter specimen."
         if fitting:
-            text += f" and {at_a_time} parallel runs need {in_bytes(at_a_time * demand.memory)}"
+            text += f", and {at_a_time} parallel runs need {in_bytes(at_a_time * demand.memory)}"
             remedy = f"Use fewer workers (--workers {fitting})."
         text += f", but this machine has only {in_bytes(memory)}."
         found.append(Note("too_much_memory", "error", text, Remedy(remedy)))

@@ -62,7 +62,8 @@ def _contradiction(found: Contradicted, joint: JointFitted, names: Names) -> str
     return minus(
         f"The measured {named.long}{names.at(found.condition)} ({measured}) contradicts the other measurements, which "
         f"predict {low} to {high} (difference: {found.standard_errors:.1f} standard errors). The error of the joint "
-        f"fit is {errors[place]:+.0f} % for this measurement and {others} % for the other measurements."
+        f"fit is {errors[place]:+.0f} % for the {named.long}{names.at(found.condition)} and {others} % for the other "
+        "measurements."
     )
 
 
@@ -120,7 +121,7 @@ def misfit(evidence: Evidence) -> Iterator[Note]:
         return  # the conflict names it
     beyond = bool(found.priors) and joint.p < BEYOND_DOUBT
     times, p = joint.misfit / joint.df, signed_probability(joint.p)
-    text = f"The misfit is {times:.1f} times the misfit expected from the scatter of the measurements (p {p})."
+    text = f"The misfit is {times:.1f} times the value expected from the scatter of the measurements (p {p})."
     remedy = _check_prior(found) or _to_reconcile(evidence.study, joint)
     yield Note("misfit", "error" if beyond else "warning", text, remedy)
 
@@ -173,7 +174,7 @@ def target_missed(evidence: Evidence) -> Iterator[Note]:
     remedy = _refine_more(options.budget if options is not None else None)
     if evidence.study.joint_targets:  # no further run reconciles measurements that contradict each other
         remedy = next((reason.remedy for reason in conflict(evidence) if reason.remedy), remedy)
-    text = f"{words.miss(worst, evidence.names)}, although this value was fitted."
+    text = f"{words.miss(worst, evidence.names)}, although this measurement was included in the fit."
     yield Note("target_missed", severity, text, remedy)
 
 
@@ -209,10 +210,10 @@ def _to_reconcile(study: Study, joint: JointFitted) -> Remedy:
         name, at = study.naming.named(apart.response).long, Names(study.naming).at(apart.condition)
         return Remedy(
             f"Check the unit, the specimens and the testing machine for the measured {name}{at}, and repeat the "
-            f"measurement. If the value is confirmed, add a factor that affects the {name}{at}."
+            f"measurement. If the measured value is confirmed, add a factor that affects the {name}{at}."
         )
     if len(conditions) > 1:
-        return Remedy("Check the measurements. If the values are confirmed, add a factor to the model.")
+        return Remedy("Check the measurements. If the measured values are confirmed, add a factor to the model.")
     return Remedy(
         "Check the measurements. Then add another factor to the model, or fit fewer responses (`invert.responses`)."
     )

@@ -25,7 +25,7 @@ def outcome(stage: InvertResult, names: Names) -> list[str]:
     count = len(joint.rows) + len(joint.further)
     return [
         f"The joint fit to {count} measured values yields {values}.",
-        f"The largest {'error' if len(errors) == 1 else 'errors'} of the response surfaces at these parameter values "
+        f"The largest {'error' if len(errors) == 1 else 'errors'} of the response surfaces at the solution "
         f"{'is' if len(errors) == 1 else 'are'} {missed}.",
     ]
 
@@ -50,7 +50,8 @@ def known(part: Certainty, stage: InvertResult, names: Names) -> list[str]:
     for found in part.unseen_changes:
         together = series(change(names.factor(name), size, part.units[name]) for name, size in found.items())
         said.append(
-            f"To first order, the following joint change does not affect the {data.removesuffix(' alone')}: {together}."
+            "To first order, the following joint change of the parameters does not affect the "
+            f"{data.removesuffix(' alone')}: {together}."
         )
     return [*said, *assumption(part)]
 

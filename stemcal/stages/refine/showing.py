@@ -27,7 +27,7 @@ class RefineShowing(Showing[RefineResult]):
         count = len(result.made)
         done = "checked in 1 run" if count == 1 else f"corrected in {count} runs"
         tolerance = f"{'is within' if result.converged else 'exceeds'} the tolerance of {result.tolerance_percent:g} %"
-        return [f"The solution was {done}. The error of {abs(result.error_percent):.2f} % {tolerance}."]
+        return [f"The solution was {done}. The error of {abs(result.error_percent):.2f} % at the solution {tolerance}."]
 
     def tables(self, result: RefineResult, names: Names) -> list[Table]:
         return refine_tables(result, names)
@@ -64,7 +64,11 @@ def _parameters(stage: RefineResult, names: Names) -> Table:
         "Other parameters retain their calibrated values. The search stops as soon as the error is within the "
         "tolerance, so other parameter values may fit equally well."
     ]
-    foot += ["95 % range: from the scatter of the measured mean, with the other parameters fixed."] if known else []
+    foot += (
+        ["95 % range: computed from the scatter of the measured mean, with the other parameters fixed."]
+        if known
+        else []
+    )
     foot += [f"The parameters are valid only with {settings}."] if settings else []
     return Table.of(columns, stage.adjusted, f"Parameters for {program(stage.model.kind)}", foot)
 

@@ -75,8 +75,8 @@ def _notes(result: SurfaceResult) -> Iterator[Note]:
     """Yield what the reduction and repeated runs show."""
     if result.reduction is not None:
         removed = (
-            f"Backward elimination removed {series(step.term for step in result.reduction)}. P-values and intervals "
-            "are slightly optimistic because the same runs were used to select the terms."
+            f"Backward elimination removed {series(step.term for step in result.reduction)}. The p-values and "
+            "intervals are slightly optimistic because the same runs were used to select the terms."
         )
         yield Note("reduction", "caution", removed if result.reduction else "Backward elimination removed no terms.")
     if (repeats := result.pure_error) is not None and (repeats.kind == "scatter" or repeats.remedy):

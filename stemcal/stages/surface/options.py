@@ -187,9 +187,9 @@ def _surface_design_takes_factors(draft: Draft) -> Iterator[Finding]:
     if rsm.strongest:
         most = min(most, MOST_CCD_FACTORS, known)
     if (k < fewest and (fewest > 2 or rsm.strongest)) or (k > most and (listed or rsm.strongest)):
-        path, remedy = ("rsm", "design"), "write central-composite"
+        path, remedy = ("rsm", "design"), "write `central-composite`"
         if rsm.strongest:
-            path, remedy = ("rsm", "factors"), f"write strongest {fewest}"
+            path, remedy = ("rsm", "factors"), f"write `strongest {fewest}`"
         yield Finding(path, f"the design `{rsm.design}` requires {fewest} to {most} factors, not {k}", remedy)
     least = (k + 1) * (k + 2) // 2
     if listed and rsm.design == LATIN_HYPERCUBE and rsm.runs is not None and rsm.runs < least:

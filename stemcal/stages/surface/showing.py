@@ -187,8 +187,8 @@ def canonical_table(stage: SurfaceResult, shape: Shape, names: Names) -> Table:
     if shape.natural is not None and shape.predicted is not None:
         point = (
             f"The stationary point is a {shape.called} ({names.quantity(shape.predicted)}) at "
-            f"{level_list(shape.natural, names)}. This point is {'inside' if shape.inside else 'outside'} the range of "
-            f"the design (coded radius {shape.coded_radius:.2f})."
+            f"{level_list(shape.natural, names)}. The stationary point is {'inside' if shape.inside else 'outside'} "
+            f"the range of the design (coded radius {shape.coded_radius:.2f})."
         )
     curved = (
         f"Along an axis with negative curvature, the {names.response.long} decreases on both sides of the stationary "

@@ -27,7 +27,10 @@ from stemcal.words import counted, series
 UNITS = {1000.0: "kN and N, or mm and m", 9.80665: "kgf and N", 1000.0 / 9.80665: "g and N"}
 _FAR, _ROOM = 3.0, 0.25
 _MANY = 0.1  # share of failed runs that is a reservation by itself
-_RETRY = "Correct the cause of the failures (`stemcal status SPEC --failed`), then run `stemcal run SPEC --retry`."
+_RETRY = (
+    "Correct the causes of the failures (listed by `stemcal status SPEC --failed`), then run `stemcal run SPEC "
+    "--retry`."
+)
 
 
 def undeclared_scatter(evidence: Evidence) -> Iterator[Note]:

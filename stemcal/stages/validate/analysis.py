@@ -154,7 +154,7 @@ def notes_of(stage: ValidateResult) -> list[Note]:
 def _fitted(stage: ValidateResult, names: Names) -> Iterator[Note]:
     if stage.fitted:
         where = names.at(*stage.fitted) if names.placed else " of a fitted response"
-        values = "these values" if names.placed and len(stage.fitted) > 1 else "this value"
+        values = "the measured values" if names.placed and len(stage.fitted) > 1 else "the measured value"
         text = f"The error{where} is not an independent check because the parameters were fitted to {values}."
         yield Note("fitted", "info", text)
 
@@ -163,7 +163,7 @@ def _growth(stage: ValidateResult) -> Iterator[Note]:
     lab, model = stage.measured_exponent, stage.simulated_exponent
     if lab is not None and model is not None:
         text = (
-            f"The measured force increases with the diameter d as d^{lab.value:.2f}, the simulated force as "
+            f"The measured force increases with the diameter d as d^{lab.value:.2f}, and the simulated force as "
             f"d^{model.value:.2f}."
         )
         yield Note("growth", "info", text)

@@ -31,7 +31,7 @@ def validation(evidence: Evidence) -> Iterator[Note]:
     if off:
         worst = max(off, key=lambda row: row.size)
         left_out = worst.response not in (study.naming.response.name, *study.fitted_responses)
-        until = "In the meantime, use the parameters only where simulation and measurement agree."
+        until = "Until the fit is repeated, use the parameters only where simulation and measurement agree."
         remedy = advice.fit_all(study, "responses" if left_out else "conditions", until)
         if not left_out and chose_conditions(study):  # no advice undoes an earlier one
             remedy = Remedy(
