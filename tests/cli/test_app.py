@@ -137,7 +137,7 @@ def test_all_problems_of_a_spec_and_nothing_on_disk(tmp_path: Path, monkeypatch:
 def test_unknown_executors_leave_no_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     for name, words in (
-        ("dask://host", "write the address of your scheduler as dask://HOST:PORT"),
+        ("dask://host", "write the address of your scheduler as `dask://HOST:PORT`"),
         ("slurm", "unknown"),
     ):
         done = command("run", REPLAY, "--executor", name)

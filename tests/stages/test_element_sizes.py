@@ -154,6 +154,6 @@ def test_elements_too_large_for_the_stem_are_refused(tmp_path: Path) -> None:
     spec = ROOT / "configs" / "smoke.yaml"
     options = ["--for", "lsdyna", "--element-size", "5 mm", "--out", str(tmp_path / "out")]
     done = CliRunner().invoke(app, ["export", "material", str(spec), str(tmp_path / "m"), *options])
-    assert done.exit_code == 2 and "5 mm is too large for a 8 mm stem. Use at most 4 mm." in " ".join(
+    assert done.exit_code == 2 and "5 mm is too large for a stem diameter of 8 mm. Use at most 4 mm." in " ".join(
         done.stderr.split()
     )

@@ -150,4 +150,4 @@ def test_an_exponent_is_not_screened_where_its_growth_is_one():
     assert list(doubts(study)) == []
     unvaried = [finding.message for finding in doubts(without)]
     assert len(unvaried) == len(study.exponents)
-    assert all(f"the factor {name}," in text for name, text in zip(study.exponents, unvaried, strict=True))
+    assert all(f"the factor {name} " in text for name, text in zip(study.exponents, unvaried, strict=True))

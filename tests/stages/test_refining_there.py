@@ -211,7 +211,7 @@ def test_python_has_it(whole: Path) -> None:
     assert results.refinement.to_frame()["after"].notna().all() and "refinement" in results.figure_names
     assert len(results.figure("refinement").axes[0].lines) == 4
     assert results.parameters == results.inversion.parameters != results.refinement.parameters
-    assert results.verdict_text.count("In command: ") == 1
+    assert results.verdict_text.count("In the other program, ") == 1
     assert sum(run.stage == "refine" for run in results.runs) == 11
 
 

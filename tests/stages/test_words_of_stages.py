@@ -155,7 +155,7 @@ def test_what_cannot_be_reached_is_told_in_the_unit_of_the_response(
         calibrated(tmp_path, study, monkeypatch)
     verdict = verdict_of(study, StudyFolder(tmp_path / "out"))
     first = lines(verdict, Names(study.naming))[0]
-    assert re.search(r"angle of repose of 70° is out of reach: the factor ranges allow [\d.]+ to [\d.]+°\.", first)
+    assert re.search(r"angle of repose of 70° is out of reach: the factor ranges allow only [\d.]+ to [\d.]+°\.", first)
 
 
 def test_power_laws_are_for_forces_over_diameters(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -3,7 +3,7 @@
 from dataclasses import asdict
 from typing import Any
 
-from stemcal.naming import Names
+from stemcal.naming import Names, program
 from stemcal.numbers import fixed
 from stemcal.stages.result import Judged
 from stemcal.stages.verdict.result import Use, Verdict
@@ -66,7 +66,9 @@ def use(where: Use, names: Names) -> str:
     The error of the simulation is at most 10 % at 7 and 8 mm.
     The largest error is in the maximum force: 21 % too low at 11 mm.
     """
-    error = f"In {where.solver}, the error of the simulation" if where.solver else "The error of the simulation"
+    error = (
+        f"In {program(where.solver)}, the error of the simulation" if where.solver else "The error of the simulation"
+    )
     if where.good:
         within = f"{error} is at most {where.within_percent:g} %{names.at(*where.good)}."
     else:
