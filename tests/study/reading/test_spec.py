@@ -194,7 +194,7 @@ def test_elements_too_coarse_for_the_lengths_are_doubted() -> None:
     [
         (
             {"0.41": "0.7"},
-            "so the force depends on the number of elements; write `elements_through_wall: 4`",
+            "so the force depends on the mesh; write `elements_through_wall: 4`",
         ),
         ({"0.41": "0.7", "kind: embedded": "kind: embedded\n  elements_through_wall: 4"}, ""),
         ({"speed: 100 mm/min": "speed: 1 m/s", "duration: 0.5 s": "duration: 1.2 ms"}, ""),
@@ -235,7 +235,7 @@ def test_elements_too_small_for_any_mesh_are_refused(size: str) -> None:
     [
         ("1100 kg/m3", "1100 g/cm3", "6:12: material.density: 1.1e+06 kg/m3 is far"),
         ("1000 MPa", "1000 kPa", "7:20: material.elastic_modulus: 1 MPa is far"),
-        ("force: 159.2 N", "force: 159.2 N, sd: 0 N", "targets[1].sd: with a standard deviation of 0"),
+        ("force: 159.2 N", "force: 159.2 N, sd: 0 N", "targets[1].sd: this mean has a standard deviation of 0"),
         ("low: 10, high: 20", "low: 1e4, high: 2e4", "3:53: factors.yield_stress.high: 20000 MPa is far"),
         ("targets:", "loading: {speed: 1 mm/min}\ntargets:", ""),
         ("targets:", "loading: {duration: 1e6 s}\ntargets:", "13:21: loading.duration: 1e+06 s is far"),
