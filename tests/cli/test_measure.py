@@ -377,4 +377,4 @@ def test_the_same_curve_twice_is_said(tmp_path: Path) -> None:
     write(tmp_path / "8mm-1.txt", "Weg\tKraft\n" + lines("{d}\t{f}\n"))
     found = shear(tmp_path)
     assert [s["specimen"] for s in found["specimens"]] == ["8mm-1.csv", "8mm-1.txt"]
-    assert "8mm-1.csv and 8mm-1.txt have the same curve" in found["notes"]
+    assert "8mm-1.csv and 8mm-1.txt have identical curves" in found["notes"]

@@ -244,10 +244,10 @@ def test_curves_are_for_solvers_that_leave_a_history(tmp_path: Path, kind: str) 
 
 
 def test_runs_by_hand_have_no_curve(tmp_path: Path) -> None:
-    with pytest.raises(SpecError, match="the sheet solver returns no curve"):
+    with pytest.raises(SpecError, match="the sheet solver returns no force–travel curve"):
         of_decks(tmp_path, "sheet")
 
 
 def test_a_program_without_a_curve_has_none_to_compare(tmp_path: Path) -> None:
-    with pytest.raises(SpecError, match=r"own.yaml:12:30: targets\[1\].curves: requires a result"):
+    with pytest.raises(SpecError, match=r"own.yaml:12:30: targets\[1\].curves: curves can be fitted only if"):
         of_a_program(tmp_path, "")
