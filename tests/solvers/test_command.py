@@ -299,7 +299,7 @@ def test_result_file_stays_in_the_run_folder(tmp_path: Path, name: str) -> None:
 @pytest.mark.parametrize(
     ("result", "said"),
     [
-        ("{file: out.json, path: a, column: b}", "solver.result: has column and path; use exactly one of"),
+        ("{file: out.json, path: a, column: b}", "solver.result: the reader has column and path; use exactly one of"),
         (
             "{file: out.json}",
             "solver.result: the reader does not specify which numbers to read; use exactly one of `column: …`",
