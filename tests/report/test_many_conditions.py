@@ -42,7 +42,7 @@ def test_the_page_has_the_figures_of_the_first_responses(results: Any, replayed:
     shown = [plot.name for plot in found if plot.on_page]
     assert len(found) == len(NAMES) and len(shown) == MOST_RESPONSES
     assert shown == ["validation", *(f"validation-r{number}" for number in range(1, 6))]
-    assert "6 of 10 responses" in found[0].caption
+    assert "Of 10 responses, the report shows the first 6" in found[0].caption
 
 
 def test_many_conditions_are_counted() -> None:

@@ -151,14 +151,18 @@ def notes_of(stage: ValidateResult) -> list[Note]:
 def _fitted(stage: ValidateResult, names: Names) -> Iterator[Note]:
     if stage.fitted:
         where = names.at(*stage.fitted) if names.placed else " of a fitted response"
-        text = f"The error{where} is not an independent check because the parameters were fitted to this value."
+        values = "the measured values" if names.placed and len(stage.fitted) > 1 else "the measured value"
+        text = f"The error{where} is not an independent check because the parameters were fitted to {values}."
         yield Note("fitted", "info", text)
 
 
 def _growth(stage: ValidateResult) -> Iterator[Note]:
     lab, model = stage.measured_exponent, stage.simulated_exponent
     if lab is not None and model is not None:
-        text = f"The measured force grows as d^{lab.value:.2f}, and the simulated force grows as d^{model.value:.2f}."
+        text = (
+            f"The measured force increases with the diameter d as d^{lab.value:.2f}, and the simulated force as "
+            f"d^{model.value:.2f}."
+        )
         yield Note("growth", "info", text)
 
 
@@ -168,7 +172,7 @@ def _beside_formula(stage: ValidateResult, names: Names) -> Iterator[Note]:
     if formula is not None and model is not None:
         text = (
             f"At the held-out diameters, the largest error is {formula.worst_held_out_percent:.1f} % with the formula "
-            f"F = a·d^{formula.exponent:.3g} fitted to the forces at {names.conditions(stage.fitted)} and {model:.1f} "
+            f"F = a·d^{formula.exponent:.3g} fitted to the forces at {names.conditions(stage.fitted)}, and {model:.1f} "
             "% with the model."
         )
         yield Note("beside_formula", "info" if model < formula.worst_held_out_percent else "warning", text)

@@ -29,7 +29,7 @@ def plots(study: Study, validate: ValidateResult) -> list[Plot]:
         name = "validation" if response is naming.response else f"validation-{response.name}"
         draw = partial(validation, validate, spread, response)
         if response is naming.response and len(responses) > MOST_RESPONSES:
-            text += f" The report shows the first {MOST_RESPONSES} of {len(responses)} responses."
+            text += f" Of {len(responses)} responses, the report shows the first {MOST_RESPONSES}."
         plots.append(Plot(name, "validate", text, draw, number < MOST_RESPONSES))
     return plots
 

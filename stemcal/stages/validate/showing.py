@@ -34,10 +34,9 @@ class ValidateShowing(Showing[ValidateResult]):
             return ["All validation runs failed."]
         responses = "responses" if names.naming.others else names.response.long
         worst, mean = tenths(result.worst_percent), tenths(result.mean_abs_error_percent)
-        text = f"The largest difference between simulated and measured {responses} is {worst} %"
-        if len(result.rows) > 1:
-            text += f" at {len(result.rows)} values of the {names.condition.long} (mean difference {mean} %)"
-        return [f"{text}."]
+        over = f"Over {len(result.rows)} values of the {names.condition.long}, the" if len(result.rows) > 1 else "The"
+        of_all = f" (mean difference {mean} %)" if len(result.rows) > 1 else ""
+        return [f"{over} largest difference between simulated and measured {responses} is {worst} %{of_all}."]
 
     def tables(self, result: ValidateResult, names: Names) -> list[Table]:
         return _validation_tables(result, names)
