@@ -93,7 +93,7 @@ def _result(
         max_abs_error_percent=max(errors, default=None),
         made=Rows(loop.runs),
     )
-    return replace(result, notes=tuple(notes_of(result, work.study)))
+    return replace(result, notes=tuple(notes_of(result)))
 
 
 def _rows(loop: Loop, means: Sequence[Measured]) -> Iterator[RefineRow]:
@@ -179,10 +179,10 @@ def later(study: Study) -> Later | None:
 # ---- notes
 
 
-def notes_of(stage: RefineResult, study: Study) -> list[Note]:
+def notes_of(stage: RefineResult) -> list[Note]:
     """Return why the target was not reached, where the surface was wrong, and what is missing in another model."""
     names = Names(stage.naming)
-    there = _in_another_model(stage, study, names) if stage.elsewhere else ()
+    there = _in_another_model(stage, names) if stage.elsewhere else ()
     return [*_not_reached(stage, names), *_first_outside(stage, names), *there]
 
 
@@ -217,15 +217,7 @@ def _first_outside(stage: RefineResult, names: Names) -> Iterator[Note]:
         yield Note("first_outside", "warning", text)
 
 
-def _in_another_model(stage: RefineResult, study: Study, names: Names) -> Iterator[Note]:
-    for one in stage.adjusted:
-        factor = study.factor(one.factor)
-        if not factor.low <= one.value <= factor.high:
-            text = (
-                f"The refined value of {one.factor} ({one.value:.4g}) is outside the range of the study "
-                f"({factor.low:g} to {factor.high:g}), which applies only to the model of the study."
-            )
-            yield Note("beyond_range", "warning", text)
+def _in_another_model(stage: RefineResult, names: Names) -> Iterator[Note]:
     if censored := sum(run.outcome.censored for run in stage.made):
         text = (
             f"In {counted(censored, 'run')}, the {names.response.noun} was still rising at the end of the stroke. The "

@@ -31,9 +31,6 @@ class RefineShowing(Showing[RefineResult]):
         return [table for table in tables if not table.detail]
 
 
-_INSIDE = {True: "inside", False: "outside", None: ""}
-
-
 def refine_tables(stage: RefineResult, names: Names) -> list[Table]:
     """Return what moved in another model, the responses, and every run."""
     return [*([_parameters(stage, names)] if stage.elsewhere else []), responses(stage, names), runs(stage, names)]
@@ -96,14 +93,9 @@ def runs(stage: RefineResult, names: Names) -> Table:
         *condition(names.naming),
         *levels(stage.varied, names),
         Column("predicted", "Predicted", names.response.written, significant),
-        *([] if stage.elsewhere else [Column("interval", "Interval", of=lambda run: _INSIDE[run.inside_interval])]),
         simulated(names.response, "Simulated"),
     ]
-    foot = (
-        f"Predicted: value predicted before the run. Interval: whether the simulated {names.response.long} is inside "
-        "the 95 % prediction interval."
-    )
-    return Table.of(columns, stage.made, "Refinement runs", [foot], detail=True)
+    return Table.of(columns, stage.made, "Refinement runs", detail=True)
 
 
 def _there(stage: RefineResult, names: Names) -> list[str]:

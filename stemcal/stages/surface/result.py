@@ -86,13 +86,9 @@ class SurfaceResult(Surfaces):
 
     # ---- what others read
 
-    def coefficient(self, term: str) -> Coefficient | None:
-        """Return a term's coefficient."""
-        return next((row for row in self.coefficients if row.term == term), None)
-
     def sign_of(self, factor: str) -> Literal["+", "-"] | None:
         """Return the sign of the slope at the centre where its 95 % interval excludes 0."""
-        slope = self.coefficient(factor)
+        slope = next((row for row in self.coefficients if row.term == factor), None)
         if slope is None or slope.low is None or slope.high is None or slope.low * slope.high <= 0.0:
             return None
         return "+" if slope.value > 0.0 else "-"
