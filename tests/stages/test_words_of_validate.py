@@ -29,7 +29,7 @@ def test_a_small_error_is_not_zero(results: Any) -> None:
     small = replace(results.of(ValidateResult), worst_percent=0.0123, mean_abs_error_percent=0.0068)
     assert "0.01 %" in outcome(small, Names())[0] and "0.007 %" in outcome(small, Names())[0]
     one = rows_with(replace(small, rows=small.rows[:1]), error_percent=-0.0123)
-    assert "0.01 % (angle of repose)" in outcome(one, Names(ANGLE))[0]
+    assert "measured angle of repose is 0.01 %." in outcome(one, Names(ANGLE))[0]
 
 
 def test_notes_of_the_published_forces(results: Any) -> None:
