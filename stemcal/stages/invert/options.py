@@ -111,7 +111,7 @@ def _rule_heeds_priors(draft: Draft) -> Iterator[Finding]:
         yield Finding(("invert", "rule"), f"the rule `{draft.study.of(InvertOptions).rule}` ignores the priors", remedy)
 
 
-def doubts(study: Study) -> Iterator[Finding]:
+def _doubts(study: Study) -> Iterator[Finding]:
     """Travel and work up to the break, unlike the force, fall as elements get smaller."""
     from stemcal.study.rules.plausible import FALL
 
@@ -120,6 +120,9 @@ def doubts(study: Study) -> Iterator[Finding]:
         depend = " and ".join(fitted) + (" depend" if len(fitted) > 1 else " depends")
         message = f"{depend} on the mesh: {FALL}"
         yield Finding(("invert", "responses"), message, "fit only the force, or include the mesh error in `sd`")
+
+
+InvertOptions.doubts = _doubts
 
 
 def _growth_is_seen(draft: Draft) -> Iterator[Finding]:
@@ -136,7 +139,7 @@ def _growth_is_seen(draft: Draft) -> Iterator[Finding]:
             yield Finding(("material", name, "at"), message, remedy)
 
 
-RULES = (_joint_conditions_measured, _responses_measured, _rule_heeds_priors, _growth_is_seen)
+InvertOptions.rules = (_joint_conditions_measured, _responses_measured, _rule_heeds_priors, _growth_is_seen)
 
 
 def fitted_together(study: Study) -> tuple[Target, ...]:

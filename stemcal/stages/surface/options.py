@@ -230,7 +230,7 @@ def _coding_fits(draft: Draft) -> Iterator[Finding]:
             yield Finding((*path, 0), f"{low:g} is not above 0", "write a larger value")
 
 
-RULES = (
+RsmOptions.rules = (
     _surface_factors_exist,
     _factors_are_found,
     _surface_design_takes_factors,
@@ -239,7 +239,7 @@ RULES = (
 )
 
 
-def doubts(study: Study) -> Iterator[Finding]:
+def _doubts(study: Study) -> Iterator[Finding]:
     """Question factors that no run varies, and exponents that a screening cannot estimate.
 
     At its reference diameter the exponent of a growing parameter has no effect.
@@ -259,6 +259,9 @@ def doubts(study: Study) -> Iterator[Finding]:
         elif not isinstance(chosen, str) and factor.name not in chosen and (unseen or not screened):
             message = f"no run varies the factor {factor.name} because it is neither screened nor listed here"
             yield Finding(("rsm", "factors"), message, "list the factor, or replace its range by a fixed value")
+
+
+RsmOptions.doubts = _doubts
 
 
 # ---- which factors the surface has

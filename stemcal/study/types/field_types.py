@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path, PureWindowsPath
-from typing import Annotated, Any, Union
+from typing import Annotated, Any, ClassVar, Union
 
 from pydantic import (
     AfterValidator,
@@ -42,9 +42,15 @@ def complain(message: str, remedy: str = "") -> PydanticCustomError:
 
 
 class Frozen(BaseModel):
-    """Immutable, no unknown keys, finite numbers only."""
+    """Immutable, no unknown keys, finite numbers only.
+
+    The section of a stage has `rules`, functions of a draft that yield mistakes, and `doubts`, a function of a study
+    that yields values that are possible but probably mistakes.
+    """
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, defer_build=True)
+    rules: ClassVar[tuple[Callable[[Any], Iterator[Any]], ...]] = ()
+    doubts: ClassVar[Callable[[Any], Iterable[Any]]] = lambda _study: ()
 
 
 @dataclass(frozen=True)
