@@ -40,17 +40,13 @@ class Solution:
 
 def plots(rsm: SurfaceResult, solved: Solution | None, labels: Mapping[str, str]) -> list[Plot]:
     """Return the figures of a surface; with a solution they show it."""
-    observed = f"Simulated {rsm.naming.response.long} versus the value predicted by the response surface."
-    checks = (
+    text = (
         "Normal plot of the residuals (left), residuals versus the predicted value (middle) and influence of each run "
         "(right). Normally distributed residuals follow the line. A run with a Cook's distance above 1 has "
         "a strong influence."
     )
-    plots = [
-        Plot("observed-predicted", "rsm", observed, partial(observed_predicted, rsm), detail=True),
-    ]
-    if rsm.runs_diagnostics:
-        plots.append(Plot("diagnostics", "rsm", checks, partial(diagnostics, rsm), wide=True, detail=True))
+    checks = Plot("diagnostics", "rsm", text, partial(diagnostics, rsm), wide=True, detail=True)
+    plots = [checks] if rsm.runs_diagnostics else []
     return plots + [_contour_plot(rsm, pair, solved, labels) for pair in combinations(rsm.names, 2)]
 
 
@@ -65,20 +61,6 @@ def _contour_plot(
     met = f" The orange line is the measured {response.long}; the star is the solution." if solved else ""
     text = f"Contours of the {response.long}{unit} {over}{held}.{met} White dots are design points."
     return Plot(f"contour-{'-'.join(pair)}", "rsm", text, partial(contours, rsm, pair, solved, labels))
-
-
-def observed_predicted(rsm: SurfaceResult) -> Figure:
-    """Return simulated forces against what the surface predicts for them."""
-    runs = [(run.response, run.coded) for run in rsm.design.runs if run.response is not None]
-    observed, predicted = [response for response, _ in runs], [float(rsm.response_at(coded)) for _, coded in runs]
-    with new_figure() as figure:
-        axes = figure.add_subplot()
-        ends = [min(observed + predicted), max(observed + predicted)]
-        axes.plot(ends, ends, color=FAINT, linestyle="--")
-        axes.plot(predicted, observed, "o", color=BLUE, alpha=0.85)
-        axes.set_xlabel(plain(rsm.naming.response.axis("predicted by the surface")))
-        axes.set_ylabel(plain(rsm.naming.response.axis("simulated")))
-    return figure
 
 
 def diagnostics(rsm: SurfaceResult) -> Figure:
