@@ -72,9 +72,9 @@ class Showing(Checked, Generic[R]):
         """Return its figures, none of them drawn yet."""
         return []
 
-    def cited(self, result: R) -> tuple[str, Mapping[str, str]] | None:
-        """Return what the range of each parameter to cite is called, and the ranges; None where it sets none."""
-        return None
+    def cited(self, result: R) -> Mapping[str, str]:
+        """Return the 95 % range of each parameter that it sets, to cite."""
+        return {}
 
     def beside(self, result: R, holds: bool) -> list[str]:
         """Return what the parameters are valid with and, where the study `holds`, what their ranges assume."""
@@ -98,6 +98,15 @@ def showing_of(result: StageResult) -> Showing[Any]:
     found = stage_called(result.name).showing()
     assert isinstance(found, Showing)
     return found
+
+
+RANGE = "95 % range"
+"""What the range of a parameter to cite is called."""
+
+
+def cited_ranges(results: Results) -> Mapping[str, str]:
+    """Return the range of each calibrated parameter to cite; nothing before they are calibrated."""
+    return next((found for one in results.done if (found := showing_of(one).cited(one))), {})
 
 
 def names_of(result: StageResult, labels: Mapping[str, str] | None = None) -> Names:

@@ -96,7 +96,7 @@ def _from_the_edge(evidence: Evidence, coded: Sequence[float]) -> Remedy:
     surface, found = evidence.of(Surfaces), evidence.of(InvertResult)
     assert surface is not None and found is not None
     joint, known = found.joint, found.certainty
-    if joint is None or known is None or (joint.separated and joint.presses_outwards):
+    if joint is None or (joint.separated and joint.presses_outwards):
         return advice.from_the_edge(evidence.study, surface, coded)
     return _to_identify(evidence.study, known)
 
@@ -140,11 +140,9 @@ def _check_prior(found: InvertResult) -> Remedy | None:
 def not_identified(evidence: Evidence) -> Iterator[Note]:
     """Yield which factors the measurements leave free."""
     found = evidence.of(InvertResult)
-    known = None if found is None else found.certainty
-    if known is None or not known.not_identified:
-        return
-    text = _not_identified(known)
-    yield Note("not_identified", "warning", text, _to_identify(evidence.study, known))
+    if found is not None and found.certainty.not_identified:
+        text, remedy = _not_identified(found.certainty), _to_identify(evidence.study, found.certainty)
+        yield Note("not_identified", "warning", text, remedy)
 
 
 def _not_identified(known: Certainty) -> str:

@@ -80,8 +80,6 @@ def valid_for(stage: InvertResult) -> list[str]:
 
 def assumptions(stage: InvertResult) -> list[str]:
     """Return the assumptions of the 95 % intervals."""
-    if stage.certainty is None:
-        return []
     fixed_mesh = stage.belongs_to is not None and "replicates" not in stage.belongs_to
     mesh = (
         "The intervals do not include the scatter of the force over mesh positions. Add `replicates: 5` to the "
@@ -92,7 +90,7 @@ def assumptions(stage: InvertResult) -> list[str]:
 
 def range_to_cite(stage: InvertResult, names: Names) -> list[str]:
     """Explain the interval to report, and list the exact solutions of a single target."""
-    if stage.certainty is None or len(stage.point.solution) < 2 or stage.joint is not None:
+    if len(stage.point.solution) < 2 or stage.joint is not None:
         return []
     exact = series(f"{names.factor(name)} {interval(stage.ranges[name])}" for name in stage.point.solution)
     return [
@@ -108,10 +106,8 @@ def range_to_cite(stage: InvertResult, names: Names) -> list[str]:
 def notes_of(stage: InvertResult) -> list[Note]:
     """Return what limits a solution: other solutions, the region, a formula, the intervals."""
     names = Names(stage.naming)
-    found = [*(_of_one(stage, names) if stage.joint is None else _of_many(stage.joint, names))]
-    if stage.certainty is not None:
-        found.append(Note("known", "caution", " ".join(known(stage.certainty, stage, names))))
-    return found
+    found = _of_one(stage, names) if stage.joint is None else _of_many(stage.joint, names)
+    return [*found, Note("known", "caution", " ".join(known(stage.certainty, stage, names)))]
 
 
 def _of_one(stage: InvertResult, names: Names) -> Iterator[Note]:
