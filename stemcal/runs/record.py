@@ -83,29 +83,15 @@ def is_censored(answer: Answer) -> bool:
     return answer.ok and answer.details.get("stroke_was_enough") is False
 
 
-_STROKE_ENDS = {
-    "rising": "the response was still rising",
-    "regained": "the response had risen again after a peak",
-    "falling": "the response had fallen only slightly after a peak",
-}
-
-
 def lower_bound_notes(answers: Sequence[Answer]) -> list[Note]:
-    """Return a note on the rows whose response is only a lower bound, one for each way in which their stroke ended."""
-    rows: dict[str, list[int]] = {}
-    for row, answer in enumerate(answers, 1):
-        if is_censored(answer):
-            ended = _STROKE_ENDS.get(str(answer.details.get("stroke_end")), "the response had not fallen")
-            rows.setdefault(ended, []).append(row)
-    return [_lower_bound(numbers, ended) for ended, numbers in rows.items()]
-
-
-def _lower_bound(rows: Sequence[int], ended: str) -> Note:
-    one = len(rows) == 1
-    runs, bound = ("run", "its maximum is a lower bound") if one else ("runs", "their maxima are lower bounds")
+    """Return a note on the rows whose response is only a lower bound."""
+    rows = [row for row, answer in enumerate(answers, 1) if is_censored(answer)]
+    if not rows:
+        return []
+    runs, bound = ("run", "maximum is a lower bound") if len(rows) == 1 else ("runs", "maxima are lower bounds")
+    text = f"The response had not fallen when the stroke ended in {runs} {series(rows)}, so the {bound}."
     remedy = Remedy("Lengthen the stroke (loading.stroke or loading.duration).")
-    text = f"In {runs} {series(rows)} {ended} when the stroke ended: {bound}."
-    return Note("lower_bound", "warning", text, remedy)
+    return [Note("lower_bound", "warning", text, remedy)]
 
 
 # ---- what a stage stores of a run

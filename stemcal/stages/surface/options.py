@@ -77,7 +77,7 @@ class RsmOptions(Frozen):
     """
 
     design: Annotated[str, BeforeValidator(_surface_design), _OfSurfaces()] = "central-composite"
-    """The design. Box–Behnken requires 3 to 7 factors, a full factorial at most 7. With five or more factors, a central
+    """The design. Box–Behnken requires 3 to 7 factors. With five or more factors, a central
     composite design uses a fraction of the corners that estimates the same terms (resolution V)."""
 
     factors: Annotated[
