@@ -132,7 +132,7 @@ def analyse_screening(
     RunsFailed
         If the runs left cannot estimate every effect and its error.
     """
-    design, y = _checked(coded, response, names)
+    design, y = np.asarray(coded, dtype=float), np.asarray(response, dtype=float)
     present = np.isfinite(y)
     n_failed = int(np.sum(~present))
     matrix = np.column_stack([np.ones(int(present.sum())), design[present]])
@@ -161,15 +161,6 @@ def analyse_screening(
         runs_failed=n_failed,
         notes=notes,
     )
-
-
-def _checked(coded: ArrayLike, response: ArrayLike, names: Sequence[str]) -> tuple[Array, Array]:
-    design, y = np.asarray(coded, dtype=float), np.asarray(response, dtype=float)
-    if design.ndim != 2 or design.shape != (y.size, len(names)):
-        raise UsageError(
-            f"screen: a design of shape {design.shape} does not match {y.size} responses and {len(names)} factors"
-        )
-    return design, y
 
 
 # ---- which test decides, where the tests disagree, what hides what
