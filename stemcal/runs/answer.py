@@ -223,7 +223,7 @@ class _Batch:
                 continue
             begun = self._begun[run.key]
             if answer.reason in ACCIDENTS and begun < _TRIES:
-                logger.info("%s run %d is started again", run.request.stage, run.request.row + 1)
+                logger.info("%s run %d is restarted", run.request.stage, run.request.row + 1)
                 self._submit(run)
                 continue
             if begun > 1:
@@ -277,7 +277,7 @@ def validated(answer: Answer, naming: Naming = CUTTING) -> Answer:
         if value is None or not math.isfinite(value):
             return Answer("failed", None, "nan", given, rest)
         if abs(value) > MOST:
-            message = f"{given}, which exceeds the limit of the statistics ({MOST:g})"
+            message = f"{given}, which exceeds the largest allowed value ({MOST:g})"
             return Answer("failed", None, "bad_result", message, rest)
     return answer
 

@@ -52,9 +52,9 @@ def test_only_what_rose_is_said_to_have_risen() -> None:
     ends = ("rising", "regained", "rising", "")
     outcomes = [Outcome(response=100.0, censored=True, stroke_end=end) for end in ends]
     starts = (
-        "In runs 1 and 3 the response was still rising",
-        "In run 2 the response had",
-        "In run 4 the response had not fallen",
+        "In runs 1 and 3, the response was still rising",
+        "In run 2, the response had",
+        "In run 4, the response had not fallen",
     )
     for note, start in zip(lower_bound_notes([*outcomes, Outcome(response=1.0)]), starts, strict=True):
         assert note.kind == "lower_bound" and note.text.startswith(start)
