@@ -112,7 +112,9 @@ def further_table(
     """Return further responses at each condition: measured, next to what the surface or the simulation `found`."""
     columns = [*measured_of(names, True, [("measured", "Measured", short), found]), ERROR]
     of_stems = (
-        [] if names.naming.others else ["Travel and work are those of the blade from first contact to maximum force."]
+        []
+        if names.naming.others
+        else ["The travel and work of the blade are counted from first contact to maximum force."]
     )
     return Table.of(columns, rows, f"Besides the {names.response.long}", (*of_stems, *foot, *scores(names)))
 

@@ -81,7 +81,7 @@ def screening_design(study: Study, solver: Solver) -> Design:
     if given is None:
         chosen = study.of(ScreenOptions)
         if chosen.design == "none":
-            raise UsageError("screen.design: the value is none. Choose a design to screen the factors.")
+            raise UsageError("screen.design: the value is `none`. Choose a design for the screening.")
         corners = catalogue.screening_runs(chosen.design, len(factors), chosen.runs, chosen.fold_over)
         coded = np.vstack([corners, np.zeros((chosen.centre_points, len(factors)))])
         kind = f"{chosen.design}, folded over" if chosen.fold_over else chosen.design
@@ -96,6 +96,21 @@ def foresee(study: Study, solver: Solver) -> Asked:
     return Asked("screen", design.requests(study.targets.calibrate_at), settled=True, design=design)
 
 
+<<<<<<< HEAD
+=======
+def _require_two_levels(coding: Coding, coded: Array, given: Sequence[Mapping[str, float]]) -> None:
+    """Raise `UsageError` if a row is neither at low and high levels nor a centre point."""
+    off = np.where(np.all(abs(coded) <= _LEVEL_TOLERANCE, axis=1)[:, None], 0.0, abs(abs(coded) - 1.0))
+    for row, values in enumerate(off):
+        for name, miss in zip(coding.names, values, strict=True):
+            if miss > _LEVEL_TOLERANCE:
+                raise UsageError(
+                    f"solver.screen row {row + 1}: the value {given[row][name]:g} is not a level of the factor {name}. "
+                    f"Set `low` and `high` of {name} to its two levels in the table."
+                )
+
+
+>>>>>>> main
 # ---- the factors that matter
 
 
@@ -137,7 +152,7 @@ def analyse_screening(
     if n_failed and fit.df < 1:
         raise RunsFailed(
             f"screen: {n_failed} of {len(y)} runs failed, which leaves no residual degrees of freedom. Correct the "
-            "cause and repeat the failed runs with `stemcal run SPEC --retry`."
+            "cause of the failures and repeat the failed runs with `stemcal run SPEC --retry`."
         )
     residual, mean_square = residual_of(fit, centre)
     changes = changes_of(fit)
@@ -191,18 +206,22 @@ def _screening_notes(
     found = [] if curvature is None else [_curvature(curvature, written)]
     if n_failed:
         text = (
-            f"{n_failed} of {len(fit.response) + n_failed} runs failed, so the design is no longer orthogonal. Sums of "
-            f"squares (type III, {fit.df} residual df) do not add up to the total. Lenth's method is approximate."
+            f"{n_failed} of {len(fit.response) + n_failed} runs failed, so the design is no longer orthogonal. The "
+            f"sums of squares (type III, {fit.df} residual df) do not add up to the total. The results of Lenth's "
+            "method are approximate."
         )
         found.append(Note("screening_runs_failed", "warning", text))
     if fit.flat:
         found.append(flat_response("no factor has an effect"))
     elif len(effects) < FEWEST:
-        text = f"The F test selects the significant factors because Lenth's method requires at least {FEWEST} effects."
+        text = (
+            f"The significant factors are selected with the F test because Lenth's method requires at least {FEWEST} "
+            "effects."
+        )
         found.append(Note("too_few_effects", "caution", text))
     elif not tested:
         few = f"the residual has only {counted(df, 'degree')} of freedom" if df < LEAST_DF else "the residual is zero"
-        text = f"Lenth's method selects the significant factors because {few}."
+        text = f"The significant factors are selected with Lenth's method because {few}."
         found.append(Note("lenth_decides", "caution", text))
     found += _disagreements(effects, size, alpha, written)
     return (*found, aliases_note(design, [effect.factor for effect in effects]))
@@ -210,7 +229,7 @@ def _screening_notes(
 
 def _curvature(found: Curvature, written: Names) -> Note:
     means = (
-        f"The mean {written.response.long} is {written.quantity(found.corners)} at the corners and "
+        f"The mean {written.response.long} is {written.quantity(found.corners)} at the corners of the design and "
         f"{written.quantity(found.centre)} at the centre ({counted(found.runs, 'run')})."
     )
     if found.f is None or found.p is None:
@@ -226,7 +245,8 @@ def _disagreements(effects: Sequence[Effect], size: Lenth, alpha: float, written
             continue
         yes, no = ("the F test", "Lenth's method") if effect.p < alpha else ("Lenth's method", "the F test")
         text = (
-            f"{effect.factor} is significant by {yes} but not by {no} (p {signed_probability(effect.p)}; effect "
-            f"{written.quantity(effect.effect, '+.4g')}, margin of error {written.quantity(size.me)})."
+            f"The factor {effect.factor} is significant according to {yes} but not according to {no} (p "
+            f"{signed_probability(effect.p)}; effect {written.quantity(effect.effect, '+.4g')}, margin of error "
+            f"{written.quantity(size.me)})."
         )
         yield Note("methods_disagree", "warning", text)

@@ -77,7 +77,7 @@ def _effects_table(stage: ScreenResult, names: Names) -> Table:
         Column("lenth_t", "Lenth t", form=fixed),
     ]
     method = "Lenth's method" if stage.by_lenth else "the F test"
-    rule = f"Bold factors are significant by {method}."
+    rule = f"Factors in bold are significant according to {method}."
     margins = []
     if lenth.pse is not None and lenth.me is not None and lenth.sme is not None:
         pse, me, sme = (names.quantity(value) for value in (lenth.pse, lenth.me, lenth.sme))
@@ -98,7 +98,8 @@ def plots(screen: ScreenResult, labels: Mapping[str, str]) -> list[Plot]:
     bars = (
         f"Pareto chart of the effects. Blue effects increase the {response}; orange effects decrease the {response}. "
         "An effect is significant if it exceeds Lenth's margin of error (ME) or the limit of the t test. An effect "
-        "that exceeds the simultaneous margin of error (SME) is significant even among many effects."
+        "that exceeds the simultaneous margin of error (SME) remains significant after correction for the number of "
+        "effects."
     )
     line = (
         "Half-normal plot of the effects. Significant effects are above the line and exceed Lenth's margin of error. "
