@@ -123,6 +123,6 @@ def _require_two_levels(coding: Coding, coded: Array, given: Sequence[Mapping[st
         for name, miss in zip(coding.names, values, strict=True):
             if miss > _LEVEL_TOLERANCE:
                 raise UsageError(
-                    f"solver.screen row {row + 1}: {name} {given[row][name]:g} is not a level of the factor. "
-                    f"Set `low` and `high` of {name} to the two levels of the table."
+                    f"solver.screen row {row + 1}: the value {given[row][name]:g} is not a level of the factor {name}. "
+                    f"Set `low` and `high` of {name} to its two levels in the table."
                 )

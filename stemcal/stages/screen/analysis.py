@@ -96,21 +96,6 @@ def foresee(study: Study, solver: Solver) -> Asked:
     return Asked("screen", design.requests(study.targets.calibrate_at), settled=True, design=design)
 
 
-<<<<<<< HEAD
-=======
-def _require_two_levels(coding: Coding, coded: Array, given: Sequence[Mapping[str, float]]) -> None:
-    """Raise `UsageError` if a row is neither at low and high levels nor a centre point."""
-    off = np.where(np.all(abs(coded) <= _LEVEL_TOLERANCE, axis=1)[:, None], 0.0, abs(abs(coded) - 1.0))
-    for row, values in enumerate(off):
-        for name, miss in zip(coding.names, values, strict=True):
-            if miss > _LEVEL_TOLERANCE:
-                raise UsageError(
-                    f"solver.screen row {row + 1}: the value {given[row][name]:g} is not a level of the factor {name}. "
-                    f"Set `low` and `high` of {name} to its two levels in the table."
-                )
-
-
->>>>>>> main
 # ---- the factors that matter
 
 
