@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from stemcal.naming import Names
 from stemcal.note import Remedy
-from stemcal.numbers import short, significant, unit_written
+from stemcal.numbers import significant, unit_written
 from stemcal.registry import code_version
 from stemcal.report.showing import RANGE, cited_ranges
 from stemcal.stages.result import StageResult
@@ -79,21 +79,11 @@ def question(study: Study) -> str:
     """Return the question that the study answers."""
     naming, names = study.naming, Names(study.naming)
     targets = study.joint_targets or (study.calibration_target,)
-    place, values = "", ""
+    place = ""
     if naming.condition is not None:
         conditions = names.conditions(target.condition for target in targets)
         place = f" of stems with a diameter of {conditions}" if naming.is_cutting else f" at {conditions}"
-    if len(targets) == 1:
-        means = [(naming.named(name), targets[0].mean_of(name)[0]) for name in study.fitted_responses]
-        values = f" ({series(f'{short(mean)}{named.unit_suffix}' for named, mean in means if mean is not None)})"
-    asked = f"Which parameters reproduce the measured {series(_fitted(study))}{place}{values}?"
-    others = len(study.targets.means) - len(targets)
-    if not others:
-        return asked
-    return (
-        f"{asked} Are these parameters also valid at {others} other value{'s' * (others > 1)} of the "
-        f"{names.condition.long}?"
-    )
+    return f"Which parameters reproduce the measured {series(_fitted(study))}{place}?"
 
 
 def _fitted(study: Study) -> list[str]:

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
 from pydantic import BeforeValidator, Field, WithJsonSchema
 from pydantic_core import PydanticKnownError
 
-from stemcal.errors import UsageError
 from stemcal.note import Note
 from stemcal.registry import surface_designs
 from stemcal.stages.screen.options import is_screened
@@ -266,7 +265,7 @@ RsmOptions.doubts = _doubts
 # ---- which factors the surface has
 
 
-def surface_factors(study: Study, solver: Solver, screened: ScreenResult | None) -> tuple[list[str], list[Note]]:
+def surface_factors(study: Study, solver: Solver, screened: ScreenResult) -> tuple[list[str], list[Note]]:
     """Return the factors of the surface, the strongest first, and notes on how they were chosen.
 
     They are the significant factors, or those of largest contribution if the spec or the design requires a number.
@@ -274,11 +273,6 @@ def surface_factors(study: Study, solver: Solver, screened: ScreenResult | None)
     rsm, given = study.of(RsmOptions), solver.given_design("rsm")
     if not isinstance(rsm.factors, str):
         return list(rsm.factors), []
-    if screened is None:
-        raise UsageError(
-            f"rsm.factors: the value `{rsm.factors}` requires the results of the screening. Run `stemcal screen SPEC` "
-            "first."
-        )
     shares, (least, most) = screened.shares, factors_taken(rsm.design)
     ranked = sorted(shares, key=lambda name: -shares[name])
     chosen = significant = [name for name in ranked if name in screened.active_factors]

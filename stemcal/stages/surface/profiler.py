@@ -57,15 +57,15 @@ def _chosen(study: Study, mean: Measured) -> bool:
 
 def _factor(rsm: SurfaceResult, entry: FactorCoding, values: Mapping[str, float]) -> dict[str, Any]:
     ends = (rsm.coding[entry.factor].natural(coded) for coded in rsm.drawn_between(entry.factor))
-    unit, far = unit_written(entry.unit), entry.half_step * rsm.radius
+    unit = unit_written(entry.unit)
     return {
         "name": entry.factor,
         "label": entry.label or entry.factor,
         "unit": f" {unit}" if unit else "",
         "center": entry.center,
         "half": entry.half_step,
-        "low": entry.center - far if entry.low is None else entry.low,
-        "high": entry.center + far if entry.high is None else entry.high,
+        "low": entry.low,
+        "high": entry.high,
         "ends": list(ends),
         "at": values.get(entry.factor, entry.center),
     }

@@ -103,8 +103,8 @@ class SurfaceResult(Surfaces):
         reach, factor, scale = self.radius or 1.0, self.factor(name), self.coding[name]
         runs = [run.levels[name] for run in self.design.runs]
         low, high = scale.natural(-reach), scale.natural(reach)
-        low = min(*runs, low if factor.low is None else max(low, factor.low))
-        high = max(*runs, high if factor.high is None else min(high, factor.high))
+        low = min(*runs, max(low, factor.low))
+        high = max(*runs, min(high, factor.high))
         return (low - scale.center) / scale.half_step, (high - scale.center) / scale.half_step
 
     def symbols(self) -> dict[str, str]:
