@@ -50,11 +50,10 @@ class Setting:
 class Showing(Checked, Generic[R]):
     """The words, tables and figures of a stage, made from its result.
 
-    `claims` intervals or agreement, which are true of a calibrated study only: without one, an outcome that states an
-    agreement is not shown.
+    An outcome that `claims` agreement with the measurements is shown of a calibrated study only.
     """
 
-    claims: ClassVar[str] = ""
+    claims: ClassVar[bool] = False
 
     def outcome(self, result: R, names: Names) -> list[str]:
         """Return the outcome in sentences."""
@@ -141,7 +140,7 @@ _WITHHELD = "The study is not calibrated: parameter intervals and agreement with
 def outcome_of(result: StageResult, holds: bool = True, labels: Mapping[str, str] | None = None) -> list[str]:
     """Return the outcome of a stage; no statement of agreement where the study is not calibrated."""
     showing = showing_of(result)
-    return showing.outcome(result, names_of(result, labels)) if holds or showing.claims != "agreement" else []
+    return showing.outcome(result, names_of(result, labels)) if holds or not showing.claims else []
 
 
 def certainty(results: Results, holds: bool = True) -> list[str]:

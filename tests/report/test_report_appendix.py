@@ -6,7 +6,7 @@ import pytest
 
 from stemcal.naming import Names
 from stemcal.report.showing import tables_of
-from stemcal.report.tables.of_designs import _design_table
+from stemcal.report.tables.of_designs import design_tables
 from stemcal.report.tables.setting import setting_tables
 from stemcal.stages.screen.showing import pareto
 from stemcal.stages.surface.figures import diagnostics
@@ -32,9 +32,9 @@ def test_canonical_axes_of_the_published_surface(stages: dict[str, Any]) -> None
 
 def test_crowded_designs_bear_symbols(stages: dict[str, Any]) -> None:
     symbols = {effect.factor: effect.symbol for effect in stages["screen"].effects}
-    table = _design_table(stages["screen"].design, Names(), symbols)
+    (table,) = design_tables(stages["screen"], symbols)
     assert table.heads == ("Run", *(f"X{n}" for n in range(1, 10)), "Force, N")
-    assert _design_table(stages["rsm"].design, Names(), symbols).heads[1] == "yield_stress"
+    assert design_tables(stages["rsm"], symbols)[0].heads[1] == "yield_stress"
 
 
 def test_residuals_over_their_errors(stages: dict[str, Any]) -> None:

@@ -43,8 +43,6 @@ _JOINT = "Fitted together"
 class InvertShowing(Showing[InvertResult]):
     """The words, tables and figures of a calibration."""
 
-    claims = "intervals"
-
     def outcome(self, result: InvertResult, names: Names) -> list[str]:
         return words.outcome(result, names)
 

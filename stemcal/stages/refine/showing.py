@@ -12,7 +12,7 @@ from stemcal.words import series
 class RefineShowing(Showing[RefineResult]):
     """The words and tables of a refinement."""
 
-    claims = "agreement"
+    claims = True
 
     def outcome(self, result: RefineResult, names: Names) -> list[str]:
         """Return what the refinement changed, and the error that is left."""

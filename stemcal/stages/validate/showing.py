@@ -26,7 +26,7 @@ _ERROR = "Error = 100·(measured − simulated)/measured"
 class ValidateShowing(Showing[ValidateResult]):
     """The words, tables and figures of a validation."""
 
-    claims = "agreement"
+    claims = True
 
     def outcome(self, result: ValidateResult, names: Names) -> list[str]:
         """Return by how much simulation and measurement differ."""

@@ -8,6 +8,7 @@ from typing import Any, Literal
 import numpy as np
 
 from stemcal.folder import StudyFolder
+from stemcal.naming import NOWHERE
 from stemcal.note import MOST_DRIFT, MOST_HOURGLASS, MOST_INERTIA, NEGLIGIBLE_MASS, Remedy
 from stemcal.numbers import outwards
 from stemcal.stages.results import Results
@@ -28,20 +29,16 @@ _DETAILS: dict[DoubtKind, str] = {
 
 @dataclass(frozen=True)
 class Doubt:
-    """One kind of doubt, in how many runs, and the worst of it in percent (None of a stroke that was too short)."""
+    """One kind of doubt, in how many runs, and the worst of it in percent (None of a stroke that was too short).
+
+    That of a run with the calibrated parameters has its condition, and whether the parameters were fitted there.
+    """
 
     kind: DoubtKind
     runs: int
     worst: float | None
-
-
-@dataclass(frozen=True)
-class DoubtAt:
-    """The worst doubt of the run that validates one condition, and whether the parameters were fitted there."""
-
-    condition: float
-    fitted: bool
-    doubt: Doubt
+    condition: float = NOWHERE
+    fitted: bool = False
 
 
 @dataclass(frozen=True)
@@ -54,7 +51,7 @@ class Physics:
     checked: int
     doubtful: int
     doubts: tuple[Doubt, ...]
-    at_solution: tuple[DoubtAt, ...] = ()
+    at_solution: tuple[Doubt, ...] = ()
 
     @property
     def share(self) -> float:
@@ -79,12 +76,12 @@ def physics_of(study: Study, results: Results, folder: StudyFolder) -> Physics:
     )
 
 
-def _at_solution(study: Study, results: Results, every: Mapping[str, Doubts]) -> Iterator[DoubtAt]:
+def _at_solution(study: Study, results: Results, every: Mapping[str, Doubts]) -> Iterator[Doubt]:
     """Yield what is doubtful of each run with the calibrated parameters that was compared."""
     runs = {row.key: row for result in results.done for row in reversed(result.judged(study))}
     for key, row in reversed(runs.items()):
         for kind, size in every.get(key, {}).items():
-            yield DoubtAt(row.condition, row.fitted, Doubt(kind, 1, size))
+            yield Doubt(kind, 1, size, row.condition, row.fitted)
 
 
 def _doubts(details: Mapping[str, Any]) -> Doubts | None:

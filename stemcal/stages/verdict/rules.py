@@ -20,7 +20,7 @@ from stemcal.stages.result import Judged, R
 from stemcal.stages.results import Results, fresh_results
 from stemcal.stages.stage import stages_of
 from stemcal.stages.validate.options import ValidateOptions
-from stemcal.stages.verdict.physics import LIMITS, Doubt, DoubtAt, DoubtKind, Physics, for_physics, physics_of
+from stemcal.stages.verdict.physics import LIMITS, Doubt, DoubtKind, Physics, for_physics, physics_of
 from stemcal.stages.verdict.result import Use, Verdict
 from stemcal.stages.verdict.words import size_of
 from stemcal.study.model import Study
@@ -156,20 +156,20 @@ def physics(evidence: Evidence) -> Iterator[Note]:
         runs = f"{doubt.runs} of {counted(found.checked, 'run')}"
         text = f"The physics of {runs} is doubtful: {_doubtful(doubt, 'up to ')}."
         yield Note("physics", severity, text, for_physics(evidence.study, doubt))
-    worst: dict[DoubtKind, DoubtAt] = {}
+    worst: dict[DoubtKind, Doubt] = {}
     for at in found.at_solution if found.share <= MAJORITY else ():
-        before = worst.get(at.doubt.kind)
-        if before is None or (at.fitted, at.doubt.worst or 0.0) > (before.fitted, before.doubt.worst or 0.0):
-            worst[at.doubt.kind] = at
+        before = worst.get(at.kind)
+        if before is None or (at.fitted, at.worst or 0.0) > (before.fitted, before.worst or 0.0):
+            worst[at.kind] = at
     for kind, at in worst.items():
-        far = at.doubt.worst is None or at.doubt.worst > FAR * LIMITS[kind]
-        text = f"With the calibrated parameters, {_doubtful(at.doubt)}{evidence.names.at(at.condition)}."
+        far = at.worst is None or at.worst > FAR * LIMITS[kind]
+        text = f"With the calibrated parameters, {_doubtful(at)}{evidence.names.at(at.condition)}."
         if kind == "hourglass":
             text += (
                 " Hourglass energy above 10 % of the internal energy may change the force by a third, and above 20 % "
                 "by half."
             )
-        remedy = for_physics(evidence.study, at.doubt)
+        remedy = for_physics(evidence.study, at)
         yield Note("physics_of_solution", "error" if at.fitted and far else "warning", text, remedy)
 
 
