@@ -114,7 +114,7 @@ def further_table(
     of_stems = (
         []
         if names.naming.others
-        else ["The travel and work of the blade are counted from first contact to maximum force."]
+        else ["The travel and work of the blade are evaluated from first contact to maximum force."]
     )
     return Table.of(columns, rows, f"Besides the {names.response.long}", (*of_stems, *foot, *scores(names)))
 
