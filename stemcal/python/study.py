@@ -41,9 +41,20 @@ if TYPE_CHECKING:
     from stemcal.cutting.result import Array
 
 
-def load_study(path: str | Path) -> Study:
-    """Return the study in a YAML file; raise `SpecError` with all its mistakes."""
-    study = read_spec(checked_path(path, "path"))
+def load_study(path: str | Path, **changes: object) -> Study:
+    """Return the study in a YAML file; raise `SpecError` with all its mistakes.
+
+    Parameters
+    ----------
+    changes
+        Changes of the spec by the name of a section or a factor, written as in a spec. A mapping is merged into the
+        spec; another value replaces the value in the spec.
+
+    Examples
+    --------
+    ``load_study("my-stems.yaml", yield_stress={"high": 25}, rsm={"alpha": "face"})``
+    """
+    study = read_spec(checked_path(path, "path"), **changes)
     study._hands = _ByHand()
     return study
 

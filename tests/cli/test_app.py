@@ -2,7 +2,6 @@
 
 import json
 import os
-import shutil
 import signal
 import subprocess
 import sys
@@ -12,7 +11,7 @@ from typing import Any
 
 import pytest
 import typer
-from commanding import BAD_SPEC, COMMANDS, REPLAY, ROOT, SMOKE, command, process
+from commanding import BAD_SPEC, COMMANDS, REPLAY, ROOT, command, process
 from typer.main import get_command
 from typer.testing import CliRunner, Result
 
@@ -205,10 +204,3 @@ def test_json_of_a_bad_spec() -> None:
     assert result.exit_code == 2
     assert json.loads(result.stdout)["status"] == "wrong" and found["ok"] is False
     assert [problem["line"] for problem in found["problems"]] == [6, 8, 12, 19, 21]
-
-
-def test_a_misspelled_spec_is_guessed(tmp_path: Path) -> None:
-    shutil.copy(SMOKE, tmp_path / "pepper.yaml")
-    for given in ("peper", "peper.yaml"):
-        assert f"did you mean {tmp_path / 'pepper.yaml'}?" in command("check", tmp_path / given).stderr
-    assert "check the path of the spec" in command("check", tmp_path / "hemp").stderr
