@@ -7,7 +7,7 @@ from stemcal.note import force_after_break, stroke_too_short
 
 @pytest.mark.parametrize(
     ("ending", "numbers"),
-    [("rising", ["1 mm stroke"]), ("regained", ["100.0 N at 0.5 mm", "70.0 N", "95.0 N"]), ("falling", ["95.0 N"])],
+    [("rising", ["stroke (1 mm)"]), ("regained", ["100.0 N at 0.5 mm", "70.0 N", "95.0 N"]), ("falling", ["95.0 N"])],
 )
 def test_a_stroke_that_is_too_short(ending: str, numbers: list[str]) -> None:
     warning = stroke_too_short(ending, 100.0, 0.5, 70.0, 95.0, 1.0)
