@@ -42,8 +42,8 @@ def plots(rsm: SurfaceResult, solved: Solution | None, labels: Mapping[str, str]
     """Return the figures of a surface; with a solution they show it."""
     text = (
         "Normal plot of the residuals (left), residuals versus the predicted value (middle) and influence of each run "
-        "(right). Normally distributed residuals follow the line. A run with a Cook's distance above 1 has "
-        "a strong influence."
+        "(right). Normally distributed residuals follow the line. A run with a Cook's distance above 1 strongly "
+        "influences the response surface."
     )
     checks = Plot("diagnostics", "rsm", text, partial(diagnostics, rsm), wide=True, detail=True)
     plots = [checks] if rsm.runs_diagnostics else []
