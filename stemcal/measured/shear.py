@@ -146,7 +146,7 @@ def measure_shear(
         raise UsageError(f"--exclude {shown(min(unknown))}: no such specimen; {did_you_mean(min(unknown), names)}")
     counted = [s for s in specimens if not s.excluded]
     if not counted:
-        raise UsageError("--exclude: all specimens are excluded; remove one of the options")
+        raise UsageError("--exclude: all specimens are excluded; remove one of the `--exclude` options")
     diameters = sorted({s.grade for s in counted})
     grades = tuple(_grade(d, [s for s in counted if s.grade == d]) for d in diameters)
     law = fit_power_law([s.diameter for s in counted], [s.curve.max_force for s in counted])
@@ -287,9 +287,9 @@ def _preload(grades: Sequence[_GradeForces], preload: float) -> Iterator[Note]:
     force = weakest.summary.mean
     if preload >= _PRELOAD_SHARE * force:
         text = (
-            f"The preload of {preload:g} N is {100.0 * preload / force:.0f} % of the maximum force at "
-            f"{weakest.diameter:g} mm ({force:.3g} N). Travel and work start at the preload; the maximum force is "
-            "unaffected."
+            f"The preload of {preload:g} N is {100.0 * preload / force:.0f} % of the maximum force at a "
+            f"diameter of {weakest.diameter:g} mm ({force:.3g} N). Travel and work start at the preload; the "
+            "maximum force is unaffected."
         )
         remedy = Remedy(f"Use `--preload {0.01 * force:.1g}`, which is 1 % of the maximum force.")
         yield Note("preload_of_weak_stems", "caution", text, remedy)

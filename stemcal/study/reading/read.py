@@ -79,7 +79,8 @@ def _content(path: Path) -> bytes:
         reason = getattr(error, "strerror", None) or str(error)
         remedy = f"did you mean {path.with_name(meant)}?" if (meant := _meant(path)) else "check the path of the spec"
         shown = f"{str(path)[:200]}{'…' if len(str(path)) > 200 else ''}"
-        raise SpecError([SpecProblem(shown, 1, 1, "", f"the spec cannot be read: {reason}", remedy)]) from None
+        wrong = f"the spec {reason}" if reason.startswith("is ") else f"the spec cannot be read: {reason}"
+        raise SpecError([SpecProblem(shown, 1, 1, "", wrong, remedy)]) from None
 
 
 def _meant(path: Path) -> str | None:
