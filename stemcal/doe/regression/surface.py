@@ -304,8 +304,8 @@ def _surface_notes(
     yield from _lack_of_fit_notes(split)
     if precision is not None and precision < ADEQUATE:
         text = (
-            f"The adequate precision of {precision:.2f} is below {ADEQUATE:g}, so the response surface mainly represents "
-            "noise."
+            f"The adequate precision of {precision:.2f} is below {ADEQUATE:g}, so the response surface mainly "
+            "represents noise."
         )
         yield Note("mostly_noise", "warning", text)
     for run in diagnostics:
