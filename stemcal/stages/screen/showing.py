@@ -41,7 +41,7 @@ class ScreenShowing(Showing[ScreenResult]):
         return [count, f"The effects on the {response} cannot be tested without an estimate of the error."]
 
     def tables(self, result: ScreenResult, names: Names) -> list[Table]:
-        return [_effects_table(one, names.of(one.naming)) for one in result.all_responses]
+        return [_effects_table(one, Names(one.naming, names.labels)) for one in result.all_responses]
 
     def findings(self, result: ScreenResult, names: Names) -> list[Table]:
         return [_effects_table(result, names)]

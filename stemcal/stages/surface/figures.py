@@ -75,7 +75,7 @@ def diagnostics(rsm: SurfaceResult) -> Figure:
         _normal_plot(normal, residuals)
         over.axhline(0, color=FAINT, linewidth=1)
         over.plot([row.fitted for row in rows], residuals, "o", color=BLUE, markersize=4)
-        over.set_xlabel(plain(rsm.naming.response.axis("predicted")))
+        over.set_xlabel(plain(rsm.naming.response.headed("predicted")))
         over.set_ylabel("studentised residual")
         influence.bar([row.run for row in rows], [row.cooks_distance or 0.0 for row in rows], color=BLUE, width=0.7)
         influence.axhline(1.0, color=ORANGE, linestyle="--", linewidth=1)
@@ -142,7 +142,7 @@ def contours(
 
 def _height(rsm: SurfaceResult) -> str:
     """Return what is drawn as height."""
-    return plain(rsm.naming.response.axis(rsm.naming.response.noun))
+    return plain(rsm.naming.response.headed(rsm.naming.response.noun))
 
 
 def levels_of(response: Any) -> Any:
