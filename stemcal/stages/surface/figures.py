@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from functools import partial
 from itertools import combinations
 from statistics import NormalDist
+from textwrap import fill
 from typing import Any
 
 import numpy as np
@@ -18,7 +19,6 @@ from stemcal.report.figures.style import (
     Axes,
     Figure,
     axis_of,
-    in_lines,
     new_figure,
     plain,
 )
@@ -26,7 +26,7 @@ from stemcal.stages.surface.result import SurfaceResult
 
 _NORMAL = NormalDist()
 _GRID = 41  # values of each factor
-_LONGEST = 46  # cells of a line of an axis' name
+_LONGEST = 46  # letters of a line of an axis' name
 _HEIGHT = "viridis"  # its lightness rises steadily with the force
 
 
@@ -163,7 +163,7 @@ def _label(axes: Axes, rsm: SurfaceResult, pair: tuple[str, str], labels: Mappin
     from matplotlib.ticker import MaxNLocator
 
     for axis, setter, name in ((axes.xaxis, axes.set_xlabel, pair[0]), (axes.yaxis, axes.set_ylabel, pair[1])):
-        setter(in_lines(axis_of((labels or {}).get(name, name), rsm.factor(name).unit), _LONGEST))
+        setter(fill(axis_of((labels or {}).get(name, name), rsm.factor(name).unit), _LONGEST))
         axis.set_major_locator(MaxNLocator(nbins=6, steps=[1, 2, 5, 10]))
 
 
