@@ -100,11 +100,10 @@ def _virtual_test(study: Study, solver: Explicit) -> dict[str, str]:
     loading, stem = study.loading, study.specimen
     stroke = f"for {loading.duration:g} s" if loading.stroke is None else f"over {loading.stroke}"
     bore = f"bore {stem.diameter_ratio:g} of it" if stem.diameter_ratio > 0.0 else "solid"
-    wall = "wall a factor" if "wall_thickness" in study.names else bore
     bevels, part = ("both sides", "quarter") if blade.bevel == "both" else ("one side", "half")
     rubbing = f"{contact.static_friction:g} at rest, {contact.dynamic_friction:g} sliding"
     return {
-        "Stem": f"{stem.outer_diameter:g} mm, {wall}, {stem.length:g} mm long",
+        "Stem": f"{stem.outer_diameter:g} mm, {bore}, {stem.length:g} mm long",
         "Blade": f"{blade.thickness:g} mm thick, edge of {blade.edge_angle:g}°, {bevels} bevelled",
         "Edge radius": f"{short(blade.edge_radius)} mm",
         "Supports": f"{supports.clearance:g} mm apart, edges rounded by {supports.fillet_radius:g} mm",
