@@ -17,7 +17,7 @@ from stemcal.measured.statistics import Summary, summarise
 from stemcal.measured.tables import columns_of, matching, read_table, scale_of
 from stemcal.note import Note
 from stemcal.power_law import PowerLaw, fit_power_law
-from stemcal.words import did_you_mean, series
+from stemcal.words import did_you_mean, listed
 
 _SUFFIXES = (".csv", ".txt", ".dat", ".tsv", ".asc", ".tra", ".xlsx", ".xlsm", ".xls")
 _MOST = 10  # names in a note
@@ -109,7 +109,7 @@ def measure_shear(
     diameters = sorted({s.grade for s in specimens})
     grades = tuple(_grade(d, [s for s in specimens if s.grade == d]) for d in diameters)
     law = fit_power_law([s.diameter for s in specimens], [s.curve.max_force for s in specimens])
-    excluded = [Note("excluded", "info", f"The specimen {name} is excluded by --exclude.") for name in exclude]
+    excluded = [Note("excluded", "info", f"The specimen {name} is excluded by `--exclude`.") for name in exclude]
     notes = (*excluded, *_not_there(listed, files, found))
     return ShearTests(specimens, grades, law, any(s.curve.synthetic for s in specimens), notes)
 
@@ -132,7 +132,7 @@ def find_files(folder: Path) -> list[Path]:
         raise UsageError(f"{folder} does not exist; pass a folder of force–travel files or a single file")
     files = sorted(filter(_is_specimens, folder.rglob("*")), key=_by_number)
     if not files:
-        raise UsageError(f"{folder}: no files end in {series(_SUFFIXES)}; add files from the testing machine")
+        raise UsageError(f"{folder}: no file ends in {listed(_SUFFIXES)}; add files from the testing machine")
     return files
 
 
@@ -154,7 +154,7 @@ def read_index(path: Path) -> dict[str, tuple[float, float | None]]:
     names, diameters, grade = matching(table, FILE), matching(table, DIAMETER, MILLIMETRES), matching(table, GRADE)
     if not names or not diameters:
         raise UsageError(
-            f"{path}: the index has no columns `file` and `diameter` (it has {columns_of(table)}); rename the columns"
+            f"{path}: the index must have columns `file` and `diameter` (found {columns_of(table)}); rename the columns"
         )
     name, diameter = names[0], diameters[0]
     scale = scale_of(table, diameter, MILLIMETRES, "mm")
@@ -193,8 +193,8 @@ def _specimen(
     diameter = next((value for value in (listed, curve.diameter, curve.over, named) if value is not None), None)
     if diameter is None:
         raise UsageError(
-            f"{path}: the diameter is unknown; write the diameter in the file name (7mm-1.csv), above its columns (7.1 "
-            "mm), in a line above the data (Diameter: 7.02 mm) or, for measure shear, in an index file (--index)"
+            f"{path}: the diameter is unknown; write the diameter in the file name (7mm-1.csv), above the columns "
+            "(7.1 mm), above the data (Diameter: 7.02 mm) or in an index file (`--index` of `measure shear`)"
         )
     checked_diameter(diameter, f"{path}: specimen {shown(name)}")
     nominal = next((value for value in (grade, named) if value is not None), float(round(diameter)))

@@ -90,7 +90,7 @@ def lower_bound_notes(answers: Sequence[Answer]) -> list[Note]:
         return []
     runs, bound = ("run", "maximum is a lower bound") if len(rows) == 1 else ("runs", "maxima are lower bounds")
     text = f"The response had not fallen when the stroke ended in {runs} {series(rows)}, so the {bound}."
-    remedy = Remedy("Lengthen the stroke (loading.stroke or loading.duration).")
+    remedy = Remedy("Increase the stroke (`loading.stroke` or `loading.duration`).")
     return [Note("lower_bound", "warning", text, remedy)]
 
 

@@ -211,4 +211,4 @@ def test_a_misspelled_spec_is_guessed(tmp_path: Path) -> None:
     shutil.copy(SMOKE, tmp_path / "pepper.yaml")
     for given in ("peper", "peper.yaml"):
         assert f"did you mean {tmp_path / 'pepper.yaml'}?" in command("check", tmp_path / given).stderr
-    assert "check the name of the spec" in command("check", tmp_path / "hemp").stderr
+    assert "check the path of the spec" in command("check", tmp_path / "hemp").stderr

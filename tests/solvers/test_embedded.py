@@ -33,7 +33,7 @@ def test_friction_as_a_factor() -> None:
     assert (contact.static_friction, contact.dynamic_friction, contact.decay) == (0.3, 0.3, 0.0)
     assert shear_test(study, {}, 8.0).contact.static_friction == 0.25
     (wrong,) = wrong_levels(study, {**study.midlevels(), "stem_friction": -0.1})
-    assert "stem_friction = -0.1 must not be below 0" in wrong
+    assert "stem_friction (-0.1) must not be below 0" in wrong
 
 
 def test_a_stem_wider_than_the_blade_is_named() -> None:

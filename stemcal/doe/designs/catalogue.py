@@ -78,7 +78,7 @@ class SurfaceDesign(Checked):
         """Return the runs (n, k); raise `UsageError` for a number of factors that the design does not support."""
         least, most = self.factors
         if not (1 if least == 2 else least) <= k <= most:  # a spec may name a single factor
-            raise UsageError(f"rsm.factors: {self.name} requires {least} to {most} factors, not {k}")
+            raise UsageError(f"rsm.factors: the design `{self.name}` requires {least} to {most} factors, not {k}")
         return np.asarray(self.points(k, options))
 
     def reach(self, k: int, options: SurfaceOptions) -> float:
@@ -181,7 +181,7 @@ def extra_runs(design: Array, count: int, candidates: Array) -> Array:
     points = candidates[gaps.min(axis=1) > _SAME_POINT]
     if len(points) < count:
         raise UsageError(
-            f"rsm.extra_runs: the design has only {len(points)} free points for {count} runs; use fewer runs"
+            f"rsm.extra_runs: only {len(points)} candidate points are available for {count} runs; use fewer runs"
         )
     phi, base = term_columns(points), term_columns(design)
     information = base.T @ base + _RIDGE * np.eye(base.shape[1])

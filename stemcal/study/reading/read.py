@@ -77,9 +77,9 @@ def _content(path: Path) -> bytes:
             return file.read(MAX_BYTES + 1)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
-        remedy = f"did you mean {path.with_name(meant)}?" if (meant := _meant(path)) else "check the name of the spec"
+        remedy = f"did you mean {path.with_name(meant)}?" if (meant := _meant(path)) else "check the path of the spec"
         shown = f"{str(path)[:200]}{'…' if len(str(path)) > 200 else ''}"
-        raise SpecError([SpecProblem(shown, 1, 1, "", f"cannot be read: {reason}", remedy)]) from None
+        raise SpecError([SpecProblem(shown, 1, 1, "", f"the spec cannot be read: {reason}", remedy)]) from None
 
 
 def _meant(path: Path) -> str | None:
