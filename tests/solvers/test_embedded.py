@@ -45,7 +45,7 @@ def test_a_stem_wider_than_the_blade_is_named() -> None:
 
 def test_rate_dependence_switched_off() -> None:
     """C = 0 is no rate dependence for the kernels and for LS-DYNA alike."""
-    study = load_study(CASES / "friction-and-wall.yaml")
+    study = load_study(CASES / "friction.yaml")
     material = shear_test(study, {}, 8.0).material
     assert material.strain_rate_c == 0.0 and study.parameters({})["strain_rate_c"] == 0.0
     assert rate_factor.py_func(1.0e6, material.strain_rate_c, 1.0) == 1.0
