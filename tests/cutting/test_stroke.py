@@ -5,8 +5,7 @@ import pytest
 
 from stemcal.cutting.result import short_stroke
 from stemcal.note import force_after_break
-from stemcal.runs.record import lower_bound_notes
-from stemcal.solvers.protocol import Answer
+from stemcal.runs.record import Outcome, lower_bound_notes
 
 TRAVEL = np.linspace(0.0, 1.0, 501)
 
@@ -34,15 +33,15 @@ def test_the_warning_has_the_forces_that_were_passed() -> None:
     (warning,) = short_stroke(TRAVEL, np.interp(TRAVEL, [0.0, 0.5, 0.7, 1.0], [0.0, 100.0, 70.0, 95.0]), None)
     assert warning.kind == "stroke_too_short"
     assert warning.remedy is not None and "loading.duration" in warning.remedy.text
-    for number in ("100.0 N at 0.5 mm", "95.0 N", "1 mm stroke"):
+    for number in ("100.0 N at 0.5 mm", "95.0 N", "1 mm"):
         assert number in warning.text
 
 
 def test_runs_that_are_bounds_are_named() -> None:
-    bound = Answer("ok", 100.0, details={"stroke_was_enough": False})
-    (note,) = lower_bound_notes([bound, Answer("ok", 1.0), bound])
+    bound, passed = Outcome(response=100.0, censored=True), Outcome(response=1.0)
+    (note,) = lower_bound_notes([bound, passed, bound])
     assert note.kind == "lower_bound" and "runs 1 and 3" in note.text
-    assert lower_bound_notes([Answer("ok", 1.0)]) == []
+    assert lower_bound_notes([passed]) == []
 
 
 def test_the_released_stem() -> None:

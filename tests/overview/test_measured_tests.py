@@ -125,10 +125,10 @@ def test_a_folder_without_tests_and_an_unknown_specimen_are_refused(lab: Path) -
     study = load_study(THREE)
     with pytest.raises(UsageError, match=r"the tests of three-tests: bending, pull"):
         measure_tests(study, lab / "pull")
-    with pytest.raises(UsageError, match=r"does not exist; specify the folder"):
+    with pytest.raises(UsageError, match=r"does not exist; specify a folder"):
         measure_tests(study, lab / "nowhere")
     with pytest.raises(
-        UsageError, match=r"smoke has no section `tests`; add this section, or use `stemcal measure shear`"
+        UsageError, match=r"smoke has no `tests` section; add this section, or use `stemcal measure shear`"
     ):
         measure_tests(load_study(THREE.with_name("smoke.yaml")), lab)
     with pytest.raises(UsageError, match=r"write TEST/SPECIMEN, as in pull/8mm-1"):

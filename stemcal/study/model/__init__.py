@@ -130,32 +130,6 @@ class Study(StudyForm):
     further: dict[str, Frozen] = Field(default={}, exclude=True)
     """The sections of stages from other packages, by the names of the stages."""
     _hands: Any = PrivateAttr(default=None)  # what asks for results of runs done by hand, and records them
-    _read: tuple[Any, ...] = PrivateAttr(default=())  # the function that read its spec, and what was read
-
-    def with_(self, **changes: object) -> Study:
-        """Return the study that its spec gives with some changes, checked as a spec is.
-
-        Parameters
-        ----------
-        changes
-            By the name of a factor or of a section: a mapping is merged into the existing one, anything else takes its
-            place. Quantities are written as in a spec.
-
-        Raises
-        ------
-        SpecError
-            With every problem of the changed spec.
-
-        Examples
-        --------
-        ``study.with_(yield_stress={"high": 25}, rsm={"alpha": "face"})``
-        """
-        if not self._read:
-            raise TypeError("`with_` requires a study that was read from a spec")
-        read, *given = self._read
-        changed: Study = read(*given, changes)
-        changed._hands = self._hands
-        return changed
 
     def ask(self, out: str | Path | None = None) -> list[dict[str, Any]]:
         """Continue as far as the results allow; return the runs without results, none at the end.
@@ -196,10 +170,7 @@ class Study(StudyForm):
         return self._hands
 
     def __repr__(self) -> str:
-        first, means = self.naming.response, self.targets.means
-        counts = {one: sum(mean.mean_of(one.name)[0] is not None for mean in means) for one in self.naming.others}
-        others = [f", {count} {one.noun if count == 1 else one.plural}" for one, count in counts.items() if count]
-        measured = f"{len(means)} measured {first.noun if len(means) == 1 else first.plural}{''.join(others)}"
+        measured = counted(len(self.targets.means), "target")
         return f"Study {self.name}: {counted(len(self.factors), 'factor')}, {measured}, solver {self.solver.kind}"
 
     __str__ = __repr__

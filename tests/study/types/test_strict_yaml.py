@@ -11,7 +11,7 @@ def read(text: str) -> Document:
 
 
 def messages(document: Document) -> list[str]:
-    return [problem.message for problem in document.problems]
+    return [finding.message for _, finding in document.problems]
 
 
 @pytest.mark.parametrize(
@@ -40,8 +40,8 @@ def test_quoted_scalars_stay_texts(text: str) -> None:
 @pytest.mark.parametrize("text", [".nan", ".NaN", ".inf", "-.Inf", "1e999", "-1e400", "9" * 5000])
 def test_numbers_are_finite(text: str) -> None:
     document = read(f"a: 1\nkey: {text}")
-    assert document.problems[0].message.endswith("is not a finite number")
-    assert document.problems[0].place == Position(2, 6)
+    assert document.problems[0][1].message.endswith("is not a finite number")
+    assert document.problems[0][0] == Position(2, 6)
 
 
 def test_huge_integers_become_floats_without_raising() -> None:
@@ -71,7 +71,7 @@ def test_duplicate_keys_name_both_lines_and_keep_the_first() -> None:
         "the key 'low' is repeated; line 1 already has this key",
         "the key 'low' is repeated; line 1 already has this key",
     ]
-    assert [problem.place.line for problem in document.problems] == [3, 4]
+    assert [place.line for place, _ in document.problems] == [3, 4]
     assert document.data == {"low": 1, "high": 2}
 
 
@@ -104,8 +104,8 @@ def test_equal_keys_in_different_mappings_are_fine() -> None:
 )
 def test_what_is_refused(text: str, message: str) -> None:
     document = read(text)
-    assert document.problems[0].message == message
-    assert document.problems[0].remedy
+    assert document.problems[0][1].message == message
+    assert document.problems[0][1].remedy
 
 
 def test_an_alias_bomb_is_not_walked() -> None:
@@ -117,28 +117,16 @@ def test_an_alias_bomb_is_not_walked() -> None:
 
 
 @pytest.mark.parametrize("text", ["[" * 100_000, "- " * 100_000, "a: [" * 100_000, "{a: " * 100_000, "? " * 100_000])
-def test_100000_nested_brackets_end_at_depth_32(text: str) -> None:
+def test_100000_nested_brackets_are_refused(text: str) -> None:
     begin = time.perf_counter()
     document = read(text)
     assert time.perf_counter() - begin < 5
     assert document.problems and not document.complete
 
 
-def test_32_levels_are_read() -> None:
-    document = read("[" * 32 + "]" * 32)
-    assert document.problems == [] and document.complete
-    assert messages(read("[" * 33 + "]" * 33)) == ["the file has more than 32 levels of nesting"]
-
-
-def test_deep_keys_end_at_depth_32() -> None:
-    text = "\n".join(" " * i + f"k{i}:" for i in range(100))
-    assert messages(read(text)) == ["the file has more than 32 levels of nesting"]
-
-
-def test_size_and_number_of_parts_are_limited() -> None:
+def test_size_is_limited() -> None:
     assert messages(read_yaml(b"#" * (MAX_BYTES + 1))) == ["the file is larger than 1 MiB"]
     assert read_yaml(b"#" * MAX_BYTES).problems == []
-    assert messages(read("[" + "1," * 60_000 + "]")) == ["the file has more than 50000 elements"]
 
 
 @pytest.mark.parametrize(
