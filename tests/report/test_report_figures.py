@@ -10,7 +10,7 @@ from stemcal.report.figures.style import save, svg
 from stemcal.report.gallery import write_figures
 from stemcal.report.records import Curve
 from stemcal.stages.screen.showing import pareto
-from stemcal.stages.surface.figures import Solution, contours
+from stemcal.stages.surface.figures import Solution, contours, observed_predicted
 from stemcal.stages.validate.figures import validation
 
 NAMES = {"density": "$x^$", "elastic_modulus": "屈服应力", "poisson_ratio": "<script>"}
@@ -21,6 +21,7 @@ def drawn(stages: dict[str, Any]) -> dict[str, Any]:
     pair = ("yield_stress", "failure_strain")
     return {
         "pareto": pareto(stages["screen"]),
+        "observed_predicted": observed_predicted(stages["rsm"]),
         "contours": contours(stages["rsm"], pair, Solution(stages["invert"].parameters, stages["invert"].target)),
         "contours_only": contours(stages["rsm"], pair),
         "validation": validation(stages["validate"]),
@@ -67,7 +68,9 @@ def test_contour_shows_the_solution_in_natural_units(stages: dict[str, Any]) -> 
 
 
 def test_failed_runs_are_left_out(stages: dict[str, Any], edited: Any) -> None:
+    rsm = edited(stages["rsm"], lambda content: content["design"]["runs"][0].update(response=None))
     validate = edited(stages["validate"], lambda content: content["rows"][0].update(simulated=None))
+    assert len(observed_predicted(rsm).axes[0].lines[1].get_xdata()) == 19
     assert len(validation(validate).axes[0].lines[1].get_xdata()) == 4
 
 
