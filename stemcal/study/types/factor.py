@@ -27,7 +27,7 @@ class Parameter(NamedTuple):
     def outside(self, value: float) -> str | None:
         """Return what is wrong with `value` (in `unit`), or None if physics allows it."""
         if abs(value) > MOST:
-            return "is outside the computable range"
+            return f"is not between -{MOST:g} and {MOST:g}"
         if value < self.lowest or (value == self.lowest and not self.lowest_allowed):
             return f"must {'not be below' if self.lowest_allowed else 'be above'} {in_unit(self.lowest, self.unit)}"
         if value > self.highest or (value == self.highest and not self.highest_allowed):
@@ -71,11 +71,6 @@ AROUND: dict[str, tuple[Parameter, str, tuple[str, ...]]] = {
         "contact",
         ("static_friction", "dynamic_friction", "decay"),
     ),
-    "wall_thickness": (
-        Parameter("wall thickness", "length", "mm", 0, False, _NO_LIMIT, False, (0.1, 20)),
-        "specimen",
-        ("diameter_ratio",),
-    ),
 }
 EMBEDDED = {**PARAMETERS, **{name: parameter for name, (parameter, _, _) in AROUND.items()}}
 
@@ -93,7 +88,7 @@ UnitText = Annotated[
 
 
 class PriorKnowledge(Frozen):
-    """Knowledge of a factor from other sources, normally distributed; the calibration uses it as a measurement."""
+    """Prior knowledge of a factor as a normal distribution; the calibration treats the prior as a measurement."""
 
     mean: Number
     """Mean of the prior distribution, in the unit of the factor."""
@@ -107,9 +102,8 @@ class Factor(Frozen):
     """One parameter to calibrate, with its search range."""
 
     name: FactorName
-    """Name of the factor in tables and files. The factors of the embedded solver are nine material parameters, the
-    coefficient of friction `stem_friction`, and `wall_thickness` at the calibration diameter. With other programs, any
-    name is allowed."""
+    """Name of the factor in tables and files. The factors of the embedded solver are nine material parameters and the
+    coefficient of friction `stem_friction`. With other programs, any name is allowed."""
     symbol: Symbol
     """Symbol of the factor in tables and equations; by default X1 for the first factor, X2 for the second."""
     label: Label
