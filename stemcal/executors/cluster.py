@@ -168,7 +168,7 @@ def _version() -> str:
 
 
 def _mismatch(worker: str, version: str, wanted: str) -> str:
-    advice = "install the same stemcal code on both machines"
+    advice = "install the same version and code on both machines"
     return f"{worker} uses stemcal {version}, but the study uses {wanted}; {advice}"
 
 
