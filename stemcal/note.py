@@ -75,8 +75,8 @@ _LONGER = Remedy("Increase `loading.stroke` or `loading.duration`.")
 def stroke_too_short(peak: float, peak_travel: float, end: float, stroke: float) -> Note:
     """Return the warning that the peak force may lie beyond the stroke: forces in N, travels in mm."""
     text = (
-        f"A larger peak may follow after the end of the stroke ({stroke:.3g} mm). The peak force was {peak:.1f} N at "
-        f"{peak_travel:.3g} mm; at the end, the force was still {end:.1f} N."
+        f"A larger peak may follow after the end of the stroke ({stroke:.3g} mm). The largest recorded force was "
+        f"{peak:.1f} N at {peak_travel:.3g} mm; at the end, the force was still {end:.1f} N."
     )
     return Note(STROKE_TOO_SHORT, "warning", text, _LONGER)
 
