@@ -162,7 +162,7 @@ def _error_slope(rows: Sequence[ValidationRow]) -> float | None:
 
 def _trend(slope: float) -> Note:
     size = minus(f"{slope:+.1f}")
-    text = f"The error changes by {size} % per mm of diameter, so a constant scale factor would not remove this trend."
+    text = f"The error changes by {size} % per mm of diameter, so a constant scale factor would not remove the trend."
     return Note("error_trend", "warning", text)
 
 

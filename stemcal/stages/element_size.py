@@ -156,9 +156,9 @@ def strain_table(found: SizedStrain) -> Table:
         Column("valid", "Valid", of=lambda row: "yes" if row.valid else "no"),
     ]
     foot = (
-        f"The search ends at the first strain with a mean force within {100.0 * TOLERANCE:g} % of {found.aim:.4g} N "
-        f"({found.condition:g} mm stem). A strain is valid if the error and the standard error of the mean force are "
-        "below 5 %. The 95 % range follows from the scatter over mesh positions."
+        f"The search ends at the first failure strain with a mean force within {100.0 * TOLERANCE:g} % of "
+        f"{found.aim:.4g} N ({found.condition:g} mm stem). A failure strain is valid if the error and the standard "
+        "error of the mean force are below 5 %. The 95 % range accounts for the scatter over mesh positions."
     )
     return Table.of(columns, [found], "Failure strain for this element size", [foot])
 

@@ -94,7 +94,7 @@ def question(study: Study) -> str:
     if not others:
         return asked
     return (
-        f"{asked} Are these parameters valid at {others} other value{'s' * (others > 1)} of the {names.condition.long}?"
+        f"{asked} Are the parameters valid at {others} other value{'s' * (others > 1)} of the {names.condition.long}?"
     )
 
 

@@ -111,9 +111,7 @@ def further_table(
 ) -> Table:
     """Return further responses at each condition: measured, next to what the surface or the simulation `found`."""
     columns = [*measured_of(names, True, [("measured", "Measured", short), found]), ERROR]
-    of_stems = (
-        [] if names.naming.others else ["Travel and work are those of the blade from first contact to maximum force."]
-    )
+    of_stems = [] if names.naming.others else ["Travel and work are measured from first contact to the maximum force."]
     return Table.of(columns, rows, f"Besides the {names.response.long}", (*of_stems, *foot, *scores(names)))
 
 

@@ -47,7 +47,7 @@ def shear_tables(tests: ShearTests) -> list[Table]:
         Column("trimmed", "Points trimmed", "", format, lambda one: one.curve.trimmed),
         Column("left_out", "", of=lambda one: "left out" if one.excluded else ""),
     ]
-    foot = "Outliers were flagged by Grubbs' test; the means include them.", *_growth(tests.power_law)
+    foot = "Outliers were flagged by Grubbs' test and are included in the means.", *_growth(tests.power_law)
     return [
         Table.of(grades, tests.grades, "Maximum shear force by grade", foot),
         Table.of(specimens, tests.specimens, "Specimens"),

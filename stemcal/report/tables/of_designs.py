@@ -31,7 +31,7 @@ def _design_table(design: DesignRuns, names: Names, symbols: Mapping[str, str] |
         simulated(names.response),
         *map(_other, names.naming.others),
     ]
-    foot = ["The table of factors explains the symbols."] if crowded and any((symbols or {}).values()) else []
+    foot = ["The table of factors defines the symbols."] if crowded and any((symbols or {}).values()) else []
     return Table.of(columns, design.runs, title, foot, detail=True)
 
 
@@ -63,8 +63,8 @@ def checks_table(records: Records) -> Table | None:
         Column("hourglass_ratio_percent", "Hourglass", "%", fixed),
     )
     foot = (
-        "Failed: number of elements deleted before peak force. Drift: largest error of the energy balance. Kinetic and "
-        "hourglass: largest ratio to the internal energy before peak force."
+        "Failed: number of elements deleted before the peak force. Drift: largest error of the energy balance. "
+        "Kinetic and hourglass: largest ratio to the internal energy before the peak force."
     )
     return Table.of(columns, rows, "Checks of every run", [foot], detail=True) if rows else None
 

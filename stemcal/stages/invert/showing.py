@@ -58,8 +58,8 @@ class InvertShowing(Showing[InvertResult]):
         units = {name: setting.study.factor(name).unit for name in result.point.solution}
         labels = {name: axis_of(setting.labels.get(name, name), unit) for name, unit in units.items()}
         text = (
-            "Misfit versus each factor, with the other factors refitted. The 95 % interval (shaded) is where the curve "
-            "is below the dashed line. The vertical line is the calibrated value."
+            "Misfit versus each factor, with the other factors refitted. In the 95 % interval (shaded), the misfit is "
+            "below the dashed line. The vertical line marks the calibrated value."
         )
         return [Plot("profiles", "invert", text, partial(profiles, result, result.certainty, labels), claims=True)]
 
@@ -179,12 +179,12 @@ def _joint_table(joint: JointFitted, names: Names) -> Table:
     rows = from_means(map(to_json, joint.rows), names)
     columns.append(ERROR)
     if left_out is None:
-        return Table.of(columns, rows, _JOINT, [f"Largest error: {fixed(error)} %.", *scores(names)])
+        return Table.of(columns, rows, _JOINT, [f"Largest absolute error: {fixed(error)} %.", *scores(names)])
     columns.append(Column("left_out_error_percent", "Left out", "%", fixed))
     tests = any(row.left_out_interval is not None for row in joint.rows)
     if tests:
         columns.append(Column("left_out_interval", "Others predict", form=interval, claims=True))
-    largest = f"Largest error: {fixed(error)} % when fitted, {fixed(left_out)} % when left out."
+    largest = f"Largest absolute error: {fixed(error)} % of fitted values, {fixed(left_out)} % of left-out values."
     others = "other tests. Others predict: 95 % interval of the mean from this fit." if tests else "other values."
     foot = largest, f"Left out: predicted from a fit to the {others}", *scores(names)
     return Table.of(columns, rows, _JOINT, foot)

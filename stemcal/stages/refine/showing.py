@@ -26,7 +26,7 @@ class RefineShowing(Showing[RefineResult]):
             return _there(result, names)
         count = len(result.made)
         done = "checked in 1 run" if count == 1 else f"corrected in {count} runs"
-        tolerance = f"{'inside' if result.converged else 'outside'} the tolerance of {result.tolerance_percent:g} %"
+        tolerance = f"{'within' if result.converged else 'outside'} the tolerance of {result.tolerance_percent:g} %"
         return [f"The solution was {done}. The error is {abs(result.error_percent):.2f} %, {tolerance}."]
 
     def tables(self, result: RefineResult, names: Names) -> list[Table]:
@@ -86,9 +86,11 @@ def responses(stage: RefineResult, names: Names) -> Table:
         f"{len(stage.made)} of {stage.budget} runs."
     ]
     if not stage.aims_at_measured:
-        foot += [f"After a joint fit, the target is the result of the study's model ({names.quantity(stage.aim)})."]
+        foot += [
+            f"After a joint fit, the target is the response of the calibrated model ({names.quantity(stage.aim)})."
+        ]
     where = program(stage.model.kind) if stage.elsewhere else "the model of the study"
-    foot += ["Error = 100·(measured − after)/measured."]
+    foot += ["Error in % = 100·(measured − after)/measured."]
     return Table.of(columns, stage.rows, f"Measured and simulated in {where}", foot)
 
 

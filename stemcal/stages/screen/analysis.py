@@ -208,18 +208,22 @@ def _screening_notes(
     found = [] if curvature is None else [_curvature(curvature, written)]
     if n_failed:
         text = (
-            f"{n_failed} of {len(fit.response) + n_failed} runs failed, so the design is no longer orthogonal. Sums of "
-            f"squares (type III, {fit.df} residual df) do not add up to the total. Lenth's method is approximate."
+            f"{n_failed} of {len(fit.response) + n_failed} runs failed, so the design is no longer orthogonal. The "
+            f"sums of squares (type III, residual df: {fit.df}) do not add up to the total sum of squares. Lenth's "
+            "method is only approximate."
         )
         found.append(Note("screening_runs_failed", "warning", text))
     if fit.flat:
         found.append(flat_response("no factor has an effect"))
     elif len(effects) < FEWEST:
-        text = f"The F test selects the significant factors because Lenth's method requires at least {FEWEST} effects."
+        text = (
+            f"The significant factors are selected by the F test because Lenth's method requires at least {FEWEST} "
+            "effects."
+        )
         found.append(Note("too_few_effects", "caution", text))
     elif not tested:
         few = f"the residual has only {counted(df, 'degree')} of freedom" if df < LEAST_DF else "the residual is zero"
-        text = f"Lenth's method selects the significant factors because {few}."
+        text = f"The significant factors are selected by Lenth's method because {few}."
         found.append(Note("lenth_decides", "caution", text))
     found += _disagreements(effects, size, alpha, written)
     return (*found, aliases_note(design, [effect.factor for effect in effects]))

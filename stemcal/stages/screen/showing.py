@@ -32,7 +32,7 @@ class ScreenShowing(Showing[ScreenResult]):
     def outcome(self, result: ScreenResult, names: Names) -> list[str]:
         """Return which factors are significant."""
         effects, response = {effect.factor: effect for effect in result.effects}, names.response.long
-        count = f"The screening varied {len(effects)} factors in {len(result.design.runs)} runs."
+        count = f"In the screening, {len(effects)} factors were varied in {len(result.design.runs)} runs."
         chosen = sorted(result.significant, key=lambda name: -abs(effects[name].effect))
         if chosen:
             shares = (f"{fixed(effects[name].contribution_percent, 1)} % of the variation" for name in chosen)
@@ -77,7 +77,7 @@ def _effects_table(stage: ScreenResult, names: Names) -> Table:
         Column("lenth_t", "Lenth t", form=fixed),
     ]
     method = "Lenth's method" if stage.by_lenth else "the F test"
-    rule = f"Bold factors are significant by {method}."
+    rule = f"The factors in bold are significant by {method}."
     margins = []
     if lenth.pse is not None and lenth.me is not None and lenth.sme is not None:
         pse, me, sme = (names.quantity(value) for value in (lenth.pse, lenth.me, lenth.sme))
@@ -97,12 +97,12 @@ def plots(screen: ScreenResult, labels: Mapping[str, str]) -> list[Plot]:
     response = screen.naming.response.noun
     bars = (
         f"Pareto chart of the effects. Blue effects increase the {response}; orange effects decrease the {response}. "
-        "An effect is significant if it exceeds Lenth's margin of error (ME) or the limit of the t test. An effect "
-        "that exceeds the simultaneous margin of error (SME) is significant even among many effects."
+        "An effect is significant if it exceeds Lenth's margin of error (ME) or the critical value of the t test. An "
+        "effect above the simultaneous margin of error (SME) is significant even after correction for multiple tests."
     )
     line = (
         "Half-normal plot of the effects. Significant effects are above the line and exceed Lenth's margin of error. "
-        "The table of effects explains the symbols."
+        "The table of effects defines the symbols."
     )
     return [
         Plot("pareto", "screen", bars, partial(pareto, screen, labels)),

@@ -48,8 +48,8 @@ def plots(rsm: SurfaceResult, solved: Solution | None, labels: Mapping[str, str]
     observed = f"Simulated {rsm.naming.response.long} versus the value predicted by the response surface."
     checks = (
         "Normal plot of the residuals (left), residuals versus the predicted value (middle) and influence of each run "
-        "(right). Normally distributed residuals follow the line. A run with a Cook's distance above 1 has "
-        "a strong influence."
+        "(right). If the residuals are normally distributed, their points follow the line of the normal "
+        "plot. A run with a Cook's distance above 1 strongly influences the response surface."
     )
     plots = [
         Plot("observed-predicted", "rsm", observed, partial(observed_predicted, rsm), detail=True),
@@ -67,12 +67,12 @@ def _pair_plots(
     """Return contours and relief over two factors."""
     response, alone = rsm.naming.response, len(rsm.names) == 2
     over = f"versus {Names(rsm.naming, labels).factors(pair)}"
-    held = "" if alone else f" (other factors at the {'solution' if solved else 'centre'})"
-    unit = f", {response.written}," if response.written else ""
+    held = "" if alone else f", with the other factors at the {'solution' if solved else 'centre'}"
+    unit = f" ({response.written})" if response.written else ""
     met = f" The orange line is the measured {response.long}; the star is the solution." if solved else ""
     lines = f"Contours of the {response.long}{unit} {over}{held}.{met} White dots are design points."
     dots = " Filled dots are runs above the surface; open dots are runs below the surface." if alone else ""
-    relieved = f"Response surface of the {response.long} {over}{held}, with contours on the base.{dots}"
+    relieved = f"Response surface of the {response.long} {over}{held}. The base shows the contours.{dots}"
     flat, lifted = (partial(draw, rsm, pair, solved, labels) for draw in (contours, relief))
     return [
         Plot(f"contour-{'-'.join(pair)}", "rsm", lines, flat),

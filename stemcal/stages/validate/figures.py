@@ -26,7 +26,7 @@ def plots(study: Study, validate: ValidateResult) -> list[Plot]:
         spread = _spread_of(study, response)
         text = f"Measured and simulated {response.long}"
         if naming.condition is not None:
-            text += "; circled values were fitted" if validate.fitted else ""
+            text += "; the circled values were fitted" if validate.fitted else ""
         text += ". Bars show the standard deviation of the measurements." if spread else "."
         name = "validation" if response is naming.response else f"validation-{response.name}"
         draw, on_page = partial(validation, validate, spread, response), response.name in shown
@@ -34,7 +34,10 @@ def plots(study: Study, validate: ValidateResult) -> list[Plot]:
             text += f" The report shows the {len(shown)} of {len(responses)} responses with the largest errors."
         plots.append(Plot(name, "validate", text, draw, on_page))
     if naming.is_force_on_stems and validate.measured_exponent and validate.simulated_exponent:
-        text = "Measured and simulated force on logarithmic axes. The slope is the exponent n in F ∝ dⁿ."
+        text = (
+            "Measured and simulated force versus diameter on logarithmic axes. The slope of a line is the exponent n "
+            "in F ∝ dⁿ."
+        )
         plots.append(Plot("growth", "validate", text, partial(growth, validate)))
     return plots
 
