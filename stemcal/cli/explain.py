@@ -107,10 +107,11 @@ Schema = Annotated[bool, typer.Option("--schema", help="Print the JSON schema of
 
 
 def explain(term: Term = None, schema: Schema = False, as_json: AsJson = False) -> None:
-    """Explain a term or a key of the spec. If no term is given, list all terms.
+    """Explain a term or a key of the spec.
 
-    Terms can be given in English or Chinese. For key completion in an editor, save the schema as `stemcal.schema.json`
-    and start each spec with the line `# yaml-language-server: $schema=stemcal.schema.json`.
+    If no term is given, all terms are listed. Terms can be given in English or Chinese. For key completion in an
+    editor, save the schema as `stemcal.schema.json` and start each spec with the line
+    `# yaml-language-server: $schema=stemcal.schema.json`.
 
     Example: [bold]stemcal explain lack of fit[/bold]
 

@@ -174,7 +174,7 @@ def export_material(
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
-    """Write a material card for the element size of your own model.
+    """Write a material card for a model with the given element size.
 
     If each element fails independently of its neighbours, the simulated force depends on the element size and the mesh
     position. The failure strain is adjusted until the mean force over several mesh positions equals the target force.

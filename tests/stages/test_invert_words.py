@@ -68,4 +68,4 @@ def test_a_joint_fit_is_compared_with_formulas(joint: InvertResult) -> None:
 def test_an_unknown_error_of_the_surface_is_an_assumption_of_the_intervals(joint: InvertResult) -> None:
     assert words.assumption(joint.certainty) == []
     (said,) = words.assumption(replace(joint.certainty, surface_error_known=False))
-    assert "unknown" in said and "10 %" in said
+    assert "cannot be estimated" in said and "10 %" in said

@@ -52,4 +52,4 @@ def test_notes_are_read_by_severity_each_kind_once(results: Any) -> None:
 
 def test_the_notes_of_the_published_surface(results: Any) -> None:
     said = {note.kind: note.text for note in results.of(SurfaceResult).notes}
-    assert "(5 df)" in said["scatter"]
+    assert "(5 degrees of freedom)" in said["scatter"]

@@ -56,7 +56,7 @@ def test_the_tables_state_what_they_refer_to() -> None:
     after_a_joint_fit = refine_tables(replace(THERE, aim=150.0, converged=False), STEM)[1].foot
     assert after_a_joint_fit[:2] == (
         "The error at the target is above 2 % after 2 of 8 runs.",
-        "After a joint fit, the target is the result of the study's model (150 N).",
+        "After a joint fit, the target is the response of the calibrated model (150 N).",
     )
     assert len(refine_tables(HERE, STEM)) == 2
 
