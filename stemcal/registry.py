@@ -64,7 +64,6 @@ class Registry(Generic[T]):
         self.kind, self.group, self._places = kind, group, built_in
         self.broken: dict[str, str] = {}
         """Why things of other packages are left out, by their names; of a second one also by its package."""
-        self.learned: list[T] = []
         self._loaded: dict[str, T] = {}
 
     @cached_property
@@ -107,17 +106,6 @@ class Registry(Generic[T]):
         """Return the object with this name; None if it does not exist or cannot be loaded."""
         return next((one for one in self.built_in if one.name == name), None) or self._external(name)
 
-    def known(self) -> dict[str, T]:
-        """Return the choices of a spec by name: built-in ones, and others that `learn` has found."""
-        return {one.name: one for one in (*self.built_in, *self.learned)}
-
-    def learn(self, name: object) -> bool:
-        """Look for a name from a spec in other packages; return whether a new one was found."""
-        if not isinstance(name, str) or name in self.known() or (found := self.named(name)) is None:
-            return False
-        self.learned.append(found)
-        return True
-
     def version_of(self, name: str) -> str:
         """Return version and hash of the package of an object; empty if it is built in."""
         if name in {one.name for one in self.built_in} or self._external(name) is None:
@@ -142,19 +130,6 @@ class Registry(Generic[T]):
     def _leave_out(self, entry: EntryPoint, reason: str, name: str = "") -> None:
         self.broken[name or entry.name] = f"{_package(entry)}: {reason}"
         logger.warning("%s is skipped: %s: %s", entry.name, _package(entry), reason)
-
-
-class OneOf:
-    """Has a section of a spec read by the `options` of its kind: an annotation of the type of such sections."""
-
-    def __init__(self, kinds: Registry[Any]) -> None:
-        self.kinds = kinds
-
-    def __get_pydantic_core_schema__(self, _source: Any, handler: Any) -> Any:
-        from pydantic_core import core_schema
-
-        choices = {name: handler.generate_schema(kind.options) for name, kind in self.kinds.known().items()}
-        return core_schema.tagged_union_schema(choices, discriminator="kind")
 
 
 def stages() -> Registry[Any]:

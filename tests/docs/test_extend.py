@@ -18,7 +18,7 @@ from stemcal.laboratory import Kind
 from stemcal.solvers.protocol import Request
 from stemcal.stages.stage import STAGES
 from stemcal.study.model import TESTS
-from stemcal.study.reading import json_schema, load_study, sections
+from stemcal.study.reading import json_schema, load_study
 from stemcal.testing import check_design, check_laboratory_test, check_stage
 
 SPECS = Path(__file__).parents[1] / "testing" / "specs"
@@ -60,11 +60,12 @@ def installed(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     for registry, name, place in ((STAGES, "middle", "stage:Middle"), (TESTS, "stretch", "laboratory_test:Stretch")):
         monkeypatch.setitem(vars(registry), "_entries", {name: EntryPoint(name, place, registry.group)})
         monkeypatch.setitem(vars(registry), "_loaded", {})
-        monkeypatch.setitem(vars(registry), "learned", [])
+    json_schema.form.cache_clear()
+    json_schema._classes.cache_clear()
     yield
     monkeypatch.undo()
-    json_schema.made_anew()
-    sections._adapter.cache_clear()
+    json_schema.form.cache_clear()
+    json_schema._classes.cache_clear()
 
 
 @pytest.mark.usefixtures("installed")

@@ -14,7 +14,7 @@ from stemcal.runs.record import code_of, record_key
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Request, Solver
 from stemcal.study.model import SOLVERS, Study
-from stemcal.study.reading import json_schema, load_study, sections
+from stemcal.study.reading import json_schema, load_study
 
 PACKAGE = Path(__file__).parents[2] / "stemcal"
 NAMES = {kind.name for kind in SOLVERS.built_in}
@@ -118,18 +118,19 @@ def packages(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
         "[stemcal.solvers]\nspring = springs:Spring\nbroken = springs:Broken\nsheet = springs:Spring\n",
         encoding="utf-8",
     )
-    for name, value in (("_loaded", {}), ("broken", {}), ("learned", [])):
+    for name, value in (("_loaded", {}), ("broken", {})):
         monkeypatch.setitem(vars(SOLVERS), name, value)
     known = vars(SOLVERS).pop("_entries", None)
+    json_schema.form.cache_clear()
+    json_schema._classes.cache_clear()
     yield tmp_path
     vars(SOLVERS).pop("_entries", None)
     if known is not None:
         vars(SOLVERS)["_entries"] = known
     sys.modules.pop("springs", None)
-    SOLVERS.learned.clear()
     code_of.cache_clear()
-    json_schema.made_anew()
-    sections._adapter.cache_clear()
+    json_schema.form.cache_clear()
+    json_schema._classes.cache_clear()
 
 
 def study_of(folder: Path, kind: str) -> Study:

@@ -9,10 +9,10 @@ from pydantic import BeforeValidator, Field, ValidationInfo
 from pydantic.json_schema import SkipJsonSchema
 
 from stemcal.naming import Named, capital
-from stemcal.registry import Checked, OneOf, Registry
+from stemcal.registry import Checked, Registry
 from stemcal.study.model.measured_targets import Mean, Targets
 from stemcal.study.model.shear_test import BladeSection, SupportsSection
-from stemcal.study.types.field_types import ColumnName, Frozen, Length, Speed, StemLength, complain
+from stemcal.study.types.field_types import ColumnName, Frozen, Length, OneOf, Speed, StemLength, complain
 
 # Responses by name: symbol, unit and what they are called behind the test's name.
 RESPONSES = {
@@ -183,7 +183,7 @@ TESTS: Registry[LaboratoryKind] = Registry(
         "stemcal.laboratory.axial:Tension",
     ),
 )
-AnyTest = Annotated[LaboratorySection, OneOf(TESTS)]
+AnyTest = Annotated[LaboratorySection, OneOf(TESTS, "laboratory test")]
 
 
 def named_responses(tests: Sequence[LaboratorySection]) -> tuple[Named, ...]:

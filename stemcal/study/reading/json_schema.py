@@ -8,7 +8,7 @@ from itertools import pairwise
 from typing import Any
 
 from stemcal.registry import stages
-from stemcal.study.model import FIELDS, SOLVERS, TESTS, Study, StudyForm
+from stemcal.study.model import SOLVERS, StudyForm
 from stemcal.study.types.field_types import Frozen
 from stemcal.study.types.strict_yaml import NodePath
 
@@ -29,8 +29,6 @@ def json_schema() -> dict[str, Any]:
 
 def _form() -> dict[str, Any]:
     """Return the schema of the parts inside the study, which allow only the names of the shear test."""
-    if [kind for registry in (SOLVERS, TESTS) for kind in registry.external if registry.learn(kind.name)]:
-        made_anew()
     schema = StudyForm.model_json_schema()
     rows = schema["$defs"].pop("Targets")
     schema["properties"]["targets"] = {"type": "array", "items": rows["items"], "minItems": 1}
@@ -166,17 +164,8 @@ def meanings() -> dict[str, str]:
 def section_with(key: str) -> str | None:
     """Return the section that has `key`, if exactly one has it."""
     sections = [name for name in form()["properties"] if key in keys_of((name,))]
-    sections += ["solver"] if any(key in keys_of(("solver", kind)) for kind in SOLVERS.known()) else []
+    sections += ["solver"] if any(key in keys_of(("solver", kind.name)) for kind in SOLVERS.built_in) else []
     return sections[0] if len(sections) == 1 else None
-
-
-def made_anew() -> None:
-    """Have the form of a spec made anew, with the kinds of other packages that have become known."""
-    models: list[type[Frozen]] = [*FIELDS, StudyForm, Study]
-    for model in models:
-        model.model_rebuild(force=True)
-    form.cache_clear()
-    _classes.cache_clear()
 
 
 @functools.cache

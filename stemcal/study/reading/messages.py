@@ -10,7 +10,7 @@ from typing import Annotated, Any
 from pydantic import TypeAdapter, ValidationError
 
 from stemcal.errors import UsageError
-from stemcal.study.model import SOLVERS, TESTS, Factor
+from stemcal.study.model import Factor
 from stemcal.study.reading.json_schema import keys_of, meaning_of, section_with
 from stemcal.study.types.field_types import Number, Quantity, Size
 from stemcal.study.types.strict_yaml import Finding, NodePath, resolve
@@ -100,18 +100,6 @@ def _choice(error: Mapping[str, Any], path: NodePath, shown_path: NodePath) -> F
     return Finding(path, f"{_show(given)} is not one of the choices", remedy)
 
 
-def _kind(error: Mapping[str, Any], path: NodePath, shown_path: NodePath) -> Finding:
-    given = error["input"].get("kind") if isinstance(error["input"], dict) else None
-    kinds, noun = (TESTS, "laboratory test") if path[0] == "tests" else (SOLVERS, "solver")
-    if error["type"] == "union_tag_not_found":
-        return Finding(path, "'kind' is missing", f"add kind: {listed(kinds.known())}")
-    near = nearest(given, kinds.known()) if isinstance(given, str) else None
-    remedy = f"did you mean {near}?" if near else f"write kind: {listed(kinds.known())}"
-    if (broken := kinds.broken.get(str(given))) is not None:
-        remedy = f"the package of this kind cannot be loaded: {broken}"
-    return Finding((*path, "kind"), f"{_show(given)} is not a kind of {noun}", remedy)
-
-
 def _length(error: Mapping[str, Any], path: NodePath, shown_path: NodePath) -> Finding:
     if error["type"] in ("too_short", "string_too_short"):
         given = error["input"].strip() if isinstance(error["input"], str) else error["input"]
@@ -127,8 +115,6 @@ _SPECIAL: dict[str, Callable[[Mapping[str, Any], NodePath, NodePath], Finding]] 
     "extra_forbidden": _unknown_key,
     "unexpected_keyword_argument": _unknown_key,
     "literal_error": _choice,
-    "union_tag_invalid": _kind,
-    "union_tag_not_found": _kind,
     "too_short": _length,
     "too_long": _length,
     "string_too_short": _length,

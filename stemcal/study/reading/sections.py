@@ -15,7 +15,6 @@ from stemcal.registry import stages
 from stemcal.study.model import (
     FIELDS,
     MOST_FACTORS,
-    SOLVERS,
     TESTS,
     Factor,
     LaboratorySection,
@@ -24,7 +23,7 @@ from stemcal.study.model import (
 )
 from stemcal.study.model.laboratory_kind import named_responses, with_tests
 from stemcal.study.model.measured_targets import fitted_responses, named_modes
-from stemcal.study.reading.json_schema import made_anew, section_with
+from stemcal.study.reading.json_schema import section_with
 from stemcal.study.reading.messages import finding_of
 from stemcal.study.reading.target_rows import Rows
 from stemcal.study.types.named import naming_of
@@ -40,7 +39,6 @@ def read_sections(data: Any, folder: Path) -> Sections:
         message = "the file is empty" if data is None else "a spec must consist of lines such as `key: value`"
         sections.findings.append(Finding((), message, "write a new spec with `stemcal init`"))
         return sections
-    _learn_kinds(data)
     sections.read_further()
     for name, key in StudyForm.model_fields.items():
         if spelled(name) in data:
@@ -82,7 +80,7 @@ class Sections:
         try:
             self.good[name] = _adapter(name).validate_python(given, context=self.context)
         except ValidationError as error:
-            self.findings += _findings(error, (spelled(name),), reported)
+            self._find(error, (spelled(name),), reported)
             if (rest := _partly(_kind(name), given, self.context)) is not None:  # rules look into the usual solver
                 self.good[name] = rest
 
@@ -98,7 +96,7 @@ class Sections:
             try:
                 further[key] = kind.model_validate(self.data[key] or {}, context=self.context)
             except ValidationError as error:
-                self.findings += _findings(error, (key,))
+                self._find(error, (key,))
         self.good["further"] = further
 
     def read_targets(self, name: str, given: Any) -> None:
@@ -124,7 +122,7 @@ class Sections:
         """Read the tests: good ones, and those with unknown keys, are kept by their place in the list."""
         self.read(name, given)
         for index, test in enumerate(given) if isinstance(given, list) else ():
-            kind = TESTS.known().get(str(test.get("kind"))) if isinstance(test, dict) else None
+            kind = TESTS.named(str(test.get("kind"))) if isinstance(test, dict) else None
             if kind is None:
                 continue
             known = {key: test[key] for key in test if key in kind.options.model_fields}
@@ -149,7 +147,7 @@ class Sections:
             try:
                 good[index] = adapter.validate_python(entry, context=self.context)
             except ValidationError as error:
-                self.findings += _findings(error, (name, index))
+                self._find(error, (name, index))
         self.good[name] = good
 
     def take_in_tests(self, targets: Targets) -> None:
@@ -170,6 +168,15 @@ class Sections:
         for name in FIELDS.values() if len(measured) > 1 else ():
             if "responses" in getattr(type(self.good.get(name)), "model_fields", ()):
                 self.good[name] = self.good[name].model_copy(update={"responses": measured})
+
+    def _find(self, error: ValidationError, section: NodePath, reported: Collection[NodePath] = ()) -> None:
+        """Add the errors of pydantic in a section, except those at places in `reported`."""
+        for entry in error.errors(include_url=False):
+            if entry["type"] == "too_short" and isinstance(entry["input"], list) and entry["input"]:
+                continue  # its wrong entries are reported; pydantic does not count them
+            path = (*section, *(step for step in entry["loc"] if step != FIRST))  # the name of a single reader
+            if path not in reported:
+                self.findings.append(finding_of(entry, path, _with_kinds(path, self.data)))
 
     def chosen(self, key: str) -> Any:
         """Return the value of a key in the sections of stages; None if none has it."""
@@ -204,19 +211,6 @@ def _unknown_section(key: str, known: Collection[str]) -> Finding:
     return Finding((key,), f"unknown key {key[:60]!r}", remedy, at_key=True)
 
 
-def _learn_kinds(data: dict[str, Any]) -> None:
-    """Make kinds of solvers and tests known that other packages bring, as far as this spec names them."""
-    sections, tests = (section for section in data.values() if isinstance(section, dict)), data.get("tests")
-    solvers = (data.get("solver"), *(section.get("in") for section in sections))
-    learned = [SOLVERS.learn(solver.get("kind")) for solver in solvers if isinstance(solver, dict)]
-    learned += [
-        TESTS.learn(test.get("kind")) for test in (tests if isinstance(tests, list) else ()) if isinstance(test, dict)
-    ]
-    if any(learned):
-        made_anew()
-        _adapter.cache_clear()
-
-
 def _kind(section: str) -> Any:
     """Return the class of a section, of a solver the usual one."""
     return type(usual_solver()) if section == "solver" else get_type_hints(StudyForm)[section]
@@ -227,21 +221,16 @@ def _adapter(section: str) -> TypeAdapter[Any]:
     return TypeAdapter(get_type_hints(StudyForm, include_extras=True)[section])
 
 
-def _findings(error: ValidationError, section: NodePath, reported: Collection[NodePath] = ()) -> list[Finding]:
-    """Return the errors of pydantic in a section as findings, except those at places in `reported`."""
-    found = []
-    for entry in error.errors(include_url=False):
-        if entry["type"] == "too_short" and isinstance(entry["input"], list) and entry["input"]:
-            continue  # its wrong entries are reported; pydantic does not count them
-        shown = (*section, *(step for step in entry["loc"] if step != FIRST))  # the name of a single reader
-        if shown in reported:
-            continue
-        depth = 1 if shown[0] == "solver" else 2 if shown[1:2] == ("in",) or shown[0] == "tests" else 0
-        kinds = TESTS if shown[0] == "tests" else SOLVERS
-        is_tagged = bool(depth) and len(shown) > depth and shown[depth] in kinds.known()
-        path = (*shown[:depth], *shown[depth + 1 :]) if is_tagged else shown
-        found.append(finding_of(entry, path, shown))
-    return found
+def _with_kinds(path: NodePath, data: Any) -> NodePath:
+    """Return a path that also names the kind of each solver or test on it, as the paths of the schema do."""
+    steps: list[str | int] = []
+    for step in path:
+        try:
+            data = data[step]
+        except (LookupError, TypeError):
+            data = None
+        steps += [step, *([data["kind"]] if isinstance(data, dict) and isinstance(data.get("kind"), str) else [])]
+    return tuple(steps)
 
 
 def _partly(kind: Any, given: Any, context: Mapping[str, Any]) -> Any:

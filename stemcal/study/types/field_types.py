@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path, PureWindowsPath
-from typing import Annotated, Any
+from typing import Annotated, Any, Union
 
 from pydantic import (
     AfterValidator,
@@ -23,13 +24,16 @@ from pydantic import (
     PlainSerializer,
     StringConstraints,
     TypeAdapter,
+    ValidationError,
     WithJsonSchema,
 )
 from pydantic import GetJsonSchemaHandler as JsonHandler
-from pydantic_core import CoreSchema, PydanticCustomError, core_schema
+from pydantic_core import CoreSchema, InitErrorDetails, PydanticCustomError, PydanticKnownError, core_schema
 
 from stemcal.files.reading import unprintable
+from stemcal.registry import Registry
 from stemcal.study.types import units
+from stemcal.words import listed, nearest
 
 
 def complain(message: str, remedy: str = "") -> PydanticCustomError:
@@ -41,6 +45,42 @@ class Frozen(BaseModel):
     """Immutable, no unknown keys, finite numbers only."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, defer_build=True)
+
+
+@dataclass(frozen=True)
+class OneOf:
+    """Reads a section with the `options` of its kind, built in or of another package; annotates the type of both.
+
+    `noun` is what messages call a kind.
+    """
+
+    kinds: Registry[Any]
+    noun: str
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        return core_schema.with_info_plain_validator_function(self._read)
+
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: JsonHandler) -> dict[str, Any]:
+        options: Any = Union[tuple(kind.options for kind in self.kinds.all)]  # noqa: UP007
+        return handler(TypeAdapter(Annotated[options, Field(discriminator="kind")]).core_schema)
+
+    def _read(self, given: Any, info: core_schema.ValidationInfo) -> Any:
+        if isinstance(given, Frozen):
+            return given
+        if not isinstance(given, Mapping):
+            raise PydanticKnownError("dict_type")
+        names = [kind.name for kind in self.kinds.built_in]
+        if "kind" not in given:
+            raise complain("'kind' is missing", f"add kind: {listed(names)}")
+        name = given["kind"] if isinstance(given["kind"], str) else ""
+        if (kind := self.kinds.named(name)) is not None:
+            return kind.options.model_validate(given, context=info.context)
+        near = nearest(name, names)
+        remedy = f"did you mean {near}?" if near else f"write kind: {listed(names)}"
+        if (broken := self.kinds.broken.get(name)) is not None:
+            remedy = f"the package of this kind cannot be loaded: {broken}"
+        wrong = complain(f"{str(given['kind'])[:60]!r} is not a kind of {self.noun}", remedy)
+        raise ValidationError.from_exception_data("kind", [InitErrorDetails(type=wrong, loc=("kind",), input=given)])
 
 
 @dataclass(frozen=True)

@@ -9,9 +9,9 @@ from collections.abc import Callable, Iterator, Mapping
 from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Protocol
 
 from stemcal.note import Remedy
-from stemcal.registry import OneOf, Registry
+from stemcal.registry import Registry
 from stemcal.study.types.factor import Parameter
-from stemcal.study.types.field_types import Frozen, Length
+from stemcal.study.types.field_types import Frozen, Length, OneOf
 
 Answers = Literal["computes", "looks_up", "asks_people"]
 
@@ -151,7 +151,7 @@ def kind_of(options: SolverOptions) -> SolverKind:
     return found
 
 
-AnySolver = Annotated[SolverOptions, OneOf(SOLVERS)]
+AnySolver = Annotated[SolverOptions, OneOf(SOLVERS, "solver")]
 
 
 def usual_solver() -> SolverOptions:
