@@ -38,9 +38,7 @@ Decimal = Annotated[
     str | None, typer.Option(metavar="NAME", help="Decimal mark: a point or a comma.", show_default="detected")
 ]
 SheetName = Annotated[str | None, typer.Option("--sheet", metavar="NAME", help="Worksheet to read from a workbook.")]
-Preload = Annotated[
-    float, typer.Option(metavar="N", min=0, help="Preload: the force at which each measured curve starts.")
-]
+Preload = Annotated[float, typer.Option(metavar="N", min=0, help="Force at which each measured curve starts.")]
 ForceColumn = Annotated[
     str | None, typer.Option(metavar="COLUMN,...", help="Name or number of the force column.", show_default="by name")
 ]
@@ -108,7 +106,7 @@ def shear(
     ] = None,
     spec: Annotated[Path | None, typer.Option(metavar="SPEC", help="Spec into which the targets are written.")] = None,
     travel_and_work: Annotated[
-        bool, typer.Option("--travel-and-work", help="Include travel and work up to the peak force in the targets.")
+        bool, typer.Option("--travel-and-work", help="Include travel and work up to the peak force.")
     ] = False,
     force_column: ForceColumn = None,
     displacement_column: DisplacementColumn = None,
@@ -124,8 +122,7 @@ def shear(
 ) -> None:
     """Convert files of shear tests to peak forces and calibration targets.
 
-    The diameter of a specimen is read from the file name (such as `7mm-1.csv`), from the lines above the data, or from
-    the table given by `--index`.
+    Diameters are read from file names (such as `7mm-1.csv`), lines above the data, or `--index`.
 
     Example: [bold]stemcal measure shear configs/data/measured-shear[/bold]
     """
