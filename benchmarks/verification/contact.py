@@ -42,7 +42,7 @@ def rebound() -> Topic:
         "the falling block must rebound at its impact speed. With damping, the rebound speed must equal that of a "
         "damped oscillator that transmits no tension. In another case, a spinning elastic-plastic block is caught "
         "between the table and a moving wedge, with friction. The change in momentum of the spinning block must equal "
-        "the impulse of the table and the wedge."
+        "the impulse on the table and the wedge."
     )
     return Topic("Rebound and momentum", text, tuple(cases))
 
@@ -143,9 +143,9 @@ def taylor() -> Topic:
         "Taylor bar has no closed-form solution. The reference values for the Taylor bar are the mean results of "
         "published explicit codes (Hallquist; Zhu and Cescotto 1995). The tolerances for the Taylor bar are half the "
         "range of the published results, with two exceptions. On the coarser mesh, the tolerance for the foot radius "
-        "exceeds half the published range by 0.05 mm. The maximum plastic strain in the Taylor bar occurs in a single "
-        "element and increases with mesh refinement. On the finer mesh, the tolerance for the maximum plastic strain "
-        "therefore exceeds half the published range by 0.4."
+        "of the Taylor bar exceeds half the published range by 0.05 mm. The maximum plastic strain in the Taylor bar "
+        "occurs in a single element and increases with mesh refinement. On the finer mesh, the tolerance for the "
+        "maximum plastic strain therefore exceeds half the published range by 0.4."
     )
     caption = "Largest radius along the Taylor bar after 80 µs on both meshes, and initial radius (dashed)."
     drawing = Drawing("taylor", figures.taylor(profiles, LENGTH, RADIUS), caption)

@@ -32,9 +32,9 @@ def patch() -> Topic:
     text = (
         "A uniform deformation gradient is applied in four steps to the nodes of a randomly distorted mesh of 3 × 3 × "
         "3 elements. The patch test is run with an elastic material and with a plastic material that has hardening "
-        "and rate dependence. The table of cases lists the larger error of the two materials. The stress in the mesh "
-        "must be uniform, and the forces on interior nodes must be zero. The errors of the patch test are relative to "
-        "the largest stress or force."
+        "and rate dependence. For each quantity, only the larger error of the two materials is listed. The stress in "
+        "the mesh must be uniform, and the forces on interior nodes must be zero. The errors of the patch test are "
+        "relative to the largest stress or force."
     )
     return Topic("Patch test", text, tuple(cases))
 
@@ -110,10 +110,10 @@ def hourglass() -> Topic:
         "Of its 24 modes of motion, a hexahedral element must resist all except the 6 rigid-body modes. Without "
         "hourglass control, the one-point element has twelve additional zero-energy modes. Hourglass control with the "
         "coefficient c must resist each of the four hourglass modes of a cube with the edge length h. For an "
-        "hourglass mode of amplitude a, the hourglass force at every corner must be 8 · 0.038 c (λ+2μ) h a. "
-        "OpenRadioss uses the same hourglass formula for the coefficient of an LS-DYNA deck. A uniform deformation "
-        "must not cause hourglass forces. With c = 0.548 (1/6 divided by 0.304) and ν = 0, the hourglass energy of a "
-        "cube must equal its bending energy in beam theory."
+        "hourglass mode of amplitude a, the hourglass force at every corner must be 8 · 0.038 c (λ+2μ) h a. The "
+        "hourglass formula is the one that OpenRadioss uses for LS-DYNA decks. A uniform deformation must not cause "
+        "hourglass forces. With c = 0.548 (1/6 divided by 0.304) and ν = 0, the hourglass energy of a cube must equal "
+        "its bending energy in beam theory."
     )
     return Topic("Hourglass modes", text, tuple(cases))
 

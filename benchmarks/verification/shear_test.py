@@ -96,7 +96,7 @@ def determinism() -> Topic:
     cases.append(Case(text, differing(shear(one), shear(two)), 0, 0.0, "fixed order of sums", relative=False))
     text = (
         "Repeated simulations with the same input must produce bit-identical force histories. Nodal forces are summed "
-        "in a fixed order for any number of threads."
+        "in a fixed order, regardless of the number of threads."
     )
     return Topic("Determinism", text, tuple(cases))
 

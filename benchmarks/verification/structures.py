@@ -132,7 +132,7 @@ def convergence() -> Topic:
         "For problems with smooth exact solutions, the error must decrease with the square of the element size. The "
         "rate of convergence is computed from the two finest meshes."
     )
-    caption = "Relative error versus the number of elements on a side; the grey line has a slope of −2."
+    caption = "Relative error versus the number of elements per side; the grey line has a slope of −2."
     drawing = Drawing("convergence", figures.convergence(curves), caption)
     return Topic("Convergence under refinement", text, tuple(cases), (drawing,))
 

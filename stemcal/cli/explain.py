@@ -101,7 +101,7 @@ def _plain(text: str) -> str:
 
 Term = Annotated[
     list[str] | None,
-    typer.Argument(metavar="TERM", help="Term of the glossary, or key of the spec."),
+    typer.Argument(metavar="TERM", help="Term of the glossary or key of the spec."),
 ]
 Schema = Annotated[bool, typer.Option("--schema", help="Print the JSON schema of the spec, for use in an editor.")]
 
@@ -109,7 +109,7 @@ Schema = Annotated[bool, typer.Option("--schema", help="Print the JSON schema of
 def explain(term: Term = None, schema: Schema = False, as_json: AsJson = False) -> None:
     """Explain a term or a key of the spec.
 
-    If no term is given, all terms are listed. Terms can be given in English or Chinese. For key completion in an
+    If no term is given, all terms are listed. Terms can be given in English or Chinese. To enable key completion in an
     editor, save the schema as `stemcal.schema.json` and start each spec with the line
     `# yaml-language-server: $schema=stemcal.schema.json`.
 

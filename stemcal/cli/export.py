@@ -81,8 +81,8 @@ def figures(
 ) -> None:
     """Draw the figures of a study.
 
-    The figures are saved in the subfolder `figures` of the study folder. A prefix selects all figures
-    whose names start with it; for example, `contour` selects all contour plots. The name `animation` selects a GIF
+    The figures are saved in the subfolder `figures` of the study folder. A prefix such as `contour`
+    selects all figures whose names start with this prefix. The name `animation` selects a GIF
     animation of the cut at the calibration diameter. The name `animation-7mm` selects a GIF animation of the cut at a
     diameter of 7 mm.
 

@@ -47,8 +47,9 @@ def export_deck(
     """Write the shear test as a deck for LS-DYNA or OpenRadioss.
 
     The deck contains the calibrated factor values, or mid-range values if the study is not calibrated. The internal
-    length and the edge spread of the study are converted to cards for the program. If the extension is `.rad`, the
-    starter and engine files of OpenRadioss are also written. The units of the deck are mm, tonne, s, N and MPa.
+    length and the edge spread of the study are converted to cards for the program. If the deck file has the extension
+    `.rad`, the starter and engine files of OpenRadioss are also written. The units of the deck are mm, tonne, s, N and
+    MPa.
 
     Example: [bold]stemcal export deck configs/wild-chrysanthemum.yaml run.k --for lsdyna[/bold]
     """
@@ -151,9 +152,7 @@ _COARSEST = 0.5  # of the diameter
 Folder = Annotated[Path, typer.Argument(metavar="FOLDER", help="Folder for the output files.", show_default=False)]
 Card = Annotated[
     Literal["lsdyna", "openradioss"],
-    typer.Option(
-        "--for", help="Program for the card: `lsdyna` (*MAT_003) or `openradioss` (*MAT_024).", show_default=False
-    ),
+    typer.Option("--for", help="Target program: `lsdyna` (*MAT_003) or `openradioss` (*MAT_024).", show_default=False),
 ]
 Size = Annotated[
     str,

@@ -106,7 +106,7 @@ def shear(
     ] = None,
     spec: Annotated[Path | None, typer.Option(metavar="SPEC", help="Spec into which the targets are written.")] = None,
     travel_and_work: Annotated[
-        bool, typer.Option("--travel-and-work", help="Include travel and work up to the peak force.")
+        bool, typer.Option("--travel-and-work", help="Add travel and work at peak force to the targets.")
     ] = False,
     force_column: ForceColumn = None,
     displacement_column: DisplacementColumn = None,
@@ -122,7 +122,7 @@ def shear(
 ) -> None:
     """Convert files of shear tests to peak forces and calibration targets.
 
-    Diameters are read from file names (such as `7mm-1.csv`), lines above the data, or `--index`.
+    Diameters are read from file names (`7mm-1.csv`), header lines, or the table given by `--index`.
 
     Example: [bold]stemcal measure shear configs/data/measured-shear[/bold]
     """
@@ -180,8 +180,8 @@ def tests(
 ) -> None:
     """Convert files of the laboratory tests in a spec to calibration targets.
 
-    For each test, the responses in its targets are calculated. If a test has no targets, the default responses of this
-    kind of test are calculated.
+    For each test, the responses listed under its targets are calculated. If a test has no targets, the default
+    responses of this kind of test are calculated.
 
     Example: [bold]stemcal measure tests study.yaml lab --write[/bold]
     """

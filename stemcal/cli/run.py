@@ -159,7 +159,7 @@ def report(
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
-    """Write a report of the finished stages as one self-contained page.
+    """Write a report of the finished stages as a self-contained HTML page.
 
     The report can also be written while the study is running.
 
@@ -180,7 +180,7 @@ def report(
         say_whole(f"Report: {page}", f"Figures: {drawn}")
 
 
-Sheet = Annotated[Path, typer.Argument(metavar="SHEET", help="Sheet with the results (.csv or .xlsx).")]
+Sheet = Annotated[Path, typer.Argument(metavar="SHEET", help="Sheet with the results (`.csv` or `.xlsx`).")]
 Replace = Annotated[
     str, typer.Option("--replace", metavar="WHY", help="Reason for replacing recorded results.", show_default=False)
 ]

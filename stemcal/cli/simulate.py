@@ -30,7 +30,7 @@ Diameter = Annotated[
 Settings = Annotated[
     list[str] | None,
     typer.Option(
-        "--set", metavar="FACTOR=VALUE", help="Value of a factor in its unit in the spec (repeatable option)."
+        "--set", metavar="FACTOR=VALUE", help="Factor value in the unit given in the spec (repeatable option)."
     ),
 ]
 CsvFile = Annotated[
@@ -42,7 +42,7 @@ FigureFile = Annotated[
 ]
 FramesFolder = Annotated[
     Path | None,
-    typer.Option("--frames", metavar="DIR", help="Folder for about 50 frames of the simulation for ParaView."),
+    typer.Option("--frames", metavar="DIR", help="Folder for about 50 simulation frames in ParaView format."),
 ]
 TestName = Annotated[
     str | None, typer.Option("--test", metavar="NAME", help="Name of a test in the spec.", show_default="cutting")
@@ -62,7 +62,7 @@ def simulate(
 ) -> None:
     """Simulate the virtual shear test or another test defined in the spec.
 
-    If the spec specifies an external simulation program, the command runs this program once. Factors that are not set
+    If the study uses an external simulation program, the command runs this program once. Factors that are not set
     with `--set` have mid-range values.
 
     Example: [bold]stemcal simulate configs/smoke.yaml --diameter 7 --set yield_stress=18[/bold]

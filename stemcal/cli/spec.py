@@ -24,11 +24,13 @@ MORE = "# ---- Everything below"  # begins what only --full writes
 
 def init(
     name: Annotated[str, typer.Argument(metavar="NAME", help="Name of the study and of its spec file.")] = "my-study",
-    full: Annotated[bool, typer.Option("--full", help="Include all keys with default values.")] = False,
+    full: Annotated[
+        bool, typer.Option("--full", help="Also write all optional keys with their default values.")
+    ] = False,
 ) -> None:
     """Write a commented spec as a starting point for a new study.
 
-    The command writes NAME.yaml and does not overwrite an existing file.
+    The command writes `NAME.yaml` and does not overwrite an existing file.
 
     Example: [bold]stemcal init my-stems[/bold]
     """
@@ -74,7 +76,7 @@ def _write_new(path: Path, text: str) -> None:
 
 
 def check(spec: Spec, out: Out = None, workers: Workers = None, as_json: AsJson = False) -> None:
-    """Check a spec, and estimate the runs and the computing time of the study.
+    """Check a spec and estimate the number of runs and the computing time.
 
     No simulation is run, and no file is written. The estimated time excludes runs that are already in the study folder.
 

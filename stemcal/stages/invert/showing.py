@@ -129,15 +129,16 @@ def calibration_table(stage: InvertResult, names: Names, refined: Mapping[str, f
         *([Column("share", "% of factor range", form=str, claims=True)] if known is not None else []),
         Column("coded", "Coded", form=to_decimals(3)),
     ]
-    rule = f"rule {stage.rule}" if stage.joint is None else "least squares over all fitted values"
+    rule = f"the rule `{stage.rule}`" if stage.joint is None else "least squares over all fitted values"
     where = (
-        f"Target {names.quantity(stage.target, '.6g')}; predicted {names.quantity(point.predicted)}; coded radius "
-        f"{point.coded_radius:.3f}; {rule}."
+        f"The target is {names.quantity(stage.target, '.6g')}, and the predicted value is "
+        f"{names.quantity(point.predicted)}. The solution, determined by {rule}, has a coded radius of "
+        f"{point.coded_radius:.3f}."
     )
     response = names.response.long
     ends = (
-        f"95 % confidence interval of the mean {response}: {_ends(point.mean_interval, names)}; prediction interval: "
-        f"{_ends(point.prediction_interval, names)}."
+        f"The 95 % confidence interval of the mean {response} is {_ends(point.mean_interval, names)}. The prediction "
+        f"interval of one run is {_ends(point.prediction_interval, names)}."
     )
     claimed = (ends, *range_to_cite(stage, names))
     return Table.of(columns, rows, "Calibrated parameters", (where, *valid_for(stage)), claimed=claimed)

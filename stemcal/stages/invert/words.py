@@ -96,7 +96,7 @@ def range_to_cite(stage: InvertResult, names: Names) -> list[str]:
     return [
         "Report the 95 % interval of each parameter, which contains all values that agree with the measurement.",
         *assumption(stage.certainty),
-        f"The response surface equals the target for {exact}; these ranges neglect the error of the surface.",
+        f"If the error of the response surface is neglected, the target is reached for {exact}.",
     ]
 
 

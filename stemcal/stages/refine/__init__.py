@@ -27,7 +27,7 @@ class Refinement(Stage["RefineResult"]):
         The refinement stops when the error is below `refine.tolerance_percent`, or after `refine.budget` simulations.
         If several diameters were fitted (`invert.diameters`), every fitted diameter is simulated. `stemcal run`
         includes the refinement if the spec has a `refine` section. The validation is based on the refined parameters.
-        With `refine.in`, the refinement is performed after the validation, in the program or mesh for which the
+        With `refine.in`, the refinement is performed after the validation, with the program or mesh for which the
         parameters are intended.
         """
     purpose = """Stage 4: correction of the solution by simulation, also in another program. A study without this

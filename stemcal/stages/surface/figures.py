@@ -67,12 +67,15 @@ def _pair_plots(
     """Return contours and relief over two factors."""
     response, alone = rsm.naming.response, len(rsm.names) == 2
     over = f"versus {Names(rsm.naming, labels).factors(pair)}"
-    held = "" if alone else f", with the other factors at the {'solution' if solved else 'centre'}"
+    others = "factor" if len(rsm.names) == 3 else "factors"
+    held = "" if alone else f", with the other {others} at the {'solution' if solved else 'centre'}"
     unit = f" ({response.written})" if response.written else ""
-    met = f" The orange line is the measured {response.long}; the star is the solution." if solved else ""
+    met = f" The orange line is the measured {response.long}; the star marks the solution." if solved else ""
     lines = f"Contours of the {response.long}{unit} {over}{held}.{met} White dots are design points."
     dots = " Filled dots are runs above the surface; open dots are runs below the surface." if alone else ""
-    relieved = f"Response surface of the {response.long} {over}{held}. The base shows the contours.{dots}"
+    relieved = (
+        f"Response surface of the {response.long} {over}{held}. The contours are drawn on the base of the plot.{dots}"
+    )
     flat, lifted = (partial(draw, rsm, pair, solved, labels) for draw in (contours, relief))
     return [
         Plot(f"contour-{'-'.join(pair)}", "rsm", lines, flat),

@@ -185,8 +185,8 @@ def canonical_table(stage: SurfaceResult, shape: Shape, names: Names) -> Table:
     if shape.natural is not None and shape.predicted is not None:
         point = (
             f"The stationary point, a {shape.called}, is {'inside' if shape.inside else 'outside'} the experimental "
-            f"region (coded radius {shape.coded_radius:.2f}). The response surface has the value "
-            f"{names.quantity(shape.predicted)} at the stationary point, {level_list(shape.natural, names)}."
+            f"region (coded radius {shape.coded_radius:.2f}). The predicted {names.response.long} "
+            f"at the stationary point is {names.quantity(shape.predicted)} ({level_list(shape.natural, names)})."
         )
     curved = (
         f"Along an axis of negative curvature, the {names.response.long} decreases in both directions from the "

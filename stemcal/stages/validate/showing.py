@@ -37,8 +37,8 @@ class ValidateShowing(Showing[ValidateResult]):
         responses = "responses" if names.naming.others else names.response.long
         worst, mean = tenths(result.worst_percent), tenths(result.mean_abs_error_percent)
         return [
-            f"The largest difference between simulated and measured {responses} is {worst} % at {len(result.rows)} "
-            f"values of the {names.condition.long} (mean difference {mean} %)."
+            f"At {len(result.rows)} values of the {names.condition.long}, the largest difference between simulated and "
+            f"measured {responses} is {worst} % (mean difference {mean} %)."
         ]
 
     def tables(self, result: ValidateResult, names: Names) -> list[Table]:

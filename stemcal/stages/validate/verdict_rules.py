@@ -17,7 +17,10 @@ def validation(evidence: Evidence) -> Iterator[Note]:
     if (checked := evidence.of(ValidateResult)) is None:
         return
     if checked.is_given:
-        text = "The validation values were read from a table, not simulated with the calibrated parameters."
+        text = (
+            "The simulated values of the validation were read from a table, not computed with the calibrated "
+            "parameters."
+        )
         yield Note(
             "validation_from_table", "warning", text, Remedy("For the validation, use a solver that runs simulations.")
         )
