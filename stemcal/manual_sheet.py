@@ -227,7 +227,7 @@ def require_sheet(study: Study) -> None:
     if study.by_hand.kind.answers != "asks_people":
         kind = study.by_hand.solver.kind
         raise UsageError(
-            f"solver.kind: the solver {kind} computes all runs; write `solver: {{kind: sheet}}` to enter results"
+            f"solver.kind: the solver kind `{kind}` computes all runs; write `solver: {{kind: sheet}}` to enter results"
         )
 
 

@@ -135,16 +135,9 @@ def route_log() -> None:
 
 
 def waiting(what: str, quiet: bool) -> AbstractContextManager[object]:
-    """Show on a terminal that something is being computed, and for how long."""
-    from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
-
+    """Show on a terminal that something is being computed."""
     console = stderr()
-    if quiet or not console.is_terminal:
-        return nullcontext()
-    columns = SpinnerColumn(), TextColumn("{task.description}", markup=False), TimeElapsedColumn()
-    shown = Progress(*columns, console=console, transient=True)
-    shown.add_task(what, total=None)
-    return shown
+    return console.status(what) if console.is_terminal and not quiet else nullcontext()
 
 
 def drop(stream: IO[str]) -> None:

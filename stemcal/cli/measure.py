@@ -215,7 +215,7 @@ def _rewrite(spec: Path, change: Callable[[str], str]) -> None:
     except OSError as error:
         raise UsageError(f"{spec}: {error.strerror}") from None
     if before is None:
-        raise UsageError(f"{spec} is not a text file; save the spec in UTF-8")
+        raise UsageError(f"{spec} is not a text file; save the spec as UTF-8 text")
     text = change(before)
     read_study(text.encode("utf-8"), spec)
     write_atomic(spec, text)

@@ -142,7 +142,7 @@ def _check_outputs(study: Study, csv_file: Path | None, figure: Path | None, oth
     """Refuse before the long computation what would fail after it."""
     given = [name for name, value in {**others, "--figure": figure}.items() if value is not None]
     if given and not study.kind.force_history:
-        raise UsageError(f"{', '.join(given)}: only `solver: {{kind: embedded}}` has this output; omit the option")
+        raise UsageError(f"{', '.join(given)}: this output requires `solver: {{kind: embedded}}`; omit the option")
     for path in (csv_file, figure):
         if path and not path.parent.is_dir():
             raise UsageError(f"{path}: the folder {path.parent} does not exist; create the folder first")
@@ -201,7 +201,7 @@ def _one_run(
     if study.kind.answers != "computes":
         raise UsageError(
             f"`simulate` requires `solver: {{kind: embedded}}` or an external program; this spec has the solver kind "
-            f"{study.solver.kind}"
+            f"`{study.solver.kind}`"
         )
     solver = make_solver(study)
     solver.prepare()
@@ -217,7 +217,7 @@ def _one_run(
         warn(str(from_json(Note, warning)))
     if csv_file:
         if (curve := answer.details.get("curve")) is None:
-            raise UsageError("--csv: this program returns no curve; omit the option")
+            raise UsageError("--csv: the program returns no force–travel curve; omit the option")
         rows = zip(curve["travel"], curve["force"], strict=True)
         write_atomic(csv_file, csv_text([["travel", "force"], *rows], newline="\r\n"))
         if not quiet:
@@ -234,5 +234,7 @@ def _lines(study: Study, answer: Answer) -> list[str]:
     if "peak_travel" in details:
         lines.append(f"travel at the peak: {details['peak_travel']:.3f} mm")
     if "deleted_in_all" in details:
-        lines.append(f"deleted elements: {details['deleted_elements']} at the peak, {details['deleted_in_all']} in all")
+        lines.append(
+            f"deleted elements: {details['deleted_elements']} at the peak, {details['deleted_in_all']} in total"
+        )
     return lines

@@ -6,8 +6,9 @@ The time of a run is estimated from the recorded runs of this machine, or else b
 import socket
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from heapq import heapify, heapreplace
 from itertools import islice
+from math import ceil
+from statistics import fmean
 from typing import Literal
 
 from stemcal.doe.designs.aliases import aliases_note
@@ -132,7 +133,7 @@ def _in_another_program(study: Study, here: int, left: int, seconds: float | Non
         names = ", ".join(stage.name for stage in stages_of(study) if stage.seen(study) is not study)
         other = program(study.there.solver.program_name)
         text = (
-            f"The study needs {counted(here, 'run')} in the model of the study and at most {left} in {other} ({names})."
+            f"The study requires {counted(here, 'run')} in its own model and at most {left} in {other} (stage {names})."
         )
         time = "" if seconds is None else f" The runs in the other model take at most {duration(seconds)} on one core."
         yield Note("in_another_program", "caution", text + time)
@@ -176,8 +177,11 @@ def judged(design: Design) -> Iterator[Note]:
     """Yield the terms that a design cannot estimate, or what main effects are aliased with where it is for them."""
     terms = ("1", *design.names) if design.order == 1 else term_names(design.names)
     if lost := not_estimable(term_columns(design.coded)[:, : len(terms)], terms):
-        text = f"{design.stage}, {design.kind}: {len(design.coded)} runs cannot estimate the terms {series(lost)}."
-        yield Note("cannot_estimate", "caution", text, Remedy("Add runs or levels."))
+        text = (
+            f"{design.stage}: the {len(design.coded)} runs of the design ({design.kind}) cannot estimate the terms "
+            f"{series(lost)}."
+        )
+        yield Note("cannot_estimate", "caution", text, Remedy("Add runs or factor levels."))
     elif design.order == 1:
         yield aliases_note(design.coded, design.names)
 
@@ -186,14 +190,14 @@ def total(found: Plan) -> list[str]:
     """Return sentences on the number of runs left, their time and their memory."""
     if found.source == "by_hand":
         stages = " + ".join(str(stage.to_run) for stage in found.stages)
-        return [f"{stages} {'run' if found.to_run == 1 else 'runs'} by hand, {found.to_run} in total."]
-    lines = [f"{counted(found.to_run, 'run')} to compute."]
+        return [f"{stages} {'run' if found.to_run == 1 else 'runs'} must be done by hand, {found.to_run} in total."]
+    lines = [f"{counted(found.to_run, 'run')} must be computed."]
     if found.seconds is not None:
         source = {
-            "guess": " (a rough estimate)",
-            "recorded": f", estimated from {counted(found.recorded_runs, 'recorded run')} on this machine",
+            "guess": " (rough estimate)",
+            "recorded": f" (estimated from {counted(found.recorded_runs, 'recorded run')} on this machine)",
         }.get(found.source, "")
-        lines.append(f"On one core the runs take {duration(found.seconds)}{source}.")
+        lines.append(f"On one core, the runs take {duration(found.seconds)}{source}.")
     if found.elapsed is not None and found.to_run:
         workers = counted(found.workers, "worker")
         lines.append(f"The whole study takes about {duration(found.elapsed)} with {workers}.")
@@ -238,19 +242,12 @@ def _timed_runs(
 
 
 def elapsed(stages: Iterable[Sequence[float]], workers: int) -> float:
-    """Return how long stages take one after the other, the runs of each shared out to the workers in their order.
+    """Return how long stages take one after the other: each worker makes an equal number of runs of mean length.
 
-    >>> elapsed([[3.0, 1.0, 1.0, 2.0], [4.0]], 2)
-    8.0
+    >>> elapsed([[3.0, 1.0, 1.0, 1.0], [4.0]], 2)
+    7.0
     """
-    total = 0.0
-    for costs in stages:
-        free = [0.0] * max(1, min(workers, len(costs)))
-        heapify(free)
-        for cost in costs:
-            heapreplace(free, free[0] + cost)
-        total += max(free)
-    return total
+    return sum(ceil(len(costs) / workers) * fmean(costs) for costs in stages if costs)
 
 
 def overhead(solver: Solver) -> float:

@@ -253,7 +253,7 @@ def inspect(study: Study, folder: StudyFolder) -> Inspection:
         try:
             content = folder.examine_stage(stage.name)
             if (version := content.get("schema_version")) != FILE_VERSION:
-                damaged[name] = f"has schema version {version!r:.20}, not {FILE_VERSION}"
+                damaged[name] = f"has schema version {version!r:.20}, but version {FILE_VERSION} is required"
                 continue
             changed = changes_since(study, solver, folder, stage.name)
             stale |= {name: tuple(changed)} if changed else {}

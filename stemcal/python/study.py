@@ -41,9 +41,20 @@ if TYPE_CHECKING:
     from stemcal.cutting.result import Array
 
 
-def load_study(path: str | Path) -> Study:
-    """Return the study in a YAML file; raise `SpecError` with all its mistakes."""
-    study = read_spec(checked_path(path, "path"))
+def load_study(path: str | Path, **changes: object) -> Study:
+    """Return the study in a YAML file; raise `SpecError` with all its mistakes.
+
+    Parameters
+    ----------
+    changes
+        Changes of the spec by the name of a section or a factor, written as in a spec. A mapping is merged into the
+        spec; another value replaces the value in the spec.
+
+    Examples
+    --------
+    ``load_study("my-stems.yaml", yield_stress={"high": 25}, rsm={"alpha": "face"})``
+    """
+    study = read_spec(checked_path(path, "path"), **changes)
     study._hands = _ByHand()
     return study
 
@@ -90,7 +101,10 @@ def _study(given: Study | str | Path) -> Study:
         return given
     if isinstance(given, str | Path):
         return load_study(given)
-    raise UsageError(f"study: the type {type(given).__name__} is wrong. Pass the result of `stemcal.load_study`.")
+    raise UsageError(
+        f"study: the type {type(given).__name__} is not valid. Pass the result of `stemcal.load_study` or the path of "
+        "a spec."
+    )
 
 
 def _warn_before(demand: Demand, workers: int) -> None:
@@ -119,7 +133,7 @@ def open_results(folder: str | Path, study: Study | None = None) -> StudyResults
     if study is None:
         spec = found.remembered_spec()
         if spec is None:
-            raise UsageError(f"{place}: the folder contains no spec. Pass the study: open_results(folder, study).")
+            raise UsageError(f"{place}: the folder contains no spec. Pass the study: `open_results(folder, study)`.")
         study = load_study(spec)
     return StudyResults.read(study, found)
 
@@ -167,7 +181,7 @@ class Simulated:
     def __repr__(self) -> str:
         result = self.result
         where = f"{result.peak_force:.4g} N at {result.peak_travel:.3g} mm"
-        return f"Shear test of a {self.diameter:g} mm stem: {where}, {result.elements} elements"
+        return f"Shear test (stem diameter {self.diameter:g} mm): {where}, {result.elements} elements"
 
 
 def simulate(
@@ -196,7 +210,10 @@ def simulate(
     """
     study = _study(study)
     if not study.kind.force_history:
-        raise UsageError(f"simulate: the solver is {study.solver.kind}. Write `solver: {{kind: embedded}}`.")
+        raise UsageError(
+            f"simulate: the solver kind is `{study.solver.kind}`, but `embedded` is required. Write `solver: {{kind: "
+            f"embedded}}`."
+        )
     for name in levels:
         if name not in study.names:
             raise UsageError(f"simulate: {name!r} is not a factor; {did_you_mean(name, study.names)}")

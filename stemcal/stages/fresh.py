@@ -153,7 +153,7 @@ def head_of(study: Study, solver: Solver | None, folder: StudyFolder, stage: str
     """Return the head of a stage's file; log what has changed since it was last written."""
     with suppress(UsageError):
         if folder.has_stage(stage) and (changed := changes_since(study, solver, folder, stage)):
-            logger.warning("%s is computed again: %s changed", stage, ", ".join(changed))
+            logger.warning("%s is recomputed (changed: %s)", stage, ", ".join(changed))
             folder.log("inputs_changed", stage=stage, changed=changed)
     inputs = inputs_of(study, solver, folder, stage)
     return Head(SCHEMA_VERSION, stage, study.name, study.title, __version__, inputs, study.naming)

@@ -128,6 +128,6 @@ def _require_same(study: Study, requests: Sequence[Request], answers: Sequence[A
     if first is None or second is None or abs(first - second) <= SAME * max(abs(first), abs(second)):
         return
     raise UsageError(
-        f"solver: the program is stochastic ({first:.9g} and {second:.9g} for the levels of {requests[0].stage} run "
-        f"{requests[0].row + 1}). {study.solver.chance_remedy().text}"
+        f"solver: the program is stochastic (two runs at the levels of {requests[0].stage} run {requests[0].row + 1} "
+        f"returned {first:.9g} and {second:.9g}). {study.solver.chance_remedy().text}"
     )

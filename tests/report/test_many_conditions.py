@@ -42,7 +42,7 @@ def test_the_page_has_the_figures_of_the_first_and_the_worst_responses(results: 
     shown = [plot.name for plot in found if plot.on_page]
     assert len(found) == len(NAMES) and len(shown) == MOST_RESPONSES
     assert shown == ["validation", *(f"validation-r{number}" for number in range(5, 10))]
-    assert "6 of 10 responses" in found[0].caption
+    assert "Of 10 responses, the report shows the 6 with" in found[0].caption
 
 
 def test_many_conditions_are_counted() -> None:

@@ -221,7 +221,7 @@ def test_sentences_speak_of_no_stem(angle: Told, moist: Told) -> None:
     assert re.fullmatch(
         r"Simulated and measured values differ by [\d.]+ % \(angle of repose\)\.", outcome_of(validation)[0]
     )
-    missed = r".* response surfaces are [\d.]+ % \(angle of repose\) and [\d.]+ % \(bulk density\)\."
+    missed = r".* at the solution are [\d.]+ % \(angle of repose\) and [\d.]+ % \(bulk density\)\."
     assert re.fullmatch(missed, outcome_of(joint)[1])
 
 

@@ -22,7 +22,7 @@ def test_calibrated_values_belong_to_lengths() -> None:
         "edge_spread": "d/9.5 (0.842 mm)",
         "internal_length": "d/4.5 (1.78 mm)",
     }
-    thin = load_study(CONFIGS / "wild-chrysanthemum-as-published.yaml").with_(solver={"elements_through_wall": 4})
+    thin = load_study(CONFIGS / "wild-chrysanthemum-as-published.yaml", solver={"elements_through_wall": 4})
     assert make_solver(thin).belongings(8.0)["elements_through_wall"] == "4"
 
 
@@ -41,7 +41,7 @@ def test_friction_and_wall_as_factors() -> None:
 def test_levels_that_leave_no_bore_are_named() -> None:
     study = load_study(CASES / "friction-and-wall.yaml")
     wrong = list(wrong_levels(study, {**study.midlevels(), "wall_thickness": 4.0, "stem_friction": -0.1}))
-    assert len(wrong) == 2 and "stem_friction = -0.1 must not be below 0" in wrong[0] and "half of" in wrong[1]
+    assert len(wrong) == 2 and "stem_friction (-0.1) must not be below 0" in wrong[0] and "half the" in wrong[1]
 
 
 def test_a_stem_wider_than_the_blade_is_named() -> None:
@@ -60,13 +60,13 @@ def test_rate_dependence_switched_off() -> None:
 
 
 def test_a_solid_stem_has_no_wall_that_could_be_too_thick() -> None:
-    study = load_study(CONFIGS / "smoke.yaml").with_(specimen={"diameter_ratio": 0.0})
+    study = load_study(CONFIGS / "smoke.yaml", specimen={"diameter_ratio": 0.0})
     assert list(wrong_levels(study, study.midlevels())) == []
 
 
 def test_replicates_move_the_mesh_along_the_stem() -> None:
     """One position in each n-th of half an element, drawn from levels and diameter: equal runs stay one record."""
-    study = load_study(CONFIGS / "smoke.yaml").with_(solver={"replicates": 4})
+    study = load_study(CONFIGS / "smoke.yaml", solver={"replicates": 4})
     solver, levels = Embedded(study), study.midlevels()
 
     def shifts(stage: str = "rsm", **changed: float) -> list[float]:

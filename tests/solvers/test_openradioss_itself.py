@@ -41,8 +41,8 @@ def test_local_deck_gives_the_force_that_is_foretold(law: str) -> None:
 
 def test_deck_with_lengths_gives_the_force_that_is_foretold() -> None:
     """The deck as `export deck --for openradioss` writes it, run for a shorter stroke on a coarser mesh."""
-    study = load_study(CONFIG.with_name("wild-chrysanthemum-as-published.yaml"))
-    study = study.with_(solver={"coarsening": 10, "coarsening_around": 3}, loading={"duration": "0.36 s"})
+    spec, coarse = CONFIG.with_name("wild-chrysanthemum-as-published.yaml"), {"coarsening": 10, "coarsening_around": 3}
+    study = load_study(spec, solver=coarse, loading={"duration": "0.36 s"})
     names = DeckSolver.model_fields.keys() & EmbeddedSolver.model_fields.keys() - {"kind", "hourglass"}
     same = {name: getattr(study.solver, name) for name in names}
     there = DeckSolver(program="openradioss", nonlocal_failure=True, time_limit=36000.0).model_copy(update=same)

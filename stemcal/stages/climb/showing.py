@@ -19,7 +19,10 @@ class ClimbShowing(Showing[ClimbResult]):
         stepped = f"In the climb, {names.factors(result.names)} {moved} in {runs}."
         reached = "passed" if result.passed else "did not reach"
         error = f"{fixed(abs(result.error_percent), 1)} %"
-        return [stepped, f"The climb {reached} the target; step {result.best_step} has the smallest error ({error})."]
+        return [
+            stepped,
+            f"The response {reached} the target. The smallest error is {error}, at step {result.best_step}.",
+        ]
 
     def tables(self, result: ClimbResult, names: Names) -> list[Table]:
         return [_climb_table(result, names)]

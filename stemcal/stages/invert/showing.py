@@ -103,7 +103,9 @@ class Inversion(InvertResult):
         """
         names = self._surface.names
         if missing := [name for name in names if name not in levels]:
-            raise UsageError(f"log_likelihood: the level of {', '.join(missing)} is missing")
+            raise UsageError(
+                f"log_likelihood: no level is given for {', '.join(missing)}. Pass a level of every factor."
+            )
         each = np.broadcast_arrays(*(np.asarray(levels[name], dtype=float) for name in names))
         points = self._surface.scales.to_coded(np.stack([one.ravel() for one in each], axis=-1))
         inside = self._surface.region.contains(points)
@@ -185,9 +187,9 @@ def _joint_table(joint: JointFitted, names: Names) -> Table:
     tests = any(row.left_out_interval is not None for row in joint.rows)
     if tests:
         columns.append(Column("left_out_interval", "Others predict", form=interval, claims=True))
-    largest = f"Largest absolute error: {fixed(error)} % of fitted values, {fixed(left_out)} % of left-out values."
+    largest = f"Largest error: {fixed(error)} % for fitted values, {fixed(left_out)} % for values left out of the fit."
     others = "other tests. Others predict: 95 % interval of the mean from this fit." if tests else "other values."
-    foot = largest, f"Left out: predicted from a fit to the {others}", *scores(names)
+    foot = largest, f"Left out: error of the value predicted from a fit to the {others}", *scores(names)
     return Table.of(columns, rows, _JOINT, foot)
 
 

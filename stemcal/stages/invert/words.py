@@ -116,7 +116,7 @@ def _of_one(stage: InvertResult, names: Names) -> Iterator[Note]:
     point = stage.point
     if len(point.solution) > 1:
         text = (
-            f"One measured {names.response.long} cannot determine {len(point.solution)} parameters. The "
+            f"A single measured {names.response.long} cannot determine {len(point.solution)} parameters. The "
             f"rule `{stage.rule}` was used to select one of the combinations that fit equally well."
         )
         yield Note("one_of_many", "caution", text)
@@ -130,9 +130,12 @@ def _of_one(stage: InvertResult, names: Names) -> Iterator[Note]:
 
 def _of_many(joint: JointFitted, names: Names) -> Iterator[Note]:
     if joint.further:
-        text = "Means of different responses of the same specimens are treated as independent."
+        text = "The means of different responses measured on the same specimens are treated as independent."
         if names.naming.is_cutting and any(row.response == "work" for row in joint.further):
-            text += " Work depends on force and travel, so the intervals of a fit to all three are too narrow."
+            text += (
+                " Work depends on force and travel, so a joint fit to all three responses yields intervals that are "
+                "too narrow."
+            )
         yield Note("independent_means", "caution", text)
     if joint.max_abs_left_out_error_percent is not None:
         condition = names.naming.condition
@@ -140,7 +143,7 @@ def _of_many(joint: JointFitted, names: Names) -> Iterator[Note]:
         tests = any(row.left_out_interval is not None for row in joint.rows)
         each = "test" if tests else condition.long if condition is not None and several else "response"
         text = (
-            f"If one {each} at a time is left out of the fit, the largest error of the predictions is "
+            f"If one {each} at a time is left out of the fit, the largest prediction error is "
             f"{tenths(joint.max_abs_left_out_error_percent)} %."
         )
         yield Note("left_out", "info", text)

@@ -26,8 +26,8 @@ class RefineShowing(Showing[RefineResult]):
             return _there(result, names)
         count = len(result.made)
         done = "checked in 1 run" if count == 1 else f"corrected in {count} runs"
-        tolerance = f"{'within' if result.converged else 'outside'} the tolerance of {result.tolerance_percent:g} %"
-        return [f"The solution was {done}. The error is {abs(result.error_percent):.2f} %, {tolerance}."]
+        tolerance = f"{'is within' if result.converged else 'exceeds'} the tolerance of {result.tolerance_percent:g} %"
+        return [f"The solution was {done}. The error of {abs(result.error_percent):.2f} % at the solution {tolerance}."]
 
     def tables(self, result: RefineResult, names: Names) -> list[Table]:
         return refine_tables(result, names)
@@ -61,10 +61,14 @@ def _parameters(stage: RefineResult, names: Names) -> Table:
         Column("between", "Range", form=interval, of=lambda one: (one.low, one.high)),
     ]
     foot = [
-        "Other parameters retain their calibrated values. The search stops at the first values within the tolerance, "
-        "so other values may fit equally well."
+        "Other parameters retain their calibrated values. The search stops as soon as the error is within the "
+        "tolerance, so other parameter values may fit equally well."
     ]
-    foot += ["95 % range: from the scatter of the measured mean, with the other parameters fixed."] if known else []
+    foot += (
+        ["95 % range: computed from the scatter of the measured mean, with the other parameters fixed."]
+        if known
+        else []
+    )
     foot += [f"The parameters are valid only with {settings}."] if settings else []
     return Table.of(columns, stage.adjusted, f"Parameters for {program(stage.model.kind)}", foot)
 
@@ -83,11 +87,12 @@ def responses(stage: RefineResult, names: Names) -> Table:
     ]
     foot = [
         f"The error at the target is {'below' if stage.converged else 'above'} {stage.tolerance_percent:g} % after "
-        f"{len(stage.made)} of {stage.budget} runs."
+        f"{len(stage.made)} of at most {stage.budget} runs."
     ]
     if not stage.aims_at_measured:
         foot += [
-            f"After a joint fit, the target is the response of the calibrated model ({names.quantity(stage.aim)})."
+            "After a joint fit, the target is the value predicted by the model of the study "
+            f"({names.quantity(stage.aim)})."
         ]
     where = program(stage.model.kind) if stage.elsewhere else "the model of the study"
     foot += ["Error in % = 100·(measured − after)/measured."]
@@ -138,5 +143,6 @@ def _there(stage: RefineResult, names: Names) -> list[str]:
     values = series(f"{names.factor(one.factor)} = {significant(one.value)}" for one in moved)
     given = f"refined parameters ({values})" if moved else "calibrated parameters"
     return [
-        f"In {there}, the {given} result in {names.quantity(row.after)}. The target is {names.quantity(stage.aim)}."
+        f"The simulated {names.response.long} in {there} with the {given} is {names.quantity(row.after)}. The "
+        f"target is {names.quantity(stage.aim)}."
     ]

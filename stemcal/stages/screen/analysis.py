@@ -84,7 +84,7 @@ def screening_design(study: Study, solver: Solver) -> Design:
     if given is None:
         chosen = study.of(ScreenOptions)
         if chosen.design == "none":
-            raise UsageError("screen.design: the value is none. Choose a design to screen the factors.")
+            raise UsageError("screen.design: the value is `none`. Choose a design for the screening.")
         corners = catalogue.screening_runs(chosen.design, len(factors), chosen.runs, chosen.fold_over)
         coded = np.vstack([corners, np.zeros((chosen.centre_points, len(factors)))])
         kind = f"{chosen.design}, folded over" if chosen.fold_over else chosen.design
@@ -108,8 +108,8 @@ def _require_two_levels(coding: Coding, coded: Array, given: Sequence[Mapping[st
         for name, miss in zip(coding.names, values, strict=True):
             if miss > _LEVEL_TOLERANCE:
                 raise UsageError(
-                    f"solver.screen row {row + 1}: {name} {given[row][name]:g} is not a level of the factor. "
-                    f"Set `low` and `high` of {name} to the two levels of the table."
+                    f"solver.screen row {row + 1}: the value {given[row][name]:g} is not a level of the factor {name}. "
+                    f"Set `low` and `high` of {name} to its two levels in the table."
                 )
 
 
@@ -154,7 +154,7 @@ def analyse_screening(
     if n_failed and fit.df < 1:
         raise RunsFailed(
             f"screen: {n_failed} of {len(y)} runs failed, which leaves no residual degrees of freedom. Correct the "
-            "cause and repeat the failed runs with `stemcal run SPEC --retry`."
+            "cause of the failures and repeat the failed runs with `stemcal run SPEC --retry`."
         )
     residual, mean_square = residual_of(fit, centre)
     changes = changes_of(fit)
@@ -231,7 +231,7 @@ def _screening_notes(
 
 def _curvature(found: Curvature, written: Names) -> Note:
     means = (
-        f"The mean {written.response.long} is {written.quantity(found.corners)} at the corners and "
+        f"The mean {written.response.long} is {written.quantity(found.corners)} at the corners of the design and "
         f"{written.quantity(found.centre)} at the centre ({counted(found.runs, 'run')})."
     )
     if found.f is None or found.p is None:

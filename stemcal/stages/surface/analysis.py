@@ -75,8 +75,8 @@ def _notes(result: SurfaceResult) -> Iterator[Note]:
     """Yield what the reduction and repeated runs show."""
     if result.reduction is not None:
         removed = (
-            f"Backward elimination removed {series(step.term for step in result.reduction)}. P-values and intervals "
-            "are slightly optimistic because the terms were selected with the same runs."
+            f"Backward elimination removed {series(step.term for step in result.reduction)}. The p-values and "
+            "intervals are slightly optimistic because the same runs were used to select the terms."
         )
         yield Note("reduction", "caution", removed if result.reduction else "Backward elimination removed no terms.")
     if (repeats := result.pure_error) is not None and (repeats.kind == "scatter" or repeats.remedy):
@@ -126,7 +126,10 @@ def foresee(study: Study, solver: Solver, folder: StudyFolder | None) -> Asked:
     known = given is not None or not undecided
     conditions = [study.targets.calibrate_at, *(target.condition for target in study.joint_targets)]
     requests = [request for condition in dict.fromkeys(conditions) for request in design.requests(condition)]
-    text = f"The plan assumes {len(design.names)} factors for the response surface; the screening selects the factors."
+    text = (
+        f"The plan assumes {len(design.names)} factors for the response surface because the screening has not yet "
+        "selected the factors."
+    )
     return Asked("rsm", requests, known, None if known else Note("factors_assumed", "caution", text), design)
 
 
@@ -155,8 +158,8 @@ def _summary(
     if silent:
         raise RunsFailed(
             f"rsm: the record of run {silent[0]}{study.naming.at(condition)} contains no "
-            f"{study.naming.named(response).name}. Choose another study folder with --out, or remove the response from "
-            "invert.responses."
+            f"{study.naming.named(response).name}. Choose another study folder with `--out`, or remove the response "
+            "from `invert.responses`."
         )
     return FitSummary.of(result.refitted(runs, response=response), whole=not study.naming.is_cutting)
 
@@ -200,7 +203,7 @@ def _pure_error_of(design: DesignRuns, names: Names, by_chance: bool) -> Note | 
     if not repeated:
         return None
     if all(np.ptp(responses) <= 1e-9 * np.abs(responses).max() for responses in repeated):
-        text = "Repeated runs agree exactly, so the runs have no pure error."
+        text = "The replicate runs agree exactly, so the pure error is zero."
         remedy = Remedy("Remove `replicates`, or pass {{seed}} to the program.") if by_chance else None
         return Note("equal_repeats", "caution", text, remedy)
     df = sum(len(responses) - 1 for responses in repeated)

@@ -27,6 +27,7 @@ from stemcal.stages.surface.figures import Solution
 from stemcal.stages.surface.profiler import profiler_data
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.study.reading.messages import checked_number
+from stemcal.words import counted
 
 MANY = 3  # factors beyond which columns are headed by symbols instead of names
 MOST_FITS = 6  # further responses whose tables are shown
@@ -46,7 +47,8 @@ class SurfaceShowing(Showing[SurfaceResult]):
         )
         copies = len(responses) - count
         if result.deterministic and copies > 0:
-            text += f" {copies} further runs only repeat the result of the deterministic solver."
+            added = "adds" if copies == 1 else "add"
+            text += f" {counted(copies, 'replicate run')} of the deterministic solver {added} no information."
         return [text]
 
     def tables(self, result: SurfaceResult, names: Names) -> list[Table]:
@@ -78,7 +80,7 @@ class Surface(SurfaceResult):
         known = levels if isinstance(levels, Mapping) else {}
         if missing := [name for name in self.names if name not in known]:
             raise UsageError(
-                f"predict: the level of {', '.join(missing)} is missing. Pass levels by name: {{{missing[0]!r}: …}}."
+                f"predict: no level is given for {', '.join(missing)}. Pass levels by name: {{{missing[0]!r}: …}}."
             )
         return super().predict({name: checked_number(known[name], name) for name in self.names})
 
@@ -208,6 +210,6 @@ def _of_others(stage: SurfaceResult, names: Names) -> list[Table]:
             title = f"{table.title}: {naming.response.long}{Names(naming).at(place)}"
             tables.append(replace(table, title=title))
     if len(fitted) > MOST_FITS:
-        more = f"The file `rsm.json` contains {len(fitted) - MOST_FITS} more fitted responses."
+        more = f"The file `rsm.json` contains {counted(len(fitted) - MOST_FITS, 'further fitted response')}."
         tables[-1] = replace(tables[-1], foot=(*tables[-1].foot, more))
     return tables

@@ -154,14 +154,18 @@ def notes_of(stage: ValidateResult) -> list[Note]:
 def _fitted(stage: ValidateResult, names: Names) -> Iterator[Note]:
     if stage.fitted:
         where = names.at(*stage.fitted) if names.placed else " of a fitted response"
-        text = f"The error{where} is not an independent check because the parameters were fitted to this value."
+        values = "the measured values" if names.placed and len(stage.fitted) > 1 else "the measured value"
+        text = f"The error{where} is not an independent check because the parameters were fitted to {values}."
         yield Note("fitted", "info", text)
 
 
 def _growth(stage: ValidateResult) -> Iterator[Note]:
     lab, model = stage.measured_exponent, stage.simulated_exponent
     if lab is not None and model is not None:
-        text = f"The measured force grows as d^{lab.value:.2f}, and the simulated force grows as d^{model.value:.2f}."
+        text = (
+            f"The measured force increases with the diameter d as d^{lab.value:.2f}, and the simulated force as "
+            f"d^{model.value:.2f}."
+        )
         yield Note("growth", "info", text)
 
 
@@ -186,5 +190,8 @@ def _travel(stage: ValidateResult, names: Names) -> Iterator[Note]:
             f"The simulated travel to the maximum force differs from the measured travel by up to {worst:.0f} %. The "
             "measured travel includes the compliance of the testing machine."
         )
-        remedy = Remedy("Compare the forces. Fit the travel only after the compliance is measured and subtracted.")
+        remedy = Remedy(
+            "Compare only the forces. Fit the travel only after the compliance of the testing machine has been "
+            "measured and subtracted."
+        )
         yield Note("travel_apart", "caution", text, remedy)

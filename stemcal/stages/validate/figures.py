@@ -31,7 +31,7 @@ def plots(study: Study, validate: ValidateResult) -> list[Plot]:
         name = "validation" if response is naming.response else f"validation-{response.name}"
         draw, on_page = partial(validation, validate, spread, response), response.name in shown
         if response is naming.response and len(responses) > len(shown):
-            text += f" The report shows the {len(shown)} of {len(responses)} responses with the largest errors."
+            text += f" Of {len(responses)} responses, the report shows the {len(shown)} with the largest errors."
         plots.append(Plot(name, "validate", text, draw, on_page))
     if naming.is_force_on_stems and validate.measured_exponent and validate.simulated_exponent:
         text = (

@@ -70,9 +70,9 @@ class OwnSections(Frozen):
     factors: Annotated[tuple[Factor, ...], Field(min_length=1, max_length=MOST_FACTORS)]
     """Unknown parameters to calibrate; by default their symbols are X1, X2, … in this order."""
     responses: Annotated[tuple[OwnQuantity, ...], Field(max_length=20)] = ()
-    """Measured and simulated responses if they are not the maximum force; a program can return several responses."""
+    """Measured and simulated responses other than the maximum force; a program can return several responses."""
     conditions: Annotated[tuple[OwnQuantity, ...], Field(max_length=1)] | None = None
-    """Condition of the measurements if it is not the stem diameter; `[]` means no condition. A study with `responses`
+    """Condition of the measurements other than the stem diameter; `[]` means no condition. A study with `responses`
     has no condition by default."""
     specimen: SpecimenSection = SpecimenSection()
     """The specimen: a piece of stem."""
@@ -91,7 +91,7 @@ class OwnSections(Frozen):
     tests: Annotated[tuple[AnyTest, ...], Field(max_length=20)] = ()
     """Laboratory tests other than cutting, on pieces of the same stems."""
     machine: MachineSection = MachineSection()
-    """The testing machine that measured the `curves` of `targets`."""
+    """The testing machine with which the `curves` of `targets` were measured."""
     targets: Targets
     """Measured responses, one row per test and diameter."""
 
@@ -130,32 +130,6 @@ class Study(StudyForm):
     further: dict[str, Frozen] = Field(default={}, exclude=True)
     """The sections of stages from other packages, by the names of the stages."""
     _hands: Any = PrivateAttr(default=None)  # what asks for results of runs done by hand, and records them
-    _read: tuple[Any, ...] = PrivateAttr(default=())  # the function that read its spec, and what was read
-
-    def with_(self, **changes: object) -> Study:
-        """Return the study that its spec gives with some changes, checked as a spec is.
-
-        Parameters
-        ----------
-        changes
-            By the name of a factor or of a section: a mapping is merged into the existing one, anything else takes its
-            place. Quantities are written as in a spec.
-
-        Raises
-        ------
-        SpecError
-            With every problem of the changed spec.
-
-        Examples
-        --------
-        ``study.with_(yield_stress={"high": 25}, rsm={"alpha": "face"})``
-        """
-        if not self._read:
-            raise TypeError("only a study that was read from a spec can be changed this way")
-        read, *given = self._read
-        changed: Study = read(*given, changes)
-        changed._hands = self._hands
-        return changed
 
     def ask(self, out: str | Path | None = None) -> list[dict[str, Any]]:
         """Continue as far as the results allow; return the runs without results, none at the end.

@@ -18,27 +18,22 @@ from stemcal.study.reading.sections import Sections, read_sections
 from stemcal.study.rules import Draft, factors, target_rules
 from stemcal.study.rules.plausible import doubts
 from stemcal.study.types.strict_yaml import MAX_BYTES, Document, Finding, NodePath, Position, read_yaml
-from stemcal.words import nearest
 
 
-def load_study(path: str | Path) -> Study:
-    """Return the study in the YAML file `path`; raise `SpecError` with all that is wrong with it."""
-    path = Path(path)
-    return read_study(_content(path), path)
+def load_study(path: str | Path, **changes: object) -> Study:
+    """Return the study in the YAML file `path`; raise `SpecError` with all that is wrong with it.
 
-
-def read_study(content: bytes, path: Path, *changes: Mapping[str, object]) -> Study:
-    """Return the study in `content`; `path` names it in messages, and tables are found next to it.
-
-    `changes` are laid over it one after the other, by the name of a section or a factor (see `Study.with_`).
+    `changes` are laid over the spec: by the name of a section or a factor a mapping is merged, another value replaces.
     """
+    path = Path(path)
+    return read_study(_content(path), path, changes)
+
+
+def read_study(content: bytes, path: Path, changes: Mapping[str, object] | None = None) -> Study:
+    """Return the study in `content`, with changes; `path` names it in messages, and tables are found next to it."""
     document = read_yaml(content)
-    for change in changes:
-        document.data = _changed(document.data, change)
-    problems = [
-        _problem(path, document, place, Finding(node, message, remedy))
-        for place, node, message, remedy in document.problems
-    ]
+    document.data = _changed(document.data, changes or {})
+    problems = [_problem(path, document, place, finding) for place, finding in document.problems]
     if not document.complete:
         raise SpecError(problems)
     read = read_sections(document.data, path.absolute().parent)
@@ -46,29 +41,19 @@ def read_study(content: bytes, path: Path, *changes: Mapping[str, object]) -> St
     problems += _without_echo(path, document, findings, {problem.line for problem in problems})
     if problems:
         raise SpecError(problems)
-    study = _study(path, document, read.good)
-    study._read = (read_study, content, path, *changes)
-    return study
+    return _study(path, document, read.good)
 
 
 def _changed(data: Any, changes: Mapping[str, object]) -> Any:
     """Lay changes over the tree of a spec: mappings over mappings, by factor or by section."""
-    if not isinstance(data, dict):
-        return data
-    changed = {**data}
-    entries = [*given] if isinstance(given := data.get("factors"), list) else []
-    places = {entry.get("name"): place for place, entry in enumerate(entries) if isinstance(entry, dict)}
-    for name, value in changes.items():
-        if name in places:
-            entries[places[name]] = _laid_over(entries[places[name]], value)
-            changed["factors"] = entries
+    for name, value in changes.items() if isinstance(data, dict) else ():
+        factors = data["factors"] if isinstance(data.get("factors"), list) else []
+        place = next((one for one in factors if isinstance(one, dict) and one.get("name") == name), data.get(name))
+        if isinstance(place, dict) and isinstance(value, Mapping):
+            place.update(value)
         else:
-            changed[name] = _laid_over(changed.get(name), value)
-    return changed
-
-
-def _laid_over(below: object, above: object) -> object:
-    return {**below, **above} if isinstance(below, dict) and isinstance(above, Mapping) else above
+            data[name] = value
+    return data
 
 
 def _content(path: Path) -> bytes:
@@ -77,17 +62,9 @@ def _content(path: Path) -> bytes:
             return file.read(MAX_BYTES + 1)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
-        remedy = f"did you mean {path.with_name(meant)}?" if (meant := _meant(path)) else "check the name of the spec"
         shown = f"{str(path)[:200]}{'…' if len(str(path)) > 200 else ''}"
-        raise SpecError([SpecProblem(shown, 1, 1, "", f"cannot be read: {reason}", remedy)]) from None
-
-
-def _meant(path: Path) -> str | None:
-    """Return the name of the spec in the same folder that may be meant by one that does not exist."""
-    try:
-        return None if path.exists() else nearest(path.name, (one.name for one in path.parent.glob("*.y*ml")))
-    except (OSError, ValueError):
-        return None
+        problem = SpecProblem(shown, 1, 1, "", f"the spec cannot be read: {reason}", "check the path of the spec")
+        raise SpecError([problem]) from None
 
 
 def _draft(data: Any, sections: Sections) -> Draft:

@@ -1,7 +1,7 @@
 """A strict reader of YAML: plain trees, YAML 1.2 numbers, every node with its line and column.
 
 PyYAML composes the nodes; their values are read here: no tags, anchors or aliases, no duplicate keys, finite numbers
-only, and limits on size, depth and number of nodes. So ``1e9`` is a number, ``010`` is ten, ``190:20:30`` and ``no``
+only, and a limit on size. So ``1e9`` is a number, ``010`` is ten, ``190:20:30`` and ``no``
 are texts, and no file can make it crash.
 
 >>> document = read_yaml(b"low: 1e3\\nunits: [mm, no]")
@@ -21,8 +21,6 @@ import yaml
 from stemcal.files.reading import decode
 
 MAX_BYTES = 1 << 20
-MAX_DEPTH = 32
-MAX_NODES = 50_000
 MAX_PROBLEMS = 100
 
 # what unquoted scalars mean: the core schema of YAML 1.2
@@ -50,15 +48,6 @@ class Position(NamedTuple):
 _TOP = Position(1, 1)
 
 
-class _YamlProblem(NamedTuple):
-    """What the reader refuses."""
-
-    place: Position
-    path: NodePath
-    message: str
-    remedy: str
-
-
 class Finding(NamedTuple):
     """Something wrong at `path`; `at_key` when the key itself is at fault."""
 
@@ -78,7 +67,7 @@ class Document:
     data: Any = None
     keys: dict[NodePath, Position] = field(default_factory=dict)
     values: dict[NodePath, Position] = field(default_factory=dict)
-    problems: list[_YamlProblem] = field(default_factory=list)
+    problems: list[tuple[Position, Finding]] = field(default_factory=list)
     complete: bool = False
 
     def place(self, path: NodePath) -> Position:
@@ -93,7 +82,7 @@ class Document:
 
     def note(self, place: Position, message: str, remedy: str, path: NodePath = ()) -> None:
         """Add a problem."""
-        self.problems.append(_YamlProblem(place, path, message, remedy))
+        self.problems.append((place, Finding(path, message, remedy)))
 
 
 def read_yaml(content: bytes) -> Document:
@@ -103,7 +92,7 @@ def read_yaml(content: bytes) -> Document:
     if len(content) > MAX_BYTES:
         document.note(_TOP, "the file is larger than 1 MiB", "check whether this file is a spec")
     elif text is None:
-        document.note(_TOP, "the file is neither UTF-8 nor UTF-16 nor GBK text", "save the file as UTF-8")
+        document.note(_TOP, "the file is not a text in UTF-8, UTF-16 or GBK", "save the file as UTF-8")
     else:
         _read_text(document, text)
     return document
@@ -117,7 +106,9 @@ def _read_text(document: Document, text: str) -> None:
             document.data = loader.value_of(loader.get_node(), ())
         if loader.check_node():
             second: Any = loader.peek_event()  # type: ignore[no-untyped-call]
-            loader.stop(second, "a second document begins here", "keep one study per file and remove the line ---")
+            loader.stop(
+                second, "a second YAML document begins here", "keep one study per file, and remove the line `---`"
+            )
         document.complete = True
     except yaml.reader.ReaderError as error:
         before = text[: error.position]
@@ -128,13 +119,15 @@ def _read_text(document: Document, text: str) -> None:
     except yaml.MarkedYAMLError as error:
         problem = (error.problem or error.context or "no YAML").replace("\n", " ")[:200]
         remedy = next((remedy for part, remedy in _REMEDIES.items() if part in problem), "check this line")
-        document.note(_place(_mark(error)), f"not readable as YAML: {problem}", remedy)
+        document.note(_place(_mark(error)), f"the file is not valid YAML: {problem}", remedy)
+    except RecursionError:
+        document.note(_TOP, "the file is nested too deep", "a spec needs at most four levels; check the brackets")
     except (yaml.YAMLError, ValueError, OverflowError):
         here = _place(loader.get_mark() if loader else None)
         document.note(
             here,
-            "the file is not readable as YAML here",
-            "check the escape sequences and the lines that begin with % here",
+            "the file is not valid YAML at this position",
+            "check the escape sequences and the lines that begin with %",
         )
     except _Stopped:
         pass
@@ -150,19 +143,12 @@ class _Loader(yaml.SafeLoader):
     def __init__(self, text: str, document: Document) -> None:
         super().__init__(text)
         self._document = document
-        self._depth = self._count = 0
 
     def compose_node(self, parent: yaml.Node | None, index: Any) -> yaml.Node | None:
         """Return the next node; that of an alias is empty."""
         event: Any = self.peek_event()  # type: ignore[no-untyped-call]
-        self._count += 1
-        if self._count > MAX_NODES:
-            self.stop(event, f"the file has more than {MAX_NODES} elements", "check whether this file is a spec")
-        if self._depth >= MAX_DEPTH and isinstance(event, yaml.CollectionStartEvent):
-            remedy = "a spec needs at most four levels; check the brackets"
-            self.stop(event, f"nested more than {MAX_DEPTH} deep", remedy)
         if isinstance(event, yaml.AliasEvent):
-            self._complain(event, f"*{str(event.anchor)[:40]} is an alias", "write the value instead")
+            self._complain(event, f"*{str(event.anchor)[:40]} is an alias", "write the value itself")
             self.get_event()  # type: ignore[no-untyped-call]
             marks: tuple[Any, Any] = event.start_mark, event.end_mark
             return yaml.ScalarNode("", "", *marks)
@@ -171,12 +157,9 @@ class _Loader(yaml.SafeLoader):
         if event.tag is not None:
             self._complain(event, f"{event.tag[:40]} is a tag", "remove the tag")
         if any("\ud800" <= letter <= "\udfff" for letter in getattr(event, "value", "")):
-            self._complain(event, "half a surrogate pair is not a character", "write the character itself")
+            self._complain(event, "half of a surrogate pair is not a valid character", "write the character itself")
         self.anchors.clear()  # each is refused, repeated or not
-        self._depth += 1
-        node = super().compose_node(parent, index)
-        self._depth -= 1
-        return node
+        return super().compose_node(parent, index)
 
     def value_of(self, node: Any, path: NodePath) -> Any:
         """Return the value of a node; note its place."""
@@ -195,12 +178,12 @@ class _Loader(yaml.SafeLoader):
         found: dict[str, Any] = {}
         for key_node, value in node.value:
             if not isinstance(key_node, yaml.ScalarNode):
-                remedy = "use a plain word; enclose {braces} in quotes"
+                remedy = "use a plain word as a key; enclose {braces} in quotes"
                 self.stop(key_node, "a list or mapping cannot be a key", remedy)
             key, below = key_node.value, (*path, key_node.value)
             first = self._document.keys.setdefault(below, _place(key_node.start_mark))
             if key in found:
-                message = f"key {key[:60]!r} is repeated; line {first.line} already has this key"
+                message = f"the key {key[:60]!r} is repeated; line {first.line} already has this key"
                 self._complain(key_node, message, "keep one of the two keys", below)
             else:
                 found[key] = self.value_of(value, below)
@@ -251,6 +234,6 @@ _REMEDIES = {
     _NO_COLON: "a colon and a space are missing here: write `key: value`",
     "expected <block end>": "check the indentation of this line and of the lines above",
     "expected ',' or": "add the missing closing bracket",
-    "sequence entries are not allowed": "enclose a lone - in quotes",
+    "sequence entries are not allowed": "enclose a single `-` in quotes",
     "unexpected end of stream": "add the missing closing quotation mark",
 }

@@ -11,7 +11,7 @@ def read(text: str) -> Document:
 
 
 def messages(document: Document) -> list[str]:
-    return [problem.message for problem in document.problems]
+    return [finding.message for _, finding in document.problems]
 
 
 @pytest.mark.parametrize(
@@ -40,8 +40,8 @@ def test_quoted_scalars_stay_texts(text: str) -> None:
 @pytest.mark.parametrize("text", [".nan", ".NaN", ".inf", "-.Inf", "1e999", "-1e400", "9" * 5000])
 def test_numbers_are_finite(text: str) -> None:
     document = read(f"a: 1\nkey: {text}")
-    assert document.problems[0].message.endswith("is not a finite number")
-    assert document.problems[0].place == Position(2, 6)
+    assert document.problems[0][1].message.endswith("is not a finite number")
+    assert document.problems[0][0] == Position(2, 6)
 
 
 def test_huge_integers_become_floats_without_raising() -> None:
@@ -68,10 +68,10 @@ def test_a_missing_node_is_placed_at_what_would_hold_it() -> None:
 def test_duplicate_keys_name_both_lines_and_keep_the_first() -> None:
     document = read("low: 1\nhigh: 2\nlow: 3\nlow: {low: 4}\n")
     assert messages(document) == [
-        "key 'low' is repeated; line 1 already has this key",
-        "key 'low' is repeated; line 1 already has this key",
+        "the key 'low' is repeated; line 1 already has this key",
+        "the key 'low' is repeated; line 1 already has this key",
     ]
-    assert [problem.place.line for problem in document.problems] == [3, 4]
+    assert [place.line for place, _ in document.problems] == [3, 4]
     assert document.data == {"low": 1, "high": 2}
 
 
@@ -90,22 +90,22 @@ def test_equal_keys_in_different_mappings_are_fine() -> None:
         ("*x : 1", "*x is an alias"),
         ("? [a, b]\n: 1", "a list or mapping cannot be a key"),
         ("{{a}}: 1", "a list or mapping cannot be a key"),
-        ("a: 1\n---\nb: 2", "a second document begins here"),
-        ("a: b: c", "not readable as YAML: mapping values are not allowed here"),
+        ("a: 1\n---\nb: 2", "a second YAML document begins here"),
+        ("a: b: c", "the file is not valid YAML: mapping values are not allowed here"),
         ("a: \0", "character U+0000 is not allowed"),
         ("a: \x07", "character U+0007 is not allowed"),
-        ('a: "\\uD800"', "half a surrogate pair is not a character"),
-        ('a: "\\UFFFFFFFF"', "the file is not readable as YAML here"),
-        ("%YAML 1." + "9" * 5000 + "\n--- a", "the file is not readable as YAML here"),
-        ("%YAML 9.9\n--- a", "not readable as YAML: found incompatible YAML document (version 1.* is required)"),
-        ("k" * 2000 + ": 1", "not readable as YAML: mapping values are not allowed here"),
-        ("\ta: 1", "not readable as YAML: found character '\\t' that cannot start any token"),
+        ('a: "\\uD800"', "half of a surrogate pair is not a valid character"),
+        ('a: "\\UFFFFFFFF"', "the file is not valid YAML at this position"),
+        ("%YAML 1." + "9" * 5000 + "\n--- a", "the file is not valid YAML at this position"),
+        ("%YAML 9.9\n--- a", "the file is not valid YAML: found incompatible YAML document (version 1.* is required)"),
+        ("k" * 2000 + ": 1", "the file is not valid YAML: mapping values are not allowed here"),
+        ("\ta: 1", "the file is not valid YAML: found character '\\t' that cannot start any token"),
     ],
 )
 def test_what_is_refused(text: str, message: str) -> None:
     document = read(text)
-    assert document.problems[0].message == message
-    assert document.problems[0].remedy
+    assert document.problems[0][1].message == message
+    assert document.problems[0][1].remedy
 
 
 def test_an_alias_bomb_is_not_walked() -> None:
@@ -117,28 +117,16 @@ def test_an_alias_bomb_is_not_walked() -> None:
 
 
 @pytest.mark.parametrize("text", ["[" * 100_000, "- " * 100_000, "a: [" * 100_000, "{a: " * 100_000, "? " * 100_000])
-def test_100000_nested_brackets_end_at_depth_32(text: str) -> None:
+def test_100000_nested_brackets_are_refused(text: str) -> None:
     begin = time.perf_counter()
     document = read(text)
     assert time.perf_counter() - begin < 5
     assert document.problems and not document.complete
 
 
-def test_32_levels_are_read() -> None:
-    document = read("[" * 32 + "]" * 32)
-    assert document.problems == [] and document.complete
-    assert messages(read("[" * 33 + "]" * 33)) == ["nested more than 32 deep"]
-
-
-def test_deep_keys_end_at_depth_32() -> None:
-    text = "\n".join(" " * i + f"k{i}:" for i in range(100))
-    assert messages(read(text)) == ["nested more than 32 deep"]
-
-
-def test_size_and_number_of_parts_are_limited() -> None:
+def test_size_is_limited() -> None:
     assert messages(read_yaml(b"#" * (MAX_BYTES + 1))) == ["the file is larger than 1 MiB"]
     assert read_yaml(b"#" * MAX_BYTES).problems == []
-    assert messages(read("[" + "1," * 60_000 + "]")) == ["the file has more than 50000 elements"]
 
 
 @pytest.mark.parametrize(
@@ -158,7 +146,7 @@ def test_encodings_of_chinese_windows_are_read(content: bytes) -> None:
 
 def test_bytes_of_no_encoding_are_refused() -> None:
     assert decode(b"name: \xff\xff\xff") is None
-    assert messages(read_yaml(b"name: \xff\xff\xff")) == ["the file is neither UTF-8 nor UTF-16 nor GBK text"]
+    assert messages(read_yaml(b"name: \xff\xff\xff")) == ["the file is not a text in UTF-8, UTF-16 or GBK"]
 
 
 def test_windows_line_ends_count_once() -> None:
