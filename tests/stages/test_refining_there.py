@@ -208,8 +208,7 @@ def test_without_it_the_study_is_judged_with_a_reservation(tmp_path: Path) -> No
 def test_python_has_it(whole: Path) -> None:
     results = stemcal.open_results(whole / "out", load_study(whole / "study.yaml"))
     assert isinstance(results.refinement, stemcal.RefineResult) and results.refinement.converged
-    assert results.refinement.to_frame()["after"].notna().all() and "refinement" in results.figure_names
-    assert len(results.figure("refinement").axes[0].lines) == 4
+    assert results.refinement.to_frame()["after"].notna().all()
     assert results.parameters == results.inversion.parameters != results.refinement.parameters
     assert results.verdict_text.count("In the other program, ") == 1
     assert sum(run.stage == "refine" for run in results.runs) == 11

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import BeforeValidator, Field, WithJsonSchema
 
-from stemcal.naming import FIRST, TRAVEL, WORK, Naming
+from stemcal.naming import FIRST, TRAVEL, WORK, Names, Naming
 from stemcal.stages.surface.options import RsmOptions
 from stemcal.study.types.factor import EMBEDDED
 from stemcal.study.types.field_types import Frozen
@@ -61,13 +61,12 @@ def _joint_conditions_measured(draft: Draft) -> Iterator[Finding]:
     measured = [target.condition for target in draft.study.targets.means]
     for index, condition in enumerate(wanted):
         if any(isclose(condition, other) for other in wanted[:index]):
-            message = f"{draft.naming.place(condition)} is listed twice"
+            message = f"{Names(draft.naming).conditions([condition])} is listed twice"
             yield Finding(("invert", "diameters", index), message, "remove one")
         if not any(isclose(condition, other) for other in measured):
             named, listed = draft.naming, ", ".join(f"{value:g}" for value in measured[:20])
-            message = (
-                f"no {named.response.noun} is given for {named.place(condition)}; values are given only for {listed}"
-            )
+            place = Names(named).conditions([condition])
+            message = f"no {named.response.noun} is given for {place}; values are given only for {listed}"
             remedy = f"add the {named.response.noun} to `targets`, or remove this value"
             yield Finding(("invert", "diameters", index), message + draft.naming.condition.unit_suffix, remedy)
 

@@ -1,22 +1,16 @@
 """How a refinement is shown: what moved, the responses before and after, every run."""
 
-from functools import partial
-
 from stemcal.files.rows import Column, Table
 from stemcal.naming import Names, program
 from stemcal.numbers import interval, short, significant
-from stemcal.report.figures.plot import Plot
-from stemcal.report.figures.style import BLUE, FAINT, GREEN, INK, Figure, legend_above, new_figure, plain
 from stemcal.report.showing import Setting, Showing
 from stemcal.report.tables.columns import ERROR, condition, factor, levels, simulated
 from stemcal.stages.refine.result import RefineResult
 from stemcal.words import series
 
-_SERIES = (("measured", "o-", BLUE), ("before", "^:", FAINT), ("after", "D-", GREEN))
-
 
 class RefineShowing(Showing[RefineResult]):
-    """The words, tables and figures of a refinement."""
+    """The words and tables of a refinement."""
 
     claims = "agreement"
 
@@ -35,11 +29,6 @@ class RefineShowing(Showing[RefineResult]):
     def closing(self, result: RefineResult, setting: Setting) -> list[Table]:
         tables = refine_tables(result, Names(setting.study.naming)) if result.elsewhere else []
         return [table for table in tables if not table.detail]
-
-    def figures(self, result: RefineResult, setting: Setting) -> list[Plot]:
-        response = result.naming.response.noun
-        text = f"Measured and simulated {response}, before and after the refinement. The target is circled."
-        return [Plot("refinement", result.name, text, partial(refined, result))] if len(result.rows) > 1 else []
 
 
 _INSIDE = {True: "inside", False: "outside", None: ""}
@@ -115,24 +104,6 @@ def runs(stage: RefineResult, names: Names) -> Table:
         "the 95 % prediction interval."
     )
     return Table.of(columns, stage.made, "Refinement runs", [foot], detail=True)
-
-
-def refined(stage: RefineResult) -> Figure:
-    """Return the responses over the condition; the target is ringed."""
-    condition = stage.naming.condition
-    with new_figure(height=3.1) as figure:
-        axes = figure.add_subplot()
-        for key, style, colour in _SERIES:
-            points = [(row.condition, value) for row in stage.rows if (value := getattr(row, key)) is not None]
-            axes.plot([at for at, _ in points], [value for _, value in points], style, color=colour, label=key)
-        axes.plot(stage.condition, stage.aim, "o", color=INK, fillstyle="none", markersize=13)
-        at = [row.condition for row in stage.rows]
-        axes.set_xticks(at, [f"{value:g}" for value in at] if condition is not None else [""] * len(at))
-        axes.set_xlabel("" if condition is None else plain(condition.axis()))
-        axes.set_ylabel(plain(stage.naming.response.axis()))
-        axes.set_ylim(bottom=0)
-        legend_above(axes, most=3)
-    return figure
 
 
 def _there(stage: RefineResult, names: Names) -> list[str]:

@@ -143,7 +143,7 @@ def analyse_screening(
     RunsFailed
         If the runs left cannot estimate every effect and its error.
     """
-    whole, responses = _checked(coded, response, names)
+    whole, responses = np.asarray(coded, dtype=float), np.asarray(response, dtype=float)
     middle = centre_runs(whole)
     design, y, centre = whole[~middle], responses[~middle], responses[middle & np.isfinite(responses)]
     present = np.isfinite(y)
@@ -178,15 +178,6 @@ def analyse_screening(
         runs_failed=int(np.sum(~np.isfinite(responses))),
         notes=notes,
     )
-
-
-def _checked(coded: ArrayLike, response: ArrayLike, names: Sequence[str]) -> tuple[Array, Array]:
-    design, y = np.asarray(coded, dtype=float), np.asarray(response, dtype=float)
-    if design.ndim != 2 or design.shape != (y.size, len(names)):
-        raise UsageError(
-            f"screen: a design of shape {design.shape} does not match {y.size} responses and {len(names)} factors"
-        )
-    return design, y
 
 
 # ---- which test decides, where the tests disagree, what hides what

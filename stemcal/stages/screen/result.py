@@ -34,14 +34,6 @@ class Screening:
     notes: tuple[Note, ...]
 
 
-@dataclass(frozen=True)
-class Limit:
-    """The size from which an effect counts, by which method: Lenth's margin, also for all effects, or the t test."""
-
-    value: float
-    method: Literal["lenth", "lenth_all", "t"]
-
-
 @dataclass(frozen=True, kw_only=True, repr=False)
 class ScreenResult(StageResult):
     """Which factors move the response: effects in the order of the factors, with every test of them.
@@ -105,15 +97,16 @@ class ScreenResult(StageResult):
         """Return the effects by contribution, the largest first."""
         return sorted(self.effects, key=lambda effect: -(effect.contribution_percent or 0.0))
 
-    def limits(self) -> list[Limit]:
-        """Return the sizes from which an effect counts: Lenth's margins, and t₀·s of the t test.
+    @property
+    def limit(self) -> float | None:
+        """The size from which an effect is significant: Lenth's margin of error, or t₀·s of the t test.
 
         The standard error s of an effect is its size over its t.
         """
-        limits = [Limit(self.lenth.me, "lenth")] if self.lenth.me is not None else []
-        limits += [Limit(self.lenth.sme, "lenth_all")] if self.lenth.sme is not None else []
+        if self.by_lenth:
+            return self.lenth.me
         errors = [abs(effect.effect) / effect.f**0.5 for effect in self.effects if effect.f]
-        return limits + ([Limit(t_quantile(1.0 - self.alpha, self.residual.df) * max(errors), "t")] if errors else [])
+        return t_quantile(1.0 - self.alpha, self.residual.df) * max(errors) if errors else None
 
     @property
     def by_lenth(self) -> bool:

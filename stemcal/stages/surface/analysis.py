@@ -29,13 +29,18 @@ from stemcal.stages.fresh import read_fresh
 from stemcal.stages.result import CodedScale, DesignRun, DesignRuns, Head, StageResult
 from stemcal.stages.stage import stage_called
 from stemcal.stages.surface.options import RsmOptions, surface_factors
-from stemcal.stages.surface.result import SurfaceResult, told_by
+from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.work import Work, a_stage, repeats_itself
 from stemcal.study.model import Study, Target
 from stemcal.words import counted, series
 
 _USUAL_FACTORS = 3  # that a screening keeps
 _KEPT_P = 0.1  # terms with a larger p are removed
+_TOLD = (
+    *("coefficients", "covariance", "r2", "adjusted_r2", "predicted_r2", "adequate_precision", "press", "cv_percent"),
+    *("lack_of_fit_testable", "runs_failed", "runs_diagnostics"),
+)
+"""What a result keeps of a fit as it is."""
 
 
 @a_stage(SurfaceResult)
@@ -60,7 +65,7 @@ def fit_response_surface(work: Work, head: Head) -> SurfaceResult:
         radius=study.of(RsmOptions).radius(len(design.names)),
         design=runs,
         anova=fit.anova,
-        **told_by(fit),
+        **{name: getattr(fit, name) for name in _TOLD},
         reduction=reduction,
         canonical=canonical_analysis(fit, design.coding),
         deterministic=repeats_itself(study),
@@ -157,7 +162,7 @@ def _summary(
     silent = [run.run for run in runs if run.outcome.ok and run.outcome.of(response) is None]
     if silent:
         raise RunsFailed(
-            f"rsm: the record of run {silent[0]}{study.naming.at(condition)} contains no "
+            f"rsm: the record of run {silent[0]}{Names(study.naming).at(condition)} contains no "
             f"{study.naming.named(response).name}. Choose another study folder with `--out`, or remove the response "
             "from `invert.responses`."
         )

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Protocol, get_args
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
 
 from pydantic import BeforeValidator, Field, WithJsonSchema
 from pydantic_core import PydanticKnownError
@@ -22,6 +22,7 @@ from stemcal.words import series
 if TYPE_CHECKING:
     from stemcal.doe.designs.catalogue import SurfaceOptions
     from stemcal.solvers.protocol import Solver
+    from stemcal.stages.screen.result import ScreenResult
     from stemcal.study.model import Study
     from stemcal.study.rules import Draft
 
@@ -263,19 +264,7 @@ def doubts(study: Study) -> Iterator[Finding]:
 # ---- which factors the surface has
 
 
-class Screened(Protocol):
-    """What a screening found."""
-
-    @property
-    def shares(self) -> Mapping[str, float]:
-        """What each factor contributes, %; of several responses to the one with the largest contribution."""
-
-    @property
-    def active_factors(self) -> Sequence[str]:
-        """Names of the significant factors."""
-
-
-def surface_factors(study: Study, solver: Solver, screened: Screened | None) -> tuple[list[str], list[Note]]:
+def surface_factors(study: Study, solver: Solver, screened: ScreenResult | None) -> tuple[list[str], list[Note]]:
     """Return the factors of the surface, the strongest first, and notes on how they were chosen.
 
     They are the significant factors, or those of largest contribution if the spec or the design requires a number.

@@ -11,7 +11,7 @@ from typing import Any
 
 from stemcal.doe.regression.least_squares import t_quantile
 from stemcal.doe.regression.surface import Surface
-from stemcal.naming import CUTTING, DIAMETER, FIRST, capital
+from stemcal.naming import CUTTING, DIAMETER, FIRST, Names, capital
 from stemcal.numbers import unit_written
 from stemcal.stages.fitting import FactorCoding, Measured, joint_surfaces, measured_means, measured_of
 from stemcal.stages.surface.result import SurfaceResult
@@ -77,7 +77,7 @@ def _surface(study: Study, mean: Measured, fit: Surface) -> dict[str, Any]:
     command = f"stemcal simulate SPEC --diameter {mean.condition:g}"
     simulated = study.naming == CUTTING and study.naming.condition == DIAMETER and study.kind.force_history
     return {
-        "label": f"{capital(mean.named.long)}{study.naming.at(mean.condition)}",
+        "label": f"{capital(mean.named.long)}{Names(study.naming).at(mean.condition)}",
         "unit": mean.named.unit_suffix,
         "beta": fit.beta.tolist(),
         "covariance": (s2 * fit.unscaled_covariance).tolist() if known else None,

@@ -1,7 +1,6 @@
 """How a response surface is shown: analysis of variance, coefficients, fit and shape; its design; its figures."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from typing import Any
 
 from stemcal.doe.calibration.level_set_solutions import Assessment
@@ -9,11 +8,12 @@ from stemcal.doe.regression.anova import Coefficient
 from stemcal.doe.regression.canonical import Shape
 from stemcal.errors import UsageError
 from stemcal.files.rows import Column, Table
-from stemcal.naming import FORCE, Named, Names
+from stemcal.naming import FIRST, FORCE, Named, Names
 from stemcal.numbers import fixed, short, significant
 from stemcal.report.figures.plot import Plot
 from stemcal.report.showing import Setting, Showing
 from stemcal.report.tables.columns import (
+    condition,
     level_list,
     levels,
     ratio,
@@ -30,7 +30,6 @@ from stemcal.study.reading.messages import checked_number
 from stemcal.words import counted
 
 MANY = 3  # factors beyond which columns are headed by symbols instead of names
-MOST_FITS = 6  # further responses whose tables are shown
 ONE = "1"  # the term of the constant
 
 
@@ -52,7 +51,7 @@ class SurfaceShowing(Showing[SurfaceResult]):
         return [text]
 
     def tables(self, result: SurfaceResult, names: Names) -> list[Table]:
-        return [*_surface_tables(result, names), *_of_others(result, names)]
+        return [*_surface_tables(result, names), *_fits_table(result, names)]
 
     def figures(self, result: SurfaceResult, setting: Setting) -> list[Plot]:
         settled = (one.settles for one in setting.results.done)  # the first lie on the surface, refined ones do not
@@ -162,13 +161,12 @@ def _coefficient_table(stage: SurfaceResult, names: Names) -> Table:
 
 def _fit_table(stage: SurfaceResult) -> Table:
     """Return how well the surface fits."""
-    response = stage.naming.response
     rows = (
         ("R²", fixed(stage.r2, 4)),
         ("Adjusted R²", fixed(stage.adjusted_r2, 4)),
         ("Predicted R²", fixed(stage.predicted_r2, 4)),
         ("Adequate precision", fixed(stage.adequate_precision, 2)),
-        (replace(response, unit=response.squared).headed("PRESS"), significant(stage.press, 6)),
+        ("PRESS", significant(stage.press, 6)),
         ("Coefficient of variation, %", fixed(stage.cv_percent, 2)),
     )
     return Table((Column("statistic", "Statistic"), Column("value", "Value", form=str)), rows, "Goodness of fit")
@@ -198,18 +196,18 @@ def canonical_table(stage: SurfaceResult, shape: Shape, names: Names) -> Table:
     return Table.of(columns, rows, "Canonical analysis", (point, curved), detail=True)
 
 
-def _of_others(stage: SurfaceResult, names: Names) -> list[Table]:
-    """Return the tables of the further responses that a study itself has named."""
-    own = {response.name for response in stage.naming.others}
-    fitted = [(part.condition, name) for part in stage.conditions for name in part.responses or {} if name in own]
-    tables: list[Table] = []
-    for place, name in fitted[:MOST_FITS]:
-        seen = stage.seen_by(name, place)
-        for table in _surface_tables(seen, names.of(seen.naming)):
-            naming = seen.naming
-            title = f"{table.title}: {naming.response.long}{Names(naming).at(place)}"
-            tables.append(replace(table, title=title))
-    if len(fitted) > MOST_FITS:
-        more = f"The file `rsm.json` contains {counted(len(fitted) - MOST_FITS, 'further fitted response')}."
-        tables[-1] = replace(tables[-1], foot=(*tables[-1].foot, more))
-    return tables
+def _fits_table(stage: SurfaceResult, names: Names) -> list[Table]:
+    """Return how well each surface of a joint fit fits; nothing of a single response."""
+    rows = [
+        {**vars(fit), "response": name, "condition": part.condition}
+        for part in stage.conditions
+        for name, fit in {FIRST: part.fit, **(part.responses or {})}.items()
+    ]
+    determinations = {"r2": "R²", "adjusted_r2": "Adjusted R²", "predicted_r2": "Predicted R²"}
+    columns = [
+        Column("response", "Response", of=lambda row: names.naming.named(row["response"]).noun),
+        *condition(names.naming),
+        *(Column(key, label, form=to_decimals(4)) for key, label in determinations.items()),
+        Column("cv_percent", "Coefficient of variation", "%", fixed),
+    ]
+    return [Table.of(columns, rows, "Fit quality of all response surfaces", detail=True)] if rows else []

@@ -13,7 +13,7 @@ from stemcal.errors import UsageError
 from stemcal.files.rows import Rows
 from stemcal.folder import StudyFolder
 from stemcal.naming import Names
-from stemcal.note import Note, Remedy
+from stemcal.note import Note
 from stemcal.runs.record import Outcome, lower_bound_notes, merged
 from stemcal.solvers.protocol import Request, Solver
 from stemcal.solvers.replicates import repeated
@@ -26,8 +26,6 @@ from stemcal.stages.validate.options import ValidateOptions
 from stemcal.stages.validate.result import FurtherRow, ValidateResult, ValidateRow
 from stemcal.stages.work import Work, a_stage
 from stemcal.study.model import Study, Target
-
-_TRAVEL_APART = 50.0  # percent of the measured travel: a larger difference is not the stem's alone
 
 
 @a_stage(ValidateResult)
@@ -141,12 +139,11 @@ def _row(study: Study, target: Target, compared: ValidationRow, outcome: Outcome
 
 
 def notes_of(stage: ValidateResult) -> list[Note]:
-    """Return what follows from the comparison: its independence, growth, travel and a formula."""
+    """Return what follows from the comparison: its independence, growth and a formula."""
     names = Names(stage.naming)
     return [
         *_fitted(stage, names),
         *_growth(stage),
-        *_travel(stage, names),
         *_beside_formula(stage, names),
     ]
 
@@ -179,19 +176,3 @@ def _beside_formula(stage: ValidateResult, names: Names) -> Iterator[Note]:
             f"{names.conditions(stage.fitted)}."
         )
         yield Note("beside_formula", "info" if model < formula.worst_held_out_percent else "warning", text)
-
-
-def _travel(stage: ValidateResult, names: Names) -> Iterator[Note]:
-    """Compare the travel to the maximum, where a machine's was measured besides the forces of stems."""
-    pairs = [one for row in stage.rows for one in row.further if one.response == "travel"]
-    worst = max((abs(one.error_percent or 0.0) for one in pairs), default=0.0)
-    if names.naming.is_cutting and worst > _TRAVEL_APART:
-        text = (
-            f"The simulated travel to the maximum force differs from the measured travel by up to {worst:.0f} %. The "
-            "measured travel includes the compliance of the testing machine."
-        )
-        remedy = Remedy(
-            "Compare only the forces. Fit the travel only after the compliance of the testing machine has been "
-            "measured and subtracted."
-        )
-        yield Note("travel_apart", "caution", text, remedy)

@@ -170,10 +170,7 @@ class Study(StudyForm):
         return self._hands
 
     def __repr__(self) -> str:
-        first, means = self.naming.response, self.targets.means
-        counts = {one: sum(mean.mean_of(one.name)[0] is not None for mean in means) for one in self.naming.others}
-        others = [f", {count} {one.noun if count == 1 else one.plural}" for one, count in counts.items() if count]
-        measured = f"{len(means)} measured {first.noun if len(means) == 1 else first.plural}{''.join(others)}"
+        measured = counted(len(self.targets.means), "target")
         return f"Study {self.name}: {counted(len(self.factors), 'factor')}, {measured}, solver {self.solver.kind}"
 
     __str__ = __repr__
