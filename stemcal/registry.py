@@ -168,6 +168,12 @@ def code_version() -> str:
     return f"{__version__}+{_hash_of(Path(__file__).parent)}"
 
 
+@cache
+def code_of(module: str) -> str:
+    """Return a hash of the package of a module; nothing for stemcal's own."""
+    return "" if module.partition(".")[0] == "stemcal" else package_hash(module)
+
+
 def package_hash(module: str) -> str:
     """Return a hash of the package or single file of an imported module; nothing without a file."""
     top, own = (sys.modules.get(name) for name in (module.partition(".")[0], module))

@@ -164,7 +164,7 @@ def _test_called(study: Study, test: str | None) -> LaboratorySection | None:
 def summary(result: CuttingResult, test: str = "cutting") -> object:
     """Return the result's numbers as JSON values."""
     from stemcal.laboratory.perform import LaboratoryResult
-    from stemcal.solvers.measures import work_until
+    from stemcal.runs.record import work_until
 
     numbers = {name: value for name, value in vars(result).items() if isinstance(value, bool | int | float)}
     warnings = to_json(result.warnings)

@@ -20,7 +20,8 @@ from stemcal.folder import StudyFolder
 from stemcal.naming import program
 from stemcal.note import Note, Remedy
 from stemcal.numbers import duration, in_bytes
-from stemcal.runs.record import record_key, stands
+from stemcal.runs.answer import Run
+from stemcal.runs.record import stands
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Request, Solver
 from stemcal.stages.design import Asked, Design
@@ -146,7 +147,7 @@ def asked(study: Study, solver: Solver, folder: StudyFolder | None) -> list[Aske
 
 
 def _count(part: Asked, left: Sequence[Request], solver: Solver, costs: _Costs) -> _PlannedStage:
-    distinct = {record_key(solver, request) for request in part.requests}
+    distinct = {Run.of(solver, request).key for request in part.requests}
     memory = [bytes_ for request in left if (bytes_ := solver.memory_estimate(request)) is not None]
     return _PlannedStage(
         part.stage,
@@ -163,7 +164,7 @@ def missing(part: Asked, study: Study, solver: Solver, folder: StudyFolder | Non
     """Return the distinct runs of a stage that no record answers for good."""
     distinct: dict[str, Request] = {}
     for request in part.requests:
-        distinct.setdefault(record_key(solver, request), request)
+        distinct.setdefault(Run.of(solver, request).key, request)
     recorded = {key: folder.peek(key) for key in distinct} if folder is not None else {}
     return [
         request
@@ -235,7 +236,7 @@ def _timed_runs(
         if record is None or record["status"] != "ok":
             continue
         request, circumstances = Request(**record["request"]), record["provenance"]
-        if circumstances.get("host") == socket.gethostname() and record_key(solver, request) == key:
+        if circumstances.get("host") == socket.gethostname() and Run.of(solver, request).key == key:
             seconds, guessed = circumstances.get("wall_seconds"), guess(request)
             if seconds and guessed:
                 yield seconds, guessed

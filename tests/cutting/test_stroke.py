@@ -5,8 +5,7 @@ import pytest
 
 from stemcal.cutting.end_state import stroke_end
 from stemcal.cutting.result import moving_mean
-from stemcal.runs.record import lower_bound_notes
-from stemcal.solvers.protocol import Answer
+from stemcal.runs.record import Outcome, lower_bound_notes
 
 TRAVEL = np.linspace(0.0, 1.0, 501)
 
@@ -49,17 +48,13 @@ def test_the_warning_has_the_forces_that_were_passed() -> None:
         assert number in warning.text
 
 
-def answer(end: str | None) -> Answer:
-    details = {"stroke_was_enough": False} | ({"stroke_end": end} if end else {})
-    return Answer("ok", 100.0, details=details)
-
-
 def test_only_what_rose_is_said_to_have_risen() -> None:
-    answers = [answer("rising"), answer("regained"), answer("rising"), answer(None), Answer("ok", 1.0)]
+    ends = ("rising", "regained", "rising", "")
+    outcomes = [Outcome(response=100.0, censored=True, stroke_end=end) for end in ends]
     starts = (
         "In runs 1 and 3, the response was still rising",
         "In run 2, the response had",
         "In run 4, the response had not fallen",
     )
-    for note, start in zip(lower_bound_notes(answers), starts, strict=True):
+    for note, start in zip(lower_bound_notes([*outcomes, Outcome(response=1.0)]), starts, strict=True):
         assert note.kind == "lower_bound" and note.text.startswith(start)

@@ -6,8 +6,7 @@ otherwise Lenth's method. The residual holds the columns without a factor, repea
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -44,8 +43,6 @@ from stemcal.stages.work import Work, a_stage
 from stemcal.study.model import Study
 from stemcal.words import counted
 
-_LEVEL_TOLERANCE = 1e-6
-
 
 @a_stage(ScreenResult)
 def screen(work: Work, head: Head) -> ScreenResult:
@@ -53,9 +50,9 @@ def screen(work: Work, head: Head) -> ScreenResult:
     study, options, design = work.study, work.study.of(ScreenOptions), screening_design(work.study, work.solver)
     symbols = [factor.symbol for factor in study.factors]
     requests = design.requests(study.targets.calibrate_at)
-    answers = work.answers(requests)
-    with reasons_given(requests, answers):
-        runs = runs_of(design, requests, answers, work.solver)
+    outcomes = work.outcomes(requests)
+    with reasons_given(requests, outcomes):
+        runs = runs_of(design, requests, outcomes)
         first, *others = (
             analyse_screening(
                 design.coded,
@@ -67,7 +64,7 @@ def screen(work: Work, head: Head) -> ScreenResult:
             )
             for name in (FIRST, *study.own_further)
         )
-    notes = (*first.notes, *lower_bound_notes(answers))
+    notes = (*first.notes, *lower_bound_notes(outcomes))
     further = dict(zip(study.own_further, others, strict=True)) or None
     found = fields_of(first) | {"notes": notes, "responses": further}
     return ScreenResult(head=head, design=runs, alpha=options.alpha, **found)
@@ -90,27 +87,13 @@ def screening_design(study: Study, solver: Solver) -> Design:
         kind = f"{chosen.design}, folded over" if chosen.fold_over else chosen.design
         once = Design("screen", kind, coding, coded, coding.runs(coded, study.midlevels()), order=1)
         return once.repeated(study.replicates)
-    design = given_design("screen", study, coding, given, order=1)
-    _require_two_levels(coding, design.coded, given)
-    return replace(design, coded=design.coded.round())
+    return given_design("screen", study, coding, given, order=1)
 
 
 def foresee(study: Study, solver: Solver) -> Asked:
     """Return the runs of the screening."""
     design = screening_design(study, solver)
     return Asked("screen", design.requests(study.targets.calibrate_at), settled=True, design=design)
-
-
-def _require_two_levels(coding: Coding, coded: Array, given: Sequence[Mapping[str, float]]) -> None:
-    """Raise `UsageError` if a row is neither at low and high levels nor a centre point."""
-    off = np.where(np.all(abs(coded) <= _LEVEL_TOLERANCE, axis=1)[:, None], 0.0, abs(abs(coded) - 1.0))
-    for row, values in enumerate(off):
-        for name, miss in zip(coding.names, values, strict=True):
-            if miss > _LEVEL_TOLERANCE:
-                raise UsageError(
-                    f"solver.screen row {row + 1}: the value {given[row][name]:g} is not a level of the factor {name}. "
-                    f"Set `low` and `high` of {name} to its two levels in the table."
-                )
 
 
 # ---- the factors that matter

@@ -50,9 +50,9 @@ def fit_response_surface(work: Work, head: Head) -> SurfaceResult:
     names, coding, chosen = _factors(study, solver, _read_before(study, solver, work.folder))
     design = surface_design(study, solver, names, coding)
     requests = design.requests(study.targets.calibrate_at)
-    answers = work.answers(requests)
-    runs = runs_of(design, requests, answers, solver)
-    with reasons_given(requests, answers):
+    outcomes = work.outcomes(requests)
+    runs = runs_of(design, requests, outcomes)
+    with reasons_given(requests, outcomes):
         fit, reduction = _fit_terms(study, design, runs.runs)
     factors = zip(map(study.factor, names), design.coding.centre, design.coding.half_step, strict=True)
     entries = [FactorCoding(f.name, at, half, f.symbol, f.label, f.unit, f.low, f.high) for f, at, half in factors]
@@ -72,7 +72,7 @@ def fit_response_surface(work: Work, head: Head) -> SurfaceResult:
         pure_error=_pure_error_of(runs, Names(study.naming), study.replicates > 0),
     )
     conditions = Rows(_at_condition(work, target, result, design) for target in study.joint_targets)
-    notes = (*chosen, *fit.notes, *lower_bound_notes(answers), *_notes(result))
+    notes = (*chosen, *fit.notes, *lower_bound_notes(outcomes), *_notes(result))
     return replace(result, conditions=conditions, notes=notes)
 
 
@@ -146,10 +146,9 @@ def _at_condition(work: Work, target: Target, result: SurfaceResult, design: Des
     condition, study = target.condition, work.study
     wanted = [n for n in study.fitted_responses if n == FIRST or target.mean_of(n)[0]]
     requests = design.requests(condition)
-    answers = work.answers(requests)
-    outcomes = zip(requests, work.outcomes(requests, answers), strict=True)
-    runs = [ConditionRun(run=request.row + 1, outcome=outcome) for request, outcome in outcomes]
-    with reasons_given(requests, answers):
+    outcomes = work.outcomes(requests)
+    runs = [ConditionRun(run=request.row + 1, outcome=one) for request, one in zip(requests, outcomes, strict=True)]
+    with reasons_given(requests, outcomes):
         fits = {name: _summary(study, result, runs, name, condition) for name in wanted}
     further: dict[str, FitSummary] = {name: fit for name, fit in fits.items() if name != FIRST}
     return AtCondition(condition=condition, runs=Rows(runs), fit=fits[FIRST], responses=further or None)

@@ -34,8 +34,8 @@ def validate(work: Work, head: Head) -> ValidateResult:
     parameters = calibrated_parameters(work.study, work.solver, work.folder)
     study, solver = work.study, work.solver
     requests = requests_at(study, parameters)
-    answers = work.answers(requests)
-    outcomes = merged(work.outcomes(requests, answers), study.replicates)
+    runs = work.outcomes(requests)
+    outcomes = merged(runs, study.replicates)
     found = _compared(study, outcomes)
     left_out = work.result(InvertResult).left_out
     compared = zip(study.targets.means, found.rows, outcomes, strict=True)
@@ -43,7 +43,7 @@ def validate(work: Work, head: Head) -> ValidateResult:
         _row(study, target, replace(row, left_out_percent=left_out.get(row.condition)), outcome)
         for target, row, outcome in compared
     ]
-    notes = [*found.notes, *_from_table(study, solver), *lower_bound_notes(answers)]
+    notes = [*found.notes, *_from_table(study, solver), *lower_bound_notes(runs)]
     result = _result(study, head, parameters, found, rows)
     return replace(result, notes=(*notes_of(result), *notes))
 
