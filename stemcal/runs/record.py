@@ -43,7 +43,7 @@ class Outcome:
 
     `travel` (mm) and `work` (mJ) reach to the maximum force, None if the solver does not report it. Of a point
     simulated several times over the response is the mean of its `replicates`.
-    `stroke_end`, which no file has, says how the stroke of a run ended.
+    `stroke_end`, which no file has, states how the stroke of a run ended.
     """
 
     response: float | None
