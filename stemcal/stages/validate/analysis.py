@@ -171,8 +171,8 @@ def _beside_formula(stage: ValidateResult, names: Names) -> Iterator[Note]:
     formula, model = stage.formula, stage.worst_held_out_percent
     if formula is not None and model is not None:
         text = (
-            f"At the held-out diameters, the largest error is {model:.1f} % with the model and "
-            f"{formula.worst_held_out_percent:.1f} % with the formula F = a·d^{formula.exponent:.3g} fitted at "
+            f"At the held-out diameters, the largest error is {formula.worst_held_out_percent:.1f} % with the formula "
+            f"F = a·d^{formula.exponent:.3g} and {model:.1f} % with the model. The formula was fitted to the forces at "
             f"{names.conditions(stage.fitted)}."
         )
         yield Note("beside_formula", "info" if model < formula.worst_held_out_percent else "warning", text)
