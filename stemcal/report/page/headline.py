@@ -108,5 +108,8 @@ def made_with(study: Study, spec_hash: str) -> list[tuple[str, str]]:
         ("Spec", f"{study.source.name}, SHA-256 {spec_hash}" if spec_hash else study.source.name),
         ("Solver", study.solver.program_name),
         ("Written by", f"stemcal {code_version()}"),
-        ("Cite", f"The stemcal developers: stemcal, version {__version__}. Publish this spec with your results."),
+        (
+            "Cite",
+            f"The stemcal developers: stemcal, version {__version__}. Publish the spec together with your results.",
+        ),
     ]
