@@ -72,20 +72,12 @@ STROKE_TOO_SHORT = "stroke_too_short"
 _LONGER = Remedy("Increase `loading.stroke` or `loading.duration`.")
 
 
-def stroke_too_short(ending: str, peak: float, peak_travel: float, valley: float, end: float, stroke: float) -> Note:
-    """Return the warning that the peak force may lie beyond the stroke.
-
-    The curve is ``rising``, ``regained`` or ``falling`` (`cutting.end_state`). Forces in N at the peak, at the lowest
-    point after it and at the end; travels in mm.
-    """
+def stroke_too_short(peak: float, peak_travel: float, end: float, stroke: float) -> Note:
+    """Return the warning that the peak force may lie beyond the stroke: forces in N, travels in mm."""
     text = (
-        f"A larger peak may follow after the end of the stroke ({stroke:.3g} mm): the force was {peak:.1f} N at "
-        f"{peak_travel:.3g} mm, then fell to {valley:.1f} N, and was {end:.1f} N at the end."
+        f"A larger peak may follow after the end of the stroke ({stroke:.3g} mm): the peak force was {peak:.1f} N at "
+        f"{peak_travel:.3g} mm, and the force at the end was still {end:.1f} N."
     )
-    if ending == "rising":
-        text = (
-            f"The force was still rising at the end of the stroke ({stroke:.3g} mm), so the true peak force is larger."
-        )
     return Note(STROKE_TOO_SHORT, "warning", text, _LONGER)
 
 

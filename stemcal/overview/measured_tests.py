@@ -97,7 +97,7 @@ def _means(test: LaboratorySection, read: ShearTests) -> list[_TestedMean]:
     wanted = test.measured or test.usual
     found = []
     for grade in read.grades:
-        pieces = [one for one in read.specimens if one.grade == grade.diameter and not one.excluded]
+        pieces = [one for one in read.specimens if one.grade == grade.diameter]
         told = [_responses(piece) for piece in pieces]
         for name in wanted:
             if values := [one[name] for one in told if name in one]:

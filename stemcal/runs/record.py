@@ -5,7 +5,7 @@ Accidents are tried again; a stroke that ended too early gives a lower bound.
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from statistics import fmean
 from typing import Any
 
@@ -43,7 +43,6 @@ class Outcome:
 
     `travel` (mm) and `work` (mJ) reach to the maximum force, None if the solver does not report it. Of a point
     simulated several times over the response is the mean of its `replicates`.
-    `stroke_end`, which no file has, says how the stroke of a run ended.
     """
 
     response: float | None
@@ -56,7 +55,6 @@ class Outcome:
     message: str = ""
     key: str = ""
     replicates: Replicates | None = absent()
-    stroke_end: str = field(default="", compare=False, metadata={"exclude": True})
 
     @property
     def keys(self) -> tuple[str, ...]:
@@ -100,7 +98,6 @@ def outcome_of(record: Mapping[str, Any]) -> Outcome:
         reason=record["reason"],
         message=record["message"],
         key=record["key"],
-        stroke_end=str(details.get("stroke_end")),
     )
 
 
@@ -129,29 +126,17 @@ def work_until(travel: ArrayLike, force: ArrayLike, end: float) -> float:
 # ---- responses that are only lower bounds
 
 
-_STROKE_ENDS = {
-    "rising": "the response was still rising",
-    "regained": "the response had risen again after a peak",
-    "falling": "the response had fallen only slightly after a peak",
-}
-
-
 def lower_bound_notes(outcomes: Sequence[Outcome]) -> list[Note]:
-    """Return a note on the rows whose response is only a lower bound, one for each way in which their stroke ended."""
-    rows: dict[str, list[int]] = {}
-    for row, outcome in enumerate(outcomes, 1):
-        if outcome.censored:
-            ended = _STROKE_ENDS.get(outcome.stroke_end, "the response had not fallen")
-            rows.setdefault(ended, []).append(row)
-    return [_lower_bound(numbers, ended) for ended, numbers in rows.items()]
-
-
-def _lower_bound(rows: Sequence[int], ended: str) -> Note:
-    one = len(rows) == 1
-    runs, bound = ("run", "its maximum is a lower bound") if one else ("runs", "their maxima are lower bounds")
+    """Return a note on the rows whose response is only a lower bound."""
+    rows = [row for row, outcome in enumerate(outcomes, 1) if outcome.censored]
+    if not rows:
+        return []
+    runs, bound = (
+        ("run", "its maximum is a lower bound") if len(rows) == 1 else ("runs", "their maxima are lower bounds")
+    )
     remedy = Remedy("Increase the stroke (`loading.stroke` or `loading.duration`).")
-    text = f"In {runs} {series(rows)}, {ended} when the stroke ended, so {bound}."
-    return Note("lower_bound", "warning", text, remedy)
+    text = f"In {runs} {series(rows)}, the response had not fallen when the stroke ended, so {bound}."
+    return [Note("lower_bound", "warning", text, remedy)]
 
 
 # ---- one outcome of the replicates of a point

@@ -40,7 +40,6 @@ def test_screening_designs_by_name(tmp_path: Path, options: str, kind: str, runs
     ("options", "runs", "reach", "radius"),
     [
         ("design: box-behnken, centre_points: 3", 15, 1.0, 2**0.5),
-        ("design: full-factorial", 27, 1.0, 3**0.5),
         ("design: latin-hypercube, runs: 25", 25, 1.0, 3**0.5),
         ("alpha: 1.732050808", 20, 3**0.5, 3**0.5),
         ("extra_runs: 4", 24, 8**0.25, 8**0.25),

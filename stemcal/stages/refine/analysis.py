@@ -228,7 +228,7 @@ def _in_another_model(stage: RefineResult, study: Study, names: Names) -> Iterat
             yield Note("beyond_range", "warning", text)
     if censored := sum(run.outcome.censored for run in stage.made):
         text = (
-            f"In {counted(censored, 'run')}, the {names.response.noun} was still rising at the end of the stroke. The "
+            f"In {counted(censored, 'run')}, the {names.response.noun} had not fallen at the end of the stroke. The "
             "recorded maximum is therefore only a lower bound."
         )
         yield Note("still_rose", "warning", text, Remedy("Increase `refine.duration`."))

@@ -78,9 +78,8 @@ class RsmOptions(Frozen):
     """
 
     design: Annotated[str, BeforeValidator(_surface_design), _OfSurfaces()] = "central-composite"
-    """The design. A Box–Behnken design requires 3 to 7 factors; a full factorial design allows at most 7. With five or
-    more factors, a central composite design uses only a fraction of the corners, which is sufficient to estimate the
-    same terms (resolution V)."""
+    """The design. A Box–Behnken design requires 3 to 7 factors. With five or more factors, a central composite design
+    uses only a fraction of the corners, which is sufficient to estimate the same terms (resolution V)."""
 
     factors: Annotated[
         str | tuple[str, ...],
