@@ -198,7 +198,7 @@ def test_values_with_units_and_the_path_of_a_spec() -> None:
 def test_calibrate_checks_what_it_is_given() -> None:
     with pytest.raises(UsageError, match="workers: 0 must not be below 1"):
         stemcal.calibrate(REPLAY, workers=0)
-    with pytest.raises(UsageError, match="study: the type dict is wrong"):
+    with pytest.raises(UsageError, match="study: the type dict is not valid"):
         stemcal.calibrate({})  # type: ignore[arg-type]
 
 
