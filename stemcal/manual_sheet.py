@@ -44,7 +44,7 @@ from stemcal.stages.stage import stage_called, stages_of
 from stemcal.study.model import Study
 
 _SAME = 1e-9  # of a value: what writing and reading may change
-OLD = "sheets"
+OLD, INPUTS = "sheets", "inputs"
 
 
 def gone_on(study: Study, folder: StudyFolder, watch: Watch = ignore) -> Waiting | None:
@@ -103,6 +103,9 @@ def hand_out(study: Study, folder: StudyFolder, waiting: Waiting) -> tuple[Path,
         stamp = f"{datetime.now(UTC):%Y%m%dT%H%M%S%f}"
         sheet.replace(make_folder(folder.path / OLD) / f"{stamp}-{SHEET}")
     write_atomic(sheet, text)
+    solver = make_solver(study.by_hand)
+    for name, request in _named(study.by_hand, runs):
+        solver.write_inputs(folder.path / INPUTS, name, request)
     return sheet, len(runs)
 
 
@@ -123,6 +126,18 @@ def _known(study: Study, record: dict[str, Any]) -> dict[str, str | float]:
     if record["status"] != "ok":
         return said | {REMARK: f"{FAILED}: {record['message']}"}
     return {**said, first: record[FIRST], **details.get(RESPONSES, {})}
+
+
+def _named(study: Study, runs: Sequence[Request]) -> Iterator[tuple[str, Request]]:
+    """Yield the folder of each run's input files, called by its run, its condition and its replicate.
+
+    No name has a space: decks include files by their paths, and not all programs read a path with spaces.
+    """
+    several = len({run.condition for run in runs}) > 1
+    for run in runs:
+        at = f"-at-{run.condition:g}" if several else ""
+        replicate = f"-replicate-{run.replicate}" if study.replicates > 1 else ""
+        yield f"{run_name(run).replace(' ', '-')}{at}{replicate}", run
 
 
 # ---- entering

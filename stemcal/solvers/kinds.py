@@ -54,6 +54,7 @@ class Sheet(SolverKind):
     name, options = "sheet", SheetSolver
     answers = "asks_people"
     replicates = "seed"
+    rules = rules.OF_SHEET
 
     def make(self, study: Study) -> Solver:
         from stemcal.solvers.sheet import Sheet

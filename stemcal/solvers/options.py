@@ -368,6 +368,8 @@ class SheetSolver(SolverOptions):
     file: SpecFile | None = None
     """Sheet of existing or planned runs (CSV or xlsx) with columns for the run, the factors and the responses. The rows
     of a stage are the design of that stage; missing results are requested."""
+    templates: Annotated[tuple[SpecFile, ...], Field(max_length=MOST_FILES)] = ()
+    """Input files that are written for each run; `{{factor}}` is replaced by the value of the factor."""
     replicates: Annotated[Whole, Field(ge=1, le=100)] | None = None
     """Number of repeats of each run, in random order, for experiments and stochastic programs. Every interval
     includes the scatter of the repeats. Without this key, runs with equal levels are performed only once."""

@@ -121,6 +121,9 @@ class Solver:
         """Return the inputs of its known answers of a stage, as JSON values."""
         return []
 
+    def write_inputs(self, _place: Path, _name: str, _request: Request) -> None:
+        """Write the input files of a run by hand into a folder with this name."""
+
     def cost_estimate(self, _request: Request) -> float | None:
         """Return the approximate seconds of a run on one core; None if unknown."""
         return None

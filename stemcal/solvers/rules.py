@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 from stemcal.naming import CUTTING, FIRST, FORCE
-from stemcal.solvers.options import CommandSolver, DeckSolver, EmbeddedSolver
+from stemcal.solvers.options import CommandSolver, DeckSolver, EmbeddedSolver, SheetSolver
 from stemcal.study.model.measured_targets import named_modes
 from stemcal.study.rules import Draft
 from stemcal.study.types.named import CHANCE, placeholders, template_bytes
@@ -29,18 +29,18 @@ def _elements_fit_stem(draft: Draft, solver: EmbeddedSolver) -> Iterator[Finding
         yield Finding(("solver", "element_size"), message, "write d/16, or check the unit")
 
 
-def _texts(solver: CommandSolver) -> Iterator[tuple[NodePath, str, bytes | OSError]]:
+def _texts(solver: CommandSolver | SheetSolver) -> Iterator[tuple[NodePath, str, bytes | OSError]]:
     """Yield place, name and content of each template, or why it cannot be read; then of the command's arguments."""
     for index, path in enumerate(solver.templates):
         try:
             yield ("solver", "templates", index), path.name, template_bytes(path)
         except OSError as error:
             yield ("solver", "templates", index), path.name, error
-    for index, argument in enumerate(solver.command):
+    for index, argument in enumerate(solver.command if isinstance(solver, CommandSolver) else ()):
         yield ("solver", "command", index), "", argument.encode()
 
 
-def _placeholders_are_known(draft: Draft, solver: CommandSolver) -> Iterator[Finding]:
+def _placeholders_are_known(draft: Draft, solver: CommandSolver | SheetSolver) -> Iterator[Finding]:
     """Templates and arguments name factors of the study or the diameter, nothing else."""
     condition = draft.naming.condition
     known = (*draft.names, *([] if condition is None else [condition.name]), *CHANCE)
@@ -68,7 +68,7 @@ def _placeholders_are_used(draft: Draft, solver: CommandSolver) -> Iterator[Find
             yield Finding(("factors", index, "name"), message, "write the placeholder instead of the value")
 
 
-def _chance_is_said(draft: Draft, solver: CommandSolver) -> Iterator[Finding]:
+def _chance_is_said(draft: Draft, solver: CommandSolver | SheetSolver) -> Iterator[Finding]:
     """A program that takes a seed, or is asked several times over, is not called deterministic."""
     for node, _, content in () if solver.repeats else _texts(solver):
         found = [] if isinstance(content, OSError) else [name for _, name in placeholders(content)]
@@ -78,11 +78,12 @@ def _chance_is_said(draft: Draft, solver: CommandSolver) -> Iterator[Finding]:
                 yield Finding(node, message, "write `replicates: 1` under `solver`")
 
 
-def _run_files_differ(_draft: Draft, solver: CommandSolver) -> Iterator[Finding]:
+def _run_files_differ(_draft: Draft, solver: CommandSolver | SheetSolver) -> Iterator[Finding]:
     """The files of a run have different names, also where case does not count; what is read the program has written."""
-    seen, read = set(_RESERVED), {reader.file.lower() for reader in solver.result.values()}
+    readers = solver.result.values() if isinstance(solver, CommandSolver) else ()
+    seen, read = set(_RESERVED), {reader.file.lower() for reader in readers}
     for key in ("templates", "files"):
-        for index, path in enumerate(getattr(solver, key)):
+        for index, path in enumerate(getattr(solver, key, ())):
             if path.name.lower() in read:
                 message = f"{path.name} is also the result file; its copy would be read if the program wrote no result"
                 yield Finding(("solver", key, index), message, "remove this file, or rename the result file")
@@ -154,8 +155,6 @@ def _openradioss_hardens_isotropically(draft: Draft, solver: DeckSolver) -> Iter
 
 
 OF_EMBEDDED = (_elements_fit_stem,)
-OF_COMMAND = (
-    *(_placeholders_are_known, _chance_is_said, _run_files_differ),
-    *(_placeholders_are_used, _every_response_is_read),
-)
+OF_SHEET = (_placeholders_are_known, _chance_is_said, _run_files_differ)
+OF_COMMAND = (*OF_SHEET, _placeholders_are_used, _every_response_is_read)
 OF_DECK = (_command_names_deck, _keys_belong_to_the_program, _openradioss_hardens_isotropically)

@@ -201,3 +201,12 @@ def test_order_is_drawn_by_chance_where_there_is_chance(tmp_path: Path) -> None:
     assert by_chance == order("b", "replicates: 1") != sorted(by_chance, key=lambda run: int(run.split()[1]))
     assert order("d", "") == [f"rsm {number}" for number in range(1, 14)]  # one run in the middle
     assert sorted(by_chance, key=lambda run: int(run.split()[1])) == [f"rsm {number}" for number in range(1, 16)]
+
+
+def test_templates_are_filled_in_for_every_run(tmp_path: Path) -> None:
+    (tmp_path / "heap.in").write_text("friction {{sliding}} {{rolling}}\n", encoding="utf-8")
+    spec = spec_of(tmp_path, replicates="replicates: 1\n  templates: [heap.in]")
+    assert command("run", spec, "--out", tmp_path / "study").exit_code == 6
+    inputs = tmp_path / "study" / "inputs"
+    assert len(list(inputs.iterdir())) == 15
+    assert (inputs / "rsm-2" / "heap.in").read_text("utf-8") == "friction 0.2 0.2\n"

@@ -11,14 +11,16 @@ from pathlib import Path
 from typing import Any
 
 from stemcal.errors import UsageError, Waiting
-from stemcal.files.durable import read_plain
+from stemcal.files.durable import make_folder, read_plain
 from stemcal.solvers.options import SheetSolver
+from stemcal.solvers.program import Inputs
 from stemcal.solvers.protocol import Answer, Request, Solver
+from stemcal.solvers.replicates import seed_of, values_of
 from stemcal.solvers.sheet.reading import MAX_BYTES, Filled, filled, run_name
 from stemcal.solvers.sheet.rows import RowRefused, Unread, first_of, number_in, other_level, result_in
 from stemcal.study.model import Study
 
-SHEET_VERSION = 2
+SHEET_VERSION = 1
 
 
 @dataclass(frozen=True)
@@ -45,15 +47,16 @@ class Sheet(Solver):
     immediate, asks_people = True, True
 
     study: Study
+    inputs: Inputs
     rows: Mapping[str, Sequence[_KnownRow]] = field(default_factory=dict)
 
     @classmethod
     def of(cls, study: Study) -> Sheet:
-        """Read what the file holds now."""
+        """Read what templates and the file hold now."""
         options = study.solver
         assert isinstance(options, SheetSolver)
         rows = {} if options.file is None else _known_rows(study, options.file)
-        return cls(study, rows)
+        return cls(study, Inputs.of(options.templates, ()), rows)
 
     @property
     def options(self) -> SheetSolver:
@@ -68,6 +71,7 @@ class Sheet(Solver):
         return {
             "kind": "sheet",
             "version": SHEET_VERSION,
+            "inputs": self.inputs.identity(),
             **({"known": known.as_data()} if known is not None and known.answer is not None else {}),
             **row,
             "levels": dict(request.levels),
@@ -102,6 +106,14 @@ class Sheet(Solver):
     def _row(self, request: Request) -> _KnownRow | None:
         rows = self.rows.get(run_name(request), ())
         return next((row for row in rows if other_level(self.study, request, row.cells) is None), None)
+
+    def write_inputs(self, place: Path, name: str, request: Request) -> None:
+        """Put the files of a run into a folder of that name below `place`, templates filled."""
+        if not self.options.templates:
+            return
+        folder = make_folder(place) / name
+        folder.mkdir(parents=True, exist_ok=True)
+        self.inputs.write(folder, values_of(request, seed_of(request), self.study.naming))
 
 
 # ---- the file

@@ -44,7 +44,7 @@ def test_sections_have_places() -> None:
 def test_keys_are_found_by_path() -> None:
     responses = ("force", "travel", "work", "slope")
     assert keys_of(("targets", 3)) == ("test", "diameter", *responses, "sd", "n", "curves")
-    assert keys_of(("solver", "sheet"))[:3] == ("kind", "file", "replicates")
+    assert keys_of(("solver", "sheet"))[:3] == ("kind", "file", "templates")
     assert keys_of(("nowhere", "at", "all")) == ()
 
 
