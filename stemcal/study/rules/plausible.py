@@ -39,7 +39,7 @@ _THROUGH, _THROUGH_THIN, _THIN = 3, 4, 0.6
 # Elements of more than this share of a length do not resolve it.
 _RESOLVED = 0.6
 _MACHINE, _MOWER = 50.0, 1000.0  # mm/s: the fastest testing machine, the slowest mower
-FALL = "if the elements are shorter by a third, these values are up to 10 % smaller"
+FALL = "results decrease by up to 10 % if the element size is reduced by a third"
 
 
 def doubts(study: Study) -> list[Finding]:

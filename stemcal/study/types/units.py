@@ -65,6 +65,7 @@ _ALIASES = {
     "min-1": "1/min",
     "-": "1",
 }
+_QUANTITIES = {"rate": "strain rate", "decay": "friction decay", "dimensionless": "a dimensionless quantity"}
 _SIGNS = str.maketrans(
     {"²": "2", "³": "3", "¹": "1", "⁻": "-", "−": "-", "^": "", "µ": "u", "μ": "u", "°": "deg", " ": ""}
 )
@@ -85,7 +86,8 @@ def parse_unit(text: str, dimension: str | None = None) -> Unit:
     if unit is None:
         raise UnitError(f"unknown unit {_shown(text)}", _suggest(name, dimension))
     if dimension is not None and unit.dimension != dimension:
-        raise UnitError(f"{unit.name} is a unit of {unit.dimension}, not of {dimension}", _use(dimension))
+        given, wanted = (_QUANTITIES.get(one, one) for one in (unit.dimension, dimension))
+        raise UnitError(f"{unit.name} is a unit of {given}, not of {wanted}", _use(dimension))
     return unit
 
 
