@@ -310,11 +310,8 @@ def _surface_notes(
         yield Note("mostly_noise", "warning", text)
     for run in diagnostics:
         if run.cooks_distance is not None and run.cooks_distance > _INFLUENTIAL:
-            called = f"run {run.run} ({written.quantity(run.response, 'g')})"
-            text = (
-                f"One run strongly influences the response surface: {called}, with a Cook's distance of "
-                f"{run.cooks_distance:.2f}."
-            )
+            called = f"Run {run.run} ({written.quantity(run.response, 'g')})"
+            text = f"{called} strongly influences the response surface (Cook's distance {run.cooks_distance:.2f})."
             yield Note("influential_run", "caution", text)
 
 
