@@ -316,9 +316,11 @@ def _surface_notes(
 
 
 def _lack_of_fit_notes(split: LackOfFit) -> Iterator[Note]:
-    untested = "Lack of fit cannot be tested because"
     if split.pure_df == 0:
-        yield Note("nothing_repeated", "caution", f"{untested} no point has repeated runs with different responses.")
+        text = "Lack of fit cannot be tested because no point has repeated runs with different responses."
+        yield Note("nothing_repeated", "caution", text)
     elif split.df == 0:
-        text = f"{untested} the design has only as many distinct points as the response surface has terms."
+        text = (
+            "Lack of fit cannot be tested because the response surface has as many terms as there are distinct points."
+        )
         yield Note("no_point_to_spare", "caution", text)
