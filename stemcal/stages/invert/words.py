@@ -123,8 +123,8 @@ def _of_one(stage: InvertResult, names: Names) -> Iterator[Note]:
         yield Note("one_of_many", "caution", text)
     if not point.inside:
         text = (
-            f"The solution is outside the range of the design, at a coded radius of {point.coded_radius:.2f} (limit "
-            f"{stage.radius:.2f}), so the response surface is extrapolated."
+            "The solution is outside the range of the design, so the response surface is extrapolated (coded radius "
+            f"{point.coded_radius:.2f}, limit {stage.radius:.2f})."
         )
         yield Note("solution_outside", "warning", text)
 
