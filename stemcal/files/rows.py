@@ -164,14 +164,16 @@ class Table:
 
         >>> table = Table.of(["run", "error_percent"], [{"run": n, "error_percent": -n % 7} for n in range(9)])
         >>> short = table.shortened("`a.csv`", 4)
-        >>> [row[0] for row in short.rows], short.foot
-        ([0, 1, 2, 8], ('4 of 9 rows: the first 2 and the 2 with the largest errors. `a.csv` has all rows.',))
+        >>> [row[0] for row in short.rows]
+        [0, 1, 2, 8]
+        >>> short.foot
+        ('4 of 9 rows are shown: the first 2 and the 2 with the largest errors. `a.csv` contains all rows.',)
         """
         if len(self.rows) <= most:
             return self
         error = next((place for place, column in enumerate(self.columns) if column.key == "error_percent"), None)
         first = most if error is None else most // 2
-        kept, words = list(range(first)), f"{most} of {len(self.rows)} rows"
+        kept, words = list(range(first)), f"{most} of {len(self.rows)} rows are shown"
         if error is not None:
             rest = sorted(range(first, len(self.rows)), key=lambda i: -abs(self.rows[i][error] or 0.0))
             kept += sorted(rest[: most - first])

@@ -217,7 +217,7 @@ def run_in(
     try:
         if ended.timed_out:
             raise SimulationFailed(
-                "timeout", f"the program was terminated after {options.time_limit:g} s (solver.time_limit)"
+                "timeout", f"the program was terminated after {options.time_limit:g} s (`solver.time_limit`)"
             )
         answer = read(ended)
     except SimulationFailed as failure:

@@ -233,7 +233,9 @@ def _split(text: str, source: str) -> Lines:
         try:
             found.append([(reader.line_num, cells) for cells in islice(reader, MAX_ROWS + 1)])
         except csv.Error as error:
-            raise UsageError(f"{source}:{reader.line_num}: not a valid CSV line ({error}); correct the line") from None
+            raise UsageError(
+                f"{source}:{reader.line_num}: the line is not valid CSV ({error}); correct the line"
+            ) from None
     return max(found, key=lambda lines: 0 if (head := _head(lines)) is None else len(lines[head][1]))
 
 

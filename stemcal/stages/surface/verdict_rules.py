@@ -136,7 +136,7 @@ def few_runs(evidence: Evidence) -> Iterator[Note]:
     if surface is not None and _error_unknown(evidence.study, surface) and not any(failed_runs(evidence)):
         text = (
             f"The response surface has as many coefficients as runs ({len(surface.coefficients)}), so the error of the "
-            "surface cannot be estimated and the intervals are wide."
+            "surface cannot be estimated. The intervals are therefore wide."
         )
         yield Note("few_runs", "warning", text, advice.more_runs(surface))
 
@@ -211,8 +211,8 @@ def sign_against_expectation(evidence: Evidence) -> Iterator[Note]:
     )
     if against:
         names = series(against)
-        text = f"The sign of the effect of {names} is opposite to `expected_sign`."
-        remedy = Remedy(f"Check the units of {names}, the material law, and `expected_sign` in the spec.")
+        text = f"The sign of the effect of {names} is opposite to the expected sign in the spec."
+        remedy = Remedy(f"Check the units of {names}, the material law and the key `expected_sign` in the spec.")
         yield Note("sign_against_expectation", "warning", text, remedy)
 
 

@@ -301,7 +301,9 @@ class _Row:
             if key not in known:
                 remedy = did_you_mean(str(key), known)
                 if not self.with_units and naming.condition is None:
-                    remedy += f", or declare the condition with `conditions: [{{name: {str(key)[:60]}, unit: …}}]`"
+                    remedy = (
+                        f"{remedy}, or declare the condition with `conditions: [{{name: {str(key)[:60]}, unit: …}}]`"
+                    )
                 self._find((key,), f"unknown key {str(key)[:60]!r}", remedy, at_key=True)
 
     def _find(self, key: tuple[str, ...], message: str, remedy: str, at_key: bool = False) -> None:
