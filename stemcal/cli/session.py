@@ -12,7 +12,7 @@ import typer
 
 from stemcal.cli.console import await_, envelope, route_log, stderr, warn
 from stemcal.errors import UsageError, Waiting
-from stemcal.files.reading import read_plain
+from stemcal.files.durable import read_plain
 from stemcal.words import counted
 
 Spec = Annotated[
