@@ -27,7 +27,7 @@ def test_canonical_axes_of_the_published_surface(stages: dict[str, Any]) -> None
     assert [row[1] for row in table.cells] == ["3.981", "2.204", "−2.839"]
     squares = {row.term: row.value for row in surface.coefficients if row.term.endswith("^2")}
     assert sum(surface.canonical.eigenvalues) == pytest.approx(sum(squares.values()))
-    assert "saddle (154.4 N)" in table.foot[0] and "outside" in table.foot[0]
+    assert "a saddle" in table.foot[0] and "154.4 N" in table.foot[0] and "outside" in table.foot[0]
 
 
 def test_crowded_designs_bear_symbols(stages: dict[str, Any]) -> None:

@@ -220,7 +220,7 @@ def test_sentences_speak_of_no_stem(angle: Told, moist: Told) -> None:
     assert validation is not None and joint is not None
     difference = r"The largest difference between simulated and measured angle of repose is [\d.]+ %\."
     assert re.fullmatch(difference, outcome_of(validation)[0])
-    missed = r".* at the solution are [\d.]+ % \(angle of repose\) and [\d.]+ % \(bulk density\)\."
+    missed = r".* response surfaces are [\d.]+ % \(angle of repose\) and [\d.]+ % \(bulk density\)\."
     assert re.fullmatch(missed, outcome_of(joint)[1])
 
 

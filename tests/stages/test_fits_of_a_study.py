@@ -53,7 +53,7 @@ def test_replicates_become_pure_error(tmp_path: Path) -> None:
     assert pure["df"] == 27
     assert pure["sum_of_squares"] == pytest.approx(float(np.sum((points - points.mean(axis=0)) ** 2)))
     assert stage["lack_of_fit_testable"] and rows_of(stage)["Lack of fit"]["p"] is not None
-    assert stage["pure_error"]["kind"] == "scatter" and "(27 df)" in stage["pure_error"]["text"]
+    assert stage["pure_error"]["kind"] == "scatter" and "(27 degrees of freedom)" in stage["pure_error"]["text"]
     again = SurfaceResult.from_json(stage).fitted
     assert again.beta == pytest.approx([row["value"] for row in stage["coefficients"]])
 
