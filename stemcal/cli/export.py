@@ -149,14 +149,10 @@ def write_film(study: Study, records: Records, folder: StudyFolder, name: str) -
     from stemcal.report.figures.fracture import write_animation
     from stemcal.solvers.film import frames_of
 
-    if not study.naming.is_cutting:
-        raise UsageError(
-            f"the figure {name!r} is not available: frames are stored only for runs of the embedded solver"
-        )
     wanted = f"{name}-{short(study.targets.calibrate_at)}mm" if name == ANIMATION else name
     known = films(records)
     if wanted not in known:
-        remedy = "the frames are stored by the stages refine and validate; run `stemcal run SPEC` first"
+        remedy = "the stages refine and validate store frames of the embedded solver; run `stemcal run SPEC` first"
         raise UsageError(
             f"no figure is named {wanted!r}; the animations are {', '.join(known)}" if known else f"{wanted}: {remedy}"
         )

@@ -5,7 +5,7 @@ from dataclasses import replace
 from stemcal.files.rows import Column, Table
 from stemcal.files.typed import to_json
 from stemcal.naming import Names
-from stemcal.numbers import fixed, short, significant, tenths
+from stemcal.numbers import fixed, short, significant
 from stemcal.report.figures.plot import Plot
 from stemcal.report.showing import Setting, Showing
 from stemcal.report.tables.columns import (
@@ -35,7 +35,7 @@ class ValidateShowing(Showing[ValidateResult]):
         if len(result.rows) == 1:
             return [_single_outcome(result, names)]
         responses = "responses" if names.naming.others else names.response.long
-        worst, mean = tenths(result.worst_percent), tenths(result.mean_abs_error_percent)
+        worst, mean = fixed(result.worst_percent, 1), fixed(result.mean_abs_error_percent, 1)
         return [
             f"The largest difference between simulated and measured {responses} is {worst} % at {len(result.rows)} "
             f"values of the {names.condition.long} (mean difference {mean} %)."
@@ -95,5 +95,5 @@ def _single_outcome(stage: ValidateResult, names: Names) -> str:
     (row,) = stage.rows
     errors = {names.response.long: row.compared.error_percent}
     errors |= {names.naming.named(one.response).long: one.error_percent for one in row.further if one.judged}
-    each = [f"{tenths(None if error is None else abs(error))} % ({response})" for response, error in errors.items()]
+    each = [f"{fixed(None if error is None else abs(error), 1)} % ({response})" for response, error in errors.items()]
     return f"Simulated and measured values differ by {series(each)}."

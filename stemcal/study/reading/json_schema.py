@@ -7,6 +7,9 @@ from inspect import getsource
 from itertools import pairwise
 from typing import Any
 
+from pydantic.json_schema import GenerateJsonSchema
+from pydantic_core import core_schema
+
 from stemcal.registry import stages
 from stemcal.study.model import SOLVERS, StudyForm
 from stemcal.study.types.field_types import Frozen
@@ -29,9 +32,10 @@ def json_schema() -> dict[str, Any]:
 
 def _form() -> dict[str, Any]:
     """Return the schema of the parts inside the study, which allow only the names of the shear test."""
-    schema = StudyForm.model_json_schema()
+    schema = StudyForm.model_json_schema(schema_generator=_Described)
     rows = schema["$defs"].pop("Targets")
-    schema["properties"]["targets"] = {"type": "array", "items": rows["items"], "minItems": 1}
+    schema["properties"]["targets"] |= {"type": "array", "items": rows["items"], "minItems": 1}
+    del schema["properties"]["targets"]["$ref"]
     schema["$schema"] = "https://json-schema.org/draft/2020-12/schema"
     schema["title"] = "stemcal study"
     results = schema["$defs"]["CommandSolver"]["properties"]["result"]
@@ -41,41 +45,39 @@ def _form() -> dict[str, Any]:
     factor["required"] = ["name", "low", "high"]
     for stage in stages().external:
         if (further := stage.section()) is not None:
-            own = further.model_json_schema()
+            own = further.model_json_schema(schema_generator=_Described)
             schema["$defs"] = {**own.pop("$defs", {}), further.__name__: own, **schema["$defs"]}
             schema["properties"][stage.name] = {"$ref": f"{_DEFS}{further.__name__}"}
-    models: list[type[Frozen]] = [StudyForm, *_sections_of(Frozen)]
-    for model in models:
-        section = schema if model is StudyForm else schema["$defs"].get(model.__name__, {})
-        said = _said_by_fields(model) if section else {}
-        for name, field in vars(model)["__pydantic_fields__"].items():
-            key = field.validation_alias or name
-            if key in section.get("properties", {}):
-                node = section["properties"][key]
-                meaning = field.description or said.get(name) or node.get("description", "")
-                node["description"] = " ".join(meaning.split())
     for stage in stages().all:
         if stage.name in schema["properties"]:
             schema["properties"][stage.name]["description"] = " ".join((stage.purpose or stage.title).split())
     return schema
 
 
-def _sections_of(model: type[Frozen]) -> Iterator[type[Frozen]]:
-    for section in model.__subclasses__():
-        yield from (section, *_sections_of(section))
+class _Described(GenerateJsonSchema):
+    """Takes the meaning of a key from the text under its field, read where it is wanted.
+
+    `use_attribute_docstrings` of pydantic would read these texts in every command.
+    """
+
+    def model_schema(self, schema: core_schema.ModelSchema) -> dict[str, Any]:
+        """Return the schema of a class with the meanings of its keys."""
+        found, model = super().model_schema(schema), schema["cls"]
+        said = _said_by_fields(model)
+        for name, field in model.__pydantic_fields__.items():
+            if (node := found.get("properties", {}).get(field.validation_alias or name)) is not None:
+                meaning = field.description or said.get(name) or node.get("description", "")
+                node["description"] = " ".join(meaning.split())
+        return found
 
 
 def _said_by_fields(model: type) -> dict[str, str]:
-    """Return the text under each field of a class, or of those it is made from, by the field's name.
-
-    It is read where it is wanted: `use_attribute_docstrings` of pydantic would read it in every command.
-    """
+    """Return the text under each field of a class, or of those it is made from, by the field's name."""
     said = {}
-    own = [kind for kind in reversed(model.__mro__) if issubclass(kind, Frozen) and kind is not StudyForm]
-    for kind in own:
+    for kind in (kind for kind in reversed(model.__mro__) if issubclass(kind, Frozen)):
         try:
             section = ast.parse(getsource(kind)).body[0]
-        except (OSError, TypeError):  # a class of another package whose source is not at hand has no text
+        except (OSError, TypeError):  # a class that is made by a function, or whose source is not at hand
             continue
         assert isinstance(section, ast.ClassDef)
         for field, below in pairwise(section.body):

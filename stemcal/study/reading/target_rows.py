@@ -101,18 +101,9 @@ class Rows:
     def read(self, given: Any) -> None:
         """Read all rows."""
         example = _example(self.naming)
-        if not isinstance(given, list):
-            self._find(
-                ("targets",), "is not a list of measured means", f"write a row such as `- {{{example}}}` for each mean"
-            )
-            return
-        if not given or len(given) > _MOST_ROWS:
-            wrong = f"has too many rows ({len(given)})" if given else "is empty"
-            self._find(
-                ("targets",),
-                wrong,
-                f"keep at most {_MOST_ROWS} rows" if given else f"add a row such as `- {{{example}}}`",
-            )
+        if not isinstance(given, list) or not 0 < len(given) <= _MOST_ROWS:
+            remedy = f"write a row such as `- {{{example}}}` for each mean"
+            self._find(("targets",), f"is not a list of 1 to {_MOST_ROWS} rows", remedy)
             return
         for index, row in enumerate(given):
             if isinstance(row, dict):
@@ -292,6 +283,7 @@ class _Row:
                 remedy = did_you_mean(str(key), known)
                 if not self.with_units and naming.condition is None:
                     remedy += f", or declare the condition with `conditions: [{{name: {str(key)[:60]}, unit: …}}]`"
+                    self.condition = None  # unknown, so that no rule compares the rows
                 self._find((key,), f"unknown key {str(key)[:60]!r}", remedy, at_key=True)
 
     def _find(self, key: tuple[str, ...], message: str, remedy: str, at_key: bool = False) -> None:

@@ -179,19 +179,11 @@ def _readable(text: str) -> str:
     return text
 
 
-def _seen(text: str) -> str:
-    """Refuse a text that shows nothing, as one of spaces that do not break or have no width."""
-    if not any(letter.isprintable() and not letter.isspace() for letter in text):
-        raise complain("is blank", "write a word, or omit the key")
-    return text
-
-
 Readable = AfterValidator(_readable)
-Seen = AfterValidator(_seen)
 Title = Annotated[
     str, StringConstraints(strict=True, max_length=300), AfterValidator(lambda text: _readable(" ".join(text.split())))
 ]
-Label = Annotated[str, StringConstraints(strict=True, min_length=1, max_length=80), Readable, Seen]
+Label = Annotated[str, StringConstraints(strict=True, strip_whitespace=True, min_length=1, max_length=80), Readable]
 
 _RESERVED_COLUMNS = {"run", "row", "response", "condition", "force", "diameter", "status", "key", "reason"}
 

@@ -66,10 +66,10 @@ def test_any_text_is_a_quantity_or_a_unit_error(text: str) -> None:
     ("text", "dimension", "message", "remedy"),
     [
         ("8", "length", "8 has no unit", 'write "8 mm"'),
-        ("8 N", "length", "N is a unit of force, not of length", "use mm, um, cm, m, in"),
+        ("8 N", "length", "N is a unit of force, not of length", "use mm, um, cm, m or in"),
         ("8 Mpa", "stress", "unknown unit 'Mpa'", "did you mean MPa?"),
         ("8 mmm", "length", "unknown unit 'mmm'", "did you mean mm?"),
-        ("8 furlong", "length", "unknown unit 'furlong'", "use mm, um, cm, m, in"),
+        ("8 furlong", "length", "unknown unit 'furlong'", "use mm, um, cm, m or in"),
         ("37,5 deg", "angle", "'37,5 deg' has a decimal comma", "use a point, as in 37.5"),
         ("eight mm", "length", "'eight mm' is not a number with a unit", 'such as "1 mm"'),
         ("9**9**9 mm", "length", "unknown unit '**9**9 mm'", "use mm"),
