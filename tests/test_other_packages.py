@@ -88,7 +88,7 @@ def test_the_example_of_a_design_is_a_choice_where_it_is_installed(
 ) -> None:
     """Doehlert's shell of k(k + 1) points, all at a distance of 1 from the centre and at least 1 from each other."""
     extra = "rsm: {design: doehlert, factors: [density, yield_stress, failure_strain], centre_points: 1}\n"
-    with pytest.raises(SpecError, match="'doehlert' is not one of the choices"):
+    with pytest.raises(SpecError, match="'doehlert' is not an allowed value"):
         make_study(tmp_path, extra)
     monkeypatch.syspath_prepend(ROOT / "examples" / "plugins" / "doehlert")
     entry = EntryPoint("doehlert", "stemcal_doehlert:Doehlert", "stemcal.designs")

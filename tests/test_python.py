@@ -176,7 +176,7 @@ def test_one_simulation() -> None:
         ({"diameter": float("nan")}, "diameter: nan is outside the computable range"),
         ({"diameter": True}, "diameter: is not a number with a unit"),
         ({"yield_stress": float("nan")}, "yield_stress: "),
-        ({"yield_stress": -5}, "yield_stress = -5 MPa must be above 0 MPa"),
+        ({"yield_stress": -5}, "yield_stress (-5 MPa) must be above 0 MPa"),
         ({"yield_stress": "18 mm"}, "yield_stress: mm is a unit of length, not of stress"),
         ({"yield_stress": True}, "yield_stress: true is not a number"),
     ],

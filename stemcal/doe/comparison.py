@@ -162,7 +162,10 @@ def _error_slope(rows: Sequence[ValidationRow]) -> float | None:
 
 def _trend(slope: float) -> Note:
     size = minus(f"{slope:+.1f}")
-    text = f"The error changes by {size} % per mm of diameter, so a constant scale factor would not remove this trend."
+    text = (
+        f"The relative error changes by {size} percentage points per mm of diameter. A constant scale factor for the "
+        "force would not remove this trend."
+    )
     return Note("error_trend", "warning", text)
 
 

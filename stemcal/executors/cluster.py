@@ -168,7 +168,8 @@ def _version() -> str:
 
 
 def _mismatch(worker: str, version: str, wanted: str) -> str:
-    return f"{worker} uses stemcal {version}, but the study uses {wanted}; install the same version and code on both"
+    advice = "install the same version and code on both machines"
+    return f"{worker} uses stemcal {version}, but the study uses {wanted}; {advice}"
 
 
 def _at_most(seconds: float, farewell: Callable[[], object]) -> None:
@@ -196,7 +197,9 @@ def _connected(address: str) -> Any:
     try:
         from distributed import Client
     except ImportError:
-        raise UsageError('--executor dask:// needs Dask; run `pip install ".[dask]"` in the clone') from None
+        raise UsageError(
+            '--executor dask:// requires Dask; run `pip install ".[dask]"` in the folder of the repository'
+        ) from None
     for name in [*_LOUD, *logging.root.manager.loggerDict]:  # stemcal reports its own errors
         if name.partition(".")[0] in _LOUD:
             logging.getLogger(name).setLevel(logging.CRITICAL + 1)

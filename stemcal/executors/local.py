@@ -94,10 +94,10 @@ class LocalExecutor(RunExecutor):
             self._children.discard(self._own.child)
             self._own.child = None
             if self._stopping.is_set():
-                raise WorkerDied("the run was stopped before its end") from None
+                raise WorkerDied("the run was stopped before it finished") from None
             if isinstance(problem, ChildLate):
                 raise RunTimedOut(limit or 0.0) from None
-            raise WorkerDied(f"the worker process ended: {problem}") from None
+            raise WorkerDied(f"the worker process terminated unexpectedly: {problem}") from None
         if error is not None:
             raise error
         return result

@@ -70,10 +70,12 @@ def refuse_link(path: Path) -> None:
 
 
 _REMEDIES = {
-    errno.ENOSPC: "free some space; the same command then resumes with the finished runs",
-    getattr(errno, "EDQUOT", errno.ENOSPC): "free some space; the same command then resumes with the finished runs",
-    errno.EROFS: "make the folder writable or choose another folder with --out",
-    errno.EACCES: "make the folder writable or choose another folder with --out",
+    errno.ENOSPC: "free some disk space; the same command then resumes with the finished runs",
+    getattr(
+        errno, "EDQUOT", errno.ENOSPC
+    ): "free some disk space; the same command then resumes with the finished runs",
+    errno.EROFS: "make the folder writable or choose another folder with `--out`",
+    errno.EACCES: "make the folder writable or choose another folder with `--out`",
     errno.ENOENT: "the folder was deleted or moved; repeat the command to create the folder again",
 }
 
@@ -82,7 +84,7 @@ def what_happened(error: OSError) -> str:
     """Return what the system reports, and what to do.
 
     >>> what_happened(OSError(errno.EROFS, "Read-only file system"))
-    'Read-only file system; make the folder writable or choose another folder with --out'
+    'Read-only file system; make the folder writable or choose another folder with `--out`'
     """
     remedy = _REMEDIES.get(error.errno or 0, "correct the cause; the same command then resumes with the finished runs")
     return f"{error.strerror or error}; {remedy}"
@@ -202,7 +204,7 @@ def opened(path: Path) -> dict[str, Any]:
         raise Broken(why if why.startswith("is ") else f"cannot be read: {why}") from None
     content = _parsed(blob)
     if SEAL not in content:
-        raise Broken("has no SHA-256")
+        raise Broken("has no SHA-256 checksum")
     if not _agrees(blob, content, content.pop(SEAL)):
         raise Broken("does not match its SHA-256 checksum")
     return content

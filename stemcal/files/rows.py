@@ -178,7 +178,7 @@ class Table:
             kept += sorted(rest[: most - first])
             words += f": the first {first} and the {most - first} with the largest errors"
         rows, strong = tuple(self.rows[i] for i in kept), frozenset(kept.index(i) for i in self.strong if i in kept)
-        return replace(self, rows=rows, strong=strong, foot=(*self.foot, f"{words}. {whole} has all rows."))
+        return replace(self, rows=rows, strong=strong, foot=(*self.foot, f"{words}. {whole} contains all rows."))
 
     def headed(self, headings: Mapping[str, str | None]) -> Table:
         """Return it with other keys of columns; those of None are left out.

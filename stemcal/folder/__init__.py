@@ -99,12 +99,12 @@ class StudyFolder(StageFiles):
         except Timeout:
             raise FolderLocked(
                 f"{self.path}: {self._signature()}; wait until this process has finished, or choose another folder "
-                "with --out"
+                "with `--out`"
             ) from None
         except (OSError, NotImplementedError) as error:  # such as a network disk without a lock service
             place, why = getattr(error, "filename", None) or self.path, getattr(error, "strerror", None) or error
             raise StemcalError(
-                f"{place}: {why}; choose another folder with --out, on a disk that supports file locks"
+                f"{place}: {why}; use `--out` to choose a folder on a disk that supports file locks"
             ) from None
         if self._lock.lock_counter == 1:
             with suppress(OSError, StemcalError):
@@ -237,7 +237,7 @@ def _problem_of(record: Mapping[str, Any], key: str) -> str:
     if (version := record.get("record_version")) != RECORD_VERSION:
         return f"has record version {version!r:.20}; this version of stemcal requires {RECORD_VERSION}"
     if missing := [name for name in _RECORDED if name not in record]:
-        return f"is not the record of a run: it lacks {', '.join(missing)}"
+        return f"is not the record of a run: {', '.join(missing)} missing"
     status, response = record["status"], record["response"]
     if status not in ("ok", "failed") or (status == "ok") != (response is not None):
         return f"is not the record of a run: status {status!r:.20} contradicts response {response!r:.20}"

@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 
 
 class RadialSection(PieceSection):
-    """Compression across the stem between two plates. `element_size` is the width of the elements at the plates; they
-    are four times as wide elsewhere.
+    """Compression across the stem between two plates. `element_size` is the width of the elements at the plates; the
+    elements elsewhere are four times as wide.
     """
 
     kind: Literal["radial-compression"] = "radial-compression"

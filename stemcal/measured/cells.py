@@ -59,11 +59,12 @@ def decoded(content: bytes, encoding: str | None, path: Path) -> tuple[str, str]
         found = reading.decoded(content, [encoding] if encoding else _guesses(content))
     except (LookupError, ValueError):
         raise UsageError(
-            f"--encoding {shown(encoding or '')[1:-1]}: unknown; use utf-8, utf-16, gbk or another encoding of Python"
+            f"--encoding {shown(encoding or '')[1:-1]}: unknown encoding; use utf-8, utf-16, gbk or another "
+            "encoding of Python"
         ) from None
     if found is None:
         named = encoding or next(_guesses(content))
-        raise UsageError(f"{path} is not encoded in {named}; omit --encoding or choose another")
+        raise UsageError(f"{path} is not encoded in {named}; omit `--encoding` or choose another encoding")
     return found
 
 
@@ -85,7 +86,7 @@ def is_workbook(content: bytes, source: object) -> bool:
         If it is a table that spreadsheet programs open and this module does not read.
     """
     if content[:100].removeprefix(b"\xef\xbb\xbf").lstrip().lower().startswith(_OTHERS):
-        raise UsageError(f"{source} is a spreadsheet format that stemcal cannot read; save the file as .xlsx or CSV")
+        raise UsageError(f"{source} has a spreadsheet format that stemcal cannot read; save the file as .xlsx or CSV")
     return content.startswith(_MODERN)
 
 

@@ -102,7 +102,7 @@ def _check_grades(grades: Sequence[float], step: float) -> None:
     for low, high in pairwise(sorted(grades)):
         if high - low < step * (1.0 - 1e-9):
             raise UsageError(
-                f"--grades: the grades of {low:g} and {high:g} mm overlap (width {step:g} mm); reduce --step"
+                f"--grades: the grades of {low:g} and {high:g} mm overlap (width {step:g} mm); reduce `--step`"
             )
 
 
@@ -161,7 +161,8 @@ def _reading_columns(table: TextTable, label: int | None) -> list[int]:
     if len(numeric) == 1 and not table.headed:
         return numeric
     raise UsageError(
-        f"{table.source}: no diameter column found among {columns_of(table)}; name the column with --diameter-column"
+        f"{table.source}: no diameter column found among {columns_of(table)}; specify the column with "
+        "`--diameter-column`"
     )
 
 

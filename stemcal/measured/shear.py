@@ -17,7 +17,7 @@ from stemcal.measured.statistics import Grubbs, Summary, grubbs, summarise
 from stemcal.measured.tables import columns_of, matching, read_table, scale_of
 from stemcal.note import Note, Remedy
 from stemcal.power_law import PowerLaw, fit_power_law
-from stemcal.words import did_you_mean, series
+from stemcal.words import did_you_mean, listed, series
 
 _SUFFIXES = (".csv", ".txt", ".dat", ".tsv", ".asc", ".tra", ".xlsx", ".xlsm", ".xls")
 _MOST = 10  # names in a note
@@ -89,7 +89,7 @@ class ShearTests:
         """Return the notes on grades, specimens, files and the campaign."""
         found = [_outlier(g.diameter, g.suspect, g.grubbs) for g in self.grades if g.grubbs and g.suspect]
         found += [
-            Note("excluded", "info", f"The specimen {s.name} is excluded by --exclude.")
+            Note("excluded", "info", f"The specimen {s.name} is excluded by `--exclude`.")
             for s in self.specimens
             if s.excluded
         ]
@@ -119,7 +119,7 @@ def _outlier(grade: float, specimen: str, test: Grubbs) -> Note:
         "outlier",
         "caution",
         text,
-        Remedy("Exclude the specimen with --exclude if the laboratory records justify the exclusion."),
+        Remedy("Exclude the specimen with `--exclude` if the laboratory records justify the exclusion."),
     )
 
 
@@ -175,8 +175,8 @@ def _equal_curves(specimens: Sequence[TestedSpecimen]) -> Iterator[Note]:
         alike.setdefault(specimen.curve.force.tobytes(), []).append(specimen.name)
     for names in alike.values():
         if len(names) > 1:
-            text = f"{series(names[:_MOST])} have the same curve and may be the same specimen."
-            yield Note("equal_curves", "warning", text, Remedy("Exclude one of the specimens with --exclude."))
+            text = f"The specimens {series(names[:_MOST])} have identical curves and may be duplicates."
+            yield Note("equal_curves", "warning", text, Remedy("Exclude the duplicates with `--exclude`."))
 
 
 def find_files(folder: Path) -> list[Path]:
@@ -187,7 +187,7 @@ def find_files(folder: Path) -> list[Path]:
         raise UsageError(f"{folder} does not exist; pass a folder of force–travel files or a single file")
     files = sorted(filter(_is_specimens, folder.rglob("*")), key=_by_number)
     if not files:
-        raise UsageError(f"{folder}: no files end in {series(_SUFFIXES)}; add files from the testing machine")
+        raise UsageError(f"{folder}: no file ends in {listed(_SUFFIXES)}; add files from the testing machine")
     return files
 
 
@@ -209,7 +209,7 @@ def read_index(path: Path) -> dict[str, tuple[float, float | None]]:
     names, diameters, grade = matching(table, FILE), matching(table, DIAMETER, MILLIMETRES), matching(table, GRADE)
     if not names or not diameters:
         raise UsageError(
-            f"{path}: the index has no columns `file` and `diameter` (it has {columns_of(table)}); rename the columns"
+            f"{path}: the index must have columns `file` and `diameter` (found {columns_of(table)}); rename the columns"
         )
     name, diameter = names[0], diameters[0]
     scale = scale_of(table, diameter, MILLIMETRES, "mm")
@@ -252,8 +252,8 @@ def _specimen(
     diameter = next((value for value in (listed, curve.diameter, curve.over, named) if value is not None), None)
     if diameter is None:
         raise UsageError(
-            f"{path}: the diameter is unknown; write the diameter in the file name (7mm-1.csv), above its columns (7.1 "
-            "mm), in a line above the data (Diameter: 7.02 mm) or, for measure shear, in an index file (--index)"
+            f"{path}: the diameter is unknown; write the diameter in the file name (7mm-1.csv), above the columns "
+            "(7.1 mm), above the data (Diameter: 7.02 mm) or in an index file (`--index` of `measure shear`)"
         )
     checked_diameter(diameter, f"{path}: specimen {shown(name)}")
     nominal = next((value for value in (grade, named) if value is not None), float(round(diameter)))
@@ -291,7 +291,7 @@ def _preload(grades: Sequence[_GradeForces], preload: float) -> Iterator[Note]:
             f"{weakest.diameter:g} mm ({force:.3g} N). Travel and work start at the preload; the maximum force is "
             "unaffected."
         )
-        remedy = Remedy(f"Use --preload {0.01 * force:.1g}, which is 1 % of the maximum force.")
+        remedy = Remedy(f"Use `--preload {0.01 * force:.1g}`, which is 1 % of the maximum force.")
         yield Note("preload_of_weak_stems", "caution", text, remedy)
 
 

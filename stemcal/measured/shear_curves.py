@@ -23,7 +23,7 @@ from stemcal.words import counted
 Array = NDArray[np.float64]
 PRELOAD = 5.0  # N
 RISE = 0.2  # share of the maximum that settling never reaches
-_NAME_THEM = "give both columns by name or number with --force-column and --displacement-column"
+_NAME_THEM = "specify both columns by name or number with `--force-column` and `--displacement-column`"
 
 
 @dataclass(frozen=True)
@@ -136,7 +136,7 @@ def _pairs(table: TextTable, how: CurveOptions) -> tuple[list[tuple[int, int]], 
         travels = _first(table, "displacement", travels, notes)
     if len(travels) == 1 < len(forces):
         text = f"{len(forces)} specimens share the displacement column {shown(table.columns[travels[0]])}."
-        remedy = Remedy("If the columns are channels of one specimen, select one channel with --force-column.")
+        remedy = Remedy("If the force columns are channels of one specimen, select one channel with `--force-column`.")
         if how.force_column is None:
             notes.append(Note("shared_displacement", "caution", text, remedy))
         travels = travels * len(forces)
@@ -144,8 +144,8 @@ def _pairs(table: TextTable, how: CurveOptions) -> tuple[list[tuple[int, int]], 
         raise UsageError(
             f"{table.source}: {counted(len(forces), 'force column')} and "
             f"{counted(len(travels), 'displacement column')} found among "
-            f"{columns_of(table)}; {_NAME_THEM}, the same number of each, as in --force-column 2,4 "
-            "--displacement-column 1,3"
+            f"{columns_of(table)}; specify an equal number of each, as in `--force-column 2,4 "
+            "--displacement-column 1,3`"
         )
     pairs = list(zip(travels, forces, strict=True))
     if any(travel == force for travel, force in pairs):
@@ -160,8 +160,8 @@ def _columns(
     found = matching(table, words, units) if given is None else given_columns(table, given, what)
     if not found:
         raise UsageError(
-            f"{table.source}: no {what} column found among {columns_of(table)}; name the column with --{what}-column, "
-            "or the encoding of the file with --encoding"
+            f"{table.source}: no {what} column found among {columns_of(table)}; specify the column with "
+            f"`--{what}-column`, or the encoding of the file with `--encoding`"
         )
     return found
 
@@ -170,7 +170,7 @@ def _first(table: TextTable, what: str, columns: Sequence[int], notes: list[Note
     """Return the first of several columns, and note the choice."""
     others = ", ".join(shown(table.columns[column]) for column in columns[1:4])
     text = f"The {what} is read from {shown(table.columns[columns[0]])}, not from {others}."
-    notes.append(Note("column_chosen", "caution", text, Remedy(f"Use --{what}-column to read another column.")))
+    notes.append(Note("column_chosen", "caution", text, Remedy(f"Use `--{what}-column` to read another column.")))
     return [columns[0]]
 
 
@@ -227,7 +227,7 @@ def _curve(table: TextTable, across: int, up: int, how: CurveOptions, notes: lis
         if all(table.number(row, column) is None for row in range(len(table.rows))):
             held = next((cells[column] for cells in table.rows if not is_missing(cells[column])), "empty cells")
             raise UsageError(
-                f"{table.source}: {shown(table.columns[column])} contains {shown(held)} instead of numbers"
+                f"{table.source}: the column {shown(table.columns[column])} contains {shown(held)} instead of numbers"
             )
     rows, omitted = _usable(table, across, up)
     if len(rows.rows) < 5:

@@ -98,7 +98,7 @@ def read_table(path: Path, form: Form = Form()) -> TextTable:
     if len(tables) > 1:
         titles = ", ".join(shown(table.sheet) for table in tables)
         raise UsageError(
-            f"{path}: several sheets of the workbook contain tables ({titles}); choose a sheet with --sheet"
+            f"{path}: several sheets of the workbook contain tables ({titles}); choose a sheet with `--sheet`"
         )
     return tables[0]
 
@@ -112,7 +112,7 @@ def read_tables(path: Path, form: Form = Form()) -> list[TextTable]:
     if is_workbook(content, path):
         return _of_workbook(content, path, form)
     if form.sheet is not None:
-        raise UsageError(f"--sheet {shown(form.sheet)}: {path} is not a workbook; remove --sheet")
+        raise UsageError(f"--sheet {shown(form.sheet)}: {path} is not a workbook; remove `--sheet`")
     return [_of_text(content, path, form)]
 
 
@@ -145,7 +145,7 @@ def _of_text(content: bytes, path: Path, form: Form) -> TextTable:
     table = _table(split(texts, separator), Form(encoding, separator, decimal), str(path), ragged=separator != " ")
     if not table.rows:
         raise UsageError(
-            f"{path}: no rows of numbers found; describe the format with --separator, --decimal and --encoding"
+            f"{path}: no rows of numbers found; describe the format with `--separator`, `--decimal` and `--encoding`"
         )
     return table
 
@@ -167,7 +167,7 @@ def _candidates(form: Form, texts: Sequence[str]) -> list[tuple[str, str]]:
 def _named(given: str, known: dict[str, str], option: str) -> str:
     if given in known or given in known.values():
         return known.get(given, given)
-    raise UsageError(f"{option} {shown(given)[1:-1]}: unknown; use one of {', '.join(known)}")
+    raise UsageError(f"{option} {shown(given)[1:-1]}: unknown value; use one of {', '.join(known)}")
 
 
 # ---- where the numbers are among the lines, and what is above them

@@ -103,8 +103,8 @@ def lower_bound_notes(answers: Sequence[Answer]) -> list[Note]:
 def _lower_bound(rows: Sequence[int], ended: str) -> Note:
     one = len(rows) == 1
     runs, bound = ("run", "its maximum is a lower bound") if one else ("runs", "their maxima are lower bounds")
-    remedy = Remedy("Lengthen the stroke (loading.stroke or loading.duration).")
-    text = f"In {runs} {series(rows)} {ended} when the stroke ended: {bound}."
+    remedy = Remedy("Increase the stroke (`loading.stroke` or `loading.duration`).")
+    text = f"In {runs} {series(rows)}, {ended} when the stroke ended, so {bound}."
     return Note("lower_bound", "warning", text, remedy)
 
 

@@ -64,7 +64,7 @@ def validated(answer: Answer, naming: Naming = CUTTING) -> Answer:
         if value is None or not math.isfinite(value):
             return Answer("failed", None, "nan", given, rest)
         if abs(value) > MOST:
-            message = f"{given}, which exceeds the limit of the statistics ({MOST:g})"
+            message = f"{given}, which exceeds the largest allowed value ({MOST:g})"
             return Answer("failed", None, "bad_result", message, rest)
     return answer
 
@@ -96,7 +96,7 @@ class Batch:
             key = self._pending.pop(future)
             computed = outcome(future)
             if computed.answer.reason in ACCIDENTS and self._begun[key] < self.tries:
-                logger.info("%s run %d is started again", self.requests[key].stage, self.requests[key].row + 1)
+                logger.info("%s run %d is restarted", self.requests[key].stage, self.requests[key].row + 1)
                 self._submit(key)
             else:
                 yield key, self._counted(key, computed)

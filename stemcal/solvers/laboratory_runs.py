@@ -97,7 +97,7 @@ def perform(test: AnyTest, inspect: Inspect | None = None) -> LaboratoryResult:
 def distrusted(result: CuttingResult) -> SimulationFailed | None:
     """Return why a run is no answer: energy that its numbers have lost or created."""
     if result.energy_drift_percent > _WORST_DRIFT:
-        message = f"the energy balance drifts by {result.energy_drift_percent:.1f} %"
+        message = f"the error of the energy balance is {result.energy_drift_percent:.1f} %"
         return SimulationFailed("energy_drift", message)
     if result.contact_energy_percent < _LEAST_CONTACT:
         message = f"the contact created energy equal to {-result.contact_energy_percent:.1f} % of the work of the tool"
@@ -122,7 +122,7 @@ def perform_all(tests: Sequence[tuple[LaboratorySection, AnyTest]]) -> tuple[dic
             raise SimulationFailed(failure.reason, f"{section.name}: {failure}") from failure
         for name in section.measured:
             if name not in result.responses:
-                message = f"{section.name}: the curve has no {name}; lengthen the stroke"
+                message = f"{section.name}: the {name} cannot be determined from the curve; increase the stroke"
                 raise SimulationFailed("no_response", message)
             responses[section.called(name)] = result.responses[name]
         warnings += doubts(result, section.measured)

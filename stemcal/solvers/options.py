@@ -41,11 +41,12 @@ def _pattern(given: object, info: ValidationInfo) -> object:
     try:
         groups = re.compile(given).groups
     except (re.error, OverflowError, RecursionError) as error:
-        raise complain(f"is not a valid regular expression: {error}", "correct the expression") from None
+        raise complain(f"the pattern is not a valid regular expression: {error}", "correct the expression") from None
     if groups == 0:
         naming: Naming = (info.context or {}).get("naming", CUTTING)
         raise complain(
-            "has no capture group around the number", f"write a pattern such as '{naming.response.name} = (\\S+)'"
+            "the pattern has no capture group around the number",
+            f"write a pattern such as '{naming.response.name} = (\\S+)'",
         )
     return given
 
@@ -54,7 +55,7 @@ RunFile = Annotated[
     str,
     StringConstraints(strict=True),
     BeforeValidator(_inside_run_folder),
-    Field(description="File in the run folder that the program writes."),
+    Field(description="Name of a file that the program writes to the run folder."),
 ]
 Text = Annotated[str, StringConstraints(strict=True, min_length=1, max_length=500)]
 Pattern = Annotated[Text, BeforeValidator(_pattern), WithJsonSchema({"type": "string", "format": "regex"})]
@@ -63,19 +64,18 @@ Pattern = Annotated[Text, BeforeValidator(_pattern), WithJsonSchema({"type": "st
 class ResultReader(Frozen):
     """A file in the run folder, and how a series of numbers in it is reduced to one number.
 
-    One of `column` (of a CSV file with a header), `path` (in a JSON file) and `pattern` (in a text file) names the
-    numbers.
+    The numbers are selected by one of `column` (CSV file with a header), `path` (JSON file) and `pattern` (text file).
     """
 
     file: RunFile
     column: Text | None = None
     """Column with the numbers in a CSV file with a header."""
     path: Text | None = None
-    """Path to the numbers in a JSON file, such as `history.force` or `rows.0.force`: keys and indices
-    that are separated by dots."""
+    """Path to the numbers in a JSON file: keys and indices separated by dots, such as `history.force` or
+    `rows.0.force`."""
     pattern: Pattern | None = None
-    """Regular expression that is searched for in each line. The group `y` contains the number; without this group, the
-    first group contains the number. A group `x` contains the travel of a curve."""
+    """Regular expression that is searched for in each line. The group `y` or, without `y`, the first group contains the
+    number. A group `x` contains the travel of a curve."""
     along: Text | None = None
     """Column or path of the blade travel, for `curves` under `targets`."""
     reduction: Literal["max", "min", "first", "last"] = "last"
@@ -87,11 +87,15 @@ class ResultReader(Frozen):
     def _names_numbers_once(self) -> Self:
         given = [name for name in ("column", "path", "pattern") if getattr(self, name) is not None]
         if len(given) != 1:
-            found = f"has {' and '.join(given)}" if given else "specifies no numbers to read"
+            found = (
+                f"the reader has {' and '.join(given)}"
+                if given
+                else "the reader does not specify which numbers to read"
+            )
             raise complain(found, "use exactly one of `column: …` (CSV), `path: …` (JSON) and `pattern: …` (text)")
         if self.pattern is not None and self.along is not None:
             raise complain(
-                "has both along and pattern",
+                "the reader has both `along` and `pattern`",
                 "remove `along`, and use a group named x for the travel in the pattern: `(?P<x>…)`",
             )
         return self
@@ -128,22 +132,22 @@ class EmbeddedSolver(SolverOptions):
     """The explicit finite element solver that comes with stemcal."""
 
     kind: Literal["embedded"] = "embedded"
-    """The solver that comes with stemcal."""
+    """The built-in solver of stemcal."""
     rate_law: Literal["paper", "cowper_symonds", "none"] = "paper"
     """Rate law of the yield stress: `paper` is 1 + (rate/C)^P as printed in the wild chrysanthemum study,
     `cowper_symonds` is 1 + (rate/C)^(1/P), and `none` omits the rate effect."""
     element_size: StemLength = Length(divisor=16.0)
-    """Length of the elements under the edge: a length, or a fraction of the diameter such as d/16. Use at most 0.6
-    times `edge_spread` and `internal_length`."""
+    """Length of the elements under the blade edge: a length, or a fraction of the diameter such as d/16. Use at most
+    0.6 times the smaller of `edge_spread` and `internal_length`."""
     elements_through_wall: ThroughWall = None
     edge_over: Literal["elements", "nodes"] = "nodes"
     """Position of the blade edge: above a row of nodes, or above the middle of a row of elements."""
     hourglass: Annotated[Number, Field(ge=0, le=1)] = 0.01
-    """Hourglass coefficient, defined as QH of type 4 in LS-DYNA. A small coefficient permits zero-energy modes; a large
-    coefficient makes the stem too stiff."""
+    """Hourglass coefficient, defined as `QH` of hourglass type 4 in LS-DYNA. A small coefficient permits
+    zero-energy modes; a large coefficient makes the stem too stiff."""
     mass_scaling: MassScaling = 1e4
     time_step: Time | None = 4e-5
-    """Mass is added to elements with a smaller stable time step. Without this key, no mass is added."""
+    """Minimum time step: mass is added to elements with a smaller stable time step. With `null`, no mass is added."""
     time_step_safety: Annotated[Number, Field(ge=0.001, le=1)] = 0.9
     """Fraction of the stable time step that the solver uses."""
     outputs: Annotated[Whole, Field(ge=10, le=100_000)] = 500
@@ -155,7 +159,7 @@ class EmbeddedSolver(SolverOptions):
     """Ratio of the element width at the bottom of the section to the element width under the edge."""
     replicates: Annotated[Whole, Field(ge=2, le=100)] | None = None
     """Number of simulations of each point, each with another position of the mesh along the stem. Every interval
-    includes the scatter of the responses. Without this key, the mesh has one position."""
+    includes the scatter of the responses. Without this key, each point is simulated once."""
     time_limit: Time | None = None
     """Time limit of one run, counted from the start of the run; unlimited by default."""
     threads: Annotated[Whole, Field(ge=1, le=256)] = 1
@@ -215,7 +219,7 @@ Environment = Annotated[dict[Variable, Annotated[str, StringConstraints(strict=T
 TimeLimit = Annotated[
     float,
     Quantity("time", above=0),
-    Field(description="Time limit of one run, after which all processes of the run are terminated."),
+    Field(description="Time limit of one run. If a run exceeds the limit, all its processes are terminated."),
 ]
 
 
@@ -223,7 +227,7 @@ class ProgramOptions(SolverOptions):
     """Keys of every program that replaces the embedded solver."""
 
     environment: Environment = {}
-    """Additional environment variables by name. After a change of a variable all runs are computed again."""
+    """Additional environment variables by name. If a variable changes, all runs are repeated."""
     time_limit: TimeLimit = 3600.0
     files: Annotated[tuple[SpecFile, ...], Field(max_length=MOST_FILES)] = ()
     """Files copied into the folder of each run."""
@@ -243,42 +247,43 @@ class CommandSolver(ProgramOptions):
     """Any program that reads text files and writes its result to a file.
 
     In `templates` and arguments of `command`, ``{{factor}}`` is replaced by the value of the factor in the unit of the
-    spec, ``{{diameter}}`` by the outer diameter in mm. A condition that the spec declares is replaced by its name, and
-    for a stochastic program ``{{seed}}`` and ``{{replicate}}``. Each run has a separate folder with templates and
-    `files`. The number that `result` reads is the response: the peak force in N, or one declared under ``responses``.
+    spec, and ``{{diameter}}`` by the outer diameter in mm. The name of a declared condition is also a placeholder; for
+    a stochastic program, so are ``{{seed}}`` and ``{{replicate}}``. Each run has a separate folder with the templates
+    and `files`. The number that `result` reads is the response: the peak force in N, or a response declared under
+    `responses`.
     """
 
     kind: Literal["command"] = "command"
-    """Any program that reads text files and writes a number."""
+    """Any program that reads text files and writes its result to a file."""
     command: Command
     """The program and its arguments, as a list. The command is not run in a shell."""
     templates: Annotated[tuple[SpecFile, ...], Field(max_length=MOST_FILES)] = ()
     """Text files in which `{{factor}}` is replaced by the value of the factor and `{{diameter}}` by the diameter in mm.
-    For a stochastic program `{{seed}}` is an integer that differs between runs, and `{{replicate}}` is the number of
+    For a stochastic program, `{{seed}}` is an integer that differs between runs, and `{{replicate}}` is the number of
     the replicate."""
     result: Annotated[dict[str, ResultReader], Field(max_length=20), BeforeValidator(_by_response)] = {}
     """File and number that contain the response. For several responses, write one reader under each name."""
     replicates: Annotated[Whole, Field(ge=1, le=100)] | None = None
-    """Number of simulations of each point with different `{{seed}}`, for a stochastic program. With `1` each run of the
-    design is simulated once, including repeated centre points. Without this key, the program must be deterministic: the
-    first run is repeated as a check."""
+    """Number of simulations of each point with different `{{seed}}`, for a stochastic program. With `1`, each run of
+    the design is simulated once, including repeated centre points. Without this key, the program must be deterministic:
+    the first run is repeated as a check."""
 
     def without_curve(self) -> tuple[str, str] | None:
         reader = self.result.get(FIRST)
         has_travel = reader is not None and (reader.along is not None or "(?P<x>" in (reader.pattern or ""))
         if reader is not None and reader.reduction == "max" and has_travel:
             return None
-        message = "requires a result that is the peak of the force–travel curve, with the travel in mm"
-        return message, "add `along: TRAVEL` and `reduction: max` to `result`, or specify only the force"
+        message = "curves can be fitted only if `result` reads a peak force and the travel in mm"
+        return message, "add `along: TRAVEL` and `reduction: max` to `result`, or fit only the force"
 
 
 class DeckSolver(ProgramOptions):
     """LS-DYNA or OpenRadioss, run on a keyword deck of the shear test that stemcal writes.
 
-    The response is the peak of the filtered force of the blade's contact.
+    The response is the peak of the filtered contact force on the blade.
 
-    LS-DYNA is started by `command`, in whose arguments ``{{deck}}`` is replaced by the file name of the deck.
-    OpenRadioss is the installation in the folder `home`, or in that of the environment variable ``OPENRADIOSS_PATH``.
+    LS-DYNA is started with `command`; in its arguments, ``{{deck}}`` is replaced by the file name of the deck.
+    OpenRadioss is started from the folder `home` or from the folder in the environment variable ``OPENRADIOSS_PATH``.
     """
 
     kind: Literal["deck"] = "deck"
@@ -292,11 +297,11 @@ class DeckSolver(ProgramOptions):
     `cowper_symonds` is 1 + (rate/C)^(1/P), and `none` omits the rate effect. The default is `cowper_symonds` for
     LS-DYNA and `paper` for OpenRadioss."""
     nonlocal_failure: Flag = False
-    """Whether the deck represents the lengths of the study: `material.internal_length` by nonlocal failure, and
-    `blade.edge_spread` by a rounded edge. With `false` failure is local and the edge is sharp, so calibrated values are
-    valid only for this mesh."""
+    """Whether the deck represents the characteristic lengths of the study: `material.internal_length` by nonlocal
+    failure, and `blade.edge_spread` by a rounded edge. With `false`, failure is local and the edge is sharp, so
+    calibrated values are valid only for this mesh."""
     element_size: StemLength = Length(1.0)
-    """Length of the elements under the edge: a length, or a fraction of the diameter."""
+    """Length of the elements under the blade edge: a length, or a fraction of the diameter."""
     elements_through_wall: ThroughWall = None
     mass_scaling: MassScaling = 1e4
     command: Annotated[tuple[Argument, ...], Field(max_length=200)] = ()
@@ -345,42 +350,43 @@ class DeckSolver(ProgramOptions):
 
     def chance_remedy(self) -> Remedy:
         if self.program == "lsdyna":
-            how = "a negative number of processors (ncpu=-4) in its command"
+            how = "use a negative number of processors (ncpu=-4) in the command"
         else:
-            how = "/PARITH/ON in the starter deck"
+            how = "use /PARITH/ON in the starter deck"
         return Remedy(f"Fix the order of summation: {how}")
 
 
 class SheetSolver(SolverOptions):
-    """A sheet of runs: a CSV file with one row per run. A stage that needs results adds rows to it and waits.
+    """A sheet of runs: a CSV file with one row per run. A stage that needs results adds rows to the sheet and waits.
 
-    The sheet is `sheet.csv` in the study folder. `stemcal run` takes the results from it, `stemcal enter` from a copy.
+    The sheet is `sheet.csv` in the study folder. `stemcal run` reads the results from this
+    sheet, and `stemcal enter` reads them from a copy.
     """
 
     kind: Literal["sheet"] = "sheet"
     """Results are entered into a sheet."""
     file: SpecFile | None = None
-    """Sheet of existing or planned runs (CSV or xlsx) with the columns run, factors and responses. The rows of a stage
-    are the design of that stage; missing results are requested."""
+    """Sheet of existing or planned runs (CSV or xlsx) with columns for the run, the factors and the responses. The rows
+    of a stage are the design of that stage; missing results are requested."""
     templates: Annotated[tuple[SpecFile, ...], Field(max_length=MOST_FILES)] = ()
     """Input files that are written for each run; `{{factor}}` is replaced by the value of the factor."""
     replicates: Annotated[Whole, Field(ge=1, le=100)] | None = None
     """Number of repeats of each run, in random order, for experiments and stochastic programs. Every interval
-    includes the scatter of the repeats. Without this key, equal levels are run once."""
+    includes the scatter of the repeats. Without this key, runs with equal levels are performed only once."""
 
 
 class PythonSolver(SolverOptions):
-    """Your class in a Python file next to the spec, with a method `solve(levels, condition)`.
+    """A class in a Python file next to the spec, with a method `solve(levels, condition)`.
 
-    `levels` are the values of the factors in the units of the spec, by name, `condition` is the stem's diameter in mm,
-    or what the spec declares in its place. It returns the responses by name, `{"force": 12.5}`; an exception is a
-    failed run with its text. The object is made without arguments, once in each process.
+    `levels` contains the values of the factors by name, in the units of the spec. `condition` is the diameter of the
+    stem in mm, or the value of the declared condition. `solve` returns the responses by name, such as
+    `{"force": 12.5}`; an exception is recorded as a failed run. Each process creates one object, without arguments.
     """
 
     kind: Literal["python"] = "python"
     """A class in a Python file."""
     file: SpecFile
-    """The Python file. After a change all runs are computed again."""
+    """Path of the Python file. If the file changes, all runs are repeated."""
     class_: Annotated[str, StringConstraints(strict=True, pattern=r"^[A-Za-z_][A-Za-z0-9_]*$", max_length=100)] = Field(
         validation_alias="class", serialization_alias="class"
     )

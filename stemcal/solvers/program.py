@@ -56,7 +56,7 @@ class Inputs:
         """
         for path, sha256 in {**self.templates, **self.files}.items():
             if not path.is_file() or file_hash(path) != sha256:
-                raise SimulationFailed("input_changed", f"{path.name} has changed since the study began")
+                raise SimulationFailed("input_changed", f"{path.name} has changed since the study was started")
         for path in self.templates:
             (folder / path.name).write_bytes(fill(template_bytes(path), values))
         for path in self.files:

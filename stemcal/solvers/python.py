@@ -56,7 +56,9 @@ class PythonClass(Solver):
         """Call `solve` of the class; what it raises is why the run failed."""
         try:
             if file_hash(self.options.file) != self.code:
-                raise SimulationFailed("input_changed", f"{self.options.file.name} has changed since the study began")
+                raise SimulationFailed(
+                    "input_changed", f"{self.options.file.name} has changed since the study was started"
+                )
             found = self._made().solve(dict(request.levels), request.condition)
             responses = (self.naming.response, *self.naming.others)
             values = {named.name: _number(found, named.name) for named in responses}
@@ -73,9 +75,11 @@ class PythonClass(Solver):
 
 def _number(found: object, name: str) -> float:
     if not isinstance(found, Mapping) or name not in found:
-        raise SimulationFailed("no_result", f"solve returned no {name}; return a mapping such as {{{name!r}: 12.5}}")
+        raise SimulationFailed("no_result", f"`solve` returned no {name}; return a mapping such as {{{name!r}: 12.5}}")
     if not isinstance(found[name], Real):
-        raise SimulationFailed("bad_result", f"{name} is {type(found[name]).__name__}, not a number")
+        raise SimulationFailed(
+            "bad_result", f"the returned {name} has the type {type(found[name]).__name__}, which is not a number"
+        )
     return float(found[name])
 
 
@@ -92,8 +96,8 @@ def _object(file: Path, name: str, code: str) -> Any:
         made = getattr(module, name)()
     except Exception as error:  # of the user's code
         raise UsageError(
-            f"solver.file {file.name}: {name} cannot be created: {type(error).__name__}: {error}"
+            f"solver.file {file.name}: the class {name} cannot be instantiated: {type(error).__name__}: {error}"
         ) from None
     if not callable(getattr(made, "solve", None)):
-        raise UsageError(f"solver.file {file.name}: {name} has no method solve(levels, condition)")
+        raise UsageError(f"solver.file {file.name}: the class {name} has no method `solve(levels, condition)`")
     return made

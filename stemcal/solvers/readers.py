@@ -59,7 +59,7 @@ def read_curve(result: ResultReader, folder: Path) -> tuple[Array, Array]:
     if x.size != y.size:
         raise SimulationFailed("bad_result", f"the curve has {y.size} response values but {x.size} travel values")
     if not (np.isfinite(x).all() and (np.diff(x) >= 0).all()):
-        raise SimulationFailed("bad_result", "the travel of the curve does not increase")
+        raise SimulationFailed("bad_result", "the travel values of the curve are not in increasing order")
     return x, result.scale * y
 
 
@@ -83,7 +83,7 @@ def read_text(folder: Path, name: str, most: int = 200 * MIB) -> str:
     if not content.strip():
         raise SimulationFailed("no_result", f"{name} is empty")
     if b"\0" in content:
-        raise SimulationFailed("bad_result", f"{name} is not text")
+        raise SimulationFailed("bad_result", f"{name} is not a text file")
     return lenient(content)
 
 
@@ -91,7 +91,7 @@ def _json(text: str, result: ResultReader) -> _Series:
     try:
         data = json.loads(text, parse_int=float)  # a whole number of a thousand digits is infinite
     except (ValueError, RecursionError) as error:
-        raise SimulationFailed("bad_result", f"{result.file} is not JSON: {str(error)[:200]}") from None
+        raise SimulationFailed("bad_result", f"{result.file} is not valid JSON: {str(error)[:200]}") from None
     path = result.path or ""
     y = _numbers(_found(data, path, result.file), path)
     x = None if result.along is None else _numbers(_found(data, result.along, result.file), result.along)
@@ -103,7 +103,7 @@ def _found(data: Any, path: str, file: str) -> Any:
         try:
             data = data[int(step)] if isinstance(data, list) else data[step]
         except (KeyError, IndexError, ValueError, TypeError):
-            raise SimulationFailed("no_result", f"{file} has no {path} (looked for {step!r})") from None
+            raise SimulationFailed("no_result", f"{file} has no entry {path!r} ({step!r} was not found)") from None
     return data
 
 
@@ -132,7 +132,7 @@ def _csv(text: str, result: ResultReader) -> _Series:
         reader.fieldnames = [name.strip() for name in reader.fieldnames or ()]
         rows = list(reader)
     except (csv.Error, ValueError) as error:
-        raise SimulationFailed("bad_result", f"{result.file} is not a CSV table: {error}") from None
+        raise SimulationFailed("bad_result", f"{result.file} is not a valid CSV table: {error}") from None
     for name in (result.column, result.along):
         if name is not None and name not in reader.fieldnames:
             there = ", ".join(reader.fieldnames)[:200]
@@ -151,7 +151,7 @@ def _regex(text: str, file: str, pattern: str) -> _Series:
     along, number = "x" in search.groupindex, "y" if "y" in search.groupindex else 1
     found = [match for line in text.splitlines() for match in search.finditer(line[:LONGEST_LINE])]
     if not found:
-        raise SimulationFailed("no_result", f"{file} has no match for the pattern")
+        raise SimulationFailed("no_result", f"{file} contains no match for the pattern")
     numbers = [_number(match[number], file) for match in found]
     return _Series(numbers, [_number(match["x"], file) for match in found] if along else None)
 
@@ -162,7 +162,7 @@ def _finite(series: _Series) -> Array:
         raise SimulationFailed("no_result", "the result contains no numbers")
     if not np.isfinite(y).all():
         raise SimulationFailed(
-            "nan", f"value {int(np.argmin(np.isfinite(y))) + 1} of {y.size} is {y[~np.isfinite(y)][0]:g}"
+            "nan", f"value {int(np.argmin(np.isfinite(y))) + 1} of {y.size} is not finite ({y[~np.isfinite(y)][0]:g})"
         )
     return y
 

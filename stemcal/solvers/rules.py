@@ -22,10 +22,10 @@ def _elements_fit_stem(draft: Draft, solver: EmbeddedSolver) -> Iterator[Finding
         return
     thinnest, thickest = min(draft.diameters.values()), max(draft.diameters.values())
     if solver.element_size.at(thinnest) > thinnest / 2:
-        message = f"elements of {solver.element_size} are too large for a {thinnest:g} mm stem"
+        message = f"elements of {solver.element_size} are too large for a stem diameter of {thinnest:g} mm"
         yield Finding(("solver", "element_size"), message, f"use about {thinnest / 8:.2g} mm")
     if (across := thickest / solver.element_size.at(thickest)) > _MOST_ACROSS:
-        message = f"elements of {solver.element_size} are too small: {across:.3g} across a {thickest:g} mm stem"
+        message = f"elements of {solver.element_size} are too small ({across:.3g} elements across {thickest:g} mm)"
         yield Finding(("solver", "element_size"), message, "write d/16, or check the unit")
 
 
@@ -46,9 +46,9 @@ def _placeholders_are_known(draft: Draft, solver: CommandSolver | SheetSolver) -
     known = (*draft.names, *([] if condition is None else [condition.name]), *CHANCE)
     for node, file, content in _texts(solver):
         if isinstance(content, OSError):
-            yield Finding(node, f"cannot be read: {content.strerror}", "check the file")
+            yield Finding(node, f"the template cannot be read: {content.strerror}", "check the file")
         elif node == ("solver", "command", 0) and any(placeholders(content)):
-            yield Finding(node, "the program itself cannot be a placeholder", "write the name of the program")
+            yield Finding(node, "the name of the program cannot be a placeholder", "write the name of the program")
         else:
             unknown = [(line, name) for line, name in placeholders(content) if name not in known]
             for line, name in unknown[:_MOST_UNKNOWN]:
@@ -85,12 +85,10 @@ def _run_files_differ(_draft: Draft, solver: CommandSolver | SheetSolver) -> Ite
     for key in ("templates", "files"):
         for index, path in enumerate(getattr(solver, key, ())):
             if path.name.lower() in read:
-                message = f"{path.name} is also a result file: this copy would be read if the program wrote no result"
-                yield Finding(
-                    ("solver", key, index), message, "remove this file, or change the file that the program writes"
-                )
+                message = f"{path.name} is also the result file; its copy would be read if the program wrote no result"
+                yield Finding(("solver", key, index), message, "remove this file, or rename the result file")
             if path.name.lower() in seen:
-                message = f"{path.name} is the name of another file in the run folder"
+                message = f"another file in the run folder has the name {path.name}"
                 yield Finding(("solver", key, index), message, "rename one of the files")
             seen.add(path.name.lower())
 
@@ -105,7 +103,9 @@ def _every_response_is_read(draft: Draft, solver: CommandSolver) -> Iterator[Fin
         yield Finding(("solver",), "'result' is missing", "add a line `result: …`")
     elif FIRST in readers:
         if len(names) > 1:
-            remedy = f"write a reader under each name, such as `{names[0]}: {{file: …}}` and `{names[1]}: {{file: …}}`"
+            remedy = (
+                f"write one reader for each response, such as `{names[0]}: {{file: …}}` and `{names[1]}: {{file: …}}`"
+            )
             yield Finding(path, f"one reader cannot return {len(names)} responses", remedy)
         return
     for name in readers:
@@ -141,15 +141,17 @@ def _keys_belong_to_the_program(_draft: Draft, solver: DeckSolver) -> Iterator[F
     """A deck's solver has no keys of the other program."""
     key, other = ("home", "openradioss") if solver.program == "lsdyna" else ("command", "lsdyna")
     if key in solver.model_fields_set:
-        yield Finding(("solver", key), f"applies only to `program: {other}`", "remove this key")
+        yield Finding(("solver", key), f"the key applies only to `program: {other}`", "remove this key")
 
 
 def _openradioss_hardens_isotropically(draft: Draft, solver: DeckSolver) -> Iterator[Finding]:
     """The card that OpenRadioss deletes elements by has no hardening parameter."""
     for index, factor in draft.factors.items():
         if factor.name == "hardening_parameter" and solver.program == "openradioss":
-            message = "has no effect, because the OpenRadioss deck has isotropic hardening"
-            yield Finding(("factors", index, "name"), message, "write a fixed value of this parameter under `material`")
+            message = "the parameter has no effect, because the OpenRadioss deck has isotropic hardening"
+            yield Finding(
+                ("factors", index, "name"), message, "set a fixed value of the parameter in the `material` section"
+            )
 
 
 OF_EMBEDDED = (_elements_fit_stem,)

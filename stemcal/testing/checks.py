@@ -78,7 +78,7 @@ class _AtWork:
     def study(self) -> Study:
         """The study."""
         if self._study is None:
-            raise UsageError(f"{type(self.thing).__name__}: pass a study that uses this object")
+            raise UsageError(f"{type(self.thing).__name__}: no study was passed; pass a study that uses this object")
         return self._study if isinstance(self._study, Study) else load_study(self._study)
 
 
@@ -111,8 +111,11 @@ def _points_are_finite_for_each_number_of_factors(at: DesignAtWork) -> None:
     for k in range(1, _MOST + 1):
         with suppress(*([] if k in at.each else [UsageError])):
             found = at.each[k] if k in at.each else at.points(k)
-            _require(found.ndim == 2 and found.shape[1] == k, f"points of {k} factors have the shape {found.shape}")
-            _require(bool(np.isfinite(found).all()), f"points of {k} factors are not finite")
+            _require(
+                found.ndim == 2 and found.shape[1] == k,
+                f"the design points for {k} factors have the shape {found.shape}",
+            )
+            _require(bool(np.isfinite(found).all()), f"the design points for {k} factors are not finite")
 
 
 def _same_points_again(at: DesignAtWork) -> None:
@@ -120,7 +123,7 @@ def _same_points_again(at: DesignAtWork) -> None:
     for k, points in at.few.items():
         _require(
             np.array_equal(points, at.points(k)),
-            f"the points of {k} factors differ when they are computed a second time",
+            f"the design points for {k} factors differ when they are computed a second time",
         )
 
 
@@ -128,14 +131,17 @@ def _every_term_can_be_estimated(at: DesignAtWork) -> None:
     """The runs determine the (k + 1)(k + 2)/2 terms of a quadratic."""
     for k, points in at.each.items():
         terms, rank = (k + 1) * (k + 2) // 2, int(np.linalg.matrix_rank(term_columns(points)))
-        _require(rank == terms, f"{len(points)} runs of {k} factors determine {rank} of {terms} terms")
+        _require(rank == terms, f"only {rank} of {terms} terms can be estimated from {len(points)} runs of {k} factors")
 
 
 def _levels_are_balanced(at: DesignAtWork) -> None:
     """The mean level of each factor is 0, unless the design declares otherwise."""
     for k, points in at.each.items() if at.thing.balanced else ():
         off = float(np.abs(points.mean(axis=0)).max())
-        _require(off < _ROUNDING, f"the mean level of a factor is {off:.3g} with {k} factors")
+        _require(
+            off < _ROUNDING,
+            f"in the design for {k} factors, the mean coded level of a factor is {off:.3g} instead of 0",
+        )
 
 
 def _centre_points_are_added(at: DesignAtWork) -> None:
@@ -144,7 +150,10 @@ def _centre_points_are_added(at: DesignAtWork) -> None:
         more = at.points(k, 5)
         centre = [int((~rows.any(axis=1)).sum()) for rows in (points, more)]
         added = (len(more) - len(points), centre[1] - centre[0])
-        _require(added in ((0, 0), (2, 2)), f"2 more centre points add {added[0]} runs, {added[1]} at the centre")
+        _require(
+            added in ((0, 0), (2, 2)),
+            f"adding 2 centre points adds {added[0]} runs, of which {added[1]} are at the centre",
+        )
 
 
 def _points_are_within_reach(at: DesignAtWork) -> None:
@@ -152,9 +161,15 @@ def _points_are_within_reach(at: DesignAtWork) -> None:
     for k, points in at.each.items():
         options = SurfaceOptions(at.thing.name, 3)
         reach, radius = at.thing.reach(k, options), max(at.thing.radius(k, options), k**0.5)
-        _require(np.abs(points).max() <= reach + _ROUNDING, f"{k} factors: a level is outside `reach` ({reach:g})")
+        _require(
+            np.abs(points).max() <= reach + _ROUNDING,
+            f"in the design for {k} factors, a coded level exceeds `reach` ({reach:g})",
+        )
         far = np.linalg.norm(points, axis=1).max()
-        _require(far <= radius + _ROUNDING, f"{k} factors: a point is outside `radius` ({radius:g})")
+        _require(
+            far <= radius + _ROUNDING,
+            f"in the design for {k} factors, the coded radius of a point exceeds `radius` ({radius:g})",
+        )
 
 
 OF_DESIGNS: tuple[Callable[[DesignAtWork], None], ...] = (
@@ -199,14 +214,16 @@ class SolverAtWork(_AtWork):
 def _kind_is_declared(at: _AtWork) -> None:
     """The key `kind` of the options has the name of the kind as its default, and specs can name it."""
     default = at.thing.options.model_fields["kind"].default
-    _require(default == at.thing.name, f"the name is {at.thing.name!r}, the default of the key kind is {default!r}")
+    _require(
+        default == at.thing.name, f"the name is {at.thing.name!r}, but the default of the key `kind` is {default!r}"
+    )
 
 
 def _solver_is_picklable(at: SolverAtWork) -> None:
     """A pickled solver has the same identity, made of JSON values."""
     solvers = (at.solver, pickle.loads(pickle.dumps(at.solver)))
     here, there = (json.dumps(one.identity(at.requests[0]), sort_keys=True, allow_nan=False) for one in solvers)
-    _require(here == there, "a pickled solver has a different identity")
+    _require(here == there, "the identity of the solver changes when the solver is pickled")
 
 
 def _identity_changes_with_each_factor(at: SolverAtWork) -> None:
@@ -214,20 +231,28 @@ def _identity_changes_with_each_factor(at: SolverAtWork) -> None:
     middle = at.requests[0]
     for factor in at.study.factors:
         other = replace(middle, levels={**middle.levels, factor.name: factor.low})
-        _require(record_key(at.solver, middle) != record_key(at.solver, other), f"{factor.name} is not in the identity")
+        _require(
+            record_key(at.solver, middle) != record_key(at.solver, other),
+            f"the identity does not include {factor.name}",
+        )
     if at.study.naming.condition is None:
         return
     other = replace(middle, condition=1.25 * middle.condition)
-    _require(record_key(at.solver, middle) != record_key(at.solver, other), "the condition is not in the identity")
+    _require(
+        record_key(at.solver, middle) != record_key(at.solver, other), "the identity does not include the condition"
+    )
 
 
 def _every_response_is_answered(at: SolverAtWork) -> None:
     """An answer has a finite number for each response of the study."""
     for answer in () if at.solver.asks_people else at.answered:
-        _require(answer.ok, f"the run at midlevels failed: {answer.reason}: {answer.message}")
+        _require(answer.ok, f"the run at the mid-levels failed: {answer.reason}: {answer.message}")
         further = answer.details.get(RESPONSES, {})
         found = [answer.response, *(further.get(named.name) for named in at.solver.naming.others)]
-        _require(all(one is not None and math.isfinite(one) for one in found), f"responses are not numbers: {found}")
+        _require(
+            all(one is not None and math.isfinite(one) for one in found),
+            f"some responses are not finite numbers: {found}",
+        )
 
 
 def _interrupted_runs_equal_uninterrupted_ones(at: SolverAtWork) -> None:
@@ -237,7 +262,7 @@ def _interrupted_runs_equal_uninterrupted_ones(at: SolverAtWork) -> None:
             at.answers(place, at.requests[:1])
             second = at.answers(place, at.requests)
         both = [[(one.response, one.details.get(RESPONSES)) for one in some] for some in (at.answered, second)]
-        _require(both[0] == both[1], f"the answers differ: {both[0]} and {both[1]}")
+        _require(both[0] == both[1], f"the responses differ after an interruption: {both[0]} and {both[1]}")
 
 
 def _nan_is_a_failed_run(at: SolverAtWork) -> None:
@@ -247,7 +272,10 @@ def _nan_is_a_failed_run(at: SolverAtWork) -> None:
         with _apart(at.study) as place:
             wrong = replace(middle, levels=dict.fromkeys(middle.levels, math.nan))
             (answer,) = at.answers(place, [wrong])
-        _require(not answer.ok and bool(answer.reason), f"levels of NaN return {answer.status!r}, {answer.response}")
+        _require(
+            not answer.ok and bool(answer.reason),
+            f"levels of NaN return the status {answer.status!r} and the response {answer.response}",
+        )
 
 
 OF_SOLVERS: tuple[Callable[[SolverAtWork], None], ...] = (
@@ -290,18 +318,22 @@ class StageAtWork(_AtWork):
 
 def _stage_is_declared(at: StageAtWork) -> None:
     """A stage has a name, equal to that of its result, a title and a help text."""
-    _require(bool(at.thing.name and at.thing.title and at.thing.help), "name, title or help is missing")
+    _require(
+        bool(at.thing.name and at.thing.title and at.thing.help), "the name, title or help of the stage is missing"
+    )
     name = at.thing.result().name
-    _require(name == at.thing.name, f"the name is {at.thing.name!r}, that of the result {name!r}")
-    _require(isinstance(at.thing.showing(), Showing), "showing does not return a Showing")
+    _require(
+        name == at.thing.name, f"the name of the stage is {at.thing.name!r}, but the name of its result is {name!r}"
+    )
+    _require(isinstance(at.thing.showing(), Showing), "`showing` does not return an instance of `Showing`")
 
 
 def _result_is_its_file(at: StageAtWork) -> None:
     """Result → file → result → file gives the same bytes, and a result is picklable."""
     _, folder, result = at.made
     file = json.dumps(folder.read_stage(at.thing.name))
-    _require(json.dumps(result.to_json()) == file, "a result changes when it is read and written again")
-    _require(pickle.loads(pickle.dumps(result)) == result, "a pickled result differs")
+    _require(json.dumps(result.to_json()) == file, "the result changes when it is read and written again")
+    _require(pickle.loads(pickle.dumps(result)) == result, "the result changes when it is pickled")
 
 
 def _interrupted_stage_equals_uninterrupted_one(at: StageAtWork) -> None:
@@ -317,7 +349,7 @@ def _interrupted_stage_equals_uninterrupted_one(at: StageAtWork) -> None:
         at.make(place)
         found, known = at.files(place), at.files(at.made[1].path)
         differing = [name for name in known if known[name] != found[name]]
-    _require(not differing, f"{', '.join(differing)} differs after an interruption")
+    _require(not differing, f"these files differ after an interruption: {', '.join(differing)}")
 
 
 def _stage_is_stale_when_an_input_changes(at: StageAtWork) -> None:
@@ -331,8 +363,8 @@ def _stage_is_stale_when_an_input_changes(at: StageAtWork) -> None:
             changed = own.model_copy(update={name: value + 1})
             studies.append(at.study.model_copy(update={"further": {**at.study.further, at.thing.name: changed}}))
     now = [changes_since(study, None, at.made[1], at.thing.name) for study in (at.study, *studies)]
-    _require(now[0] == [], f"out of date immediately: {', '.join(now[0])} changed")
-    _require(all(now[1:]), "still up to date although an input has changed")
+    _require(now[0] == [], f"a new result is already out of date: {', '.join(now[0])} changed")
+    _require(all(now[1:]), "the result remains up to date although an input has changed")
 
 
 def _tables_have_titles_and_units(at: StageAtWork) -> None:
@@ -345,9 +377,11 @@ def _tables_have_titles_and_units(at: StageAtWork) -> None:
             values = [row[place] for row in table.rows]
             counts = all(isinstance(value, int | str | None) for value in values)
             named = column.unit or column.name in {*at.study.names, *_STATISTICS} or column.words
-            _require(bool(counts or has_units or named), f"{table.title}: {column.name} has no unit")
+            _require(bool(counts or has_units or named), f"{table.title}: the column {column.name} has no unit")
     for name, table in result.tables().items():
-        _require(all(len(row) == len(table.columns) for row in table.rows), f"{name}.csv has rows of different lengths")
+        _require(
+            all(len(row) == len(table.columns) for row in table.rows), f"the rows of {name}.csv have different lengths"
+        )
 
 
 def _sentences_and_figures_are_whole(at: StageAtWork) -> None:
@@ -359,7 +393,7 @@ def _sentences_and_figures_are_whole(at: StageAtWork) -> None:
     results = fresh_results(at.study, folder)
     for plot in showing.figures(result, Setting(at.study, results)):
         _require(bool(plot.name and plot.caption), f"a figure has no name or caption: {plot.name!r}")
-        _require("<svg" in plot.document, f"{plot.name} cannot be drawn")
+        _require("<svg" in plot.document, f"the figure {plot.name} cannot be drawn")
 
 
 OF_STAGES: tuple[Callable[[StageAtWork], None], ...] = (
@@ -381,7 +415,7 @@ class LaboratoryAtWork(_AtWork):
         """The section of the first test of the kind."""
         section = next((one for one in self.study.tests if one.kind == self.thing.name), None)
         if section is None:
-            raise UsageError(f"{self.study.name}: there is no test of kind {self.thing.name}")
+            raise UsageError(f"{self.study.name}: the study has no test of kind {self.thing.name}")
         if not isinstance(section, PieceSection) or section.element_size is not None:
             return section
         coarse = Length(divisor=(section.usual_size.divisor or _COARSE) / _COARSE)
@@ -396,10 +430,10 @@ def _identity_of_test_changes_with_each_factor(at: LaboratoryAtWork) -> None:
     """A test is picklable; its identity consists of JSON values and changes with each level."""
     test = at.test()
     found = [json.dumps(identity(at.section, one)) for one in (test, pickle.loads(pickle.dumps(test)))]
-    _require(found[0] == found[1], "a pickled test has a different identity")
+    _require(found[0] == found[1], "the identity of the test changes when the test is pickled")
     for factor in at.study.factors:
         other = json.dumps(identity(at.section, at.test(**{factor.name: factor.low})))
-        _require(other != found[0], f"{factor.name} is not in the identity")
+        _require(other != found[0], f"the identity does not include {factor.name}")
 
 
 def _model_is_sound(at: LaboratoryAtWork) -> None:
@@ -408,9 +442,9 @@ def _model_is_sound(at: LaboratoryAtWork) -> None:
     model = cutting.build(test) if isinstance(test, cutting.ShearTest) else build(rounded(test))
     _require(bool((model.mesh.volumes() > 0.0).all()), "an element has zero volume")
     velocity = np.zeros(model.mesh.nodes.shape) if model.velocity is None else model.velocity
-    _require(bool(np.isfinite(velocity).all()), "velocities at the start are not finite")
+    _require(bool(np.isfinite(velocity).all()), "the initial velocities are not finite")
     moved = any(tool.speed != 0.0 for tool in model.tools) or bool(np.abs(velocity[model.held]).max(initial=0.0) > 0.0)
-    _require(moved, "no tool and no driven node moves")
+    _require(moved, "neither a tool nor a driven node moves")
 
 
 def _responses_are_positive_and_repeatable(at: LaboratoryAtWork) -> None:
@@ -418,8 +452,8 @@ def _responses_are_positive_and_repeatable(at: LaboratoryAtWork) -> None:
     with _apart(at.study):
         found, again = (perform(at.test()).responses for _ in range(2))
     for name in at.section.usual:
-        _require(0.0 < found.get(name, math.nan) < math.inf, f"{name} is {found.get(name)}")
-    _require(again == found, f"the responses differ: {found} and {again}")
+        _require(0.0 < found.get(name, math.nan) < math.inf, f"the response {name} is {found.get(name)}")
+    _require(again == found, f"the responses differ between two identical runs: {found} and {again}")
 
 
 def _forces_are_proportional_to_the_modulus(at: LaboratoryAtWork) -> None:
@@ -430,7 +464,7 @@ def _forces_are_proportional_to_the_modulus(at: LaboratoryAtWork) -> None:
     forces = [perform(replace(test, material=one)).responses["force"] for one in (elastic, stiffer)]
     _require(
         abs(forces[1] / forces[0] - 2.0) < _STIFFER,
-        f"doubling the modulus multiplies the force by {forces[1] / forces[0]:.4f}",
+        f"doubling the modulus multiplies the force by {forces[1] / forces[0]:.4f} instead of 2",
     )
 
 

@@ -79,7 +79,7 @@ def test_a_wrong_row_of_the_own_sheet_stops_the_run_and_stays(tmp_path: Path) ->
     text = (out / "sheet.csv").read_text("utf-8").replace(",,,heap", ",,\n", 1)
     (out / "sheet.csv").write_text(text, encoding="utf-8")
     done = command("run", spec, "--out", out)
-    assert done.exit_code == 2 and "sheet.csv:2: the row has 8 cells, the heading has 9" in done.stderr
+    assert done.exit_code == 2 and "sheet.csv:2: the row has only 8 cells, but the heading has 9" in done.stderr
     assert (out / "sheet.csv").read_text("utf-8") == text
     assert len(list(StudyFolder(out).keys())) == 14
 
@@ -143,8 +143,8 @@ def test_python_asks_and_tells(tmp_path: Path) -> None:
         ({"run": "rsm 1", "angle": float("nan")}, "'nan' is not a number"),
         ({"run": "rsm 1", "wall": 0.7, "angle": 3}, "was requested at wall = 0.5"),
         ({"run": "rsm 1", "angle": 3, "failed": "too wet"}, "has a value and is marked as failed"),
-        ({"run": "rsm 1", "failed": True}, "has failed without a reason"),
-        ({"run": "rsm 1", "failed": ""}, "has failed without a reason"),
+        ({"run": "rsm 1", "failed": True}, "is marked as failed without a reason"),
+        ({"run": "rsm 1", "failed": ""}, "is marked as failed without a reason"),
         ({"run": "rsm 1", "angle": 3, "failed": ""}, "has a value and is marked as failed"),
         ({"angle": 3}, "has no name"),
         ("rsm 1", "has no name"),
@@ -164,7 +164,7 @@ def test_commands_refuse_what_has_no_sense(tmp_path: Path) -> None:
     (tmp_path / "sheet.csv").write_text("run,angle\nrsm 1,3\n", encoding="utf-8")
     for words, said in (
         (("enter", spec, tmp_path / "none.csv"), "give the path of the sheet"),
-        (("enter", spec, spec), "no line has the heading `run`"),
+        (("enter", spec, spec), "no line contains the heading `run`"),
         (("enter", spec, tmp_path / "sheet.csv"), "no column has the heading sliding, rolling or wall"),
     ):
         done = command(*words, "--out", out)

@@ -277,7 +277,7 @@ def test_refused_with_row_and_remedy(damage: str, heap: Study, sheet: Cells, tmp
 
 
 UNREADABLE: dict[str, tuple[Callable[[Cells], str | bytes], str]] = {
-    "no heading": (lambda cells: text_of(cells[1:]), "no line has the heading `run`; fill in the sheet"),
+    "no heading": (lambda cells: text_of(cells[1:]), "no line contains the heading `run`; fill in the sheet"),
     "a response deleted": (
         each(lambda row: [*row[:ANGLE], *row[BULK:]]),
         "no column has the heading angle (deg); use the headings",
@@ -288,7 +288,7 @@ UNREADABLE: dict[str, tuple[Callable[[Cells], str | bytes], str]] = {
         "two columns have the heading 'angle (deg)'; delete",
     ),
     "another study's sheet": (headed((1, "density (kg/m3)")), "no column has the heading sliding"),
-    "an empty file": (lambda _cells: "", "no line has the heading `run`"),
+    "an empty file": (lambda _cells: "", "no line contains the heading `run`"),
     "a torn workbook": (lambda cells: workbook()(cells)[:3000], "cannot be read as an Excel workbook"),
     "two sheets alike": (workbook(with_a_copy), "several sheets have a heading `run`"),
     "an old workbook": (lambda _cells: b"\xd0\xcf\x11\xe0" + bytes(500), "save the file as .xlsx or CSV"),

@@ -257,7 +257,7 @@ def test_the_time_of_day_is_no_number(tmp_path: Path) -> None:
     [
         (("--decimal", "comma", "--separator", "comma"), "--decimal comma --separator comma"),
         (("--force-column", "1", "--displacement-column", "1"), "the same column"),
-        (("--force-column", "1,2", "--displacement-column", "1,2,2"), "the same number"),
+        (("--force-column", "1,2", "--displacement-column", "1,2,2"), "an equal number of each"),
         (("--force-column", "0", "--displacement-column", "1"), "no column '0'"),
         (("--force-column", "9" * 5000, "--displacement-column", "1"), "no column '9"),
         (("--preload", "nan"), "--preload"),
@@ -377,4 +377,4 @@ def test_the_same_curve_twice_is_said(tmp_path: Path) -> None:
     write(tmp_path / "8mm-1.txt", "Weg\tKraft\n" + lines("{d}\t{f}\n"))
     found = shear(tmp_path)
     assert [s["specimen"] for s in found["specimens"]] == ["8mm-1.csv", "8mm-1.txt"]
-    assert "8mm-1.csv and 8mm-1.txt have the same curve" in found["notes"]
+    assert "8mm-1.csv and 8mm-1.txt have identical curves" in found["notes"]

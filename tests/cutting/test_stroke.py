@@ -57,9 +57,9 @@ def answer(end: str | None) -> Answer:
 def test_only_what_rose_is_said_to_have_risen() -> None:
     answers = [answer("rising"), answer("regained"), answer("rising"), answer(None), Answer("ok", 1.0)]
     starts = (
-        "In runs 1 and 3 the response was still rising",
-        "In run 2 the response had",
-        "In run 4 the response had not fallen",
+        "In runs 1 and 3, the response was still rising",
+        "In run 2, the response had",
+        "In run 4, the response had not fallen",
     )
     for note, start in zip(lower_bound_notes(answers), starts, strict=True):
         assert note.kind == "lower_bound" and note.text.startswith(start)

@@ -92,7 +92,7 @@ def test_disk_full(small_disk: Path, expected: dict[str, bytes]) -> None:
     folder = small_disk / "study"
     full = screen(folder)
     assert full.returncode == 1
-    assert os.strerror(errno.ENOSPC) in full.stderr and "free some space; the same command" in full.stderr
+    assert os.strerror(errno.ENOSPC) in full.stderr and "free some disk space; the same command" in full.stderr
     assert "Traceback" not in full.stderr
     kept = intact(folder)
     assert 0 < len(kept) < 12

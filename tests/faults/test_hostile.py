@@ -86,7 +86,7 @@ def test_more_factors_than_can_be_screened(tmp_path: Path, count: int) -> None:
     if count <= 100:
         assert len(read_study(text.encode(), tmp_path / "many.yaml").factors) == count
         return
-    with pytest.raises(SpecError, match=f"there are {count} factors, but at most 100 are possible") as refused:
+    with pytest.raises(SpecError, match=f"the spec has {count} factors, but at most 100 are allowed") as refused:
         read_study(text.encode(), tmp_path / "many.yaml")
     assert len(refused.value.problems) == 1
 

@@ -279,7 +279,7 @@ def test_leftovers_of_a_killed_writer_are_removed(tmp_path: Path) -> None:
 
 def test_a_file_in_the_way_is_a_clear_message(tmp_path: Path) -> None:
     (tmp_path / "study").touch()
-    with pytest.raises(StemcalError, match="choose another folder with --out"):
+    with pytest.raises(StemcalError, match="use `--out` to choose a folder"):
         StudyFolder(tmp_path / "study").lock()
 
 

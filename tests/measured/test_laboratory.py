@@ -95,7 +95,7 @@ def test_a_preload_that_weak_stems_feel_is_remarked_on(tmp_path: Path) -> None:
     weak, strong = (measure_shear(files) for files in (find_files(tmp_path), find_files(tmp_path / "8mm-1.csv")))
     (note,) = weak.all_notes()
     assert note.kind == "preload_of_weak_stems" and strong.all_notes() == []
-    assert "5 N is 31 % of the maximum force at 5 mm (16 N)" in note.text and "--preload 0.2," in str(note)
+    assert "5 N is 31 % of the maximum force at 5 mm (16 N)" in note.text and "`--preload 0.2`," in str(note)
 
 
 def test_units_signs_and_columns(tmp_path: Path) -> None:

@@ -79,7 +79,7 @@ def test_they_get_into_the_spec_and_nothing_else_changes(lab: Path) -> None:
     spec.write_text(text, encoding="utf-8")
     refused = command("measure", "tests", spec, lab, "--write", "--preload", 0)
     assert refused.exit_code == 2
-    assert "no cutting force is given for 9 mm" in " ".join(refused.stderr.split())
+    assert "the targets contain no cutting force for 9 mm" in " ".join(refused.stderr.split())
     assert spec.read_text(encoding="utf-8") == text
     for name in ("9mm-1", "9mm-2"):
         (lab / "pull" / f"{name}.csv").unlink()
@@ -102,7 +102,7 @@ def test_a_note_names_the_test_that_it_is_about(lab: Path) -> None:
         (lab / "pull" / f"{name}.csv").unlink()
     done = command("measure", "tests", THREE, lab, "--preload", 100, "--exclude", "pull/8mm-1")
     notes = [line for line in done.stderr.splitlines() if line.startswith("note: ")]
-    assert notes[0] == "note: pull: The specimen 8mm-1 is excluded by --exclude."
+    assert notes[0] == "note: pull: The specimen 8mm-1 is excluded by `--exclude`."
     assert notes[1].startswith("note: pull: The preload of 100 N is 16 % of the maximum force at 8 mm")
 
 

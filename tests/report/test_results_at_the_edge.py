@@ -44,7 +44,7 @@ def test_two_diameters_have_a_power_law_without_an_interval(tmp_path: Path, monk
 def test_a_saturated_surface_has_no_standard_errors(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     extra = "rsm: {design: latin-hypercube, runs: 6, factors: [yield_stress, failure_strain]}\n"
     page = reported(make_study(tmp_path, extra), SpecSolver(), StudyFolder(tmp_path / "s"), monkeypatch)
-    assert "so the error of the surface cannot be estimated" in page and "Infinity" not in page
+    assert "so its error cannot be estimated" in page and "Infinity" not in page
 
 
 def test_equal_forces_leave_nothing_to_explain(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

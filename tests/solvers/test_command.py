@@ -299,13 +299,16 @@ def test_result_file_stays_in_the_run_folder(tmp_path: Path, name: str) -> None:
 @pytest.mark.parametrize(
     ("result", "said"),
     [
-        ("{file: out.json, path: a, column: b}", "solver.result: has column and path; use exactly one of"),
-        ("{file: out.json}", "solver.result: specifies no numbers to read; use exactly one of `column: …`"),
+        ("{file: out.json, path: a, column: b}", "solver.result: the reader has column and path; use exactly one of"),
+        (
+            "{file: out.json}",
+            "solver.result: the reader does not specify which numbers to read; use exactly one of `column: …`",
+        ),
         ("{file: out.csv, colum: F}", "unknown key 'colum'; did you mean column?"),
         ("{file: out.txt, pattern: '(1'}", "is not a valid regular expression"),
         ("{file: out.txt, pattern: '(1{4294967295})'}", "is not a valid regular expression: the repetition number"),
         ("{file: out.txt, pattern: 'F=1'}", "has no capture group around the number"),
-        ("{file: out.json, path: out, reduction: mean}", "is not one of the choices"),
+        ("{file: out.json, path: out, reduction: mean}", "is not an allowed value"),
     ],
 )
 def test_wrong_result_section_is_told(tmp_path: Path, result: str, said: str) -> None:

@@ -299,7 +299,7 @@ def test_card_that_cannot_hold_a_value_is_refused() -> None:
 
 def test_study_without_a_stem_has_no_deck() -> None:
     replay = load_study(CONFIGS / "paper-replay.yaml")
-    with pytest.raises(UsageError, match="kind sheet"):
+    with pytest.raises(UsageError, match="the kind `sheet`"):
         Deck.of(replay, replay.midlevels(), 8.0)
 
 
@@ -335,7 +335,7 @@ def test_deck_tells_that_elements_are_too_coarse_for_its_nose() -> None:
     for size, told in (("d/16", False), ("d/12", True), ("0.51 mm", True), ("0.505 mm", False)):
         solver = STUDY.solver.model_copy(update={"element_size": Length.of(size)})
         notes = carrying("openradioss", study=STUDY.model_copy(update={"solver": solver})).notes
-        assert any(note.endswith("use at most 0.505 mm (solver.element_size)") for note in notes) == told
+        assert any(note.endswith("reduce `solver.element_size` to at most 0.505 mm") for note in notes) == told
 
 
 def test_openradioss_averages_a_row_of_elements_alike_on_every_mesh() -> None:

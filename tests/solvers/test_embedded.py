@@ -41,7 +41,7 @@ def test_friction_and_wall_as_factors() -> None:
 def test_levels_that_leave_no_bore_are_named() -> None:
     study = load_study(CASES / "friction-and-wall.yaml")
     wrong = list(wrong_levels(study, {**study.midlevels(), "wall_thickness": 4.0, "stem_friction": -0.1}))
-    assert len(wrong) == 2 and "stem_friction = -0.1 must not be below 0" in wrong[0] and "half of" in wrong[1]
+    assert len(wrong) == 2 and "stem_friction (-0.1) must not be below 0" in wrong[0] and "half the" in wrong[1]
 
 
 def test_a_stem_wider_than_the_blade_is_named() -> None:

@@ -133,7 +133,7 @@ def test_curve_of_a_recorded_run_is_scored(tmp_path: Path) -> None:
         ("broken_material", "", "starter_error", "(and 2 more)"),
         ("broken_node", "", "starter_error", "ERROR ID : 78 ** ERROR: UNDEFINED NODE NUMBER"),
         ("engine_no_restart", "", "no_restart", "run_0000_0001.rst"),
-        ("mat024", "deaf", "not_as_written", "did not read all values of the deck: yield stress = 18.07 ("),
+        ("mat024", "deaf", "not_as_written", "did not read these values of the deck: yield stress = 18.07 ("),
         ("mat024", "mute", "not_as_written", "density = 1.1e-09"),
         ("mat024", "killed", "exit_code", "signal 11"),
         ("mat024", "stops", "no_termination", "normal termination"),

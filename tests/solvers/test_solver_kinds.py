@@ -153,7 +153,7 @@ def test_a_kind_of_another_package_answers_and_its_code_counts(packages: Path) -
 
 @pytest.mark.parametrize("kind", ["broken", "nowhere"])
 def test_a_kind_that_breaks_or_is_not_there_is_refused_with_its_line(packages: Path, kind: str) -> None:
-    with pytest.raises(SpecError, match=f"5.* '{kind}' is not a kind of solver"):
+    with pytest.raises(SpecError, match=f"5.* '{kind}' is not a known kind of solver"):
         study_of(packages, kind)
     taken = "sheet of springs 1.0"
     assert set(SOLVERS.broken) == ({"broken", taken} if kind == "broken" else {taken})

@@ -177,7 +177,7 @@ def test_power_laws_are_for_forces_over_diameters(tmp_path: Path, monkeypatch: p
             "invert.diameters[1]: no angle of repose is given for",
         ),
         (spec_of(extra="invert: {diameters: all}\n"), "the study has no conditions"),
-        (spec_of(MOISTURE.replace("moisture", "n"), THREE.replace("moisture", "n")), "already a key of targets"),
+        (spec_of(MOISTURE.replace("moisture", "n"), THREE.replace("moisture", "n")), "already a key of `targets`"),
     ],
 )
 def test_wrong_conditions(text: str, complaint: str, tmp_path: Path) -> None:

@@ -151,7 +151,7 @@ def test_one_error_names_all_that_failed() -> None:
     with pytest.raises(ChecksFailed, match=r"(?s)other: 2 of 6 .*kind_is_declared: .*'python'.*nan_is_a_failed_run: "):
         check_solver(kind(), SPECS / "python.yaml")
     check_design(SURFACES.built_in[1])
-    with pytest.raises(UsageError, match="pass an instance, not the class"):
+    with pytest.raises(UsageError, match="pass an instance, not a class"):
         checks_of(Python)
     with pytest.raises(ChecksFailed, match="pass a study"):
         check_solver(SOLVERS.built_in[0], None)  # type: ignore[arg-type]
@@ -201,7 +201,7 @@ class Resting(Axial):
 def test_a_laboratory_test_that_moves_nothing_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Tension, "make", lambda self, section, diameter: Resting("tension"))
     check = next(one for one in checks_of(Tension(), SPECS / "embedded.yaml") if one.name == "model_is_sound")
-    with pytest.raises(AssertionError, match="no tool and no driven node moves"):
+    with pytest.raises(AssertionError, match="neither a tool nor a driven node moves"):
         check()
 
 

@@ -234,7 +234,7 @@ def _others_at_centre(solutions: _LevelSet) -> list[Array]:
     points = [x for x in points if replace(region, radius=None).contains(x[None])[0]]
     if not points:
         raise UsageError(
-            f"invert.rule: others_at_centre has no solution for the target {solutions.target:g} within the range of "
-            f"{surface.names[j]}; choose least_coded_distance"
+            f"invert.rule: `others_at_centre` has no solution for the target {solutions.target:g} within the range of "
+            f"{surface.names[j]}; choose `least_coded_distance`"
         )
     return points

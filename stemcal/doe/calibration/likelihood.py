@@ -329,7 +329,9 @@ def fit(observations: Sequence[Observation], region: Region, priors: Sequence[Pr
         If the surfaces are not over the same factors.
     """
     if len({o.surface.names for o in observations}) != 1:
-        raise UsageError("joint fit: pass at least one surface, all with the same factors in the same order")
+        raise UsageError(
+            "joint fit: pass at least one response surface; all surfaces must have the same factors in the same order"
+        )
     errors = errors_of(observations, len(observations) - region.k)
     m, q = len(observations), len(priors)
     seeds, found = region.cloud(_CLOUD), None

@@ -31,9 +31,9 @@ class Region:
 
     def __post_init__(self) -> None:
         if self.low.shape != self.high.shape or np.any(self.low >= self.high):
-            raise UsageError("invert: the lower limit of a factor is not below its upper limit")
+            raise UsageError("invert: the lower limit of a factor is not below its upper limit; correct the limits")
         if self.radius is not None and not np.linalg.norm(np.clip(0.0, self.low, self.high)) < self.radius:
-            raise UsageError("invert: the factor ranges do not intersect the design sphere")
+            raise UsageError("invert: the factor ranges contain no point of the experimental region; widen the ranges")
 
     @property
     def k(self) -> int:

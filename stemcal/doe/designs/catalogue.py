@@ -27,7 +27,7 @@ def _full(k: int, runs: int | None) -> Array:
     design = full_factorial(k)
     if runs not in (None, len(design)):
         raise UsageError(
-            f"screen.runs: full-factorial has {len(design)} runs for {k} factors, not {runs}; omit the key"
+            f"screen.runs: a full factorial has {len(design)} runs for {k} factors, not {runs}; omit the key"
         )
     return design
 
@@ -88,7 +88,7 @@ class SurfaceDesign(Checked):
         """Return the runs (n, k); raise `UsageError` for a number of factors that the design does not support."""
         least, most = self.factors
         if not (1 if least == 2 else least) <= k <= most:  # a spec may name a single factor
-            raise UsageError(f"rsm.factors: {self.name} requires {least} to {most} factors, not {k}")
+            raise UsageError(f"rsm.factors: the design `{self.name}` requires {least} to {most} factors, not {k}")
         return np.asarray(self.points(k, options))
 
     def reach(self, k: int, options: SurfaceOptions) -> float:
@@ -200,7 +200,7 @@ def extra_runs(design: Array, count: int, candidates: Array) -> Array:
     points = candidates[gaps.min(axis=1) > _SAME_POINT]
     if len(points) < count:
         raise UsageError(
-            f"rsm.extra_runs: the design has only {len(points)} free points for {count} runs; use fewer runs"
+            f"rsm.extra_runs: only {len(points)} candidate points are available for {count} runs; use fewer runs"
         )
     phi, base = term_columns(points), term_columns(design)
     information = base.T @ base + _RIDGE * np.eye(base.shape[1])

@@ -21,7 +21,9 @@ def axial_distance(k: int, alpha: str | float = "rotatable") -> float:
     if alpha == "face":
         return 1.0
     if isinstance(alpha, str):
-        raise UsageError(f"rsm.alpha: {alpha!r} is not a rule; write rotatable, face or a positive number")
+        raise UsageError(
+            f"rsm.alpha: {alpha!r} is neither a rule nor a positive number; write `rotatable`, `face` or a number"
+        )
     if not (np.isfinite(alpha) and alpha > 0.0):
         raise UsageError(f"rsm.alpha: {alpha:g} is not positive; write 1 for axial points on the faces")
     return float(alpha)
@@ -39,7 +41,7 @@ def central_composite(k: int, centre_points: int = 6, alpha: str | float = "rota
         Coded levels.
     """
     if k < 1:
-        raise UsageError(f"rsm.factors: {k} factors; list at least one factor")
+        raise UsageError(f"rsm.factors: the number of factors is {k}; list at least one factor")
     if centre_points < 0:
         raise UsageError(f"rsm.centre_points: {centre_points} is negative; write 6, which is usual for three factors")
     axes = np.array([sign * row for row in np.eye(k) for sign in (-1.0, 1.0)]) + 0.0

@@ -91,8 +91,8 @@ def full_factorial(k: int, levels: int = 2) -> Array:
     """Return every combination of `levels` equally spaced levels from −1 to +1, the first factor fastest."""
     if k < 1 or levels < 2 or levels**k > _MOST_RUNS:
         raise UsageError(
-            f"full factorial: {levels} levels of {k} factors are not possible; use at least one factor, two levels, "
-            f"and at most {_MOST_RUNS} runs"
+            f"full factorial: a design with {levels} levels of {k} factors is not possible; use at least one factor, "
+            f"two levels, and at most {_MOST_RUNS} runs"
         )
     from pyDOE3 import fullfact
 
@@ -142,12 +142,12 @@ def plackett_burman(k: int, runs: int | None = None) -> Array:
         Levels ±1; columns are balanced and mutually orthogonal.
     """
     if k < 1:
-        raise UsageError(f"screen.design: {k} factors; list at least one")
+        raise UsageError(f"screen.design: the number of factors is {k}; list at least one factor")
     n = _smallest(k) if runs is None else runs
     if n <= k or n % 4 or not _is_prime(n - 1):
         raise UsageError(
             f"screen.runs: no Plackett–Burman design has {n} runs for {k} factors; use 12, 20, 24, 32, 44 or 48 runs, "
-            f"such as {_smallest(k)}"
+            f"for example {_smallest(k)}"
         )
     q = n - 1
     squares = {i * i % q for i in range(q)}

@@ -40,7 +40,7 @@ def reduce_surface(
     columns = term_columns(points[present])
     if not_estimable(columns, chosen):
         raise UsageError(
-            "rsm.reduce: the runs cannot estimate the full quadratic model, where backward elimination starts; add runs"
+            "rsm.reduce: backward elimination starts from the full quadratic model, which requires more runs; add runs"
         )
     steps: list[ReductionStep] = []
     while removable := _removable(chosen):

@@ -32,10 +32,12 @@ class Coding:
 
     def __post_init__(self) -> None:
         if not len(self.names) == len(self.centre) == len(self.half_step):
-            raise UsageError("coding: names, centre and half_step differ in length; each needs one value per factor")
+            raise UsageError(
+                "coding: `names`, `centre` and `half_step` have different lengths; each requires one value per factor"
+            )
         for name, half_step in zip(self.names, self.half_step, strict=True):
             if not (np.isfinite(half_step) and half_step > 0.0):
-                raise UsageError(f"coding.{name}: half step {half_step:g} must be positive")
+                raise UsageError(f"coding.{name}: the half-step {half_step:g} must be positive")
 
     @classmethod
     def from_ranges(cls, names: Sequence[str], low: ArrayLike, high: ArrayLike, reach: float = 1.0) -> Coding:

@@ -259,7 +259,7 @@ ADEQUATE, _INFLUENTIAL, _ENTANGLED = 4.0, 1.0, 10.0
 
 def flat_response(consequence: str) -> Note:
     """Return the warning that every run gave the same response."""
-    return Note("flat_response", "warning", f"All runs have the same response: {consequence}.")
+    return Note("flat_response", "warning", f"All runs have the same response, so {consequence}.")
 
 
 def _surface_notes(
@@ -277,25 +277,28 @@ def _surface_notes(
     if failed:
         text = (
             f"{failed} of {len(fit.response) + failed} runs failed. The response surface is fitted to the remaining "
-            f"runs, with {fit.df} residual degrees of freedom and a variance inflation factor of up to {largest:.2f}."
+            f"runs, with {fit.df} residual degrees of freedom and variance inflation factors of up to {largest:.2f}."
         )
         yield Note("surface_runs_failed", "warning", text)
     if largest > _ENTANGLED:
-        text = f"Some terms of the surface are nearly collinear (largest variance inflation factor {largest:.1f})."
+        text = (
+            "Some terms of the response surface are nearly collinear "
+            f"(largest variance inflation factor: {largest:.1f})."
+        )
         yield Note("terms_entangled", "caution", text)
     if fit.flat:
-        yield flat_response("the surface is constant")
+        yield flat_response("the response surface is constant")
     elif fit.df == 0:
-        text = "The response surface has as many coefficients as runs, so the error of the surface cannot be estimated."
+        text = "The response surface has as many coefficients as runs, so its error cannot be estimated."
         yield Note("saturated_surface", "warning", text)
     elif fit.exact:
         yield Note(
-            "exact_surface", "caution", "The response surface passes through every run, so F cannot be computed."
+            "exact_surface", "caution", "The response surface passes through every run, so F values cannot be computed."
         )
     if copies:
         text = (
-            f"{counted(copies, 'run')} exactly repeat other runs, so the solver is deterministic. Each point counts "
-            f"once, which leaves {fit.df} residual df."
+            f"The solver is deterministic: {counted(copies, 'run')} exactly {'repeats' if copies == 1 else 'repeat'} "
+            f"earlier results. Each point counts once, which leaves {fit.df} residual degrees of freedom."
         )
         yield Note("copies_only", "info", text)
     yield from _lack_of_fit_notes(split)
@@ -317,7 +320,7 @@ def _surface_notes(
 def _lack_of_fit_notes(split: LackOfFit) -> Iterator[Note]:
     untested = "Lack of fit cannot be tested because"
     if split.pure_df == 0:
-        yield Note("nothing_repeated", "caution", f"{untested} no repeated runs differ.")
+        yield Note("nothing_repeated", "caution", f"{untested} no point has repeated runs with different responses.")
     elif split.df == 0:
-        text = f"{untested} the design has only as many distinct points as the surface has terms."
+        text = f"{untested} the design has only as many distinct points as the response surface has terms."
         yield Note("no_point_to_spare", "caution", text)

@@ -54,7 +54,9 @@ def contact_force(text: str) -> ContactForce:
     mine = [match for match in rows if int(match[2]) == BLADE_CONTACT]
     if not mine:
         there = sorted({int(match[2]) for match in rows})
-        raise SimulationFailed("no_result", f"{FORCES} contains no contact {BLADE_CONTACT}, only {there}")
+        raise SimulationFailed(
+            "no_result", f"{FORCES} contains no force of contact {BLADE_CONTACT}, only of the contacts {there}"
+        )
     side = mine[0][1].lower()
     series = [(required_number(match[3]), required_number(match[4])) for match in mine if match[1].lower() == side]
     time, force = np.asarray(series, dtype=float).T

@@ -72,8 +72,8 @@ class Deck:
             If the study's solver computes no stem: its factors are then no stem material.
         """
         if not isinstance(study.solver, EmbeddedSolver | DeckSolver):
-            known = "`solver: {kind: embedded}` or {kind: deck}"
-            raise UsageError(f"a deck requires {known}; this spec has kind {study.solver.kind}")
+            known = "a solver of kind `embedded` or `deck`"
+            raise UsageError(f"a deck requires {known}; the solver of this spec has the kind `{study.solver.kind}`")
         return cls(study.at(levels), levels, diameter, form or form_of(study))
 
     @property
@@ -176,8 +176,8 @@ class Deck:
         elements = mesh_size(stem, how).elements
         if elements > MOST_ELEMENTS:
             raise UsageError(
-                f"the deck's stem would have {elements:.3g} elements of {how.element_size:g} mm, more than the limit "
-                f"of {MOST_ELEMENTS:.0e}; use larger elements (solver.element_size) or a shorter specimen"
+                f"the stem would have {elements:.3g} elements of {how.element_size:g} mm, more than the limit of "
+                f"{MOST_ELEMENTS:.0e}; increase `solver.element_size` or use a shorter specimen"
             )
         supports = Supports(study.supports.clearance, study.supports.fillet_radius)
         lowest, size = 0.5 * diameter + GAP, how.element_size
@@ -217,20 +217,20 @@ class Deck:
         else:
             most = _RESOLVED * self.edge_spread
             yield (
-                f"{' and '.join(given)} are replaced by a nose of radius {self.nose:.3g} mm and a nonlocal length of "
-                f"{self.nonlocal_length:.3g} mm, which give a similar force"
+                f"{' and '.join(given)} {'are' if len(given) > 1 else 'is'} replaced by an edge radius of "
+                f"{self.nose:.3g} mm and a nonlocal length of {self.nonlocal_length:.3g} mm; the force is similar"
             )
             if self._element_size > most:
                 yield (
-                    f"elements of {self._element_size:.3g} mm are too large for this nose, which makes the force too "
-                    f"high; use at most {floor(1e3 * most) / 1e3:g} mm (solver.element_size)"
+                    f"elements of {self._element_size:.3g} mm are too large for this edge radius, so the force is too "
+                    f"high; reduce `solver.element_size` to at most {floor(1e3 * most) / 1e3:g} mm"
                 )
         if self.form.for_ls_dyna and self.form.lengths and self.internal_length > 0.0:
-            yield "*MAT_NONLOCAL averages history variable 1 as plastic strain; this card was not tested with LS-DYNA"
+            yield "*MAT_NONLOCAL averages history variable 1, the plastic strain; the card is untested in LS-DYNA"
         if self.density_factor > 1.0:
             yield (
-                f"the stem has {self.density_factor:.4g} times the density of the study instead of added mass, because "
-                "the nonlocal field of OpenRadioss diverges with added mass on nodes"
+                f"the density of the stem is multiplied by {self.density_factor:.4g} instead of adding mass to nodes, "
+                "because nonlocal failure in OpenRadioss diverges with added mass"
             )
 
     def _hardening(self) -> Iterator[str]:
@@ -243,20 +243,20 @@ class Deck:
         if self._rate_law != "paper":
             return
         c, p = self.given["strain_rate_c"], self.given["strain_rate_p"]
-        law = f"the printed rate law 1 + (rate/C)^{p:g}"
+        law = f"the rate law 1 + (rate/C)^{p:g} of the study"
         if self.material["c"] > 0.0:
             yield f"{law} is written in the LS-DYNA form 1 + (rate/C)^(1/P), with P = {self.material['p']:g}"
         else:
             most = (self._strain_rate / c) ** p
-            yield f"{law} is omitted: at the speed of the blade the law adds at most {most:.1g}"
+            yield f"{law} is omitted, because its effect on the yield stress is at most {100.0 * most:.1g} %"
 
     def _rate_filter(self) -> Iterator[str]:
         if isinstance(self.solver, EmbeddedSolver) and self.material["c"] > 0.0:
             time = rate_filter(self.diameter, self.study.loading.speed)
             of = "plastic strain (VP = 1)" if self.form.for_ls_dyna else "total strain (VP = 0)"
             yield (
-                f"the card uses the rate of {of} without smoothing, while the study smooths the rate over {time:.3g} "
-                "s; vibration of light elements increases the strain rate"
+                f"the card uses the rate of {of} without smoothing, whereas the study smooths the strain rate over "
+                f"{time:.3g} s; vibration of light elements therefore increases the yield stress"
             )
 
 

@@ -67,7 +67,10 @@ def installation(options: DeckSolver, folder: Path) -> _Installation:
     """
     named = options.home or options.environment.get(HOME) or os.environ.get(HOME)
     if named is None:
-        raise UsageError(f"solver.home: the folder of OpenRadioss is unknown; add `home: FOLDER`, or set {HOME}")
+        raise UsageError(
+            f"solver.home: the folder of OpenRadioss is unknown; add `home: FOLDER`, or set the environment "
+            f"variable {HOME}"
+        )
     home = (folder / named).absolute()
     if not (home / _DEFINITIONS).is_dir():
         raise UsageError(
@@ -90,7 +93,7 @@ def installation(options: DeckSolver, folder: Path) -> _Installation:
 def _program(home: Path, name: str) -> str:
     there = (path for path in (home / "exec").glob(f"{_BEGINNINGS[name]}*") if os.access(path, os.X_OK))
     if not (found := sorted(there, key=lambda path: (len(path.name), path.name))):
-        raise UsageError(f"solver.home: {home / 'exec'} contains no program {name}; install OpenRadioss completely")
+        raise UsageError(f"solver.home: {home / 'exec'} contains no program {name}; install the complete OpenRadioss")
     return str(found[0])
 
 
@@ -153,7 +156,7 @@ def _starter_ran(folder: Path, deck: Deck, ended: Ended) -> Answer:
     """Raise unless the starter has read the deck as it was written; then leave the engine its input."""
     if unread := values_not_read(starter_accepted(folder, ended), deck.material, deck.nonlocal_length):
         raise SimulationFailed(
-            "not_as_written", f"the starter did not read all values of the deck: {', '.join(unread)}"
+            "not_as_written", f"the starter did not read these values of the deck: {', '.join(unread)}"
         )
     leave_engine_input(folder, engine_text(deck, "run") if deck.nonlocal_length > 0.0 else None)
     return Answer("ok")

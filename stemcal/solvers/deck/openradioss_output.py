@@ -82,7 +82,7 @@ def contact_force(text: str) -> ContactForce:
     try:
         header, *rows = csv.reader(text.splitlines())
     except (csv.Error, ValueError) as error:
-        raise SimulationFailed("bad_result", f"the table of time histories is not a CSV table: {error}") from None
+        raise SimulationFailed("bad_result", f"the table of time histories is not valid CSV: {error}") from None
     names = [" ".join(name.split()) for name in header]
     chosen = [index for index, number in _columns(names) if number == BLADE_CONTACT]
     if not any(_columns(names)):
@@ -93,7 +93,9 @@ def contact_force(text: str) -> ContactForce:
         )
     if len(chosen) != 2:
         there = sorted({number for _, number in _columns(names)})
-        raise SimulationFailed("no_result", f"the time histories contain no contact {BLADE_CONTACT}, only {there}")
+        raise SimulationFailed(
+            "no_result", f"the time histories contain no force of contact {BLADE_CONTACT}, only of the contacts {there}"
+        )
     try:
         values = np.array([[required_number(row[index]) for index in (0, *chosen)] for row in rows if row])
     except IndexError:
@@ -104,7 +106,7 @@ def contact_force(text: str) -> ContactForce:
         raise SimulationFailed(
             "impulse",
             "the force of the blade never drops, so the time histories contain impulses instead of forces; "
-            "install a th_to_csv of the same OpenRadioss",
+            "install the th_to_csv of the same OpenRadioss version",
         )
     return found
 

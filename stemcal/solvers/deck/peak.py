@@ -63,7 +63,9 @@ def peak_answer(
     broken = break_row(filtered, deleted, BREAK_DROP)
     peak = int(np.argmax(filtered[:broken]))
     if filtered[peak] <= 0.0:
-        raise SimulationFailed("no_contact", "the blade exerted no force on the stem; check gap, speed and duration")
+        raise SimulationFailed(
+            "no_contact", "the blade exerted no force on the stem; check the gap, the speed and the duration of loading"
+        )
     travel = loading.speed * time - GAP
     broke = None if broken is None else float(travel[broken])
     scores = curve_scores(modes, travel, filtered, broke)

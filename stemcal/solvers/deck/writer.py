@@ -64,7 +64,7 @@ def _head(deck: Deck) -> Iterator[str]:
     yield "*KEYWORD"
     yield "$ Virtual shear test of a hollow stem, written by stemcal."
     yield "$ Units: mm, tonne, s, N, MPa."
-    yield f"$ Study {deck.study.name}, outer diameter {deck.diameter:g} mm. Blade down along -z, stem along x."
+    yield f"$ Study {deck.study.name}, outer diameter {deck.diameter:g} mm. Blade motion: -z. Stem axis: x."
     for note in deck.notes:
         yield from wrap(f"Difference from the study: {note}.", 78, initial_indent="$ ", subsequent_indent="$   ")
 

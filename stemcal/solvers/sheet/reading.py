@@ -166,7 +166,7 @@ def filled(content: bytes, source: str, study: Study, *, partial: bool = False) 
         If it is neither, or has not the columns of this study.
     """
     if len(content) > MAX_BYTES:
-        raise UsageError(f"{source} is larger than {MAX_BYTES // MIB} MiB; save only the sheet")
+        raise UsageError(f"{source} is larger than {MAX_BYTES // MIB} MiB; save only the sheet of runs")
     if is_workbook(content, source):
         return _of_workbook(content, source, study, partial)
     text = decoded(content, None, Path(source))[0]
@@ -245,7 +245,7 @@ def _head(lines: Lines) -> int | None:
 def _of_lines(lines: Lines, source: str, study: Study, partial: bool, complete: bool = True) -> list[Filled]:
     head = _head(lines)
     if head is None:
-        raise UsageError(f"{source}: no line has the heading `{RUN}`; fill in the sheet that stemcal wrote")
+        raise UsageError(f"{source}: no line contains the heading `{RUN}`; fill in the sheet that stemcal wrote")
     columns, units = _columns(lines[head][1], source, study, partial)
     rows = [(number, cells) for number, cells in lines[head + 1 :] if any(cell.strip() for cell in cells)]
     factors = [column for column in columns if column.kind == "factor"]
@@ -273,11 +273,11 @@ def _of_lines(lines: Lines, source: str, study: Study, partial: bool, complete: 
 def _broken(cells: int, width: int, cut: bool) -> str:
     """Return what is wrong with a row as a whole."""
     if cells > width:
-        return f"the row has {cells} cells, the heading has {width}; put texts and decimal commas in quotes"
+        return f"the row has {cells} cells, but the heading has {width}; enclose texts and decimal commas in quotes"
     if cells < width:
-        return f"the row has {cells} cells, the heading has {width}; the row is truncated: complete the row"
+        return f"the row has only {cells} cells, but the heading has {width}; complete the row"
     return (
-        "the last line has no line break and may be truncated; check this line and end it with a line break"
+        "the last line may be truncated because it has no line break; check the line and add a line break"
         if cut
         else ""
     )

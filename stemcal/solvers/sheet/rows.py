@@ -96,7 +96,9 @@ def result_in(study: Study, row: Filled) -> Answer:
     if said:
         reason = " ".join(said)[len(FAILED) :].lstrip(" :,-–").strip()
         if not reason:
-            message = f"{row.run} has failed without a reason; write a reason: `failed: the stem slipped`"
+            message = (
+                f"{row.run} is marked as failed without a reason; add a reason, such as `failed: the stem slipped`"
+            )
             raise RowRefused(row, "no_reason", message)
         return Answer("failed", reason=NOT_RUN, message=reason)
     first, *others = values = {one.name: _value(row, one) for one in entered_responses(study)}

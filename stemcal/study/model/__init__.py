@@ -70,9 +70,9 @@ class OwnSections(Frozen):
     factors: Annotated[tuple[Factor, ...], Field(min_length=1, max_length=MOST_FACTORS)]
     """Unknown parameters to calibrate; by default their symbols are X1, X2, … in this order."""
     responses: Annotated[tuple[OwnQuantity, ...], Field(max_length=20)] = ()
-    """Measured and simulated responses if they are not the maximum force; a program can return several responses."""
+    """Measured and simulated responses other than the maximum force; a program can return several responses."""
     conditions: Annotated[tuple[OwnQuantity, ...], Field(max_length=1)] | None = None
-    """Condition of the measurements if it is not the stem diameter; `[]` means no condition. A study with `responses`
+    """Condition of the measurements other than the stem diameter; `[]` means no condition. A study with `responses`
     has no condition by default."""
     specimen: SpecimenSection = SpecimenSection()
     """The specimen: a piece of stem."""
@@ -91,7 +91,7 @@ class OwnSections(Frozen):
     tests: Annotated[tuple[AnyTest, ...], Field(max_length=20)] = ()
     """Laboratory tests other than cutting, on pieces of the same stems."""
     machine: MachineSection = MachineSection()
-    """The testing machine that measured the `curves` of `targets`."""
+    """The testing machine with which the `curves` of `targets` were measured."""
     targets: Targets
     """Measured responses, one row per test and diameter."""
 

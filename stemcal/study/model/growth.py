@@ -17,7 +17,8 @@ def _exponent(given: Any) -> Any:
     if isinstance(given, str) and given.isidentifier():
         return given
     if isinstance(given, bool) or not isinstance(given, int | float) or not abs(given) <= MOST_EXPONENT:
-        raise complain("is neither a number nor the name of a factor", "write `exponent: 0.5` or the name of a factor")
+        message = f"the exponent is neither a number from -{MOST_EXPONENT:g} to {MOST_EXPONENT:g} nor a factor"
+        raise complain(message, "write a number, as in `exponent: 0.5`, or the name of a factor")
     return float(given)
 
 
@@ -25,11 +26,11 @@ class Growth(Frozen):
     """A material parameter that is a power of the diameter: value at `at` times (diameter / at)^exponent."""
 
     at: Size
-    """Reference diameter, at which the parameter equals `value` or, for a factor, the level of the factor."""
+    """Reference diameter: at this diameter, the parameter equals `value` or the level of its factor."""
     exponent: Annotated[
         float | str,
         BeforeValidator(_exponent),
-        WithJsonSchema({"anyOf": [{"type": "number"}, {"type": "string", "description": "the name of a factor"}]}),
+        WithJsonSchema({"anyOf": [{"type": "number"}, {"type": "string", "description": "Name of a factor."}]}),
     ]
     """Exponent of the diameter: a number, or the name of a factor to calibrate."""
     value: Any = None

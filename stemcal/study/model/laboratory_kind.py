@@ -51,7 +51,7 @@ class LaboratorySection(Frozen):
     kind: str
     """Kind of the laboratory test."""
     speed: Speed = 10 / 60
-    """Speed of the machine; in cutting, the default is the blade speed in the `loading` section."""
+    """Speed of the machine; in cutting tests, the default is the blade speed in the `loading` section."""
     targets: SkipJsonSchema[Annotated[tuple[LaboratoryMeans, ...], BeforeValidator(_as_rows)]] = Field(default=())
 
     is_further_cut: ClassVar[bool] = False
@@ -99,7 +99,7 @@ class PieceSection(LaboratorySection):
     """
 
     length: StemLength | None = None
-    """Length of the piece; the default is 1.2 times the span in bending tests and two diameters in other tests."""
+    """Length of the piece; the default is 1.2 times the span in bending tests and twice the diameter in other tests."""
     stroke: StemLength
     """Stroke of the machine."""
     element_size: StemLength | None = None
@@ -127,8 +127,8 @@ class PieceSection(LaboratorySection):
     def misfits(self, diameter: float) -> Iterator[tuple[str, str, str]]:
         stroke, room = self.stroke_at(diameter), self.room(diameter)
         if stroke >= 0.5 * room:
-            message = f"a stroke of {stroke:g} mm is more than half the size of the piece ({room:g} mm)"
-            yield "stroke", message, "shorten the stroke"
+            message = f"the stroke of {stroke:g} mm must be less than half the size of the piece ({room:g} mm)"
+            yield "stroke", message, "reduce the stroke"
 
 
 class FurtherCutSection(LaboratorySection):

@@ -42,12 +42,12 @@ class TargetRow(Frozen):
     """Mean slope of the force–travel curve from 20 to 50 % of the maximum force, in tests other than cutting."""
     sd: Annotated[Any, WithJsonSchema(_SCATTER)] = None
     """Standard deviation over the specimens; for several responses, a mapping by the names of the responses. Without
-    `sd` the mean is treated as exact."""
+    `sd`, the mean is treated as exact."""
     n: Annotated[Whole, Field(ge=1)] | None = None
     """Number of specimens."""
     curves: Patterns | None = None
-    """Files of force versus travel, one per specimen: names, or patterns such as lab/8mm/*.csv. The shape of the curves
-    is also fitted. If `force`, `sd` or `n` is omitted, the value is calculated from the curves."""
+    """Files with force–travel curves, one per specimen: names, or patterns such as `lab/8mm/*.csv`. The shape of the
+    curves is also fitted. If `force`, `sd` or `n` is omitted, the value is calculated from the curves."""
 
 
 class Mean(Frozen):

@@ -29,7 +29,8 @@ class SpecimenSection(Frozen):
     """The piece of stem, a hollow cylinder."""
 
     outer_diameter: Size = 8.0
-    """Outer diameter of the stem. The parameters are calibrated at this diameter if `targets` has a row for it."""
+    """Outer diameter of the stem. If `targets` has a row for this diameter, the parameters are calibrated at this
+    diameter."""
     diameter_ratio: Annotated[Number, Field(ge=0, lt=1)] = 0.41
     """Bore diameter divided by outer diameter; 0 for a solid stem."""
     length: Size = 50.0
@@ -46,7 +47,7 @@ class BladeSection(Frozen):
     edge_angle: Annotated[float, Quantity("angle", above=0, below=180)] = 37.5
     """Angle between the two faces of the edge."""
     bevel: Literal["both", "one"] = "both"
-    """Bevel of the edge: on the two sides (`both`) or on one side (`one`)."""
+    """Bevel of the edge: on both sides (`both`) or on one side (`one`)."""
     edge_radius: SizeOrZero = 0.1
     """Radius of the edge; 0 mm for a sharp edge."""
     edge_spread: StemLengthOrZero = Length(divisor=9.5)
@@ -96,10 +97,10 @@ class LoadingSection(Frozen):
 
 
 class MachineSection(Frozen):
-    """The testing machine, for `curves`."""
+    """The testing machine with which `curves` were measured."""
 
     stiffness: Annotated[float, Quantity("force per length", above=0)] | None = None
-    """Stiffness of the machine without a specimen; by default the travel is used as measured."""
+    """Stiffness of the machine without a specimen; by default, the measured travel is not corrected."""
 
 
 class ContactSection(Frozen):

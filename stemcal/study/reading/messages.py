@@ -18,8 +18,8 @@ from stemcal.words import listed, nearest
 _KINDS = {
     "string_type": ("text", "enclose the value in quotes"),
     "float_type": ("a number", "write a plain number, such as 0.3"),
-    "int_type": ("a whole number", "write the number without a point or unit"),
-    "int_from_float": ("a whole number", "write the number without a point or unit"),
+    "int_type": ("a whole number", "write a whole number without a decimal point or unit"),
+    "int_from_float": ("a whole number", "write a whole number without a decimal point or unit"),
     "tuple_type": ("a list", "write each entry on a separate line that begins with `-`"),
     "list_type": ("a list", "write each entry on a separate line that begins with `-`"),
     "dict_type": ("a mapping", "write lines such as `key: value` below this key"),
@@ -63,9 +63,9 @@ def finding_of(error: Mapping[str, Any], path: NodePath, shown_path: NodePath) -
 
 def _wrong_kind(given: Any, wanted: str, remedy: str) -> tuple[str, str]:
     if given is None:
-        return "is empty", f"write {wanted} or remove the line"
+        return "the value is empty", f"write {wanted} or remove the line"
     if isinstance(given, str) and re.match(r"\s*[-+]?[0-9]*,[0-9]", given):
-        return f"{_show(given)} has a decimal comma", f"use a point: {given.strip().replace(',', '.')[:40]}"
+        return f"{_show(given)} has a decimal comma", f"use a decimal point: {given.strip().replace(',', '.')[:40]}"
     return f"{_show(given)} is not {wanted}", remedy
 
 
@@ -95,17 +95,17 @@ def _choice(error: Mapping[str, Any], path: NodePath, shown_path: NodePath) -> F
     choices = [part.strip().strip("'") for part in error["ctx"]["expected"].replace(" or ", ", ").split(", ")]
     near = nearest(given, choices) if isinstance(given, str) else None
     remedy = f"did you mean {near}?" if near else f"write {listed(choices)}"
-    return Finding(path, f"{_show(given)} is not one of the choices", remedy)
+    return Finding(path, f"{_show(given)} is not an allowed value", remedy)
 
 
 def _length(error: Mapping[str, Any], path: NodePath, shown_path: NodePath) -> Finding:
     if error["type"] in ("too_short", "string_too_short"):
         given = error["input"].strip() if isinstance(error["input"], str) else error["input"]
         if not given:
-            return Finding(path, "is empty", "write a value")
+            return Finding(path, "the value is empty", "write a value")
         return Finding(path, f"{_show(given)} is too short", "write a longer value")
     most = error["ctx"].get("max_length")
-    return Finding(path, f"has a length of {len(error['input'])}", f"reduce the length to at most {most}")
+    return Finding(path, f"the value has a length of {len(error['input'])}", f"reduce the length to at most {most}")
 
 
 _SPECIAL: dict[str, Callable[[Mapping[str, Any], NodePath, NodePath], Finding]] = {

@@ -63,7 +63,7 @@ def _content(path: Path) -> bytes:
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
         shown = f"{str(path)[:200]}{'…' if len(str(path)) > 200 else ''}"
-        problem = SpecProblem(shown, 1, 1, "", f"cannot be read: {reason}", "check the name of the spec")
+        problem = SpecProblem(shown, 1, 1, "", f"the spec cannot be read: {reason}", "check the path of the spec")
         raise SpecError([problem]) from None
 
 

@@ -37,14 +37,14 @@ def read_sections(data: Any, folder: Path) -> Sections:
     sections = Sections(folder, data if isinstance(data, dict) else {})
     if not isinstance(data, dict):
         message = "the file is empty" if data is None else "a spec must consist of lines such as `key: value`"
-        sections.findings.append(Finding((), message, "write a new spec with `stemcal init`"))
+        sections.findings.append(Finding((), message, "create a new spec with `stemcal init`"))
         return sections
     sections.read_further()
     for name, key in StudyForm.model_fields.items():
         if spelled(name) in data:
             _READ.get(name, Sections.read)(sections, name, data[spelled(name)])
         elif key.is_required():
-            sections.findings.append(Finding((), f"{name!r} is missing", f"add a section {name}:"))
+            sections.findings.append(Finding((), f"{name!r} is missing", f"add the section `{name}:`"))
         else:
             sections.good[name] = key.get_default(call_default_factory=True)
         if name == "conditions":  # what follows is written under the names declared by now
@@ -73,7 +73,9 @@ class Sections:
         """Read a section; of one that is wrong, what is good of it."""
         reported: Collection[NodePath] = ()
         if given is None:
-            self.findings.append(Finding((spelled(name),), "is empty", "fill in the section, or remove the section"))
+            self.findings.append(
+                Finding((spelled(name),), "the section is empty", "fill in the section, or remove the section")
+            )
             return
         if "tests" not in self.good and "responses" in getattr(_kind(name), "model_fields", ()):
             reported = [(spelled(name), "responses")]  # unknown while a test is wrong
@@ -198,7 +200,7 @@ def spelled(name: str) -> str:
 
 def _unknown_section(key: str, known: Collection[str]) -> Finding:
     near, section = nearest(key, known), section_with(key)
-    remedy = f"remove the key; the sections are {listed(known)}"
+    remedy = f"remove the key; known sections are {listed(known)}"
     if near or section:
         remedy = f"did you mean {near}?" if near else f"move the key to the `{section}` section"
     if (broken := stages().broken.get(key)) is not None:

@@ -47,21 +47,25 @@ def _curves_in(patterns: Sequence[str], folder: Path, path: NodePath) -> tuple[l
     try:
         files = _files(patterns, folder)
     except UsageError as error:
-        return read, [
-            Finding(path, str(error), "list the force–travel files, which must be in the same folder as the spec")
-        ]
+        return read, [Finding(path, str(error), "list files with force–travel curves in the folder of the spec")]
     for file in files:
         try:
             read += [smoothed(curve.travel, curve.force) for curve in read_curves(file, _WHOLE)]
         except UsageError as error:
             wrong.append(
                 Finding(
-                    path, str(error), "correct the file; for example, use the headings `Travel (mm)` and `Force (N)`"
+                    path,
+                    str(error),
+                    "correct the file; its columns can have the headings `Travel (mm)` and `Force (N)`",
                 )
             )
     if not wrong and len(read) < FEWEST:
-        message = f"curves of only {counted(len(read), 'specimen')} cannot determine the scatter"
-        wrong.append(Finding(path, message, f"measure at least {FEWEST} specimens, or write only `force` and `sd`"))
+        message = f"the scatter of the curves cannot be estimated from only {counted(len(read), 'specimen')}"
+        wrong.append(
+            Finding(
+                path, message, f"measure at least {FEWEST} specimens, or write `force` and `sd` instead of `curves`"
+            )
+        )
     return read, wrong[:_MOST_NAMES]
 
 
@@ -78,7 +82,7 @@ def _files(patterns: Sequence[str], folder: Path) -> list[Path]:
             raise UsageError(f"no file matches {pattern[:100]}")
         found |= dict.fromkeys(inside)
     if len(found) > _MOST_FILES:
-        raise UsageError(f"{len(found)} files match, but at most {_MOST_FILES} are allowed")
+        raise UsageError(f"the patterns match {len(found)} files, but at most {_MOST_FILES} are allowed")
     return list(found)
 
 
@@ -103,16 +107,18 @@ class Rows:
         example = _example(self.naming)
         if not isinstance(given, list) or not 0 < len(given) <= _MOST_ROWS:
             remedy = f"write a row such as `- {{{example}}}` for each mean"
-            self._find(("targets",), f"is not a list of 1 to {_MOST_ROWS} rows", remedy)
+            self._find(("targets",), f"the targets are not a list of 1 to {_MOST_ROWS} rows", remedy)
             return
         for index, row in enumerate(given):
             if isinstance(row, dict):
                 self._read_row(index, row)
             else:
-                self._find(("targets", index), "is not a mapping", f"write a row such as `{{{example}}}`")
+                self._find(("targets", index), "the row is not a mapping", f"write a row such as `{{{example}}}`")
         if not self.means and not self.findings:
             self._find(
-                ("targets",), f"no row has the {self.naming.response.noun}", f"add a row such as `- {{{example}}}`"
+                ("targets",),
+                f"no row contains the measured {self.naming.response.noun}",
+                f"add a row such as `- {{{example}}}`",
             )
 
     def _read_row(self, index: int, row: Mapping[str, Any]) -> None:
@@ -120,14 +126,16 @@ class Rows:
         if "test" in row and test not in self.tests:
             absent = "remove the key `test`, or add the test to the `tests` section"
             remedy = did_you_mean(str(test), self.tests) if self.tests else absent
-            self._find(("targets", index, "test"), f"{str(test)[:60]!r} is not a test of this study", remedy)
+            self._find(("targets", index, "test"), f"this study has no test {str(test)[:60]!r}", remedy)
             return
         if test is None:
             self._read_main(index, self._with_curves(index, row))
         else:
             entry = _Row(row, ("targets", index), _OF_TESTS, True, self.findings)
             if not entry.means and not entry.wrong:
-                self._find(("targets", index), "the row has no response", "add a response, such as `slope: …`")
+                self._find(
+                    ("targets", index), "the row contains no measured response", "add a response, such as `slope: …`"
+                )
             if entry.condition is not None:
                 means = LaboratoryMeans(diameter=entry.condition, means=entry.means, row=index)
                 self.of_tests.setdefault(str(test), []).append(means)
@@ -209,7 +217,7 @@ class _Row:
         self.condition = self._condition(naming)
         self.n: int | None = self._checked("n", Whole)
         if self.n is not None and self.n < 1:
-            self._find(("n",), f"{self.n} must not be below 1", "correct the value")
+            self._find(("n",), f"the number of specimens ({self.n}) must be at least 1", "correct the number")
         with_curves = naming.response == FORCE and "test" not in row
         self.curves = self._checked("curves", Patterns) if with_curves else None
         self.means: dict[str, Mean] = {}
@@ -243,16 +251,16 @@ class _Row:
             for name in sd:
                 if name not in names:
                     known = any(name == one.name for one in naming.responses)
-                    missing = f"{str(name)[:60]} has a standard deviation but no value"
+                    missing = f"{str(name)[:60]} has a standard deviation but no measured value"
                     self._find(("sd", name), missing, f"add {name}: …" if known else did_you_mean(str(name), names))
             return sd
         if len(names) > 1:
             shown = f"{sd:g}" if isinstance(sd, float) else str(sd)[:60]
-            message = f"{shown} can be the standard deviation of {' or of '.join(names)}"
+            message = f"the standard deviation {shown} could apply to {' or to '.join(names)}"
             self._find(("sd",), message, f"write `sd: {{{names[0]}: {shown}, {names[1]}: …}}`")
             return {}
         if not names and not self.row.get("curves"):
-            self._find(("sd",), "the response that has this standard deviation is missing", "add the response")
+            self._find(("sd",), "the row has a standard deviation but no response", "add the response")
         return dict.fromkeys(names, sd)
 
     def _read(self, key: tuple[str, ...], given: Any, named: Named, **bounds: float) -> float | None:
@@ -301,10 +309,10 @@ def _value(given: Any, named: Named, with_units: bool, above: float | None = Non
     if not abs(value) <= LARGEST:
         raise complain(f"{value:g} is outside the computable range", "check the number and its unit")
     if above is not None and not value > above:
-        remedy = "correct the value; errors are percentages of the measured value"
+        remedy = "correct the value; a relative error requires a positive measured value"
         raise complain(f"{named.text(value)} must be above 0", remedy)
     if value < at_least:
-        raise complain(f"a standard deviation of {named.text(value)} is not possible", "write a value of 0 or more")
+        raise complain(f"the standard deviation of {named.text(value)} is negative", "write a value of 0 or more")
     return value
 
 

@@ -24,7 +24,7 @@ def _names_differ(draft: Draft) -> Iterator[Finding]:
             first = seen.setdefault(value, factor)
             if first is not factor:
                 other = "" if key == "name" else f" ({first.name})"
-                message = f"another factor{other} has the {key} {value!r}"
+                message = f"another factor{other} already has the {key} {value!r}"
                 yield Finding(("factors", index, key), message, f"use a different {key} for each factor")
 
 
@@ -34,7 +34,7 @@ def _ranges_rise(draft: Draft) -> Iterator[Finding]:
         low, high = in_unit(factor.low, factor.unit), in_unit(factor.high, factor.unit)
         if factor.low > factor.high:
             message = f"`low` ({low}) is above `high` ({high})"
-            yield Finding(("factors", index, "low"), message, "exchange the two values")
+            yield Finding(("factors", index, "low"), message, "exchange `low` and `high`")
         elif factor.low == factor.high:
             message = f"`low` and `high` are both {low}"
             remedy = "widen the range, or move the parameter to the `material` section"
@@ -49,8 +49,8 @@ def _priors_fit(draft: Draft) -> Iterator[Finding]:
         path: NodePath = ("factors", index, "prior", "mean")
         if not factor.low - 3 * prior.sd <= prior.mean <= factor.high + 3 * prior.sd:
             given = f"{prior.mean:g} ± {prior.sd:g}"
-            message = f"the prior {given} excludes the entire range from {factor.low:g} to {factor.high:g}"
-            yield Finding(path, message, "correct the prior or the range, in the unit of the factor")
+            message = f"the prior {given} does not overlap the range from {factor.low:g} to {factor.high:g}"
+            yield Finding(path, message, "correct the prior or the range; both are in the unit of the factor")
 
 
 def _factors_are_known(draft: Draft) -> Iterator[Finding]:
@@ -71,7 +71,7 @@ def _factors_are_known(draft: Draft) -> Iterator[Finding]:
         except units.UnitError as error:
             message = error.message
             if factor.unit == "1":
-                message = f"{parameter.label} needs a unit"
+                message = f"the {parameter.label} requires a unit"
             path: NodePath = ("factors", index, "unit")
             yield Finding(path, message, error.remedy)
 
@@ -84,9 +84,11 @@ def _values_are_physical(draft: Draft) -> Iterator[Finding]:
             shown = units.from_internal(value, parameter.unit)
             if path not in told and (wrong := parameter.outside(shown)):
                 told.add(path)
-                place = " at a diameter of this study" if name in _growing(draft) else ""
-                message = f"{in_unit(shown, parameter.unit)}{place} {wrong}"
-                yield Finding(path, message, f"{parameter.label} in plants is {parameter.usual}")
+                message, remedy = "", f"the usual range for plants is {parameter.usual}"
+                if name in _growing(draft):
+                    message = "at one diameter of this study the value "
+                    remedy = "correct the value, the exponent or the factor ranges"
+                yield Finding(path, f"{message}{in_unit(shown, parameter.unit)} {wrong}", remedy)
 
 
 def wrong_levels(study: Study, levels: Mapping[str, float], diameter: float | None = None) -> Iterator[str]:
@@ -102,11 +104,12 @@ def wrong_levels(study: Study, levels: Mapping[str, float], diameter: float | No
         parameter = EMBEDDED[name]
         shown = units.from_internal(value, parameter.unit)
         if name in (*study.names, *study.material.growing()) and (wrong := parameter.outside(shown)):
-            yield f"{name} = {in_unit(shown, parameter.unit)} {wrong}; {parameter.label} in plants is {parameter.usual}"
+            yield f"{name} ({in_unit(shown, parameter.unit)}) {wrong}; the usual range for plants is {parameter.usual}"
     if given["tangent_modulus"] >= given["elastic_modulus"]:
         yield "`tangent_modulus` must be below `elastic_modulus`; reduce `tangent_modulus`"
     if "wall_thickness" in levels and study.at(levels).specimen.diameter_ratio <= 0.0:
-        yield f"wall_thickness must be below half of the calibration diameter, {study.targets.calibrate_at:g} mm"
+        half = 0.5 * study.targets.calibrate_at
+        yield f"`wall_thickness` must be below {half:g} mm, half the calibration diameter"
 
 
 def _material_is_given_once(draft: Draft) -> Iterator[Finding]:
@@ -120,7 +123,7 @@ def _material_is_given_once(draft: Draft) -> Iterator[Finding]:
             remedy = "remove this value, or remove the factor"
             yield Finding(("material", name), f"{name} is also a factor", remedy, at_key=True)
         elif name not in draft.names and growth.value is None:
-            remedy = f"add `value: …` ({PARAMETERS[name].usual}), or make {name} a factor"
+            remedy = f"add `value: …` (usual range: {PARAMETERS[name].usual}), or add {name} to `factors`"
             yield Finding(("material", name), f"{name} has no value at its reference diameter", remedy, at_key=True)
 
 
@@ -141,7 +144,7 @@ def _wall_fits_stem(draft: Draft) -> Iterator[Finding]:
     for path, wall in _values(draft, "wall_thickness") if "wall_thickness" in draft.kind.parameters else ():
         radius = 0.5 * draft.study.targets.calibrate_at
         if wall >= radius:
-            message = f"a wall of {wall:g} mm leaves no bore in a stem of {2 * radius:g} mm"
+            message = f"a wall of {wall:g} mm leaves no bore at a stem diameter of {2 * radius:g} mm"
             yield Finding(path, message, f"use a value below {radius:g} mm")
 
 
@@ -170,10 +173,10 @@ def _material_is_complete(draft: Draft) -> Iterator[Finding]:
     for name, parameter in PARAMETERS.items():
         if name in given:
             continue
-        message = f"the {draft.study.solver.title} solver requires {name} ({parameter.usual})"
-        remedy = "add the parameter to the `material` section, or to `factors` to calibrate the parameter"
+        message = f"the {draft.study.solver.title} solver requires `{name}` (usual range: {parameter.usual})"
+        remedy = "set the parameter in the `material` section, or add the parameter to `factors`"
         if name in RATE and draft.study.solver.rate is not None:
-            remedy += "; or write `rate_law: none` in the `solver` section to omit the effect of the strain rate"
+            remedy += "; alternatively, write `rate_law: none` in the `solver` section to neglect the strain rate"
         yield Finding(("material",), message, remedy)
 
 
@@ -255,9 +258,11 @@ def _exponents_are_factors(draft: Draft) -> Iterator[Finding]:
             continue
         if exponent in EMBEDDED:
             free = [factor for factor in draft.names if factor not in EMBEDDED]
-            yield Finding(path, f"{exponent} is a material parameter", did_you_mean(exponent, free or ["growth"]))
+            yield Finding(
+                path, f"the exponent {exponent!r} is a material parameter", did_you_mean(exponent, free or ["growth"])
+            )
         elif exponent not in draft.names:
-            message = f"{exponent[:60]!r} is neither a number nor a factor of this study"
+            message = f"the exponent {exponent[:60]!r} is neither a number nor a factor of this study"
             yield Finding(path, message, f"add `{{name: {exponent[:40]}, low: -1, high: 2}}` to `factors`")
         elif exponent in known and (wrong := _wrong_exponent(draft.factors[known[exponent]])):
             yield Finding(("factors", known[exponent]), *wrong)
@@ -266,10 +271,13 @@ def _exponents_are_factors(draft: Draft) -> Iterator[Finding]:
 def _wrong_exponent(factor: Factor) -> tuple[str, str] | None:
     """Return what keeps a factor from being an exponent, and the remedy."""
     if factor.unit != "1":
-        return "an exponent has no unit", "remove the unit"
+        return "an exponent is dimensionless", "remove the unit"
     if max(abs(factor.low), abs(factor.high)) > MOST_EXPONENT:
         most = f"{MOST_EXPONENT:g}"
-        return f"an exponent cannot range from {factor.low:g} to {factor.high:g}", f"use values from -{most} to {most}"
+        return (
+            f"the range of the exponent ({factor.low:g} to {factor.high:g}) exceeds the limits",
+            f"use values from -{most} to {most}",
+        )
     return None
 
 

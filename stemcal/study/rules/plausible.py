@@ -11,6 +11,7 @@ from stemcal.study.types import units
 from stemcal.study.types.factor import in_unit
 from stemcal.study.types.field_types import Length
 from stemcal.study.types.strict_yaml import Finding, NodePath
+from stemcal.words import counted
 
 _RANGES: dict[tuple[str, str], tuple[float, float, str]] = {
     ("specimen", "outer_diameter"): (1, 100, "mm"),
@@ -38,7 +39,7 @@ _THROUGH, _THROUGH_THIN, _THIN = 3, 4, 0.6
 # Elements of more than this share of a length do not resolve it.
 _RESOLVED = 0.6
 _MACHINE, _MOWER = 50.0, 1000.0  # mm/s: the fastest testing machine, the slowest mower
-FALL = "with elements two thirds as long, these values are up to 10 % smaller"
+FALL = "if the elements are shorter by a third, these values are up to 10 % smaller"
 
 
 def doubts(study: Study) -> list[Finding]:
@@ -62,8 +63,8 @@ def _speed(study: Study) -> Iterator[Finding]:
     """Question a speed above that of a testing machine and below that of a mower: mm/min may be meant."""
     speed = study.loading.speed
     if _MACHINE < speed < _MOWER:
-        message = f"{speed:g} mm/s is faster than a testing machine (up to {_MACHINE:g} mm/s)"
-        yield Finding(("loading", "speed"), message, "check the unit: testing machines are set in mm/min")
+        message = f"the speed of {speed:g} mm/s exceeds the speeds of testing machines (up to {_MACHINE:g} mm/s)"
+        yield Finding(("loading", "speed"), message, "check the unit; speeds of testing machines are usually in mm/min")
 
 
 def _tests(study: Study) -> Iterator[Finding]:
@@ -91,16 +92,16 @@ def _mesh(study: Study) -> Iterator[Finding]:
     for path, length in lengths.items():
         least = min(conditions, key=length.at)
         if length.at(least) == 0.0:
-            message = f"without `{path[1]}` the force depends on the mesh"
+            message = f"without `{path[1]}`, the force depends on the mesh"
             yield Finding(
                 path, message, "write `edge_spread: d/9.5` under `blade` and `internal_length: d/4.5` under `material`"
             )
             continue
         coarse = [d for d in conditions if mesh.element_size.at(d) > _RESOLVED * length.at(d) * (1.0 + 1e-9)]
         if coarse:
-            whole = f"{'.'.join(path)} ({length}) at {coarse[0]:g} mm"
+            whole = f"`{'.'.join(path)}` ({length}) at a diameter of {coarse[0]:g} mm"
             message = f"elements of {mesh.element_size} are longer than {_RESOLVED:g} times {whole}"
-            remedy = f"use at most {_RESOLVED * length.at(coarse[0]):.2g} mm, or the force depends on the mesh"
+            remedy = f"use at most {_RESOLVED * length.at(coarse[0]):.2g} mm; otherwise, the force depends on the mesh"
             yield Finding(("solver", "element_size"), message, remedy)
 
 
@@ -118,8 +119,8 @@ def _wall(study: Study, mesh: Mesh) -> Iterator[Finding]:
         count = mesh.through_wall or max(1, math.ceil(elements - 1e-9))
         if count < (_THROUGH_THIN if ratio > _THIN else _THROUGH):
             message = (
-                f"the wall of {wall:.3g} mm has {count} elements through its thickness, so the force depends on the "
-                "number of elements"
+                f"the wall of {wall:.3g} mm has only {counted(count, 'element')} through its thickness, so the force "
+                "depends on the mesh"
             )
             remedy = f"write `elements_through_wall: {_THROUGH_THIN}` in the `solver` section"
             yield Finding(("solver", "element_size"), message, remedy)
@@ -138,13 +139,13 @@ def _targets(study: Study) -> Iterator[Finding]:
         if study.naming.response == FORCE:
             yield from doubt((*path, "force"), target.response, 1, 1e5, "N")
         if 0.0 in (target.sd, *(mean.sd for mean in target.further.values())):
-            message = "with a standard deviation of 0, this mean has almost all the weight in a joint fit"
+            message = "this mean has a standard deviation of 0 and therefore dominates a joint fit"
             yield Finding((*path, "sd"), message, "omit `sd` if the standard deviation is unknown")
         travel, _ = target.mean_of(TRAVEL.name)
         stroke = study.loading.stroke_at(target.condition)
         if study.naming.is_cutting and travel is not None and travel > stroke:
-            message = f"{travel:g} mm exceeds the simulated blade travel of {stroke:.3g} mm"
-            yield Finding((*path, "travel"), message, f"lengthen loading.{''.join(study.loading.written)}")
+            message = f"the travel of {travel:g} mm exceeds the simulated blade travel of {stroke:.3g} mm"
+            yield Finding((*path, "travel"), message, f"increase `loading.{''.join(study.loading.written)}`")
 
 
 def _outliers(study: Study) -> Iterator[Finding]:
@@ -161,8 +162,8 @@ def _outliers(study: Study) -> Iterator[Finding]:
         ]
         if target.response > _FAR * max(expected) or target.response < min(expected) / _FAR:
             message = (
-                f"{target.response:g} N at {target.condition:g} mm is far from the other targets, which suggest about "
-                f"{median(expected):.3g} N"
+                f"the force of {target.response:g} N at {target.condition:g} mm is far from the value of about "
+                f"{median(expected):.3g} N expected from the other targets"
             )
             yield Finding(("targets", target.row, "force"), message, "check the decimal point and the unit")
 
@@ -185,7 +186,7 @@ def _factors(study: Study) -> Iterator[Finding]:
         try:
             unit = units.parse_unit(factor.unit)
         except units.UnitError as error:
-            meant = error.remedy if "did you mean" in error.remedy else "levels are used as written"
+            meant = error.remedy if "did you mean" in error.remedy else "the levels are used without conversion"
             yield Finding((*path, "unit"), error.message, meant)
             continue
         parameter = EMBEDDED.get(factor.name)
@@ -200,7 +201,7 @@ def _agreement(study: Study) -> Iterator[Finding]:
     at, stem = study.targets.calibrate_at, study.specimen.outer_diameter
     written = "outer_diameter" in study.specimen.model_fields_set
     if study.naming.condition == DIAMETER and written and not math.isclose(at, stem, rel_tol=1e-9):
-        message = f"the parameters are calibrated at {at:g} mm, not at {stem:g} mm"
+        message = f"the parameters are calibrated at a diameter of {at:g} mm, not at {stem:g} mm"
         remedy = "add a row for this diameter to `targets`, or omit `outer_diameter`"
         yield Finding(("specimen", "outer_diameter"), message, remedy)
 
@@ -210,5 +211,5 @@ def doubt(path: NodePath, value: float, low: float, high: float, unit: str) -> I
     if low * (1 - 1e-9) <= value <= high * (1 + 1e-9):
         return
     usual = f"{low:g} to {in_unit(high, unit)}"
-    message = f"{in_unit(value, unit)} is far outside the usual range of stems and blades ({usual})"
+    message = f"{in_unit(value, unit)} is outside the usual range for stems and blades ({usual})"
     yield Finding(path, message, "check the unit")

@@ -16,7 +16,7 @@ def _names_are_free(draft: Draft) -> Iterator[Finding]:
     """Responses and conditions have names that represent nothing else."""
     if draft.naming.is_cutting:
         return
-    taken = {**dict.fromkeys(_OF_ROWS, "a key of targets"), **dict.fromkeys(CHANCE, "a placeholder")}
+    taken = {**dict.fromkeys(_OF_ROWS, "a key of `targets`"), **dict.fromkeys(CHANCE, "a placeholder")}
     taken |= dict.fromkeys(draft.names, "a factor")
     for section in ("responses", "conditions"):
         for index, one in enumerate(getattr(draft.study, section) or ()):
@@ -53,7 +53,7 @@ def _own_names_belong_to_programs(draft: Draft) -> Iterator[Finding]:
         if is_own:
             title = draft.study.solver.title
             message = f"the {title} solver returns only the maximum force of a stem"
-            yield Finding((section,), message, "remove the response, or use `solver: {kind: command}`", at_key=True)
+            yield Finding((section,), message, f"remove `{section}`, or use `solver: {{kind: command}}`", at_key=True)
 
 
 def _stem_reaches_over_supports(draft: Draft) -> Iterator[Finding]:
@@ -69,7 +69,7 @@ def _stem_reaches_over_supports(draft: Draft) -> Iterator[Finding]:
 def _edge_fits_blade(draft: Draft) -> Iterator[Finding]:
     """The rounding of the edge is smaller than half the thickness."""
     if draft.study.blade.edge_radius > draft.study.blade.thickness / 2:
-        message = f"{draft.study.blade.edge_radius:g} mm is more than half the thickness of the blade"
+        message = f"the edge radius of {draft.study.blade.edge_radius:g} mm exceeds half the thickness of the blade"
         yield Finding(("blade", "edge_radius"), message, f"use a radius below {draft.study.blade.thickness / 2:g} mm")
 
 
@@ -77,8 +77,9 @@ def _friction_falls(draft: Draft) -> Iterator[Finding]:
     """Sliding does not rub more than sticking."""
     contact = draft.study.contact
     if contact.dynamic_friction > contact.static_friction:
-        message = f"{contact.dynamic_friction:g} is above the static friction ({contact.static_friction:g})"
-        yield Finding(("contact", "dynamic_friction"), message, "exchange the two values")
+        dynamic, static = contact.dynamic_friction, contact.static_friction
+        message = f"the dynamic friction ({dynamic:g}) exceeds the static friction ({static:g})"
+        yield Finding(("contact", "dynamic_friction"), message, "exchange the two coefficients")
 
 
 _CUTTING = "cutting"
@@ -90,14 +91,12 @@ def _tests_are_simulated(draft: Draft) -> Iterator[Finding]:
     if not draft.tests:
         return
     if not draft.kind.simulates_tests:
-        message = f"solver {draft.study.solver.kind} cannot simulate laboratory tests"
+        message = f"the {draft.study.solver.title} solver cannot simulate laboratory tests"
         yield Finding(("tests",), message, "remove the tests, or use the embedded solver", at_key=True)
     for section in ("responses", "conditions"):
         if getattr(draft.study, section):
-            message = (
-                f"the `{section}` section for an external program cannot be combined with tests of the embedded solver"
-            )
-            yield Finding((section,), message, f"remove {section} or tests", at_key=True)
+            message = f"the `{section}` section cannot be combined with laboratory tests"
+            yield Finding((section,), message, f"remove `{section}` or `tests`", at_key=True)
 
 
 def _curves_are_simulated(draft: Draft) -> Iterator[Finding]:
@@ -109,11 +108,11 @@ def _curves_are_simulated(draft: Draft) -> Iterator[Finding]:
         if (missing := draft.study.solver.without_curve()) is not None:
             yield Finding(path, *missing)
         if not any(isclose(there, targets.calibrate_at) for there in curved.values()):
-            message = f"no curves are given at {targets.calibrate_at:g} mm, where the parameters are calibrated"
-            yield Finding(path, message, "add curves at this diameter, or use only the force")
+            message = f"no curves are listed for the calibration diameter of {targets.calibrate_at:g} mm"
+            yield Finding(path, message, "add curves for this diameter, or fit only the force")
     machine = draft.study.machine
     if machine.model_fields_set and not curved:
-        message = "without curves the `machine` section has no effect"
+        message = "without curves, the `machine` section has no effect"
         yield Finding(("machine",), message, "remove the section, or list files under `curves`", at_key=True)
 
 
@@ -127,7 +126,9 @@ def _tests_differ(draft: Draft) -> Iterator[Finding]:
         key = test.name.casefold()
         if key in seen or key == _CUTTING:
             taken = "the cutting test of the spec" if key == _CUTTING else "another test"
-            yield Finding(("tests", index, "name"), f"{test.name!r} is the name of {taken}", "choose another name")
+            yield Finding(
+                ("tests", index, "name"), f"{test.name!r} is already the name of {taken}", "choose another name"
+            )
         seen.add(key)
         for response in test.measured:
             if test.called(response) in draft.names:
@@ -140,11 +141,11 @@ def _tests_have_what_they_need(draft: Draft) -> Iterator[Finding]:
     for test in draft.tests.values():
         for means in test.targets:
             if test.is_further_cut and "slope" in means.means:
-                message = "the slope of a cut contains the compliance of the contact, which depends on the mesh"
+                message = "the slope of a cutting curve includes the contact compliance, which depends on the mesh"
                 yield Finding(("targets", means.row, "slope"), message, "use the maximum force instead")
             for response, mean in means.means.items():
                 if mean.sd is None:
-                    message = f"the weight of {response} in the fit is unknown without `sd`"
+                    message = f"without `sd`, the weight of {response} in the fit is unknown"
                     yield Finding(("targets", means.row, response), message, f"add sd: {{{response}: …}}")
 
 
@@ -177,11 +178,11 @@ def _test_targets_stand_beside_forces(draft: Draft) -> Iterator[Finding]:
         for means in test.targets:
             place = ("targets", means.row, "diameter")
             if any(isclose(means.diameter, other) for other in seen):
-                message = f"the test {test.name} has two rows for {means.diameter:g} mm"
+                message = f"the test {test.name} has two rows for the diameter {means.diameter:g} mm"
                 yield Finding(place, message, "keep one row with the mean and `n`")
             if not any(isclose(means.diameter, other) for other in cut):
                 listed = ", ".join(f"{other:g}" for other in cut[:20])
-                message = f"no cutting force is given for {means.diameter:g} mm, only for {listed} mm"
+                message = f"the targets contain no cutting force for {means.diameter:g} mm, only for {listed} mm"
                 yield Finding(place, message, "add a row with the cutting force, or remove this row")
             seen.append(means.diameter)
 

@@ -104,7 +104,7 @@ class PriorKnowledge(Frozen):
 
 
 class Factor(Frozen):
-    """One parameter to calibrate, with the range to search."""
+    """One parameter to calibrate, with its search range."""
 
     name: FactorName
     """Name of the factor in tables and files. The factors of the embedded solver are nine material parameters, the
@@ -123,7 +123,7 @@ class Factor(Frozen):
     prior: PriorKnowledge | None = None
     """Prior knowledge of the factor; by default all values from `low` to `high` are equally likely."""
     expected_sign: Literal["+", "-"] | None = None
-    """Expected sign of the effect of the factor; the opposite sign in the screening gives a warning."""
+    """Expected sign of the effect of the factor; the opposite sign in the screening causes a warning."""
 
     @property
     def centre(self) -> float:
@@ -142,7 +142,7 @@ class Factor(Frozen):
 
 
 class OwnQuantity(Frozen):
-    """A response, or the condition at which responses are measured, declared by a study; values are in `unit`."""
+    """A response or a condition of the measurements that a study declares; values are in `unit`."""
 
     name: ColumnName
     """Name of the response or condition in tables, in files, in `targets` and in `solver.result`. In a template,

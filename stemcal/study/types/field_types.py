@@ -78,8 +78,8 @@ class OneOf:
         near = nearest(name, names)
         remedy = f"did you mean {near}?" if near else f"write kind: {listed(names)}"
         if (broken := self.kinds.broken.get(name)) is not None:
-            remedy = f"the package of this kind cannot be loaded: {broken}"
-        wrong = complain(f"{str(given['kind'])[:60]!r} is not a kind of {self.noun}", remedy)
+            remedy = f"the package that defines this kind cannot be loaded: {broken}"
+        wrong = complain(f"{str(given['kind'])[:60]!r} is not a known kind of {self.noun}", remedy)
         raise ValidationError.from_exception_data("kind", [InitErrorDetails(type=wrong, loc=("kind",), input=given)])
 
 
@@ -125,7 +125,7 @@ class Quantity:
                 raise complain(error.message, error.remedy) from None
         given = given.item() if hasattr(given, "item") else given  # a number of numpy's
         if isinstance(given, bool) or not isinstance(given, int | float):
-            raise complain("is not a number with a unit", f'write a value such as "1 {unit}"')
+            raise complain("the value is not a number with a unit", f'write a value such as "1 {unit}"')
         if from_yaml:
             raise complain(f"{given:g} has no unit", f'write "{given:g} {units.usual_unit(self.dimension)}"')
         return float(given) if -MOST <= given <= MOST else math.inf  # a whole number of 400 digits is no float
@@ -135,9 +135,9 @@ def _resolve_file(given: Any, info: core_schema.ValidationInfo) -> Any:
     if info.context is None:
         return given
     if not isinstance(given, str) or not given.strip() or "\0" in given or len(given) > 1000:
-        raise complain("is not a usable file name", "write a path relative to the spec")
+        raise complain("the value is not a valid file name", "write a path relative to the spec")
     folder: Path = info.context["spec"]
-    outside = complain(f"{given!r} is outside the folder of the spec", "copy the file into that folder")
+    outside = complain(f"{given!r} is outside the folder of the spec", "copy the file into the folder of the spec")
     windows = PureWindowsPath(given)
     if Path(given).is_absolute() or windows.drive or windows.root or ".." in windows.parts:
         raise outside
@@ -156,7 +156,7 @@ def _resolve_file(given: Any, info: core_schema.ValidationInfo) -> Any:
 SpecFile = Annotated[
     Path,
     BeforeValidator(_resolve_file),
-    WithJsonSchema({"type": "string", "description": "file, relative to the spec"}),
+    WithJsonSchema({"type": "string", "description": "Path of a file, relative to the spec."}),
 ]
 """A file inside the folder of the spec, resolved; it exists when it came from YAML."""
 
@@ -175,7 +175,7 @@ Share = Annotated[Number, Field(gt=0, le=1)]
 def _readable(text: str) -> str:
     """Refuse what would command a terminal, or turn a line of a table around."""
     if (found := unprintable(text)) is not None:
-        raise complain(f"contains the control character {found}", "remove the character")
+        raise complain(f"the text contains the control character {found}", "remove the character")
     return text
 
 
@@ -190,10 +190,10 @@ _RESERVED_COLUMNS = {"run", "row", "response", "condition", "force", "diameter",
 
 def _column_name(name: str) -> str:
     if not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", name):
-        remedy = "use letters, digits and _, such as yield_stress"
+        remedy = "use letters, digits and underscores, as in yield_stress"
         raise complain(f"{name[:60]!r} is not allowed as a column name", remedy)
     if len(name) > 40:
-        raise complain(f"the name has {len(name)} characters", "use at most 40")
+        raise complain(f"the name has {len(name)} characters", "use at most 40 characters")
     return name
 
 
@@ -217,9 +217,11 @@ _DEVICES = {"con", "prn", "aux", "nul"} | {f"{port}{i}" for port in ("com", "lpt
 
 def _study_name(name: str) -> str:
     if not re.fullmatch(r"[\w-]([\w. -]{0,62}[\w-])?", name) or len(name.encode()) > 200:
-        raise complain(f"{name[:80]!r} is not allowed as a folder name", "use up to 64 letters, digits, - and _")
+        raise complain(
+            f"{name[:80]!r} is not allowed as a folder name", "use up to 64 letters, digits, hyphens and underscores"
+        )
     if name.split(".")[0].rstrip().lower() in _DEVICES:
-        raise complain(f"{name!r} is a device on Windows, not a folder", "choose another name")
+        raise complain(f"{name!r} is a reserved device name on Windows", "choose another name")
     return name
 
 

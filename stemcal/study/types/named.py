@@ -50,7 +50,7 @@ def quantity(given: Any, named: Named) -> float:
     if isinstance(given, str):
         return _written(given, named)
     if isinstance(given, bool) or not isinstance(given, int | float):
-        raise complain("is not a number", f"write a value such as {named.text(1.0)!r}")
+        raise complain("the value is not a number", f"write a value such as {named.text(1.0)!r}")
     return float(given)
 
 
@@ -103,7 +103,7 @@ def responses_by_name(given: Any, info: ValidationInfo) -> Any:
     if given == "all":
         given = known
     if not isinstance(given, list | tuple) or not given or any(name not in known for name in given):
-        raise complain("is neither 'all' nor a list of responses", f"choose among {', '.join(known)}")
+        raise complain("the value is neither `all` nor a list of responses", f"choose among {', '.join(known)}")
     return tuple(FIRST if name == naming.response.name else name for name in given)
 
 

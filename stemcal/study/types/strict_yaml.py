@@ -92,7 +92,7 @@ def read_yaml(content: bytes) -> Document:
     if len(content) > MAX_BYTES:
         document.note(_TOP, "the file is larger than 1 MiB", "check whether this file is a spec")
     elif text is None:
-        document.note(_TOP, "the file is neither UTF-8 nor UTF-16 nor GBK text", "save the file as UTF-8")
+        document.note(_TOP, "the file is not a text in UTF-8, UTF-16 or GBK", "save the file as UTF-8")
     else:
         _read_text(document, text)
     return document
@@ -106,7 +106,9 @@ def _read_text(document: Document, text: str) -> None:
             document.data = loader.value_of(loader.get_node(), ())
         if loader.check_node():
             second: Any = loader.peek_event()  # type: ignore[no-untyped-call]
-            loader.stop(second, "a second document begins here", "keep one study per file and remove the line ---")
+            loader.stop(
+                second, "a second YAML document begins here", "keep one study per file, and remove the line `---`"
+            )
         document.complete = True
     except yaml.reader.ReaderError as error:
         before = text[: error.position]
@@ -117,15 +119,15 @@ def _read_text(document: Document, text: str) -> None:
     except yaml.MarkedYAMLError as error:
         problem = (error.problem or error.context or "no YAML").replace("\n", " ")[:200]
         remedy = next((remedy for part, remedy in _REMEDIES.items() if part in problem), "check this line")
-        document.note(_place(_mark(error)), f"not readable as YAML: {problem}", remedy)
+        document.note(_place(_mark(error)), f"the file is not valid YAML: {problem}", remedy)
     except RecursionError:
         document.note(_TOP, "the file is nested too deep", "a spec needs at most four levels; check the brackets")
     except (yaml.YAMLError, ValueError, OverflowError):
         here = _place(loader.get_mark() if loader else None)
         document.note(
             here,
-            "the file is not readable as YAML here",
-            "check the escape sequences and the lines that begin with % here",
+            "the file is not valid YAML at this position",
+            "check the escape sequences and the lines that begin with %",
         )
     except _Stopped:
         pass
@@ -146,7 +148,7 @@ class _Loader(yaml.SafeLoader):
         """Return the next node; that of an alias is empty."""
         event: Any = self.peek_event()  # type: ignore[no-untyped-call]
         if isinstance(event, yaml.AliasEvent):
-            self._complain(event, f"*{str(event.anchor)[:40]} is an alias", "write the value instead")
+            self._complain(event, f"*{str(event.anchor)[:40]} is an alias", "write the value itself")
             self.get_event()  # type: ignore[no-untyped-call]
             marks: tuple[Any, Any] = event.start_mark, event.end_mark
             return yaml.ScalarNode("", "", *marks)
@@ -155,7 +157,7 @@ class _Loader(yaml.SafeLoader):
         if event.tag is not None:
             self._complain(event, f"{event.tag[:40]} is a tag", "remove the tag")
         if any("\ud800" <= letter <= "\udfff" for letter in getattr(event, "value", "")):
-            self._complain(event, "half a surrogate pair is not a character", "write the character itself")
+            self._complain(event, "half of a surrogate pair is not a valid character", "write the character itself")
         self.anchors.clear()  # each is refused, repeated or not
         return super().compose_node(parent, index)
 
@@ -176,12 +178,12 @@ class _Loader(yaml.SafeLoader):
         found: dict[str, Any] = {}
         for key_node, value in node.value:
             if not isinstance(key_node, yaml.ScalarNode):
-                remedy = "use a plain word; enclose {braces} in quotes"
+                remedy = "use a plain word as a key; enclose {braces} in quotes"
                 self.stop(key_node, "a list or mapping cannot be a key", remedy)
             key, below = key_node.value, (*path, key_node.value)
             first = self._document.keys.setdefault(below, _place(key_node.start_mark))
             if key in found:
-                message = f"key {key[:60]!r} is repeated; line {first.line} already has this key"
+                message = f"the key {key[:60]!r} is repeated; line {first.line} already has this key"
                 self._complain(key_node, message, "keep one of the two keys", below)
             else:
                 found[key] = self.value_of(value, below)
@@ -232,6 +234,6 @@ _REMEDIES = {
     _NO_COLON: "a colon and a space are missing here: write `key: value`",
     "expected <block end>": "check the indentation of this line and of the lines above",
     "expected ',' or": "add the missing closing bracket",
-    "sequence entries are not allowed": "enclose a lone - in quotes",
+    "sequence entries are not allowed": "enclose a single `-` in quotes",
     "unexpected end of stream": "add the missing closing quotation mark",
 }

@@ -112,7 +112,7 @@ def parse(text: str, dimension: str) -> float:
     if unit is None:
         raise UnitError(f"{match[1]} has no unit", f'write "{match[1]} {usual_unit(dimension)}"')
     if re.match(r",[0-9]", unit):
-        raise UnitError(f"{_shown(text)} has a decimal comma", "use a point, as in 37.5")
+        raise UnitError(f"{_shown(text)} has a decimal comma", "use a decimal point, as in 37.5")
     value = convert(number, unit, dimension)
     if not math.isfinite(value):
         raise UnitError(f"{_shown(text)} is too large", "check the exponent")

@@ -90,5 +90,5 @@ def test_extra_runs_make_a_poor_design_estimate_the_quadratic():
 
     faces = np.array([[-1.0, 0.0], [1.0, 0.0], [0.0, -1.0], [0.0, 1.0]])
     assert det(added) == pytest.approx(det(faces), rel=1e-9)
-    with pytest.raises(UsageError, match="has only 4 free points for 5 runs"):
+    with pytest.raises(UsageError, match="only 4 candidate points are available for 5 runs"):
         extra_runs(start, 5, grid)

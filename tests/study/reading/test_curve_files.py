@@ -89,13 +89,23 @@ def test_a_simulated_curve_has_their_scores(tmp_path: Path) -> None:
         ("curves: lab/9mm-*.csv", "force: 140 N", "", "no file matches lab/9mm-*.csv; "),
         ("curves: ../*.csv", "force: 140 N", "", "no file matches ../*.csv; "),
         (f"curves: {'x' * 290}.csv", "force: 140 N", "", "no file matches xxx"),
-        ("curves: lab/8mm-1.csv", "force: 140 N", "", "curves of only 1 specimen cannot determine the scatter"),
-        ("curves: [lab/8mm-1.csv, lab/8mm-2.csv]", "force: 140 N", "", "curves of only 2 specimens cannot determine"),
+        (
+            "curves: lab/8mm-1.csv",
+            "force: 140 N",
+            "",
+            "the scatter of the curves cannot be estimated from only 1 specimen",
+        ),
+        (
+            "curves: [lab/8mm-1.csv, lab/8mm-2.csv]",
+            "force: 140 N",
+            "",
+            "the scatter of the curves cannot be estimated from only 2 specimens",
+        ),
         (
             "force: 180 N",
             "curves: lab/8mm-*.csv",
             "",
-            "no curves are given at 8 mm, where the parameters are calibrated",
+            "no curves are listed for the calibration diameter of 8 mm",
         ),
         ("curves: 3", "force: 140 N", "", "curves"),
         ("curves: lab/8mm-*.csv, modes: 1", "force: 140 N", "", "unknown key 'modes'"),
@@ -109,7 +119,7 @@ def test_a_simulated_curve_has_their_scores(tmp_path: Path) -> None:
             "force: 180 N",
             "force: 140 N",
             "machine: {stiffness: 900 N/mm}\n",
-            "machine: without curves the `machine` section has no effect",
+            "machine: without curves, the `machine` section has no effect",
         ),
     ],
 )
@@ -234,10 +244,10 @@ def test_curves_are_for_solvers_that_leave_a_history(tmp_path: Path, kind: str) 
 
 
 def test_runs_by_hand_have_no_curve(tmp_path: Path) -> None:
-    with pytest.raises(SpecError, match="the sheet solver returns no curve"):
+    with pytest.raises(SpecError, match="the sheet solver returns no force–travel curve"):
         of_decks(tmp_path, "sheet")
 
 
 def test_a_program_without_a_curve_has_none_to_compare(tmp_path: Path) -> None:
-    with pytest.raises(SpecError, match=r"own.yaml:12:30: targets\[1\].curves: requires a result"):
+    with pytest.raises(SpecError, match=r"own.yaml:12:30: targets\[1\].curves: curves can be fitted only if"):
         of_a_program(tmp_path, "")

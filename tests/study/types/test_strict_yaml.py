@@ -68,8 +68,8 @@ def test_a_missing_node_is_placed_at_what_would_hold_it() -> None:
 def test_duplicate_keys_name_both_lines_and_keep_the_first() -> None:
     document = read("low: 1\nhigh: 2\nlow: 3\nlow: {low: 4}\n")
     assert messages(document) == [
-        "key 'low' is repeated; line 1 already has this key",
-        "key 'low' is repeated; line 1 already has this key",
+        "the key 'low' is repeated; line 1 already has this key",
+        "the key 'low' is repeated; line 1 already has this key",
     ]
     assert [place.line for place, _ in document.problems] == [3, 4]
     assert document.data == {"low": 1, "high": 2}
@@ -90,16 +90,16 @@ def test_equal_keys_in_different_mappings_are_fine() -> None:
         ("*x : 1", "*x is an alias"),
         ("? [a, b]\n: 1", "a list or mapping cannot be a key"),
         ("{{a}}: 1", "a list or mapping cannot be a key"),
-        ("a: 1\n---\nb: 2", "a second document begins here"),
-        ("a: b: c", "not readable as YAML: mapping values are not allowed here"),
+        ("a: 1\n---\nb: 2", "a second YAML document begins here"),
+        ("a: b: c", "the file is not valid YAML: mapping values are not allowed here"),
         ("a: \0", "character U+0000 is not allowed"),
         ("a: \x07", "character U+0007 is not allowed"),
-        ('a: "\\uD800"', "half a surrogate pair is not a character"),
-        ('a: "\\UFFFFFFFF"', "the file is not readable as YAML here"),
-        ("%YAML 1." + "9" * 5000 + "\n--- a", "the file is not readable as YAML here"),
-        ("%YAML 9.9\n--- a", "not readable as YAML: found incompatible YAML document (version 1.* is required)"),
-        ("k" * 2000 + ": 1", "not readable as YAML: mapping values are not allowed here"),
-        ("\ta: 1", "not readable as YAML: found character '\\t' that cannot start any token"),
+        ('a: "\\uD800"', "half of a surrogate pair is not a valid character"),
+        ('a: "\\UFFFFFFFF"', "the file is not valid YAML at this position"),
+        ("%YAML 1." + "9" * 5000 + "\n--- a", "the file is not valid YAML at this position"),
+        ("%YAML 9.9\n--- a", "the file is not valid YAML: found incompatible YAML document (version 1.* is required)"),
+        ("k" * 2000 + ": 1", "the file is not valid YAML: mapping values are not allowed here"),
+        ("\ta: 1", "the file is not valid YAML: found character '\\t' that cannot start any token"),
     ],
 )
 def test_what_is_refused(text: str, message: str) -> None:
@@ -146,7 +146,7 @@ def test_encodings_of_chinese_windows_are_read(content: bytes) -> None:
 
 def test_bytes_of_no_encoding_are_refused() -> None:
     assert decode(b"name: \xff\xff\xff") is None
-    assert messages(read_yaml(b"name: \xff\xff\xff")) == ["the file is neither UTF-8 nor UTF-16 nor GBK text"]
+    assert messages(read_yaml(b"name: \xff\xff\xff")) == ["the file is not a text in UTF-8, UTF-16 or GBK"]
 
 
 def test_windows_line_ends_count_once() -> None:
