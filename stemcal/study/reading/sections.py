@@ -133,7 +133,12 @@ class Sections:
 
     def read_factors(self, name: str, given: Any) -> None:
         """Read the factors one by one: good ones are kept by their place in the list."""
-        if not isinstance(given, list) or not 0 < len(given) <= MOST_FACTORS:
+        if isinstance(given, list) and len(given) > MOST_FACTORS:
+            remedy = "keep the most important factors, and set the other parameters in the `material` section"
+            message = f"the spec has {len(given)} factors, but at most {MOST_FACTORS} are allowed"
+            self.findings.append(Finding((name,), message, remedy))
+            return
+        if not isinstance(given, list) or not given:
             self.read(name, given)
             return
         good, adapter = dict[int, Factor](), TypeAdapter(Factor)
