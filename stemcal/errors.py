@@ -90,8 +90,8 @@ class TargetUnreachable(StemcalError):
         self.target, self.low, self.high = target, low, high
         side = "above" if target > high else "below"
         super().__init__(
-            f"target {target:g}{unit_suffix} is {side} all values of the surface in the design region "
-            f"({low:.4g} to {high:.4g}{unit_suffix}); widen the factor ranges or choose other factors"
+            f"the target {target:g}{unit_suffix} is {side} all values of the response surface in the experimental "
+            f"region ({low:.4g} to {high:.4g}{unit_suffix}); widen the factor ranges or choose other factors"
         )
 
 
@@ -116,7 +116,9 @@ class Waiting(StemcalError):
     def __init__(self, stage: str, requests: Sequence[Any]) -> None:
         self.stage, self.requests = stage, tuple(requests)
         count = f"{len(requests)} result" + "s" * (len(requests) != 1)
-        super().__init__(f"waiting for {count} of {stage}; run `stemcal run SPEC` to write the sheet for these runs")
+        super().__init__(
+            f"waiting for {count} of the stage {stage}; run `stemcal run SPEC` to write the sheet for these runs"
+        )
 
 
 class SimulationFailed(StemcalError):

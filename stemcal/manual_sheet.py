@@ -16,14 +16,12 @@ from typing import Any, Literal
 from stemcal.errors import StemcalError, UsageError, Waiting
 from stemcal.executors import InlineExecutor
 from stemcal.files.durable import make_folder, write_atomic
-from stemcal.folder import StudyFolder, provenance
-from stemcal.folder.log import now
+from stemcal.folder import StudyFolder, now, provenance
 from stemcal.naming import FIRST
 from stemcal.overview.plan import asked, missing
 from stemcal.overview.status import SHEET, ledger
-from stemcal.runs.answer import Watch, ignore, keep
-from stemcal.runs.record import answer_of, record_key, stands
-from stemcal.runs.retries import Computed
+from stemcal.runs.answer import Run, Watch, ignore, keep
+from stemcal.runs.record import stands
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import RESPONSES, Answer, Request, Solver
 from stemcal.solvers.replicates import seed_of
@@ -72,9 +70,9 @@ def awaited_runs(study: Study, folder: StudyFolder, waiting: Waiting) -> list[Re
     """
     study = stage_called(waiting.stage).seen(study)
     solver = make_solver(study)
-    wanted = {record_key(solver, request): request for request in waiting.requests}
+    wanted = {Run.of(solver, request).key: request for request in waiting.requests}
     for part in asked(study, solver, folder):
-        left = {record_key(solver, request): request for request in missing(part, study, solver, folder)}
+        left = {Run.of(solver, request).key: request for request in missing(part, study, solver, folder)}
         if part.stage == waiting.stage and part.settled and wanted.keys() <= left.keys():
             wanted = left
     rows = list(wanted.values())
@@ -90,7 +88,7 @@ def _known_runs(study: Study, folder: StudyFolder, waiting: Waiting | None) -> l
     solver = make_solver(study.by_hand)
     awaited = [] if waiting is None else list(waiting.requests)
     asked_for = [entry.request for entry in ledger(study, folder) if (entry.stage in elsewhere) is there]
-    return list({record_key(solver, request): request for request in (*awaited, *asked_for)}.values())
+    return list({Run.of(solver, request).key: request for request in (*awaited, *asked_for)}.values())
 
 
 def hand_out(study: Study, folder: StudyFolder, waiting: Waiting) -> tuple[Path, int]:
@@ -114,9 +112,9 @@ def hand_out(study: Study, folder: StudyFolder, waiting: Waiting) -> tuple[Path,
 def _entered(study: Study, folder: StudyFolder, awaited: Sequence[Request]) -> Iterator[SheetRow]:
     """Yield the runs whose results were entered, with these."""
     solver = make_solver(study.by_hand)
-    left = {record_key(solver, run) for run in awaited}
+    left = {Run.of(solver, run).key for run in awaited}
     for run in _known_runs(study, folder, None):
-        record = folder.peek(key) if (key := record_key(solver, run)) not in left else None
+        record = folder.peek(key) if (key := Run.of(solver, run).key) not in left else None
         if record is not None and "entered" in record["details"]:
             yield run, _known(study.by_hand, record)
 
@@ -227,7 +225,7 @@ def require_sheet(study: Study) -> None:
     if study.by_hand.kind.answers != "asks_people":
         kind = study.by_hand.solver.kind
         raise UsageError(
-            f"solver.kind: the solver {kind} computes all runs; write `solver: {{kind: sheet}}` to enter results"
+            f"solver.kind: the solver kind `{kind}` computes all runs; write `solver: {{kind: sheet}}` to enter results"
         )
 
 
@@ -257,7 +255,7 @@ def _by_run(
         except RowRefused as one:
             refused.append(one)
             continue
-        found.setdefault(record_key(solver, request), []).append(result)
+        found.setdefault(Run.of(solver, request).key, []).append(result)
     return found
 
 
@@ -273,7 +271,7 @@ def _against_record(
 ) -> Literal["taken", "known", "replaced"]:
     """Return whether a result is new, known or replaces another; refuse one that is known otherwise."""
     filled = result.filled
-    before = None if record is None or not stands(record, study.by_hand.runs) else answer_of(record)
+    before = None if record is None or not stands(record, study.by_hand.runs) else _answer_in(record)
     if before is None or record is None:
         return "taken"
     if _agree(before, result.answer) or (not because and _was_replaced(record, result.answer)):
@@ -287,6 +285,10 @@ def _against_record(
         f"{filled.run} already has the result {_said(before)} ({' '.join(told).strip()}), not "
         f'{_said(result.answer)}; to replace the result, enter the sheet with --replace "why"',
     )
+
+
+def _answer_in(record: Mapping[str, Any]) -> Answer:
+    return Answer(**{name: record[name] for name in ("status", FIRST, "reason", "message", "details")}).readable()
 
 
 def _was_replaced(record: Mapping[str, Any], answer: Answer) -> bool:
@@ -332,4 +334,4 @@ def _record(key: str, result: _Result, solver: Solver, folder: StudyFolder, beca
         values = {"before": before["response"], "now": result.answer.response}
         folder.log("result_replaced", key=key, run=filled.run, reason=because, **values)
     answer = replace(result.answer, details={**result.answer.details, **told})
-    keep(key, result.request, Computed(answer, {**provenance(), "finished": time}), solver, folder)
+    keep(Run.of(solver, result.request), (answer, {**provenance(), "finished": time}), folder)

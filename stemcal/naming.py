@@ -28,7 +28,6 @@ _NOUNS = {
     "Travel to the maximum force": "travel",
     "Work to the maximum force": "work",
 }
-_PREPOSITIONS = (" of ", " to ", " in ", " at ", " per ")
 
 
 @dataclass(frozen=True)
@@ -61,21 +60,6 @@ class Named:
         return small(self.label)
 
     @property
-    def plural(self) -> str:
-        """Several of it in a sentence.
-
-        >>> FORCE.plural, Named("a", "Angle of repose", "θ", "deg").plural
-        ('forces', 'angles of repose')
-        >>> Named("rho", "Bulk density", "ρ", "kg/m3").plural, Named("s", "Stress at break", "σ", "MPa").plural
-        ('bulk densities', 'stresses at break')
-        """
-        at = min((self.noun.find(word) for word in _PREPOSITIONS if word in self.noun), default=len(self.noun))
-        head, rest = self.noun[:at], self.noun[at:]
-        if head.endswith("y") and head[-2:-1] not in "aeiou":
-            return f"{head[:-1]}ies{rest}"
-        return f"{head}{'es' if head.endswith(('s', 'x', 'ch', 'sh')) else 's'}{rest}"
-
-    @property
     def written(self) -> str:
         """The unit as people write it, nothing for a plain number.
 
@@ -92,16 +76,6 @@ class Named:
         (' N', '°')
         """
         return self.written if self.written in ("", "°") else f" {self.written}"
-
-    @property
-    def squared(self) -> str:
-        """The square of the unit.
-
-        >>> FORCE.squared, Named("rho", "", "", "kg/m3").squared, Named("a", "", "", "deg").squared
-        ('N²', '(kg/m³)²', '(°)²')
-        """
-        bracketed = "/" in self.written or self.written.startswith("°")
-        return f"({self.written})²" if bracketed else self.written and f"{self.written}²"
 
     def headed(self, word: str) -> str:
         """Return a heading with the unit behind it.
@@ -187,27 +161,6 @@ class Naming:
         if name == FIRST:
             return self.response
         return next(response for response in self.responses if response.name == name)
-
-    def place(self, value: float) -> str:
-        """Name the condition at which something is, as a sentence does; nothing where there is none.
-
-        >>> CUTTING.place(8.0)
-        '8 mm'
-        >>> Naming(condition=Named("moisture", "Moisture", "w", "%")).place(12.0)
-        'moisture 12 %'
-        """
-        if self.condition is None:
-            return ""
-        text = self.condition.text(value)
-        return text if self.condition == DIAMETER else f"{self.condition.noun} {text}"
-
-    def at(self, value: float) -> str:
-        """Return the condition as it follows a noun.
-
-        >>> CUTTING.at(8.0), Naming(condition=None).at(0.0)
-        (' at 8 mm', '')
-        """
-        return f" at {self.place(value)}" if self.condition is not None else ""
 
     def with_primary(self, name: str) -> Naming:
         """Return it with another of the responses as the first.

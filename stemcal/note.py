@@ -69,29 +69,23 @@ MOST_BUCKLING = 5.0
 NEGLIGIBLE_MASS = 1.0
 
 STROKE_TOO_SHORT = "stroke_too_short"
-_LONGER = Remedy("Increase loading.stroke or loading.duration.")
+_LONGER = Remedy("Increase `loading.stroke` or `loading.duration`.")
 
 
-def stroke_too_short(ending: str, peak: float, peak_travel: float, valley: float, end: float, stroke: float) -> Note:
-    """Return the warning that the peak force may lie beyond the stroke.
-
-    The curve is ``rising``, ``regained`` or ``falling`` (`cutting.end_state`). Forces in N at the peak, at the lowest
-    point after it and at the end; travels in mm.
-    """
+def stroke_too_short(peak: float, peak_travel: float, end: float, stroke: float) -> Note:
+    """Return the warning that the peak force may lie beyond the stroke: forces in N, travels in mm."""
     text = (
-        f"A larger peak may follow after the {stroke:.3g} mm stroke: the force was {peak:.1f} N at {peak_travel:.3g} "
-        f"mm, then fell to {valley:.1f} N, and was {end:.1f} N at the end."
+        f"A larger peak may follow after the end of the stroke ({stroke:.3g} mm): the peak force was {peak:.1f} N at "
+        f"{peak_travel:.3g} mm, and the force at the end was still {end:.1f} N."
     )
-    if ending == "rising":
-        text = f"The force was still rising at the end of the {stroke:.3g} mm stroke, so the true peak force is larger."
     return Note(STROKE_TOO_SHORT, "warning", text, _LONGER)
 
 
 def maximum_not_passed(stroke: float) -> Note:
     """Return the warning that a laboratory test ended (after a stroke in mm) before its maximum force."""
     text = (
-        f"The test ended after {stroke:.3g} mm, before the maximum force. Force, travel and work are lower bounds; the "
-        "slope is not affected."
+        f"The test ended after a stroke of {stroke:.3g} mm, before the maximum force was reached. Force, travel and "
+        "work are lower bounds; the slope is not affected."
     )
     return Note("maximum_not_passed", "warning", text, Remedy("Increase the stroke of the test."))
 
@@ -99,8 +93,8 @@ def maximum_not_passed(stroke: float) -> Note:
 def buckles(percent: float) -> Note:
     """Return the warning that a pressed piece bends or wrinkles, by a share of how far it has widened."""
     text = (
-        f"The compressed specimen buckles before the break (deviation from a round shape: {percent:.0f} % of the "
-        "widening). Travel, work and maximum force then depend on the mesh; the slope does not."
+        f"The compressed specimen buckles before it breaks (deviation from a round cross-section: {percent:.0f} % of "
+        "the increase in width). Travel, work and maximum force then depend on the mesh; the slope does not."
     )
     return Note(
         "buckles", "warning", text, Remedy("Use a shorter specimen. If the wall still buckles, fit only the slope.")
@@ -109,8 +103,10 @@ def buckles(percent: float) -> Note:
 
 def energy_drifts(percent: float) -> Note:
     """Return the warning that the energy balance is off by a share of the work."""
-    remedy = Remedy("Reduce solver.time_step_safety and solver.time_step.")
-    return Note("energy_drifts", "warning", f"The energy balance drifts by {percent:.1f} %.", remedy)
+    remedy = Remedy("Reduce `solver.time_step_safety` and `solver.time_step`.")
+    return Note(
+        "energy_drifts", "warning", f"The energy balance drifts by {percent:.1f} % of the work of the blade.", remedy
+    )
 
 
 def inertia_in_force(percent: float, kinetic_percent: float) -> Note:
@@ -119,21 +115,22 @@ def inertia_in_force(percent: float, kinetic_percent: float) -> Note:
         f"Inertia contributes {percent:.1f} % of the peak force (blade force minus support force). The kinetic energy "
         f"reaches {kinetic_percent:.1f} % of the internal energy."
     )
-    remedy = Remedy("Divide solver.mass_scaling by 100 and solver.time_step by 10, because both settings add mass.")
+    remedy = Remedy("Divide `solver.mass_scaling` by 100 and `solver.time_step` by 10, because both settings add mass.")
     return Note("inertia_in_force", "warning", text, remedy)
 
 
 def hourglass_energy(percent: float) -> Note:
     """Return the warning that hourglass energy is a large share of internal energy."""
     text = f"The hourglass energy is {percent:.1f} % of the internal energy."
-    return Note("hourglass_energy", "warning", text, Remedy("Use smaller elements (solver.element_size)."))
+    return Note("hourglass_energy", "warning", text, Remedy("Use smaller elements (`solver.element_size`)."))
 
 
 def force_after_break(travel: float, force: float, peak: float) -> Note:
     """Return the warning that the force exceeds its peak after the stem has broken; travel in mm, forces in N."""
     text = (
-        f"After the break at {travel:.3g} mm, the released stem swings against the blade with {force:.1f} N, which "
-        f"exceeds the peak force of {peak:.1f} N. The force after the break is not a cutting force."
+        f"After the break at a travel of {travel:.3g} mm, the released stem strikes the blade with a force of "
+        f"{force:.1f} N, which exceeds the peak force of {peak:.1f} N. The force after the break is not a cutting "
+        "force."
     )
     return Note("force_after_break", "warning", text)
 
@@ -141,7 +138,7 @@ def force_after_break(travel: float, force: float, peak: float) -> Note:
 def nothing_deleted() -> Note:
     """Return the warning that the material deletes no elements."""
     text = (
-        "The material has no failure criterion: elements lose the shear stress at the failure strain, but are not "
+        "The material has no failure criterion: elements lose their shear stress at the failure strain but are not "
         "deleted."
     )
     return Note("nothing_deleted", "warning", text)

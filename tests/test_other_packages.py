@@ -210,6 +210,6 @@ print(len(results.repeatability.forces), len(results.surface.tables()["rsm_runs"
     assert python(site, "-c", code).split() == ["2", "7"]
     with (site / "stemcal_four_point.py").open("a", encoding="utf-8") as file:
         file.write("# corrected\n")
-    assert "rsm.json is stale: package of four-point-bending changed" in stemcal(
+    assert "rsm.json is out of date: package of four-point-bending changed" in stemcal(
         "status", "piece.yaml", "--out", "piece"
     )

@@ -14,7 +14,7 @@ PACKAGE = ROOT / "stemcal"
 MENTIONS = {
     "stemcal.stages": {"screen": 2, "climb": 2, "rsm": 3, "invert": 1, "validate": 2},
     "stemcal.solvers": {"embedded": 1, "command": 1, "python": 4, "deck": 1},
-    "stemcal.designs": {"central-composite": 2, "box-behnken": 1, "full-factorial": 1, "latin-hypercube": 1},
+    "stemcal.designs": {"central-composite": 2, "box-behnken": 1, "latin-hypercube": 1},
     "stemcal.tests": {"cutting": 5},
 }
 """How often the name of a built-in is a text outside its file or folder, keys of a spec included; may only shrink."""

@@ -108,7 +108,7 @@ def test_a_folder_of_another_version_is_told_and_its_runs_are_used(
     for stage in ("screen", "validate"):
         assert changes_since(study, solver, folder, stage) == [CODE]
     workflow.calibrate(study, folder, InlineExecutor(), solver=solver)
-    assert f"screen is computed again: {CODE} changed" in caplog.messages
+    assert f"screen is recomputed (changed: {CODE})" in caplog.messages
     assert len(lines(witness)) == first and stage_bytes(folder) == files
 
 

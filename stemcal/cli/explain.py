@@ -66,7 +66,7 @@ def look_up(term: str) -> list[Entry]:
     meant = _nearest_terms(wanted, glossary()) or _nearest_terms(wanted, keys)
     if meant:
         raise UsageError(f"{term!r} is not in the glossary; did you mean {', '.join(dict.fromkeys(meant))}?")
-    raise UsageError(f"{term!r} is not in the glossary; `stemcal explain` lists the terms")
+    raise UsageError(f"{term!r} is not in the glossary; `stemcal explain` lists all terms")
 
 
 def _nearest_terms(wanted: str, entries: Sequence[Entry]) -> list[str]:

@@ -123,7 +123,7 @@ def _diameter(study: Study, given: str | None) -> float:
     size = 0.0 if mesh is None else mesh.element_size.at(chosen)
     if chosen < 2 * size:
         raise UsageError(
-            f"--diameter {chosen:g}: the stem is thinner than two elements of {size:g} mm; use a larger diameter"
+            f"--diameter {chosen:g}: the diameter is less than two elements of {size:g} mm; use a larger diameter"
         )
     return chosen
 
@@ -190,7 +190,7 @@ def export_material(
         at = study.targets.calibrate_at
         if size > _COARSEST * at:
             most = f"Use at most {_COARSEST * at:g} mm."
-            raise UsageError(f"--element-size: {size:g} mm is too large for a {at:g} mm stem. {most}")
+            raise UsageError(f"--element-size: {size:g} mm is too large for a stem diameter of {at:g} mm. {most}")
         work = Work(study, session.folder, session.executor, session.watch, make_solver(study))
         found = strain_of(work, size)
     if not as_json:

@@ -19,7 +19,7 @@ from stemcal.cli.console import drop, envelope, fail, new_envelope
 from stemcal.errors import SpecError, StemcalError
 from stemcal.interrupts import Terminated, check, heard
 
-RESUMES = "finished runs are kept; the same command resumes"
+RESUMES = "finished runs are kept; run the same command again to resume"
 
 
 @contextmanager
@@ -36,7 +36,7 @@ def exit_codes() -> Iterator[None]:
             _leave_interrupted(interrupt)
         except StemcalError as error:
             count = len(error.problems) if isinstance(error, SpecError) else 1
-            _leave(f"{count} problems in the spec\n{error}" if count > 1 else str(error), error.exit_code)
+            _leave(f"the spec has {count} problems\n{error}" if count > 1 else str(error), error.exit_code)
         except Exception as error:
             if isinstance(error, typer.Exit | typer.Abort) or hasattr(error, "show"):  # usage errors print themselves
                 envelope.print(getattr(error, "exit_code", 1))
@@ -63,7 +63,7 @@ def _leave(message: str, code: int) -> NoReturn:
 def _unexpected(error: Exception) -> str:
     """Return one line on an unforeseen error; its traceback goes to a file."""
     if isinstance(error, MemoryError):
-        return f"the memory is exhausted; use fewer workers (--workers) or larger elements; {RESUMES}"
+        return f"the memory is exhausted; use fewer workers (`--workers`) or larger elements; {RESUMES}"
     if isinstance(error, OSError) and error.errno is not None:
         place = f"{error.filename}: " if error.filename else ""
         from stemcal.files.durable import what_happened

@@ -126,8 +126,8 @@ def shear(
 
     Example: [bold]stemcal measure shear configs/data/measured-shear[/bold]
     """
-    from stemcal.files.rows import Column, Rows, Table
-    from stemcal.measured.shear import SpecimenRow, find_files, measure_shear, read_index, section_of, target_rows
+    from stemcal.files.rows import Column, Table
+    from stemcal.measured.shear import find_files, measure_shear, read_index, section_of, target_rows
     from stemcal.measured.shear_curves import CurveOptions
     from stemcal.measured.tables import Form
     from stemcal.report.figures import curves as figures
@@ -140,7 +140,7 @@ def shear(
     listed = read_index(index) if index else {}
     files = [path for path in find_files(folder) if index is None or path.resolve() != index.resolve()]
     tests = measure_shear(files, how, listed, exclude or [])
-    rows, targets = Rows(map(SpecimenRow.of, tests.specimens)), target_rows(tests, travel_and_work)
+    rows, targets = [specimen.row() for specimen in tests.specimens], target_rows(tests, travel_and_work)
     told = {"specimens": rows, "grades": tests.grades, "power_law": tests.power_law, "synthetic": tests.synthetic}
     section = section_of(targets)
     content = {"schema_version": 2, "stage": "measure-shear", **to_json(told), "targets": section}
@@ -148,8 +148,8 @@ def shear(
         _rewrite(spec, lambda text: with_rows(text, {"": targets}))
     if out:
         drawn = {"shear-curves": figures.shear_curves(tests), "force-diameter": figures.force_over_diameter(tests)}
-        notes = Column("notes", of=lambda row: " ".join(map(str, row.notes)))
-        table = Table.of([*(name for name in vars(rows[0]) if name != "notes"), notes], rows)
+        notes = Column("notes", of=lambda row: " ".join(map(str, row["notes"])))
+        table = Table.of([*(name for name in rows[0] if name != "notes"), notes], rows)
         _leave_files(out, content, table, drawn, section)
     _show(content, tests.synthetic, tables.shear_tables(tests), tests.all_notes(), as_json, quiet, section)
     if spec and not quiet:
@@ -215,7 +215,7 @@ def _rewrite(spec: Path, change: Callable[[str], str]) -> None:
     except OSError as error:
         raise UsageError(f"{spec}: {error.strerror}") from None
     if before is None:
-        raise UsageError(f"{spec} is not a text file; save the spec in UTF-8")
+        raise UsageError(f"{spec} is not a text file; save the spec as UTF-8 text")
     text = change(before)
     read_study(text.encode("utf-8"), spec)
     write_atomic(spec, text)

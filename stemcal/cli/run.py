@@ -68,16 +68,17 @@ def _require_stage(study: Study, name: str | None) -> None:
 
     names = [stage.name for stage in stages_of(study)]
     if name is not None and name not in names:
-        raise UsageError(f"--until {name[:40]}: this study has no stage of that name; use one of {', '.join(names)}")
+        raise UsageError(f"--until {name[:40]}: the study has no stage with this name; use one of {', '.join(names)}")
 
 
 def _compute_again(work: Session) -> None:
     """Compute the failed runs again; warn of those that failed again."""
     from stemcal.overview.status import retry
+    from stemcal.words import counted
 
     entries = retry(work.study, work.folder, work.executor, work.watch)
     failed = sum(entry.status == "failed" for entry in entries)
-    note(f"{len(entries)} failed runs were repeated")
+    note(f"repeated {counted(len(entries), 'failed run')}")
     if failed:
         warn(f"{failed} of {len(entries)} runs failed again; `stemcal status SPEC --failed` lists the failed runs")
 
@@ -208,7 +209,7 @@ def enter(
     try:
         content = read_plain(sheet, MAX_BYTES)
     except OSError as error:
-        raise UsageError(f"{sheet}: {error.strerror}; give the path of the sheet with the results") from None
+        raise UsageError(f"{sheet}: {error.strerror}; specify the path of the sheet with the results") from None
     with opened(spec, out, None, "local", quiet, entered=sheet) as work:
         rows, reason = filled(content, sheet.name, work.study.by_hand), replace.strip()
         found = enter(work.study, work.folder, rows, replace_because=reason)

@@ -116,12 +116,13 @@ def _executor_called(name: str, workers: int | None) -> Callable[[float | None],
         return lambda time_limit: LocalExecutor(workers, time_limit)
     host, _, port = name.removeprefix(DASK).rpartition(":")
     if not name.startswith(DASK):
-        raise UsageError(f"--executor {name}: unknown executor; use local or dask://HOST:PORT")
+        raise UsageError(f"--executor {name}: unknown executor; use `local` or `dask://HOST:PORT`")
     if not host or not port.isdigit():
-        raise UsageError(f"--executor {name}: write the address of your scheduler as dask://HOST:PORT")
+        raise UsageError(f"--executor {name}: write the address of your scheduler as `dask://HOST:PORT`")
     if workers is not None:
         raise UsageError(
-            "--workers applies only to --executor local; omit the option, and start the workers on the cluster"
+            "--workers: this option applies only to `--executor local`; omit the option, and start the workers on "
+            "the cluster"
         )
     from stemcal.executors.cluster import DaskExecutor
 
@@ -143,7 +144,7 @@ def opened(
     from stemcal.report.progress import make_watch
 
     with ExitStack() as stack:
-        pool = stack.enter_context(make_executor(study.runs.time_limit))
+        pool = stack.enter_context(make_executor(study.solver.run_limit))
         folder = stack.enter_context(StudyFolder(folder_of(study, out)))
         watch = stack.enter_context(make_watch(None if quiet else stderr(), study.naming))
         work = Session(study, folder, pool, watch)
@@ -157,7 +158,7 @@ def opened(
 
             sheet, count = hand_out(study, folder, waiting)
             folder.remember_spec(study.source)
-            to_do, code = f"{counted(count, 'result')} of {waiting.stage}; fill in {sheet}", waiting.exit_code
+            to_do, code = f"{counted(count, 'result')} of the stage {waiting.stage}; fill in {sheet}", waiting.exit_code
     await_(f"Waiting for {to_do}, then run `stemcal run {spec}`")
     raise typer.Exit(code)
 

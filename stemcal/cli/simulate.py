@@ -71,7 +71,7 @@ def simulate(
     require_material(study, levels, at)
     _check_outputs(study, csv_file, figure, {"--frames": frames})
 
-    if not study.kind.force_history and test in (None, CUTTING):
+    if not study.kind.simulates_stems and test in (None, CUTTING):
         at = study.targets.calibrate_at if diameter is None else at
         _one_run(study, levels, at, as_json, quiet, csv_file)
         return
@@ -137,8 +137,8 @@ def require_material(study: Study, levels: Mapping[str, float], diameter: float)
 def _check_outputs(study: Study, csv_file: Path | None, figure: Path | None, others: Mapping[str, object]) -> None:
     """Refuse before the long computation what would fail after it."""
     given = [name for name, value in {**others, "--figure": figure}.items() if value is not None]
-    if given and not study.kind.force_history:
-        raise UsageError(f"{', '.join(given)}: only `solver: {{kind: embedded}}` has this output; omit the option")
+    if given and not study.kind.simulates_stems:
+        raise UsageError(f"{', '.join(given)}: this output requires `solver: {{kind: embedded}}`; omit the option")
     for path in (csv_file, figure):
         if path and not path.parent.is_dir():
             raise UsageError(f"{path}: the folder {path.parent} does not exist; create the folder first")
@@ -160,7 +160,7 @@ def _test_called(study: Study, test: str | None) -> LaboratorySection | None:
 def summary(result: CuttingResult, test: str = "cutting") -> object:
     """Return the result's numbers as JSON values."""
     from stemcal.laboratory.perform import LaboratoryResult
-    from stemcal.solvers.measures import work_until
+    from stemcal.runs.record import work_until
 
     numbers = {name: value for name, value in vars(result).items() if isinstance(value, bool | int | float)}
     warnings = to_json(result.warnings)
@@ -197,7 +197,7 @@ def _one_run(
     if study.kind.answers != "computes":
         raise UsageError(
             f"`simulate` requires `solver: {{kind: embedded}}` or an external program; this spec has the solver kind "
-            f"{study.solver.kind}"
+            f"`{study.solver.kind}`"
         )
     solver = make_solver(study)
     solver.prepare()
@@ -213,7 +213,7 @@ def _one_run(
         warn(str(from_json(Note, warning)))
     if csv_file:
         if (curve := answer.details.get("curve")) is None:
-            raise UsageError("--csv: this program returns no curve; omit the option")
+            raise UsageError("--csv: the program returns no force–travel curve; omit the option")
         rows = zip(curve["travel"], curve["force"], strict=True)
         write_atomic(csv_file, csv_text([["travel", "force"], *rows], newline="\r\n"))
         if not quiet:
@@ -230,5 +230,7 @@ def _lines(study: Study, answer: Answer) -> list[str]:
     if "peak_travel" in details:
         lines.append(f"travel at the peak: {details['peak_travel']:.3f} mm")
     if "deleted_in_all" in details:
-        lines.append(f"deleted elements: {details['deleted_elements']} at the peak, {details['deleted_in_all']} in all")
+        lines.append(
+            f"deleted elements: {details['deleted_elements']} at the peak, {details['deleted_in_all']} in total"
+        )
     return lines

@@ -37,7 +37,7 @@ def init(
     _write_new(path, spec_text(stem, full))
     say_whole(str(path))
     given = f'"{path}"' if " " in str(path) else path
-    note("edit this file, then run")
+    note("edit the file, then run:")
     for verb in ("check", "run"):
         note(f"  stemcal {verb} {given}")
 

@@ -58,7 +58,8 @@ def status(
         if not as_json:
             intact = found.records - sum(file.startswith("runs/") for file in found.damaged)
             stale = (
-                f"{name} is stale: {', '.join(changed)} changed afterwards." for name, changed in found.stale.items()
+                f"{name} is out of date: {', '.join(changed)} changed after this file was written."
+                for name, changed in found.stale.items()
             )
             say(f"{folder.path}: {intact} of {found.records} records are intact.", *stale)
         for file, problem in islice(found.damaged.items(), _MOST_NAMES):
@@ -93,7 +94,7 @@ def state(found: Status, names: Names) -> list[str]:
 
     stages = [line for stage in found.stages for line in _stage(stage)]
     if found.sheet is not None:
-        stages.append(f"Waiting for results: fill in {found.sheet}, then `stemcal run SPEC`.")
+        stages.append(f"Waiting for results: fill in {found.sheet}, then run `stemcal run SPEC`.")
     working = found.working or "no process is working on this study"
     return [f"{capital(working)}.", *stages, *in_full(found.verdict, names)]
 
@@ -101,14 +102,20 @@ def state(found: Status, names: Names) -> list[str]:
 def _stage(stage: StageStatus) -> Iterator[str]:
     name = stage.stage
     if stage.reasons:
-        yield f"{name}: failed: {counted_reasons(stage.reasons)}; `stemcal status SPEC --failed` lists the failed runs."
+        yield (
+            f"{name}: some runs failed: {counted_reasons(stage.reasons)}; `stemcal status SPEC --failed` lists the "
+            "failed runs."
+        )
     if stage.censored:
         few = counted(stage.censored, "response")
-        yield f"{name}: {few} may be too low: the stroke ended before the maximum was clearly passed."
+        yield f"{name}: {few} may be too low because the stroke ended before the force had clearly passed its maximum."
     if stage.damaged:
-        yield f"{name}: {counted(stage.damaged, 'damaged record')}; the next command repeats the run."
+        yield (
+            f"{name}: {counted(stage.damaged, 'damaged record')}; `stemcal run SPEC` repeats "
+            f"{'the run' if stage.damaged == 1 else 'these runs'}."
+        )
     if stage.changed:
-        yield f"{name}.json is stale: {', '.join(stage.changed)} changed afterwards."
+        yield f"{name}.json is out of date: {', '.join(stage.changed)} changed after this file was written."
 
 
 def _runs(study: Study, folder: StudyFolder, failed: bool, as_json: bool) -> dict[str, Any]:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stemcal.cutting.end_state import End, Shape, StrokeEnd, stroke_end
+from stemcal.cutting.end_state import Shape
 from stemcal.cutting.parts import Discretisation, Loading
 from stemcal.errors import SimulationFailed
 from stemcal.fem.kernels.nodes import EDGE, FRICTION, SURFACE
@@ -22,6 +22,7 @@ from stemcal.note import (
     force_after_break,
     hourglass_energy,
     inertia_in_force,
+    stroke_too_short,
 )
 
 Array = NDArray[np.float64]
@@ -69,8 +70,6 @@ class CuttingResult:
         Elements of the mesh that was computed, and how many of them were eroded by the time of the peak.
     stroke_was_enough : bool
         Whether the stem has broken, or the force has fallen clearly below its peak by the end of the stroke.
-    stroke_end : str
-        How the curve ends (`cutting.end_state`).
     energy_drift_percent : float
         Largest error of the energy balance against the largest work done.
     kinetic_ratio_percent : float
@@ -109,7 +108,6 @@ class CuttingResult:
     warnings: tuple[Note, ...]
     history: ForceHistory
     break_travel: float | None = None
-    stroke_end: End = "fallen"
     shape: Shape | None = None
     added_mass_percent: float = 0.0
 
@@ -181,6 +179,18 @@ def break_row(force: Array, deleted: NDArray[np.int64], drop: float) -> int | No
     return int(np.argmax(broken)) if broken.any() else None
 
 
+# The stroke was long enough if the force ends below this share of its peak.
+_FALLEN = 0.9
+
+
+def short_stroke(travel: Array, force: Array, broken: int | None) -> list[Note]:
+    """Return a warning unless a filtered curve (mm, N) has passed its maximum: the stem broke, or the force fell."""
+    peak = int(np.argmax(force[:broken]))
+    if broken is not None or force[-1] < _FALLEN * force[peak]:
+        return []
+    return [stroke_too_short(float(force[peak]), float(travel[peak]), float(force[-1]), float(travel[-1]))]
+
+
 class BreakWatch:
     """Detects during a test whether the stem has broken: `break_row` of the filtered force so far.
 
@@ -218,7 +228,6 @@ def evaluate(
     broken: int | None,
     elements: int,
     wall: float,
-    window: int,
     balanced: int | None = None,
 ) -> CuttingResult:
     """Return the peak of a force curve until the stem breaks, at row `broken`, if it does, and the measures of trust.
@@ -235,7 +244,7 @@ def evaluate(
         raise SimulationFailed(
             "no_contact", "the blade exerted no force on the stem; check the gap, the speed and the duration of loading"
         )
-    end = stroke_end(curve.travel, curve.force, curve.force_filtered, window, broken)
+    short = short_stroke(curve.travel, curve.force_filtered, broken)
     added = 100.0 * history.added_mass
     checks: dict[str, Any] = {
         "energy_drift_percent": history.drift_percent(balanced),
@@ -255,9 +264,8 @@ def evaluate(
         element_steps_per_second=elements * history.steps / wall,
         **checks,
         contact_energy_percent=_least_contact_percent(curve, broken),
-        stroke_was_enough=end.was_enough,
-        stroke_end=end.kind,
-        warnings=(*_warnings(end, **checks, added_mass_percent=added), *_after_break(curve, peak, broken)),
+        stroke_was_enough=not short,
+        warnings=(*short, *_warnings(**checks, added_mass_percent=added), *_after_break(curve, peak, broken)),
         history=curve,
         break_travel=None if broken is None else float(curve.travel[broken]),
         added_mass_percent=added,
@@ -295,15 +303,14 @@ def _least_contact_percent(curve: ForceHistory, broken: int | None) -> float:
 
 
 def _warnings(
-    end: StrokeEnd,
     energy_drift_percent: float,
     kinetic_ratio_percent: float,
     hourglass_ratio_percent: float,
     inertia_percent: float,
     added_mass_percent: float,
 ) -> list[Note]:
-    """Return the doubts that the end of the stroke and the energies leave."""
-    found = end.warnings
+    """Return the doubts that the energies leave."""
+    found = []
     if energy_drift_percent > MOST_DRIFT:
         found.append(energy_drifts(energy_drift_percent))
     if inertia_percent > MOST_INERTIA and added_mass_percent > NEGLIGIBLE_MASS:

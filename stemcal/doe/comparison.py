@@ -16,7 +16,7 @@ import numpy as np
 from stemcal.doe.regression.least_squares import Array, fit_least_squares
 from stemcal.errors import UsageError
 from stemcal.files.typed import absent
-from stemcal.naming import CUTTING, Naming
+from stemcal.naming import CUTTING, Names, Naming
 from stemcal.note import Note
 from stemcal.numbers import minus
 from stemcal.power_law import PowerLaw, fit_power_law
@@ -141,7 +141,7 @@ def _row(
     n: int | None,
 ) -> ValidationRow:
     if measured <= 0.0:
-        where = f"{naming.response.text(measured)}{naming.at(condition)}"
+        where = f"{naming.response.text(measured)}{Names(naming).at(condition)}"
         raise UsageError(f"validation: the measured {naming.response.long} must be positive, not {where}")
     fitted = calibration is not None and bool(np.any(np.isclose(condition, calibration)))
     role: Literal["fitted", "held_out"] = "fitted" if fitted else "held_out"

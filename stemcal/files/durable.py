@@ -124,6 +124,11 @@ def digest(content: Any) -> str:
     return hashlib.sha256(canonical(content).encode("ascii")).hexdigest()
 
 
+def key_of(identity: Mapping[str, Any]) -> str:
+    """Return the name of the record of a run: a hash of what determines the answer."""
+    return digest(identity)[:32]
+
+
 def plain(content: Any) -> Any:
     """Return a content in types of JSON: numpy numbers and arrays unpacked, NaN and infinity as None."""
     if isinstance(content, float):  # numpy's float64 too

@@ -101,8 +101,8 @@ class Column:
 class Table:
     """A table: columns and rows of values, made once and written by the terminal, the page, files and frames.
 
-    Rows that are `strong` are emphasised. On the page a `detail` is folded, words of a `long` table wrap. A table that
-    `claims` holds for a calibrated study only, as do the lines of `claimed` below those of the foot.
+    Rows that are `strong` are emphasised. On the page a `detail` is folded. A table that `claims` holds for a
+    calibrated study only, as do the lines of `claimed` below those of the foot.
     """
 
     columns: tuple[Column, ...]
@@ -111,7 +111,6 @@ class Table:
     foot: tuple[str, ...] = ()
     claimed: tuple[str, ...] = ()
     strong: frozenset[int] = frozenset()
-    long: bool = False
     detail: bool = False
     claims: bool = False
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -13,11 +13,11 @@ from stemcal.files.typed import Spread, inline
 from stemcal.measured.diameters import checked_diameter
 from stemcal.measured.headings import DIAMETER, FILE, GRADE, MILLIMETRES, millimetres_in, shown
 from stemcal.measured.shear_curves import CurveOptions, ShearCurve, read_curves
-from stemcal.measured.statistics import Grubbs, Summary, grubbs, summarise
+from stemcal.measured.statistics import Summary, summarise
 from stemcal.measured.tables import columns_of, matching, read_table, scale_of
-from stemcal.note import Note, Remedy
+from stemcal.note import Note
 from stemcal.power_law import PowerLaw, fit_power_law
-from stemcal.words import did_you_mean, listed, series
+from stemcal.words import did_you_mean, listed
 
 _SUFFIXES = (".csv", ".txt", ".dat", ".tsv", ".asc", ".tra", ".xlsx", ".xlsm", ".xls")
 _MOST = 10  # names in a note
@@ -31,34 +31,18 @@ class TestedSpecimen:
     grade: float
     diameter: float
     curve: ShearCurve
-    excluded: bool = False
 
-
-@dataclass(frozen=True)
-class SpecimenRow:
-    """A specimen in numbers: N, mm, mJ."""
-
-    specimen: str
-    grade: float
-    diameter: float
-    max_force: float
-    travel_at_max: float
-    work_to_max: float
-    trimmed_points: int
-    excluded: bool
-    notes: tuple[Note, ...]
-
-    @classmethod
-    def of(cls, specimen: TestedSpecimen) -> SpecimenRow:
-        """Return a specimen in numbers."""
-        s, c = specimen, specimen.curve
-        numbers = (c.max_force, c.travel_at_max, c.work_to_max, c.trimmed)
-        return cls(s.name, s.grade, s.diameter, *numbers, s.excluded, c.notes)
+    def row(self) -> dict[str, object]:
+        """Return the specimen in numbers by name: N, mm, mJ."""
+        c = self.curve
+        numbers = {"max_force": c.max_force, "travel_at_max": c.travel_at_max, "work_to_max": c.work_to_max}
+        who = {"specimen": self.name, "grade": self.grade, "diameter": self.diameter}
+        return who | numbers | {"trimmed_points": c.trimmed, "notes": c.notes}
 
 
 @dataclass(frozen=True, kw_only=True)
 class _GradeForces(Spread):
-    """The maximum forces of one grade; a suspect is named, and still counted.
+    """The maximum forces of one grade.
 
     `travel` (mm) and `work` (mJ) are those from the preload to the maximum.
     """
@@ -67,17 +51,11 @@ class _GradeForces(Spread):
     summary: Summary = inline()
     travel: Summary
     work: Summary
-    grubbs: Grubbs | None
-    suspect: str | None
-
-
-# From this share of a maximum on, a preload cuts off a part of the curve that deserves a note.
-_PRELOAD_SHARE = 0.1
 
 
 @dataclass(frozen=True)
 class ShearTests:
-    """A whole campaign; `notes` concern no single specimen."""
+    """A whole campaign without the excluded specimens; `notes` concern no single specimen."""
 
     specimens: tuple[TestedSpecimen, ...]
     grades: tuple[_GradeForces, ...]
@@ -86,18 +64,12 @@ class ShearTests:
     notes: tuple[Note, ...] = ()
 
     def all_notes(self) -> list[Note]:
-        """Return the notes on grades, specimens, files and the campaign."""
-        found = [_outlier(g.diameter, g.suspect, g.grubbs) for g in self.grades if g.grubbs and g.suspect]
-        found += [
-            Note("excluded", "info", f"The specimen {s.name} is excluded by `--exclude`.")
-            for s in self.specimens
-            if s.excluded
-        ]
+        """Return the notes on specimens, files and the campaign."""
         files: dict[Note, list[str]] = {}
         for specimen in self.specimens:
             for note in specimen.curve.notes:
                 files.setdefault(note, []).append(specimen.name)
-        return [*found, *(note_on(names, note) for note, names in files.items()), *self.notes]
+        return [*(note_on(names, note) for note, names in files.items()), *self.notes]
 
 
 def note_on(names: Sequence[str], note: Note) -> Note:
@@ -108,19 +80,6 @@ def note_on(names: Sequence[str], note: Note) -> Note:
 def _some_of(names: Sequence[str]) -> str:
     more = f" and {len(names) - _MOST} more" if len(names) > _MOST else ""
     return ", ".join(names[:_MOST]) + more
-
-
-def _outlier(grade: float, specimen: str, test: Grubbs) -> Note:
-    text = (
-        f"Grade {grade:g} mm: the specimen {specimen} is an outlier in Grubbs' test (G = {test.statistic:.3f} > "
-        f"{test.critical:.3f}, alpha {test.alpha:g}). The specimen is still included."
-    )
-    return Note(
-        "outlier",
-        "caution",
-        text,
-        Remedy("Exclude the specimen with `--exclude` if the laboratory records justify the exclusion."),
-    )
 
 
 def measure_shear(
@@ -140,21 +99,18 @@ def measure_shear(
     """
     listed = index or {}
     repeated = {stem for stem, count in Counter(path.stem for path in files).items() if count > 1}
-    specimens = tuple(s for path in files for s in _specimens(path, path.stem in repeated, how, listed, exclude))
-    names = [s.name for s in specimens]
+    found = tuple(s for path in files for s in _specimens(path, path.stem in repeated, how, listed))
+    names = [s.name for s in found]
     if unknown := set(exclude) - set(names):
         raise UsageError(f"--exclude {shown(min(unknown))}: no such specimen; {did_you_mean(min(unknown), names)}")
-    counted = [s for s in specimens if not s.excluded]
-    if not counted:
+    specimens = tuple(s for s in found if s.name not in exclude)
+    if not specimens:
         raise UsageError("--exclude: all specimens are excluded; remove one of the options")
-    diameters = sorted({s.grade for s in counted})
-    grades = tuple(_grade(d, [s for s in counted if s.grade == d]) for d in diameters)
-    law = fit_power_law([s.diameter for s in counted], [s.curve.max_force for s in counted])
-    notes = (
-        *_not_there(listed, files, specimens),
-        *_equal_curves(counted),
-        *_preload(grades, how.preload),
-    )
+    diameters = sorted({s.grade for s in specimens})
+    grades = tuple(_grade(d, [s for s in specimens if s.grade == d]) for d in diameters)
+    law = fit_power_law([s.diameter for s in specimens], [s.curve.max_force for s in specimens])
+    excluded = [Note("excluded", "info", f"The specimen {name} is excluded by `--exclude`.") for name in exclude]
+    notes = (*excluded, *_not_there(listed, files, found))
     return ShearTests(specimens, grades, law, any(s.curve.synthetic for s in specimens), notes)
 
 
@@ -166,17 +122,6 @@ def _not_there(index: Mapping[str, object], files: Sequence[Path], specimens: Se
     missing = [name for name, stem in stems.items() if name not in there and stem not in there]
     text = f"The index lists files that do not exist: {_some_of(missing)}."
     return [Note("not_there", "warning", text)] if missing else []
-
-
-def _equal_curves(specimens: Sequence[TestedSpecimen]) -> Iterator[Note]:
-    """Yield a note on specimens with equal curves."""
-    alike: dict[bytes, list[str]] = {}
-    for specimen in specimens:
-        alike.setdefault(specimen.curve.force.tobytes(), []).append(specimen.name)
-    for names in alike.values():
-        if len(names) > 1:
-            text = f"The specimens {series(names[:_MOST])} have identical curves and may be duplicates."
-            yield Note("equal_curves", "warning", text, Remedy("Exclude the duplicates with `--exclude`."))
 
 
 def find_files(folder: Path) -> list[Path]:
@@ -225,11 +170,7 @@ def read_index(path: Path) -> dict[str, tuple[float, float | None]]:
 
 
 def _specimens(
-    path: Path,
-    repeated: bool,
-    how: CurveOptions,
-    index: Mapping[str, tuple[float, float | None]],
-    exclude: Collection[str],
+    path: Path, repeated: bool, how: CurveOptions, index: Mapping[str, tuple[float, float | None]]
 ) -> list[TestedSpecimen]:
     """Return the specimens of one file; `repeated`: whether another file has the same name but for its ending."""
     try:
@@ -239,11 +180,11 @@ def _specimens(
             str(error) if str(path) in str(error) or "--" in str(error)[:2] else f"{path}: {error}"
         ) from None
     base = path.name if repeated else path.stem
-    return [_specimen(path, f"{base}#{c.label}" if c.label else base, c, index, exclude) for c in curves]
+    return [_specimen(path, f"{base}#{c.label}" if c.label else base, c, index) for c in curves]
 
 
 def _specimen(
-    path: Path, name: str, curve: ShearCurve, index: Mapping[str, tuple[float, float | None]], exclude: Collection[str]
+    path: Path, name: str, curve: ShearCurve, index: Mapping[str, tuple[float, float | None]]
 ) -> TestedSpecimen:
     """Return one specimen with its diameter and grade."""
     entries = (f"{path.name}#{curve.label}", f"{path.stem}#{curve.label}", path.name, path.stem)
@@ -258,7 +199,7 @@ def _specimen(
     checked_diameter(diameter, f"{path}: specimen {shown(name)}")
     nominal = next((value for value in (grade, named) if value is not None), float(round(diameter)))
     checked_diameter(nominal, f"{path}: specimen {shown(name)}: grade")
-    return TestedSpecimen(name, nominal, diameter, curve, name in exclude)
+    return TestedSpecimen(name, nominal, diameter, curve)
 
 
 def _named_grade(path: Path) -> float | None:
@@ -271,28 +212,13 @@ def _named_grade(path: Path) -> float | None:
 
 
 def _grade(diameter: float, specimens: Sequence[TestedSpecimen]) -> _GradeForces:
-    forces = [specimen.curve.max_force for specimen in specimens]
-    test = grubbs(forces)
-    suspect = specimens[test.index].name if test and test.is_outlier else None
-    travel = summarise([specimen.curve.travel_at_max for specimen in specimens])
-    work = summarise([specimen.curve.work_to_max for specimen in specimens])
+    curves = [specimen.curve for specimen in specimens]
     return _GradeForces(
-        diameter=diameter, summary=summarise(forces), travel=travel, work=work, grubbs=test, suspect=suspect
+        diameter=diameter,
+        summary=summarise([curve.max_force for curve in curves]),
+        travel=summarise([curve.travel_at_max for curve in curves]),
+        work=summarise([curve.work_to_max for curve in curves]),
     )
-
-
-def _preload(grades: Sequence[_GradeForces], preload: float) -> Iterator[Note]:
-    """Yield a note on the weakest grade if the preload cuts off a large part of its curve."""
-    weakest = min(grades, key=lambda grade: grade.summary.mean)
-    force = weakest.summary.mean
-    if preload >= _PRELOAD_SHARE * force:
-        text = (
-            f"The preload of {preload:g} N is {100.0 * preload / force:.0f} % of the maximum force at "
-            f"{weakest.diameter:g} mm ({force:.3g} N). Travel and work start at the preload; the maximum force is "
-            "unaffected."
-        )
-        remedy = Remedy(f"Use `--preload {0.01 * force:.1g}`, which is 1 % of the maximum force.")
-        yield Note("preload_of_weak_stems", "caution", text, remedy)
 
 
 # ---- the rows of a spec's targets

@@ -36,7 +36,7 @@ def left_to_run(study: Study, folder: StudyFolder, solver: Solver, stage: str | 
 
 def demand_of_one(study: Study, conditions: Iterable[float]) -> Demand:
     """Return what one virtual shear test takes, at the largest of some diameters; nothing for other solvers."""
-    if not study.kind.foresees:
+    if not study.kind.simulates_stems:
         return Demand(0, 0.0, 0.0)
     each = [demand_of([Request("simulate", 0, study.midlevels(), d)], make_solver(study)) for d in conditions]
     return Demand(1, max(one.seconds for one in each), max(one.memory for one in each))
@@ -55,16 +55,19 @@ def excess(demand: Demand, workers: int, memory: float | None) -> list[Note]:
     found, at_a_time = [], max(1, min(workers, demand.runs))
     if memory is not None and at_a_time * demand.memory > memory:
         text, fitting = f"One run needs about {in_bytes(demand.memory)} of memory", int(memory // demand.memory)
-        remedy = "Use larger elements (solver.element_size) or a shorter specimen."
+        remedy = "Use larger elements (`solver.element_size`) or a shorter specimen."
         if fitting:
-            text += f" and {at_a_time} parallel runs need {in_bytes(at_a_time * demand.memory)}"
+            text += f", and {at_a_time} parallel runs need {in_bytes(at_a_time * demand.memory)}"
             remedy = f"Use fewer workers (--workers {fitting})."
         text += f", but this machine has only {in_bytes(memory)}."
         found.append(Note("too_much_memory", "error", text, Remedy(remedy)))
     hours = demand.seconds / 3600.0 / at_a_time
     if hours > MOST_HOURS:
-        text = f"The runs would take about {duration(3600.0 * hours)}, more than {MOST_HOURS:g} h."
-        longer = "Use larger elements (solver.element_size), a larger time_step, more mass_scaling, or fewer runs."
+        text = f"The runs would take about {duration(3600.0 * hours)}, which is more than {MOST_HOURS:g} h."
+        longer = (
+            "Use larger elements (`solver.element_size`), a larger `solver.time_step`, a larger "
+            "`solver.mass_scaling`, or fewer runs."
+        )
         found.append(Note("too_long", "warning", text, Remedy(longer)))
     return found
 
@@ -86,24 +89,27 @@ def beforehand(study: Study) -> Iterator[Note]:
     yield from _short_stroke(study)
     if study.solver.has_lengths and "failure_strain" in study.names:
         text = (
-            f"The failure strain depends on internal_length {study.material.internal_length} and edge_spread "
-            f"{study.blade.edge_spread}: a cutting curve cannot determine the three values separately."
+            f"The failure strain depends on `internal_length` ({study.material.internal_length}) and `edge_spread` "
+            f"({study.blade.edge_spread}): a force–travel curve cannot determine the three values separately."
         )
-        remedy = Remedy("Choose the two lengths before the calibration, and report them with the failure strain.")
+        remedy = Remedy(
+            "Choose `internal_length` and `edge_spread` before the calibration, and report both with the failure "
+            "strain."
+        )
         yield Note("lengths_belong", "caution", text, remedy)
 
 
 def _short_stroke(study: Study) -> Iterator[Note]:
     """Yield a warning if the blade may stop before the maximum of the thickest stem."""
-    if not study.kind.force_history or not study.naming.is_cutting:
+    if not study.kind.simulates_stems or not study.naming.is_cutting:
         return
     thickest = max((target.condition for target in study.targets.means), default=study.specimen.outer_diameter)
     stroke = study.loading.stroke_at(thickest)
     if stroke < LEAST_STROKE * thickest:
         share = stroke / thickest
         text = (
-            f"The blade travels {stroke:.3g} mm, {share:.2g} times the largest diameter ({thickest:g} mm). If a run "
-            "stops before peak force, the simulated force is too low."
+            f"The stroke of {stroke:.3g} mm is only {share:.2g} times the largest diameter ({thickest:g} mm). If a run "
+            "stops before the peak force, the simulated force is too low."
         )
         yield Note("short_stroke", "warning", text, lasting(study, LEAST_STROKE * thickest, thickest))
 

@@ -61,20 +61,26 @@ def measure_tests(
     if not there:
         if not study.tests:
             raise UsageError(
-                f"the spec of {study.name} has no section `tests`; add this section, or use `stemcal measure shear`"
+                f"the spec of {study.name} has no `tests` section; add this section, or use `stemcal measure shear`"
             )
         if not folder.is_dir():
-            raise UsageError(f"{folder} does not exist; specify the folder with one subfolder per test")
+            raise UsageError(f"{folder} does not exist; specify a folder that contains one subfolder for each test")
         told = ", ".join(test.name for test in study.tests)
-        raise UsageError(f"{folder} has no subfolder with the name of a test; the tests of {study.name}: {told}")
+        raise UsageError(
+            f"{folder} has no subfolder named after a test; name the subfolders after the tests of {study.name}: {told}"
+        )
     asked = [one.partition("/") for one in exclude]
     if unknown := [one for one in asked if one[0] not in {test.name for test in there}]:
-        raise UsageError(f"--exclude {''.join(unknown[0])[:60]!r}: write TEST/SPECIMEN, as in {there[0].name}/8mm-1")
+        raise UsageError(
+            f"--exclude {''.join(unknown[0])[:60]!r}: no test has this name; write TEST/SPECIMEN, as in "
+            f"{there[0].name}/8mm-1"
+        )
     left_out = {test.name: [specimen for name, _, specimen in asked if name == test.name] for test in there}
     read = {name: measure_shear(find_files(folder / name), how, None, names) for name, names in left_out.items()}
     unread = [path.name for path in sorted(folder.glob("*")) if path.is_dir() and path.name not in read]
     skipped = [
-        Note("folder_skipped", "info", f"Folder {shown(name)} was skipped: no test has this name.") for name in unread
+        Note("folder_skipped", "info", f"Folder {shown(name)} was skipped because no test has this name.")
+        for name in unread
     ]
     notes = [note_on((name,), note) for name, tests in read.items() for note in tests.all_notes()]
     means = Rows(mean for test in there for mean in _means(test, read[test.name]))
@@ -91,7 +97,7 @@ def _means(test: LaboratorySection, read: ShearTests) -> list[_TestedMean]:
     wanted = test.measured or test.usual
     found = []
     for grade in read.grades:
-        pieces = [one for one in read.specimens if one.grade == grade.diameter and not one.excluded]
+        pieces = [one for one in read.specimens if one.grade == grade.diameter]
         told = [_responses(piece) for piece in pieces]
         for name in wanted:
             if values := [one[name] for one in told if name in one]:

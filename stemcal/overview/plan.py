@@ -19,7 +19,8 @@ from stemcal.files.rows import Rows
 from stemcal.folder import StudyFolder
 from stemcal.note import Note, Remedy
 from stemcal.numbers import duration, in_bytes
-from stemcal.runs.record import record_key, stands
+from stemcal.runs.answer import Run
+from stemcal.runs.record import stands
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Request, Solver
 from stemcal.stages.design import Asked, Design
@@ -118,7 +119,7 @@ def asked(study: Study, solver: Solver, folder: StudyFolder | None) -> list[Aske
 
 
 def _count(part: Asked, left: Sequence[Request], solver: Solver, costs: _Costs) -> _PlannedStage:
-    distinct = {record_key(solver, request) for request in part.requests}
+    distinct = {Run.of(solver, request).key for request in part.requests}
     memory = [bytes_ for request in left if (bytes_ := solver.memory_estimate(request)) is not None]
     return _PlannedStage(
         part.stage,
@@ -135,12 +136,12 @@ def missing(part: Asked, study: Study, solver: Solver, folder: StudyFolder | Non
     """Return the distinct runs of a stage that no record answers for good."""
     distinct: dict[str, Request] = {}
     for request in part.requests:
-        distinct.setdefault(record_key(solver, request), request)
+        distinct.setdefault(Run.of(solver, request).key, request)
     recorded = {key: folder.peek(key) for key in distinct} if folder is not None else {}
     return [
         request
         for key, request in distinct.items()
-        if (record := recorded.get(key)) is None or not stands(record, study.runs)
+        if (record := recorded.get(key)) is None or not stands(record, study.solver.run_limit)
         if not solver.knows(request)
     ]
 
@@ -149,8 +150,11 @@ def judged(design: Design) -> Iterator[Note]:
     """Yield the terms that a design cannot estimate, or what main effects are aliased with where it is for them."""
     terms = ("1", *design.names) if design.order == 1 else term_names(design.names)
     if lost := not_estimable(term_columns(design.coded)[:, : len(terms)], terms):
-        text = f"{design.stage}, {design.kind}: {len(design.coded)} runs cannot estimate the terms {series(lost)}."
-        yield Note("cannot_estimate", "caution", text, Remedy("Add runs or levels."))
+        text = (
+            f"{design.stage}: the {len(design.coded)} runs of the design ({design.kind}) cannot estimate the terms "
+            f"{series(lost)}."
+        )
+        yield Note("cannot_estimate", "caution", text, Remedy("Add runs or factor levels."))
     elif design.order == 1:
         yield aliases_note(design.coded, design.names)
 
@@ -159,14 +163,14 @@ def total(found: Plan) -> list[str]:
     """Return sentences on the number of runs left, their time and their memory."""
     if found.source == "by_hand":
         stages = " + ".join(str(stage.to_run) for stage in found.stages)
-        return [f"{stages} {'run' if found.to_run == 1 else 'runs'} by hand, {found.to_run} in total."]
-    lines = [f"{counted(found.to_run, 'run')} to compute."]
+        return [f"{stages} {'run' if found.to_run == 1 else 'runs'} must be done by hand, {found.to_run} in total."]
+    lines = [f"{counted(found.to_run, 'run')} must be computed."]
     if found.seconds is not None:
         source = {
-            "guess": " (a rough estimate)",
-            "recorded": f", estimated from {counted(found.recorded_runs, 'recorded run')} on this machine",
+            "guess": " (rough estimate)",
+            "recorded": f" (estimated from {counted(found.recorded_runs, 'recorded run')} on this machine)",
         }.get(found.source, "")
-        lines.append(f"On one core the runs take {duration(found.seconds)}{source}.")
+        lines.append(f"On one core, the runs take {duration(found.seconds)}{source}.")
     if found.elapsed is not None and found.to_run:
         workers = counted(found.workers, "worker")
         lines.append(f"The whole study takes about {duration(found.elapsed)} with {workers}.")
@@ -204,7 +208,7 @@ def _timed_runs(
         if record is None or record["status"] != "ok":
             continue
         request, circumstances = Request(**record["request"]), record["provenance"]
-        if circumstances.get("host") == socket.gethostname() and record_key(solver, request) == key:
+        if circumstances.get("host") == socket.gethostname() and Run.of(solver, request).key == key:
             seconds, guessed = circumstances.get("wall_seconds"), guess(request)
             if seconds and guessed:
                 yield seconds, guessed

@@ -9,11 +9,11 @@ from stemcal.errors import UsageError
 from stemcal.executors import RunExecutor
 from stemcal.files.rows import Rows
 from stemcal.files.typed import absent
+from stemcal.folder import SCHEMA_VERSION as FILE_VERSION
 from stemcal.folder import StudyFolder
-from stemcal.folder.stage_files import SCHEMA_VERSION as FILE_VERSION
 from stemcal.overview.plan import asked
-from stemcal.runs.answer import Watch, answer_all, ignore
-from stemcal.runs.record import counted, is_censored, record_key, stands
+from stemcal.runs.answer import Run, Watch, answer_all, ignore
+from stemcal.runs.record import outcome_of, stands
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Request, Solver
 from stemcal.stages.design import Asked
@@ -100,7 +100,7 @@ def ledger(study: Study, folder: StudyFolder, solver: Solver | None = None) -> R
 
 def _entries(wanted: Sequence[Asked], study: Study, folder: StudyFolder, solver: Solver) -> list[Entry]:
     requests = [request for part in wanted if part.settled for request in part.requests]
-    keys = [record_key(solver, request) for request in requests]
+    keys = [Run.of(solver, request).key for request in requests]
     entries = [_entry(request, key, study, folder) for request, key in zip(requests, keys, strict=True)]
     stages = {part.stage for part in wanted}
     return entries + sorted(_others(set(keys), stages, study, folder, solver), key=lambda e: (e.stage, e.run))
@@ -113,16 +113,16 @@ def _entry(request: Request, key: str, study: Study, folder: StudyFolder) -> Ent
     if record is None:
         status = "damaged" if problem else "left"
         return Entry(*asked_for, status, None, "", "", True, request.condition, levels, replicate)
-    answer = counted(record)
-    status = "failed" if not answer.ok else "censored" if is_censored(answer) else "ok"
+    outcome = outcome_of(record)
+    status = "failed" if not outcome.ok else "censored" if outcome.censored else "ok"
     said: Mapping[str, Any] = record.get("provenance", {})
     return Entry(
         *asked_for,
         status,
-        answer.response,
-        answer.reason,
-        answer.message,
-        not stands(record, study.runs),
+        outcome.response,
+        outcome.reason,
+        outcome.message,
+        not stands(record, study.solver.run_limit),
         request.condition,
         levels,
         replicate,
@@ -141,7 +141,7 @@ def _others(
         if record is None or record["request"]["stage"] not in solvers:
             continue
         request = Request(**record["request"])
-        if record_key(solvers[request.stage], request) == key:
+        if Run.of(solvers[request.stage], request).key == key:
             yield _entry(request, key, study, folder)
 
 
@@ -219,14 +219,13 @@ def retry(study: Study, folder: StudyFolder, executor: RunExecutor, watch: Watch
 
     A record is replaced when its new answer is there, not before.
     """
-    policy = study.runs._replace(quorum=0.0)
     with folder:
         failed = {e.key: e for e in reversed(ledger(study, folder)) if e.status == "failed"}
         chosen = list(reversed(failed.values()))
         for stage in dict.fromkeys(entry.stage for entry in chosen):
             requests = [entry.request for entry in chosen if entry.stage == stage]
-            own = make_solver(stage_called(stage).seen(study))
-            answer_all(requests, own, folder, executor, watch, policy, again={entry.key for entry in chosen})
+            own = make_solver(stage_called(stage).seen(study)).placed(folder.work)
+            answer_all(requests, own, folder, executor, watch, study.solver.run_limit, 0.0, {one.key for one in chosen})
         return [_entry(entry.request, entry.key, study, folder) for entry in chosen]
 
 
@@ -253,7 +252,7 @@ def inspect(study: Study, folder: StudyFolder) -> Inspection:
         try:
             content = folder.examine_stage(stage.name)
             if (version := content.get("schema_version")) != FILE_VERSION:
-                damaged[name] = f"has schema version {version!r:.20}, not {FILE_VERSION}"
+                damaged[name] = f"has schema version {version!r:.20}, but version {FILE_VERSION} is required"
                 continue
             changed = changes_since(study, solver, folder, stage.name)
             stale |= {name: tuple(changed)} if changed else {}

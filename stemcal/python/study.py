@@ -86,7 +86,7 @@ def calibrate(
     """
     study, workers = _study(study), checked(_Workers, workers, "workers")
     folder = StudyFolder(default_place(study.name) if out is None else Path(out))
-    with LocalExecutor(workers, study.runs.time_limit) as executor, notebook_watch(progress, study.naming) as watch:
+    with LocalExecutor(workers, study.solver.run_limit) as executor, notebook_watch(progress, study.naming) as watch:
         solver = make_solver(study)
         demand = demand_of(left_to_run(study, folder, solver), solver)
         _warn_before(demand, executor.workers)
@@ -101,7 +101,10 @@ def _study(given: Study | str | Path) -> Study:
         return given
     if isinstance(given, str | Path):
         return load_study(given)
-    raise UsageError(f"study: the type {type(given).__name__} is wrong. Pass the result of `stemcal.load_study`.")
+    raise UsageError(
+        f"study: the type {type(given).__name__} is not valid. Pass the result of `stemcal.load_study` or the path of "
+        "a spec."
+    )
 
 
 def _warn_before(demand: Demand, workers: int) -> None:
@@ -130,7 +133,7 @@ def open_results(folder: str | Path, study: Study | None = None) -> StudyResults
     if study is None:
         spec = found.remembered_spec()
         if spec is None:
-            raise UsageError(f"{place}: the folder contains no spec. Pass the study: open_results(folder, study).")
+            raise UsageError(f"{place}: the folder contains no spec. Pass the study: `open_results(folder, study)`.")
         study = load_study(spec)
     return StudyResults.read(study, found)
 
@@ -178,7 +181,7 @@ class Simulated:
     def __repr__(self) -> str:
         result = self.result
         where = f"{result.peak_force:.4g} N at {result.peak_travel:.3g} mm"
-        return f"Shear test of a {self.diameter:g} mm stem: {where}, {result.elements} elements"
+        return f"Shear test (stem diameter {self.diameter:g} mm): {where}, {result.elements} elements"
 
 
 def simulate(
@@ -206,8 +209,11 @@ def simulate(
         If the simulation is not reliable.
     """
     study = _study(study)
-    if not study.kind.force_history:
-        raise UsageError(f"simulate: the solver is {study.solver.kind}. Write `solver: {{kind: embedded}}`.")
+    if not study.kind.simulates_stems:
+        raise UsageError(
+            f"simulate: the solver kind is `{study.solver.kind}`, but `embedded` is required. Write `solver: {{kind: "
+            f"embedded}}`."
+        )
     for name in levels:
         if name not in study.names:
             raise UsageError(f"simulate: {name!r} is not a factor; {did_you_mean(name, study.names)}")

@@ -50,7 +50,7 @@ def _parameters(setting: Setting) -> list[Table]:
         Column("value", "Value", form=significant, of=lambda factor: levels[factor.name]),
         Column("known", head if setting.holds else "Source", of=known),
     ]
-    foot = ["fixed: not calibrated, set to the middle of its range."] if len(ranges) < len(levels) else []
+    foot = ["fixed: the parameter was not calibrated and has the mid-range value."] if len(ranges) < len(levels) else []
     return [Table.of(columns, setting.study.factors, "Parameters of the simulation", foot)]
 
 

@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Self
 
-from stemcal.naming import CUTTING, Naming
+from stemcal.naming import CUTTING, Names, Naming
 from stemcal.numbers import significant
 from stemcal.stages.stage import STAGES
 
@@ -56,7 +56,7 @@ def _remarks(progress: Progress, naming: Naming) -> list[str]:
     counts = (progress.cached, "from earlier"), (progress.failed, "failed")
     remarks = [f"{count} {what}" for count, what in counts if count]
     if progress.last_response is not None:
-        at = "" if progress.last_condition is None else naming.at(progress.last_condition)
+        at = "" if progress.last_condition is None else Names(naming).at(progress.last_condition)
         value = significant(progress.last_response)
         remarks.append(f"last {value}{naming.response.unit_suffix}{at}")
     return remarks

@@ -1,4 +1,4 @@
-"""What is taken from the records of the runs: curves, checks, pictures, where and when they were computed."""
+"""What is taken from the records of the runs: curves, pictures, where and when they were computed."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -38,26 +38,22 @@ class Details:
     film: Any = None
     warnings: tuple[Note, ...] = ()
     program_version: str | None = None
+    break_travel: float | None = None
 
 
 @dataclass(frozen=True)
 class _RunRecord:
-    """The record of a run: its details, the solver's own checks, and where, when and with what it was computed.
+    """The record of a run: its details, and where, when and with what it was computed.
 
     Runs of stems cut at the solution are `at_solution`.
     """
 
     key: str
     details: Details
-    checks: Mapping[str, Any] = field(default_factory=dict)
     provenance: Mapping[str, Any] = field(default_factory=dict)
     at_solution: bool = False
 
 
-_CHECKS = (
-    *("peak_force", "peak_travel", "stroke_was_enough", "elements", "deleted_elements", "steps"),
-    *("energy_drift_percent", "kinetic_ratio_percent", "hourglass_ratio_percent"),
-)
 Records = Mapping[str, _RunRecord]
 """Records by the label of the run."""
 
@@ -72,18 +68,8 @@ def read_records(results: Results | StageResult, folder: StudyFolder) -> dict[st
             content = folder.peek(outcome.key) if outcome.key else None
             if content is not None:
                 details, made = content["details"], content.get("provenance", {})
-                found[label] = _RunRecord(content["key"], from_json(Details, details), _checks(details), made, pictured)
+                found[label] = _RunRecord(content["key"], from_json(Details, details), made, pictured)
     return found
-
-
-def _checks(details: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a run's checks; none if the solver did not report them, or other things under their names."""
-    found = {name: details.get(name) for name in _CHECKS}
-    return found | {"break_travel": details.get("break_travel")} if all(map(_is_number, found.values())) else {}
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float)
 
 
 def distinct_of(records: Records) -> dict[str, tuple[str, _RunRecord]]:
@@ -97,7 +83,7 @@ def distinct_of(records: Records) -> dict[str, tuple[str, _RunRecord]]:
 def curves_of(records: Records) -> dict[str, Curve]:
     """Return force over travel of every run whose solver kept it."""
     return {
-        label: replace(record.details.curve, broke=record.checks.get("break_travel"))
+        label: replace(record.details.curve, broke=record.details.break_travel)
         for label, record in records.items()
         if record.details.curve
     }

@@ -137,5 +137,5 @@ def _simulation_rows(result: CuttingResult) -> list[tuple[str, str]]:
         ("Steps", f"{result.steps} in {duration(result.wall_seconds)}, {rate:.1f} M element-steps/s"),
         ("Energy drift", f"{fixed(result.energy_drift_percent, 3)} %"),
         ("Contact energy", f"at least {fixed(result.contact_energy_percent, 3)} % of the work"),
-        ("Kinetic energy", f"at most {fixed(result.kinetic_ratio_percent, 3)} % of internal energy"),
+        ("Kinetic energy", f"at most {fixed(result.kinetic_ratio_percent, 3)} % of the internal energy"),
     ]

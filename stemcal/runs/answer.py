@@ -1,29 +1,71 @@
-"""From requests to answers: look in the records, compute what is missing, keep each answer as it comes.
+"""From requests to outcomes: look in the records, compute what is missing, keep each answer as it comes.
 
-An answer counts once its record is in the study folder. A run that failed for physical reasons stays
-failed; one that failed by accident (its process died, the solver raised) is repeated up to the number in the
-spec, and once more by the next command.
+An answer counts once its record is in the study folder. A run that failed for physical reasons stays failed. One that
+failed by accident (its process died, the solver raised) is begun a second time, and once more by the next command.
 """
 
 import logging
 import math
-from collections.abc import Callable, Collection, Generator, Iterable, Iterator, Mapping, Sequence
-from contextlib import closing, contextmanager
-from dataclasses import asdict, dataclass
+import queue
+import time
+from collections import Counter, deque
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from concurrent.futures import Future
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass, replace
+from typing import Any
 
-from stemcal.errors import RunsFailed, Waiting
-from stemcal.executors import InlineExecutor, RunExecutor
-from stemcal.folder import StudyFolder
-from stemcal.runs.record import TRIES, counted, identity_of, judged, record_key, stands
-from stemcal.runs.retries import Batch, Computed
-from stemcal.solvers.protocol import Answer, Request, Solver
-from stemcal.study.model import RunsOptions
+from stemcal.errors import RunsFailed, SimulationFailed, Waiting
+from stemcal.executors import ClusterLost, InlineExecutor, RunExecutor, RunTimedOut, WorkerDied
+from stemcal.files.durable import key_of
+from stemcal.folder import StudyFolder, now, provenance
+from stemcal.interrupts import next_of
+from stemcal.naming import CUTTING, Naming
+from stemcal.registry import code_of
+from stemcal.runs.record import ACCIDENTS, TIMEOUT, Outcome, outcome_of, stands
+from stemcal.solvers.protocol import RESPONSES, Answer, Request, Solver
+from stemcal.study.types.field_types import MOST
 
 logger = logging.getLogger(__name__)
 
 MOST_WARNINGS = 10
 _MOST_REASONS = 10
-WORK = "work"  # where solvers that need files have their run folders
+QUORUM = 0.5  # the fraction of the runs of a stage that must succeed
+_TRIES = 2  # how often a run is begun that ends by accident
+
+Computed = tuple[Answer, dict[str, Any]]
+"""An answer with the circumstances it was computed under."""
+
+
+@dataclass(frozen=True)
+class Run:
+    """A request to a solver, and what determines its answer; the `key`, a hash of that, is the name of its record.
+
+    Called, as a worker does, it is computed.
+    """
+
+    solver: Solver
+    request: Request
+    identity: dict[str, Any]
+    key: str
+
+    @classmethod
+    def of(cls, solver: Solver, request: Request) -> "Run":
+        """Return the run of a request; the code of a solver belongs to its identity if another package has it."""
+        code = code_of(type(solver).__module__)
+        identity = {**solver.identity(request), **({"code of package": code} if code else {})}
+        return cls(solver, request, identity, key_of(identity))
+
+    def get_ready(self) -> None:
+        """Do what the solver needs in this process before its first run; the clock of the run starts after it."""
+        self.solver.get_ready()
+
+    def __call__(self) -> Computed:
+        """Answer the request."""
+        started, clock = now(), time.perf_counter()
+        answer = validated(self.solver.solve(self.request), self.solver.naming)
+        wall = time.perf_counter() - clock
+        return answer, {**provenance(), "started": started, "finished": now(), "wall_seconds": wall}
 
 
 @dataclass(frozen=True)
@@ -57,9 +99,10 @@ def answer_all(
     folder: StudyFolder,
     executor: RunExecutor,
     watch: Watch = ignore,
-    policy: RunsOptions | None = None,
+    time_limit: float | None = None,
+    quorum: float = QUORUM,
     again: Collection[str] = (),
-) -> list[Answer]:
+) -> list[Outcome]:
     """Answer every request; the folder must be locked.
 
     Requests with equal identities are computed once, those with a record not at all, unless their key is in
@@ -68,70 +111,70 @@ def answer_all(
     Raises
     ------
     RunsFailed
-        If the policy asks for more successes.
+        If a smaller fraction of the requests than `quorum` succeeds.
     Waiting
         If the runs are done by hand, and results are not entered yet; those that are known are recorded first.
     """
-    policy = policy or RunsOptions()
-    keys = [record_key(solver, request) for request in requests]
-    known: dict[str, Answer] = {}  # what earlier commands have left for good
-    for key in dict.fromkeys(key for key in keys if key not in again):
-        record = folder.load(key)
-        if record is not None and stands(record, policy):
-            known[key] = counted(record)
-    missing: dict[str, Request] = {}
-    for key, request in zip(keys, requests, strict=True):
-        if key not in known:
-            missing.setdefault(key, request)
+    runs = [Run.of(solver, request) for request in requests]
+    known: dict[str, Outcome] = {}  # what earlier commands have left for good
+    missing: dict[str, Run] = {}
+    for run in runs:
+        if run.key in known or run.key in missing:
+            continue
+        record = None if run.key in again else folder.load(run.key)
+        if record is not None and stands(record, time_limit):
+            known[run.key] = outcome_of(record)
+        else:
+            missing[run.key] = run
     stage = requests[0].stage if requests else ""
-    if solver.immediate:
-        executor = InlineExecutor()
-    folder.log("stage_begins", stage=stage, rows=len(keys), recorded=len(known), to_run=len(missing))
-    tally = _Tally(stage, keys, known, watch)
-    awaited = [key for key, run in missing.items() if solver.asks_people and not solver.knows(run)]
-    waiting = [missing.pop(key) for key in awaited]
+    folder.log("stage_begins", stage=stage, rows=len(runs), recorded=len(known), to_run=len(missing))
+    tally = _Tally(stage, len(runs), len(known) + len(missing), known.values(), watch)
     if missing:
         if takes_a_while := solver.preparing():
             tally.report(preparing=True)
         solver.prepare()
         if takes_a_while:
             tally.report()
-    with closing(_recording(missing, solver, folder, executor)) as answers:
-        for key, answer in answers:
-            known[key] = judged(answer)
-            tally.add(known[key], missing[key])
-    if waiting:
-        raise Waiting(stage, waiting)
-    found = [known[key] for key in keys]
-    _require_quorum(requests, found, policy)
+    batch = _Batch(missing.values(), InlineExecutor() if solver.immediate else executor)
+    try:
+        for run, computed in batch.arriving():
+            known[run.key] = keep(run, computed, folder)
+            tally.add(known[run.key], run.request)
+    finally:
+        for run, computed in batch.rest():
+            keep(run, computed, folder)
+    if batch.awaited:
+        raise Waiting(stage, batch.awaited)
+    found = [known[run.key] for run in runs]
+    _require_quorum(requests, found, quorum)
     return found
 
 
 class _Tally:
     """Counts the finished runs and notifies the watcher."""
 
-    def __init__(self, stage: str, keys: Sequence[str], known: Mapping[str, Answer], watch: Watch) -> None:
-        self.stage, self.points, self.watch = stage, len(keys), watch
-        self.total, self.warned = len(set(keys)), set[tuple[int, str]]()
+    def __init__(self, stage: str, points: int, total: int, known: Collection[Outcome], watch: Watch) -> None:
+        self.stage, self.points, self.total, self.watch = stage, points, total, watch
+        self.warned: set[tuple[int, str]] = set()
         self.done = self.cached = len(known)
-        self.failed = sum(not answer.ok for answer in known.values())
+        self.failed = sum(not outcome.ok for outcome in known)
         self.report()
 
-    def add(self, answer: Answer, request: Request) -> None:
-        """Count one more answer."""
+    def add(self, outcome: Outcome, request: Request) -> None:
+        """Count one more run."""
         self.done += 1
-        if not answer.ok:
+        if not outcome.ok:
             self.failed += 1
-            self._warn(answer, request)
-        self.report(answer.response, request.condition)
+            self._warn(outcome, request)
+        self.report(outcome.response, request.condition)
 
-    def _warn(self, answer: Answer, request: Request) -> None:
+    def _warn(self, outcome: Outcome, request: Request) -> None:
         """Warn of the first failures one by one, and once of those that several replicates share."""
-        if (fault := (request.row, answer.message)) in self.warned:
+        if (fault := (request.row, outcome.message)) in self.warned:
             return
         self.warned.add(fault)
         if len(self.warned) <= MOST_WARNINGS:
-            logger.warning("%s run %d: %s: %s", request.stage, request.row + 1, answer.reason, answer.message)
+            logger.warning("%s run %d: %s: %s", request.stage, request.row + 1, outcome.reason, outcome.message)
         elif len(self.warned) == MOST_WARNINGS + 1:
             logger.warning("more runs failed; `stemcal status SPEC --failed` lists all failed runs")
 
@@ -142,68 +185,132 @@ class _Tally:
         self.watch(Progress(self.stage, *counts, response, condition, preparing, self.points))
 
 
-def _recording(
-    missing: Mapping[str, Request], solver: Solver, folder: StudyFolder, executor: RunExecutor
-) -> Generator[tuple[str, Answer], None, None]:
-    """Compute the missing answers; each is recorded before it is yielded."""
-    if not missing:
-        return
-    solver = solver.placed(folder.path.absolute() / WORK)
-    batch = Batch(missing, solver, executor, TRIES)
-    try:
-        for key, computed in batch.arriving():
-            yield key, keep(key, missing[key], computed, solver, folder)
-    finally:
-        for key, computed in batch.rest():
-            keep(key, missing[key], computed, solver, folder)
-
-
-def keep(key: str, request: Request, computed: Computed, solver: Solver, folder: StudyFolder) -> Answer:
-    """Save one outcome durably and return its answer."""
-    answer = computed.answer.readable()
-    folder.save(
-        {
-            "key": key,
-            "identity": identity_of(solver, request),
-            "request": request.as_record(),
-            **asdict(answer),
-            "provenance": computed.circumstances,
-        }
-    )
+def keep(run: Run, computed: Computed, folder: StudyFolder) -> Outcome:
+    """Save what came of a run durably, and return how it counts."""
+    answer, circumstances = computed[0].readable(), computed[1]
+    asked = {"key": run.key, "identity": run.identity, "request": run.request.as_record()}
+    record = {**asked, **asdict(answer), "provenance": circumstances}
+    folder.save(record)
     if not answer.ok:
-        folder.log("run_failed", key=key, stage=request.stage, row=request.row, reason=answer.reason)
+        folder.log("run_failed", key=run.key, stage=run.request.stage, row=run.request.row, reason=answer.reason)
+    return outcome_of(record)
+
+
+# ---- runs given to an executor: what each gives, what its failure is called, which are begun again
+
+
+class _Batch:
+    """Runs in the hands of an executor; `awaited` are those that people still have to do."""
+
+    def __init__(self, runs: Iterable[Run], executor: RunExecutor) -> None:
+        self.executor, self.awaited = executor, list[Request]()
+        self._waiting = deque(runs)
+        self._pending: dict[Future[Computed], Run] = {}
+        self._begun: Counter[str] = Counter()
+        self._done: queue.SimpleQueue[Future[Computed]] = queue.SimpleQueue()
+
+    def arriving(self) -> Iterator[tuple[Run, Computed]]:
+        """Yield every run with what came of it as they are done."""
+        while self._waiting or self._pending:
+            while self._waiting and len(self._pending) < self.executor.ahead:
+                self._submit(self._waiting.popleft())
+            future = next_of(self._done)
+            run = self._pending.pop(future)
+            try:
+                answer, circumstances = _ended(future)
+            except Waiting:
+                self.awaited.append(run.request)
+                continue
+            begun = self._begun[run.key]
+            if answer.reason in ACCIDENTS and begun < _TRIES:
+                logger.info("%s run %d is restarted", run.request.stage, run.request.row + 1)
+                self._submit(run)
+                continue
+            if begun > 1:
+                circumstances = {**circumstances, "tries": begun}
+                if not answer.ok:
+                    answer = replace(answer, message=f"{answer.message} (started {begun} times)")
+            yield run, (answer, circumstances)
+
+    def rest(self) -> Iterator[tuple[Run, Computed]]:
+        """After an interruption yield what is done, and take back what has not begun."""
+        for future, run in self._pending.items():
+            if not future.cancel() and future.done() and future.exception() is None:
+                yield run, future.result()
+
+    def _submit(self, run: Run) -> None:
+        future = self.executor.submit(run)
+        self._pending[future] = run
+        self._begun[run.key] += 1
+        future.add_done_callback(self._done.put)
+
+
+def _ended(future: Future[Computed]) -> Computed:
+    """Return what a finished future holds; an exception is a failed run, not the end of the study."""
+    try:
+        return future.result()
+    except (ClusterLost, Waiting):
+        raise
+    except SimulationFailed as error:
+        answer = Answer("failed", reason=error.reason, message=str(error))
+    except RunTimedOut as error:
+        answer = Answer("failed", reason=TIMEOUT, message=str(error), details={"time_limit": error.limit})
+    except WorkerDied as error:
+        answer = Answer("failed", reason="worker_died", message=str(error))
+    except Exception as error:
+        logger.debug("a run raised", exc_info=error)
+        answer = Answer("failed", reason="exception", message=f"{type(error).__name__}: {error}")
+    return answer, {**provenance(), "finished": now()}
+
+
+def validated(answer: Answer, naming: Naming = CUTTING) -> Answer:
+    """Return the answer, or a failed one in its place if its force, or any further response, is not a number.
+
+    >>> validated(Answer("ok", response=float("nan"))).reason
+    'nan'
+    """
+    if answer.status != "ok":
+        return Answer("failed", None, answer.reason or "failed", answer.message, answer.details)
+    rest, nouns = dict(answer.details), {response.name: response.noun for response in naming.responses}
+    for name, value in {naming.response.name: answer.response, **rest.pop(RESPONSES, {})}.items():
+        given = f"the solver returned {value} for the {nouns.get(name, name)}"
+        if value is None or not math.isfinite(value):
+            return Answer("failed", None, "nan", given, rest)
+        if abs(value) > MOST:
+            message = f"{given}, which exceeds the largest allowed value ({MOST:g})"
+            return Answer("failed", None, "bad_result", message, rest)
     return answer
 
 
 # ---- when a stage must not go on, and why
 
 
-def _require_quorum(requests: Sequence[Request], answers: Sequence[Answer], policy: RunsOptions) -> None:
+def _require_quorum(requests: Sequence[Request], outcomes: Sequence[Outcome], quorum: float) -> None:
     """Raise `RunsFailed` if too small a share of a stage's rows succeeded."""
-    needed = math.ceil(policy.quorum * len(answers) - 1e-9)
-    failed = sum(not answer.ok for answer in answers)
-    if len(answers) - failed >= needed:
+    needed = math.ceil(quorum * len(outcomes) - 1e-9)
+    failed = sum(not outcome.ok for outcome in outcomes)
+    if len(outcomes) - failed >= needed:
         return
-    counts = f"{failed} of {len(answers)} runs failed, but {needed} must succeed"
+    counts = f"{failed} of {len(outcomes)} runs failed, but {needed} must succeed"
     head = f"{requests[0].stage}: {counts}; correct the cause, then run `stemcal run SPEC --retry`"
-    raise RunsFailed("\n".join([head, *_reason_lines(requests, answers)]))
+    raise RunsFailed("\n".join([head, *_reason_lines(requests, outcomes)]))
 
 
-def _reason_lines(requests: Iterable[Request], answers: Iterable[Answer]) -> list[str]:
+def _reason_lines(requests: Iterable[Request], outcomes: Iterable[Outcome]) -> list[str]:
     """Return a line per failed run with its reason, the first ten in full."""
     lines = [
-        f"  run {request.row + 1}: {answer.reason}: {answer.message}".rstrip(": ")
-        for request, answer in zip(requests, answers, strict=True)
-        if not answer.ok
+        f"  run {request.row + 1}: {outcome.reason}: {outcome.message}".rstrip(": ")
+        for request, outcome in zip(requests, outcomes, strict=True)
+        if not outcome.ok
     ]
     more = len(lines) - _MOST_REASONS
     return [*lines[:_MOST_REASONS], f"  and {more} more"] if more > 0 else lines
 
 
 @contextmanager
-def reasons_given(requests: Sequence[Request], answers: Sequence[Answer]) -> Iterator[None]:
+def reasons_given(requests: Sequence[Request], outcomes: Sequence[Outcome]) -> Iterator[None]:
     """Add to a `RunsFailed` which runs failed and why."""
     try:
         yield
     except RunsFailed as error:
-        raise RunsFailed("\n".join([str(error), *_reason_lines(requests, answers)])) from None
+        raise RunsFailed("\n".join([str(error), *_reason_lines(requests, outcomes)])) from None

@@ -1,65 +1,29 @@
-"""From the record of a run to its outcome in a stage: whether the record is valid, how it counts, its result.
+"""What a stage stores of a run: whether its record is final, how the record counts, the mean of replicates.
 
 Accidents are tried again; a stroke that ended too early gives a lower bound.
 """
 
-import functools
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from statistics import fmean
 from typing import Any
 
+import numpy as np
+from numpy.typing import ArrayLike
+
 from stemcal.files.typed import absent
-from stemcal.folder import key_of
 from stemcal.naming import FIRST
 from stemcal.note import Note, Remedy
-from stemcal.registry import package_hash
-from stemcal.solvers.measures import measures
-from stemcal.solvers.protocol import RESPONSES, Answer, Request, Solver
+from stemcal.solvers.protocol import RESPONSES
 from stemcal.solvers.replicates import Replicates
-from stemcal.study.model import RunsOptions
 from stemcal.words import series
 
 ACCIDENTS = frozenset({"worker_died", "exception"})
 TIMEOUT = "timeout"
-TRIES = 2  # how often a run is begun that ends by accident
-
-# ---- records, and how they count
 
 
-def record_key(solver: Solver, request: Request) -> str:
-    """Return the name of the record that answers a request: a hash of what determines the answer."""
-    return key_of(identity_of(solver, request))
-
-
-def identity_of(solver: Solver, request: Request) -> dict[str, Any]:
-    """Return what determines the answer: the solver's identity, and its code if another package has it."""
-    code = code_of(type(solver).__module__)
-    return {**solver.identity(request), **({"code of package": code} if code else {})}
-
-
-@functools.cache
-def code_of(module: str) -> str:
-    """Return a hash of the package of a module; nothing for stemcal's own."""
-    return "" if module.partition(".")[0] == "stemcal" else package_hash(module)
-
-
-def answer_of(record: Mapping[str, Any]) -> Answer:
-    """Return the answer that a record holds."""
-    return _kept(record).readable()
-
-
-def counted(record: Mapping[str, Any]) -> Answer:
-    """Return the answer that a record holds as stages count it."""
-    return judged(_kept(record)).readable()
-
-
-def _kept(record: Mapping[str, Any]) -> Answer:
-    return Answer(**{name: record[name] for name in ("status", FIRST, "reason", "message", "details")})
-
-
-def stands(record: Mapping[str, Any], policy: RunsOptions) -> bool:
+def stands(record: Mapping[str, Any], time_limit: float | None) -> bool:
     """Whether a record is final, or its run must be computed again.
 
     Accidents are tried again by the next command, and so is what timed out if it may take longer now.
@@ -67,48 +31,7 @@ def stands(record: Mapping[str, Any], policy: RunsOptions) -> bool:
     if record["reason"] in ACCIDENTS:
         return False
     allowed = record["details"].get("time_limit") if record["reason"] == TIMEOUT else None
-    return allowed is None or (policy.time_limit is not None and policy.time_limit <= allowed)
-
-
-def judged(answer: Answer) -> Answer:
-    """Return the answer as stages count it; long lists stay in the record, only their results leave it."""
-    kept = (RESPONSES,)
-    details = {n: value for n, value in answer.details.items() if n in kept or not isinstance(value, list | dict)}
-    details |= measures(answer.details)
-    return replace(answer, details=details)
-
-
-def is_censored(answer: Answer) -> bool:
-    """Whether the force is only a lower bound: the stroke ended before the maximum was clearly passed."""
-    return answer.ok and answer.details.get("stroke_was_enough") is False
-
-
-_STROKE_ENDS = {
-    "rising": "the response was still rising",
-    "regained": "the response had risen again after a peak",
-    "falling": "the response had fallen only slightly after a peak",
-}
-
-
-def lower_bound_notes(answers: Sequence[Answer]) -> list[Note]:
-    """Return a note on the rows whose response is only a lower bound, one for each way in which their stroke ended."""
-    rows: dict[str, list[int]] = {}
-    for row, answer in enumerate(answers, 1):
-        if is_censored(answer):
-            ended = _STROKE_ENDS.get(str(answer.details.get("stroke_end")), "the response had not fallen")
-            rows.setdefault(ended, []).append(row)
-    return [_lower_bound(numbers, ended) for ended, numbers in rows.items()]
-
-
-def _lower_bound(rows: Sequence[int], ended: str) -> Note:
-    one = len(rows) == 1
-    runs, bound = ("run", "its maximum is a lower bound") if one else ("runs", "their maxima are lower bounds")
-    remedy = Remedy("Increase the stroke (`loading.stroke` or `loading.duration`).")
-    text = f"In {runs} {series(rows)}, {ended} when the stroke ended, so {bound}."
-    return Note("lower_bound", "warning", text, remedy)
-
-
-# ---- what a stage stores of a run
+    return allowed is None or (time_limit is not None and time_limit <= allowed)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -160,20 +83,59 @@ class Outcome:
         return value if self.ok and value is not None else math.nan
 
 
-def outcome_of(request: Request, answer: Answer, solver: Solver) -> Outcome:
-    """Return the stored row of an answered request."""
-    told = answer.details if answer.ok else {}
+def outcome_of(record: Mapping[str, Any]) -> Outcome:
+    """Return how a record counts; a force is only a lower bound if its stroke ended before the maximum was passed."""
+    ok = record["status"] == "ok"
+    details = record["details"] | measures(record["details"]) if ok else {}
     return Outcome(
-        response=answer.response,
-        travel=told.get("travel"),
-        work=told.get("work"),
-        responses=told.get(RESPONSES),
-        status=answer.status,
-        censored=is_censored(answer),
-        reason=answer.reason,
-        message=answer.message,
-        key=record_key(solver, request),
+        response=record[FIRST],
+        travel=details.get("travel"),
+        work=details.get("work"),
+        responses=details.get(RESPONSES),
+        status=record["status"],
+        censored=details.get("stroke_was_enough") is False,
+        reason=record["reason"],
+        message=record["message"],
+        key=record["key"],
     )
+
+
+def measures(details: Mapping[str, Any]) -> dict[str, Any]:
+    """Return ``travel`` (mm) and ``work`` (mJ) to the maximum of the recorded curve, if a run's details have one."""
+    if (end := details.get("peak_travel")) is None:
+        return {}
+    curve = details.get("curve")
+    return {"travel": end, **({"work": work_until(curve["travel"], curve["force"], end)} if curve else {})}
+
+
+def work_until(travel: ArrayLike, force: ArrayLike, end: float) -> float:
+    """Integrate the force over the travel from first touch to `end`; N·mm, which is mJ.
+
+    W = ∫₀ᵉⁿᵈ F du by the trapezoidal rule, the force at both ends interpolated.
+
+    >>> work_until([-1.0, 0.0, 1.0, 2.0], [0.0, 0.0, 10.0, 20.0], 1.5)
+    11.25
+    """
+    u, f = np.asarray(travel, dtype=float), np.asarray(force, dtype=float)
+    inner = u[(u > 0.0) & (u < end)]
+    points = np.concatenate([[0.0], inner, [max(end, 0.0)]])
+    return float(np.trapezoid(np.interp(points, u, f), points))
+
+
+# ---- responses that are only lower bounds
+
+
+def lower_bound_notes(outcomes: Sequence[Outcome]) -> list[Note]:
+    """Return a note on the rows whose response is only a lower bound."""
+    rows = [row for row, outcome in enumerate(outcomes, 1) if outcome.censored]
+    if not rows:
+        return []
+    runs, bound = (
+        ("run", "its maximum is a lower bound") if len(rows) == 1 else ("runs", "their maxima are lower bounds")
+    )
+    remedy = Remedy("Increase the stroke (`loading.stroke` or `loading.duration`).")
+    text = f"In {runs} {series(rows)}, the response had not fallen when the stroke ended, so {bound}."
+    return [Note("lower_bound", "warning", text, remedy)]
 
 
 # ---- one outcome of the replicates of a point

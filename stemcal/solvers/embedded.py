@@ -88,7 +88,7 @@ class Embedded(Solver):
         result = replace(result, warnings=(*result.warnings, *warnings))
         scalars = {k: v for k, v in vars(result).items() if isinstance(v, bool | int | float)}
         curve = kept_curve(result.history.travel, result.history.force_filtered)
-        details = {**scalars, "stroke_end": result.stroke_end, "warnings": to_json(result.warnings), "curve": curve}
+        details = {**scalars, "warnings": to_json(result.warnings), "curve": curve}
         if further := {**responses, **scores}:
             details |= {RESPONSES: further}
         if film is not None:

@@ -1,30 +1,13 @@
-"""Results of a run besides its maximum force: its curve, travel and work to the maximum, scatter."""
-
-from collections.abc import Mapping
-from typing import Any
+"""What a run keeps of its force over the travel: a curve of a few hundred points, and its scores on measured modes."""
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from stemcal.errors import SimulationFailed, UsageError
 from stemcal.measured.curve_modes import CurveModes
 from stemcal.study.model.measured_targets import named_modes
 
 Array = NDArray[np.float64]
-
-
-def work_until(travel: ArrayLike, force: ArrayLike, end: float) -> float:
-    """Integrate the force over the travel from first touch to `end`; N·mm, which is mJ.
-
-    W = ∫₀ᵉⁿᵈ F du by the trapezoidal rule, the force at both ends interpolated.
-
-    >>> work_until([-1.0, 0.0, 1.0, 2.0], [0.0, 0.0, 10.0, 20.0], 1.5)
-    11.25
-    """
-    u, f = np.asarray(travel, dtype=float), np.asarray(force, dtype=float)
-    inner = u[(u > 0.0) & (u < end)]
-    points = np.concatenate([[0.0], inner, [max(end, 0.0)]])
-    return float(np.trapezoid(np.interp(points, u, f), points))
 
 
 def kept_rows(count: int, most: int = 200) -> NDArray[np.int64]:
@@ -59,11 +42,3 @@ def curve_scores(modes: CurveModes | None, travel: Array, force: Array, broke: f
     except UsageError as error:
         raise SimulationFailed("no_curve", str(error)) from error
     return {named.name: score for named, score in zip(named_modes([modes]), found, strict=True)}
-
-
-def measures(details: Mapping[str, Any]) -> dict[str, Any]:
-    """Return ``travel`` (mm) and ``work`` (mJ) to the maximum of the recorded curve, if a run's details have one."""
-    if (end := details.get("peak_travel")) is None:
-        return {}
-    curve = details.get("curve")
-    return {"travel": end, **({"work": work_until(curve["travel"], curve["force"], end)} if curve else {})}

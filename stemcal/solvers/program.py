@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any, ClassVar, Generic, Self, TypeVar, cast
 
 from stemcal.errors import SimulationFailed, UsageError
-from stemcal.files.durable import digest, make_folder, write_atomic
+from stemcal.files.durable import key_of, make_folder, write_atomic
 from stemcal.files.reading import open_plain
 from stemcal.naming import FIRST
 from stemcal.processes import Ended, run_program
@@ -27,7 +27,6 @@ from stemcal.study.types.named import fill, template_bytes
 
 O = TypeVar("O", bound=ProgramOptions)
 OUTPUT = "program-output.txt"
-_KEY_LENGTH = 32
 
 
 @dataclass(frozen=True)
@@ -76,7 +75,7 @@ def run_folder(place: Path | None, identity: Mapping[str, Any]) -> Path:
     """Make an empty folder: below `place`, named by the run's key, or among the temporary files."""
     if place is None:
         return Path(tempfile.mkdtemp(prefix="stemcal-run-"))
-    folder = make_folder(place) / digest(dict(identity))[:_KEY_LENGTH]
+    folder = make_folder(place) / key_of(identity)
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir()
     return folder

@@ -90,7 +90,13 @@ class Solver:
         raise NotImplementedError
 
     def solve(self, request: Request) -> Answer:
-        """Answer one request. A failed simulation is an `Answer`, not an exception."""
+        """Answer one request. A failed simulation is an `Answer`, not an exception.
+
+        Raises
+        ------
+        Waiting
+            If the solver asks people, and nobody has done the run yet.
+        """
         raise NotImplementedError
 
     def prepare(self) -> None:

@@ -12,10 +12,12 @@ from stemcal.doe.regression.least_squares import Array
 from stemcal.errors import UsageError
 from stemcal.files.rows import Rows
 from stemcal.note import Note
-from stemcal.runs.record import outcome_of
-from stemcal.solvers.protocol import Answer, Request, Solver
+from stemcal.runs.record import Outcome
+from stemcal.solvers.protocol import Request
 from stemcal.stages.result import DesignRun, DesignRuns
 from stemcal.study.model import Study
+
+_LEVEL_TOLERANCE = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +77,7 @@ class Later:
     note: Note
 
 
-def runs_of(design: Design, requests: Sequence[Request], answers: Sequence[Answer], solver: Solver) -> DesignRuns:
+def runs_of(design: Design, requests: Sequence[Request], outcomes: Sequence[Outcome]) -> DesignRuns:
     """Return a design with its runs, numbered from 1."""
     runs = [
         DesignRun(
@@ -83,9 +85,9 @@ def runs_of(design: Design, requests: Sequence[Request], answers: Sequence[Answe
             levels=dict(request.levels),
             coded=dict(zip(design.names, coded, strict=True)),
             replicate=request.replicate or None,
-            outcome=outcome_of(request, answer, solver),
+            outcome=outcome,
         )
-        for request, answer, coded in zip(requests, answers, design.coded.tolist(), strict=True)
+        for request, outcome, coded in zip(requests, outcomes, design.coded.tolist(), strict=True)
     ]
     return DesignRuns(design.kind, Rows(runs))
 
@@ -93,12 +95,33 @@ def runs_of(design: Design, requests: Sequence[Request], answers: Sequence[Answe
 def given_design(
     stage: str, study: Study, coding: Coding, given: Sequence[Mapping[str, float]], order: int = 2
 ) -> Design:
-    """Return the rows that a solver has, coded; raise `UsageError` where a factor is missing."""
+    """Return the rows that a solver has, coded.
+
+    Raises
+    ------
+    UsageError
+        If a factor is missing; of order 1, if a level is neither low nor high.
+    """
     missing = [name for name in coding.names if name not in given[0]]
     if missing:
         raise UsageError(
-            f"rsm.factors: the table of the solver does not vary {', '.join(missing)}. List the columns of the table."
+            f"rsm.factors: the solver table does not vary {', '.join(missing)}. List only factors that are columns "
+            "of the table."
         )
     coded = coding.to_coded([[row[name] for name in coding.names] for row in given])
+    if order == 1:
+        _require_two_levels(coding, coded, given)
+        coded = coded.round()
     levels = tuple({**study.midlevels(), **row} for row in given)
     return Design(stage, "given", coding, coded, levels, order=order)
+
+
+def _require_two_levels(coding: Coding, coded: Array, given: Sequence[Mapping[str, float]]) -> None:
+    """Raise `UsageError` if a row is not at low and high levels."""
+    for row, values in enumerate(abs(abs(coded) - 1.0)):
+        for name, miss in zip(coding.names, values, strict=True):
+            if miss > _LEVEL_TOLERANCE:
+                raise UsageError(
+                    f"solver.screen row {row + 1}: the value {given[row][name]:g} is not a level of the factor {name}. "
+                    f"Set `low` and `high` of {name} to its two levels in the table."
+                )

@@ -68,10 +68,15 @@ def without_lengths(study: Study) -> Study:
         If the study has no embedded solver, or no failure strain to adjust.
     """
     solver = study.solver
-    if not study.kind.any_element_size:
-        raise UsageError(f"export material: the solver is {solver.kind}. Write `solver: {{kind: embedded}}`.")
+    if not study.kind.simulates_stems:
+        raise UsageError(
+            f"export material: the solver kind is `{solver.kind}`, but `embedded` is required. "
+            "Write `solver: {kind: embedded}`."
+        )
     if STRAIN not in study.names:
-        raise UsageError(f"export material: {STRAIN} is not a factor of this study. Add {STRAIN} to factors.")
+        raise UsageError(
+            f"export material: {STRAIN} is not a factor of this study. Add {STRAIN} to the `factors` section."
+        )
     sections = {
         "solver": solver.model_copy(update={"replicates": None}),
         "material": study.material.model_copy(update={"internal_length": Length(0.0)}),
@@ -156,9 +161,10 @@ def strain_table(found: SizedStrain) -> Table:
         Column("valid", "Valid", of=lambda row: "yes" if row.valid else "no"),
     ]
     foot = (
-        f"The search ends at the first strain with a mean force within {100.0 * TOLERANCE:g} % of {found.aim:.4g} N "
-        f"({found.condition:g} mm stem). A strain is valid if the error and the standard error of the mean force are "
-        "below 5 %. The 95 % range follows from the scatter over mesh positions."
+        f"The search ends at the first failure strain whose mean force is within {100.0 * TOLERANCE:g} % of "
+        f"{found.aim:.4g} N (stem diameter {found.condition:g} mm). A failure strain is valid if the error and the "
+        "standard error of the mean force are below 5 %. The 95 % range of the failure strain follows from the scatter "
+        "of the force over mesh positions."
     )
     return Table.of(columns, [found], "Failure strain for this element size", [foot])
 
@@ -166,21 +172,25 @@ def strain_table(found: SizedStrain) -> Table:
 def material_lines(study: Study, found: SizedStrain) -> list[str]:
     """Return the comments of the card's file."""
     lines = [
-        f"Stem of study {study.name}, calibrated by stemcal {code_version()}.",
+        f"Stem material of the study {study.name}, calibrated with stemcal {code_version()}.",
         "Units: mm, tonne, s, N, MPa. Each element fails independently at the failure strain of this card.",
-        f"The failure strain {found.failure_strain:.4g} is valid only for elements of {found.element_size:g} mm.",
-        f"The mean force over {found.positions} mesh positions is {found.force:.4g} N for a stem of "
-        f"{found.condition:g} mm (measured: {found.aim:.4g} N).",
+        f"The failure strain {found.failure_strain:.4g} is valid only for an element size of {found.element_size:g} "
+        "mm.",
+        f"For a stem diameter of {found.condition:g} mm, the mean force over {found.positions} mesh positions is "
+        f"{found.force:.4g} N (measured: {found.aim:.4g} N).",
     ]
     if study.material.growing():
-        lines.append(f"Parameters depend on the stem diameter; all values are valid only for {found.condition:g} mm.")
+        lines.append(
+            "Some parameters depend on the stem diameter, so all values are valid only for a diameter of "
+            f"{found.condition:g} mm."
+        )
     return lines
 
 
 def not_valid(found: SizedStrain) -> str:
     """Return why its element size is not valid, and what to do."""
     return (
-        f"--element-size: no failure strain is valid for {found.element_size:g} mm (mean force {found.force:.4g} N, "
-        f"target {found.aim:.4g} N; {found.sd_percent or 0.0:.3g} % scatter over {found.positions} mesh positions). "
-        "Choose another element size."
+        f"--element-size: no valid failure strain was found for an element size of {found.element_size:g} mm (mean "
+        f"force {found.force:.4g} N, target {found.aim:.4g} N; standard deviation {found.sd_percent or 0.0:.3g} % over "
+        f"{found.positions} mesh positions). Choose another element size."
     )

@@ -16,15 +16,14 @@ from stemcal.errors import UsageError
 from stemcal.executors import RunExecutor
 from stemcal.files.durable import digest
 from stemcal.files.reading import holds
-from stemcal.folder import StudyFolder
-from stemcal.folder.stage_files import SCHEMA_VERSION
+from stemcal.folder import SCHEMA_VERSION, StudyFolder
 from stemcal.naming import FIRST
 from stemcal.registry import code_version
-from stemcal.runs.answer import Progress, Watch, ignore
-from stemcal.runs.record import counted, identity_of, stands
+from stemcal.runs.answer import Progress, Run, Watch, ignore
+from stemcal.runs.record import outcome_of, stands
 from stemcal.solvers import make_solver
 from stemcal.solvers.program import file_hash
-from stemcal.solvers.protocol import RESPONSES, Request, Solver
+from stemcal.solvers.protocol import Request, Solver
 from stemcal.stages.result import Head, R, StageResult, read_result
 from stemcal.stages.stage import STAGES, Stage, calibrating, stage_called, stages_of
 from stemcal.study.model import TESTS, Study
@@ -83,7 +82,7 @@ def _solver_parts(study: Study, solver: Solver | None, stage: str) -> dict[str, 
         return {path: leaf for path, leaf in leaves.items() if path not in _NO_INPUT}
     probe = Request(stage, 0, study.midlevels(), study.targets.calibrate_at)
     solver = solver or make_solver(study)
-    identity = identity_of(solver, probe) | {"given": solver.given(stage)}
+    identity = Run.of(solver, probe).identity | {"given": solver.given(stage)}
     return {
         path: leaf
         for name, part in identity.items()
@@ -153,7 +152,7 @@ def head_of(study: Study, solver: Solver | None, folder: StudyFolder, stage: str
     """Return the head of a stage's file; log what has changed since it was last written."""
     with suppress(UsageError):
         if folder.has_stage(stage) and (changed := changes_since(study, solver, folder, stage)):
-            logger.warning("%s is computed again: %s changed", stage, ", ".join(changed))
+            logger.warning("%s is recomputed (changed: %s)", stage, ", ".join(changed))
             folder.log("inputs_changed", stage=stage, changed=changed)
     inputs = inputs_of(study, solver, folder, stage)
     return Head(SCHEMA_VERSION, stage, study.name, study.title, __version__, inputs, study.naming)
@@ -241,15 +240,16 @@ def _runs_stand(result: StageResult, study: Study, folder: StudyFolder, whole: b
     for _, outcome in result.runs():
         keys = [key for key in outcome.keys if key]
         records = [record for key in keys if (record := folder.peek(key)) is not None]
-        if whole and (len(records) < len(keys) or not all(stands(record, study.runs) for record in records)):
+        if whole and (
+            len(records) < len(keys) or not all(stands(record, study.solver.run_limit) for record in records)
+        ):
             return False
-        answers = [answer for record in records if (answer := counted(record)).ok]
-        if records and outcome.ok != bool(answers):
+        done = [found for record in records if (found := outcome_of(record)).ok]
+        if records and outcome.ok != bool(done):
             return False
-        for name in entered if answers else ():
+        for name in entered if done else ():
             told = (outcome.of(name),) if outcome.replicates is None else outcome.replicates.of(name)
-            now = tuple(a.response if name == FIRST else a.details.get(RESPONSES, {}).get(name) for a in answers)
-            if told not in (now, (None,)):
+            if told not in (tuple(found.of(name) for found in done), (None,)):
                 return False
     return True
 

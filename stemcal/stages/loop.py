@@ -131,8 +131,14 @@ class Loop:
         done = [judged for judged in self.points if judged.error_percent is not None]
         if not done:
             failed = [run.outcome for run in self.runs if not run.outcome.ok]
-            why = f"{failed[-1].reason}: {failed[-1].message}" if failed else "the records lack a fitted response"
-            raise RunsFailed(f"refine: every simulated point has a failed run ({len(self.runs)} runs; {why}).")
+            why = (
+                f"{failed[-1].reason}: {failed[-1].message}"
+                if failed
+                else "the records do not contain all fitted responses"
+            )
+            raise RunsFailed(
+                f"refine: at least one run failed at every simulated point ({len(self.runs)} runs; {why})."
+            )
         return done[-1] if self.stopped == "tolerance" else min(done, key=lambda judged: judged.merit)
 
     def responses(self, levels: Mapping[str, float]) -> dict[float, Outcome]:

@@ -7,10 +7,10 @@ from functools import wraps
 from stemcal.errors import UsageError
 from stemcal.executors import InlineExecutor, RunExecutor
 from stemcal.folder import StudyFolder
-from stemcal.runs.answer import Watch, answer_all, ignore
-from stemcal.runs.record import Outcome, merged, outcome_of
+from stemcal.runs.answer import QUORUM, Watch, answer_all, ignore
+from stemcal.runs.record import Outcome, merged
 from stemcal.solvers import make_solver
-from stemcal.solvers.protocol import Answer, Request, Solver
+from stemcal.solvers.protocol import Request, Solver
 from stemcal.solvers.replicates import repeated
 from stemcal.stages.fresh import head_of, require_fresh
 from stemcal.stages.result import Head, R, leave, read_result
@@ -36,14 +36,14 @@ class Work:
     def there(self) -> "Work":
         """Return this work in the model of `refine.in`."""
         study = self.study.there
-        return replace(self, study=study, solver=make_solver(study))
+        return replace(self, study=study, solver=make_solver(study).placed(self.folder.work))
 
     def result(self, kind: type[R]) -> R:
         """Return the result of that kind which a stage before has left; it is fresh while a stage works."""
         kinds = (stage.result() for stage in stages_of(self.study))
         return read_result(self.folder, next((found for found in kinds if issubclass(found, kind)), kind))
 
-    def answers(self, requests: Sequence[Request]) -> list[Answer]:
+    def outcomes(self, requests: Sequence[Request]) -> list[Outcome]:
         """Answer every request, from the records or by computing.
 
         Raises
@@ -52,25 +52,21 @@ class Work:
             If the program answers the first of them differently the second time, and no chance was declared.
         """
         if again := second_time(self.study, requests):
-            policy = self.study.runs._replace(quorum=0.0)  # failures are judged in their stage
-            _require_same(self.study, again, answer_all(again, self.solver, self.folder, self.executor, ignore, policy))
-        return answer_all(requests, self.solver, self.folder, self.executor, self.watch, self.study.runs)
+            _require_same(self.study, again, self._answered(again, ignore))
+        return self._answered(requests, self.watch, QUORUM)
 
-    def outcomes(self, requests: Sequence[Request], answers: Sequence[Answer] | None = None) -> list[Outcome]:
-        """Return the stored row of each request, answered now unless `answers` has it."""
-        found = self.answers(requests) if answers is None else answers
-        return [outcome_of(request, answer, self.solver) for request, answer in zip(requests, found, strict=True)]
+    def _answered(self, requests: Sequence[Request], watch: Watch, quorum: float = 0.0) -> list[Outcome]:
+        here = self.solver, self.folder, self.executor
+        return answer_all(requests, *here, watch, self.study.solver.run_limit, quorum)
 
     def simulating(self, stage: str, pictured: bool = False) -> SimulateAt:
         """Return what simulates points at some diameters, together; `pictured` runs keep what pictures show."""
-        policy = self.study.runs._replace(quorum=0.0)
 
         def simulate(first: int, points: Sequence[Mapping[str, float]], conditions: Sequence[float]) -> list[Outcome]:
             rows = enumerate(points, first)
             asked = [Request(stage, row, levels, d, pictured) for row, levels in rows for d in conditions]
-            requests = repeated(asked, self.study.replicates)
-            answers = answer_all(requests, self.solver, self.folder, self.executor, self.watch, policy)
-            return merged(self.outcomes(requests, answers), self.study.replicates)
+            times = self.study.replicates
+            return merged(self._answered(repeated(asked, times), self.watch), times)
 
         return simulate
 
@@ -91,7 +87,7 @@ def a_stage(kind: type[R]) -> Callable[[Callable[[Work, Head], R]], Callable[...
             solver: Solver | None = None,
         ) -> R:
             with folder:
-                work = Work(study, folder, executor, watch, solver or make_solver(study))
+                work = Work(study, folder, executor, watch, (solver or make_solver(study)).placed(folder.work))
                 if (before := stage_called(kind.name).needs(study)) is not None:
                     require_fresh(study, work.solver, folder, before)
                 head = head_of(study, work.solver, folder, kind.name)
@@ -122,12 +118,12 @@ def second_time(study: Study, requests: Sequence[Request]) -> list[Request]:
     return [requests[0], replace(requests[0], replicate=1)]
 
 
-def _require_same(study: Study, requests: Sequence[Request], answers: Sequence[Answer]) -> None:
+def _require_same(study: Study, requests: Sequence[Request], outcomes: Sequence[Outcome]) -> None:
     """Raise `UsageError` if two answers to the same levels differ; failed runs are not compared."""
-    first, second = (answer.response for answer in answers)
+    first, second = (outcome.response for outcome in outcomes)
     if first is None or second is None or abs(first - second) <= SAME * max(abs(first), abs(second)):
         return
     raise UsageError(
-        f"solver: the program is stochastic ({first:.9g} and {second:.9g} for the levels of {requests[0].stage} run "
-        f"{requests[0].row + 1}). {study.solver.chance_remedy().text}"
+        f"solver: the program is stochastic (two runs at the levels of {requests[0].stage} run {requests[0].row + 1} "
+        f"returned {first:.9g} and {second:.9g}). {study.solver.chance_remedy().text}"
     )

@@ -24,17 +24,17 @@ from stemcal.errors import UsageError
 from stemcal.folder import StudyFolder
 from stemcal.laboratory.build import build, rounded
 from stemcal.report.showing import Setting, Showing, names_of
-from stemcal.runs.answer import Progress, answer_all
-from stemcal.runs.record import record_key
+from stemcal.runs.answer import Progress, Run, answer_all
+from stemcal.runs.record import Outcome
 from stemcal.solvers.embedded import test_of
 from stemcal.solvers.laboratory_runs import identity, perform
-from stemcal.solvers.protocol import RESPONSES, Answer, Request, Solver
+from stemcal.solvers.protocol import Request, Solver
 from stemcal.stages.fresh import changes_since
 from stemcal.stages.result import read_result
 from stemcal.stages.results import fresh_results
 from stemcal.stages.stage import Stage, stage_called
 from stemcal.stages.work import HERE
-from stemcal.study.model import LaboratoryKind, LaboratorySection, PieceSection, RunsOptions, SolverKind, Study
+from stemcal.study.model import LaboratoryKind, LaboratorySection, PieceSection, SolverKind, Study
 from stemcal.study.reading import load_study
 from stemcal.study.types.field_types import Length
 
@@ -199,13 +199,17 @@ class SolverAtWork(_AtWork):
         first = self.study.factors[0]
         return [middle, replace(middle, row=1, levels={**middle.levels, first.name: first.low})]
 
-    def answers(self, place: Path, requests: list[Request]) -> list[Answer]:
+    def key(self, request: Request) -> str:
+        """Return the name of the record of a run."""
+        return Run.of(self.solver, request).key
+
+    def answers(self, place: Path, requests: list[Request]) -> list[Outcome]:
         """Answer requests in a folder, whether they fail or not."""
         with StudyFolder(place) as folder:
-            return answer_all(requests, self.solver, folder, HERE, policy=RunsOptions(quorum=0.0))
+            return answer_all(requests, self.solver, folder, HERE, quorum=0.0)
 
     @cached_property
-    def answered(self) -> list[Answer]:
+    def answered(self) -> list[Outcome]:
         """The answers to both requests at once."""
         with _apart(self.study) as place:
             return self.answers(place, self.requests)
@@ -231,24 +235,18 @@ def _identity_changes_with_each_factor(at: SolverAtWork) -> None:
     middle = at.requests[0]
     for factor in at.study.factors:
         other = replace(middle, levels={**middle.levels, factor.name: factor.low})
-        _require(
-            record_key(at.solver, middle) != record_key(at.solver, other),
-            f"the identity does not include {factor.name}",
-        )
+        _require(at.key(middle) != at.key(other), f"the identity does not include {factor.name}")
     if at.study.naming.condition is None:
         return
     other = replace(middle, condition=1.25 * middle.condition)
-    _require(
-        record_key(at.solver, middle) != record_key(at.solver, other), "the identity does not include the condition"
-    )
+    _require(at.key(middle) != at.key(other), "the identity does not include the condition")
 
 
 def _every_response_is_answered(at: SolverAtWork) -> None:
     """An answer has a finite number for each response of the study."""
     for answer in () if at.solver.asks_people else at.answered:
         _require(answer.ok, f"the run at the mid-levels failed: {answer.reason}: {answer.message}")
-        further = answer.details.get(RESPONSES, {})
-        found = [answer.response, *(further.get(named.name) for named in at.solver.naming.others)]
+        found = [answer.response, *(answer.of(named.name) for named in at.solver.naming.others)]
         _require(
             all(one is not None and math.isfinite(one) for one in found),
             f"some responses are not finite numbers: {found}",
@@ -261,7 +259,7 @@ def _interrupted_runs_equal_uninterrupted_ones(at: SolverAtWork) -> None:
         with _apart(at.study) as place:
             at.answers(place, at.requests[:1])
             second = at.answers(place, at.requests)
-        both = [[(one.response, one.details.get(RESPONSES)) for one in some] for some in (at.answered, second)]
+        both = [[(one.response, one.responses) for one in some] for some in (at.answered, second)]
         _require(both[0] == both[1], f"the responses differ after an interruption: {both[0]} and {both[1]}")
 
 

@@ -49,10 +49,10 @@ def test_run_continues_as_far_as_the_sheet_allows(tmp_path: Path) -> None:
     """15 runs of the surface, one of the refinement and one of the validation: rows of one sheet."""
     spec, out = spec_of(tmp_path), tmp_path / "study"
     planned = command("check", spec, "--out", out).stdout
-    assert "runs by hand, 16 in total" in planned and "unknown" not in planned
+    assert "runs must be done by hand, 16 in total" in planned and "unknown" not in planned
     done = command("run", spec, "--out", out)
     assert done.exit_code == 6
-    assert f"Waiting for 15 results of rsm; fill in {out / 'sheet.csv'}, then run `stemcal run" in done.stderr
+    assert f"Waiting for 15 results of the stage rsm; fill in {out / 'sheet.csv'}, then run `stemcal run" in done.stderr
     head, *rows = cells_of((out / "sheet.csv").read_text("utf-8"))
     assert head == ["run", "sliding", "rolling", "wall", "angle (deg)", "who", "when", "remark", "study"]
     assert sorted(row[0] for row in rows) == sorted(f"rsm {number}" for number in range(1, 16))
@@ -98,7 +98,7 @@ def test_a_correction_from_another_sheet_outlasts_the_own_one(tmp_path: Path) ->
     (tmp_path / "other.csv").write_text(text_of([head, other]), encoding="utf-8")
     done = command("enter", spec, tmp_path / "other.csv", "--out", out, "--replace", "misread")
     assert done.exit_code == 6 and f"Results replaced: 1 ({rows[0][0]})." in done.stdout
-    assert "3 results of rsm" in done.stderr
+    assert "3 results of the stage rsm" in done.stderr
     (out / "sheet.csv").write_text(text_of([head, *rows]), encoding="utf-8")
     assert command("run", spec, "--out", out).exit_code == 6
     assert [row[4] for row in cells_of((out / "sheet.csv").read_text("utf-8")) if row[0] == rows[0][0]] == ["30.5"]
@@ -122,7 +122,7 @@ def test_a_run_that_failed_may_be_tried_again(tmp_path: Path) -> None:
 
 def test_python_asks_and_tells(tmp_path: Path) -> None:
     study, out, rounds = stemcal.load_study(spec_of(tmp_path)), tmp_path / "study", []
-    with pytest.raises(Waiting, match="waiting for 15 results of rsm"):
+    with pytest.raises(Waiting, match="waiting for 15 results of the stage rsm"):
         stemcal.calibrate(study, out=out, workers=1)
     while runs := study.ask(out):
         told = [{"run": run["run"], "angle": angle(run)} for run in runs]
@@ -163,7 +163,7 @@ def test_commands_refuse_what_has_no_sense(tmp_path: Path) -> None:
     smoke = Path(__file__).parents[2] / "configs" / "smoke.yaml"
     (tmp_path / "sheet.csv").write_text("run,angle\nrsm 1,3\n", encoding="utf-8")
     for words, said in (
-        (("enter", spec, tmp_path / "none.csv"), "give the path of the sheet"),
+        (("enter", spec, tmp_path / "none.csv"), "specify the path of the sheet"),
         (("enter", spec, spec), "no line contains the heading `run`"),
         (("enter", spec, tmp_path / "sheet.csv"), "no column has the heading sliding, rolling or wall"),
     ):

@@ -128,7 +128,7 @@ def test_all_problems_of_a_spec_and_nothing_on_disk(tmp_path: Path, monkeypatch:
         done = command(name, BAD_SPEC)
         assert done.exit_code == 2
         assert done.stdout == ""
-        assert "5 problems in the spec" in done.stderr
+        assert "the spec has 5 problems" in done.stderr
         assert "many-at-once.yaml:21:9: blade.widht: unknown key 'widht'" in done.stderr
     assert list(tmp_path.iterdir()) == []
 
@@ -136,7 +136,7 @@ def test_all_problems_of_a_spec_and_nothing_on_disk(tmp_path: Path, monkeypatch:
 def test_unknown_executors_leave_no_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     for name, words in (
-        ("dask://host", "write the address of your scheduler as dask://HOST:PORT"),
+        ("dask://host", "write the address of your scheduler as `dask://HOST:PORT`"),
         ("slurm", "unknown"),
     ):
         done = command("run", REPLAY, "--executor", name)
@@ -195,7 +195,7 @@ def test_signals_end_with_their_code_and_no_traceback(number: int, code: int) ->
     assert child.returncode == code
     assert time.monotonic() - begin < 10
     assert "Traceback" not in errors
-    assert "the same command resumes" in errors
+    assert "run the same command again to resume" in errors
 
 
 def test_json_of_a_bad_spec() -> None:

@@ -77,7 +77,7 @@ def test_export_figures_lists_draws_and_refuses(done: Path) -> None:
     assert all(Path(path).is_file() for path in drawn)
     refused = command("export", "figures", REPLAY, "pie", "--out", done)
     assert refused.exit_code == 2
-    assert "no figure is named 'pie'; the figures are pareto, half-normal" in refused.stderr
+    assert "no figure is named 'pie'; the figures are pareto, observed-predicted" in refused.stderr
 
 
 @pytest.mark.slow
@@ -90,7 +90,7 @@ def test_report_draws_page_and_figures_again(done: Path, monkeypatch: pytest.Mon
     figures = done / "figures"
     assert {path.suffix for path in figures.iterdir()} == {".svg", ".png"}
     before = {path.name: path.read_bytes() for path in figures.glob("*.svg")}
-    assert len(before) == 15
+    assert len(before) == 10
     (figures / "pareto.svg").unlink()
     assert command("report", REPLAY, "--out", done).exit_code == 0
     assert {path.name: path.read_bytes() for path in figures.glob("*.svg")} == before

@@ -372,9 +372,8 @@ def test_a_file_without_end(tmp_path: Path) -> None:
     assert "not a file" in refused(Path("/dev/zero"), verb="diameters")
 
 
-def test_the_same_curve_twice_is_said(tmp_path: Path) -> None:
+def test_files_that_differ_in_their_ending_are_two_specimens(tmp_path: Path) -> None:
     write(tmp_path / "8mm-1.csv", "Weg,Kraft\n" + lines("{d},{f}\n"))
     write(tmp_path / "8mm-1.txt", "Weg\tKraft\n" + lines("{d}\t{f}\n"))
     found = shear(tmp_path)
     assert [s["specimen"] for s in found["specimens"]] == ["8mm-1.csv", "8mm-1.txt"]
-    assert "8mm-1.csv and 8mm-1.txt have identical curves" in found["notes"]

@@ -81,7 +81,7 @@ def test_status_counts_every_row(failed: Known) -> None:
     assert (validate["rows"], validate["left"]) == (None, None)  # the solution is not known yet
     shown = failed("status")
     assert shown.exit_code == 0
-    assert "screen: failed: inverted (1)" in shown.stdout
+    assert "screen: some runs failed: inverted (1)" in shown.stdout
 
 
 def test_status_of_a_study_at_work(known: Known) -> None:
@@ -113,9 +113,9 @@ def test_status_says_what_made_a_stage_stale(failed: Known) -> None:
     failed.solver(version=2)
     found = stage(failed.json("status"), "screen")
     assert (found["file"], found["changed"], found["left"]) == ("stale", ["stemcal"], 12)
-    assert "screen.json is stale: stemcal changed" in " ".join(failed("status").stdout.split())
+    assert "screen.json is out of date: stemcal changed" in " ".join(failed("status").stdout.split())
     again = failed("screen", "-j", 1)
-    assert "screen is computed again: stemcal changed" in again.stderr
+    assert "screen is recomputed (changed: stemcal)" in again.stderr
 
 
 def test_a_changed_target_recomputes_nothing(known: Known) -> None:
@@ -206,7 +206,7 @@ def test_verify_sees_a_changed_table_and_a_version_that_it_does_not_know(failed:
     content = json.loads(path.read_text("utf-8")) | {"schema_version": 99}
     path.write_text(sealed({name: part for name, part in content.items() if name != "sha256"}), encoding="utf-8")
     result = failed("status", "--verify")
-    assert result.exit_code == 1 and "screen.json has schema version 99, not 2" in result.stderr
+    assert result.exit_code == 1 and "screen.json has schema version 99, but version 2 is required" in result.stderr
 
 
 def test_report_leaves_out_a_damaged_stage_and_says_so(failed: Known) -> None:

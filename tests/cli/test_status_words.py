@@ -35,10 +35,10 @@ def test_a_quiet_study_says_its_verdict_alone() -> None:
 def test_what_is_wrong_with_a_stage() -> None:
     said = state(reasons={"inverted": 2, "timeout": 1}, censored=1, damaged=2, changed=("rsm", "solver version"))
     assert said[1:-1] == [
-        "screen: failed: inverted (2), timeout (1); `stemcal status SPEC --failed` lists the failed runs.",
-        "screen: 1 response may be too low: the stroke ended before the maximum was clearly passed.",
-        "screen: 2 damaged records; the next command repeats the run.",
-        "screen.json is stale: rsm, solver version changed afterwards.",
+        "screen: some runs failed: inverted (2), timeout (1); `stemcal status SPEC --failed` lists the failed runs.",
+        "screen: 1 response may be too low because the stroke ended before the force had clearly passed its maximum.",
+        "screen: 2 damaged records; `stemcal run SPEC` repeats these runs.",
+        "screen.json is out of date: rsm, solver version changed after this file was written.",
     ]
 
 

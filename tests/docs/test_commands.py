@@ -79,7 +79,7 @@ def test_take_the_parameters_to_another_mesh(clone: Path) -> None:
     printed = give(commands(page), clone)
     are_printed(outputs(page), printed.values())
     planned = printed["stemcal check configs/wild-chrysanthemum-transfer.yaml"]
-    assert "runs in the model of the study and at most 8 in the other model (refine)." in " ".join(planned.split())
+    assert "runs in its own model and at most 8 in the other model (stage refine)." in " ".join(planned.split())
     written = json.loads((clone / "material" / "material.json").read_text("utf-8"))
     assert written["valid"] and written["files"] == ["material.k", "material.json"]
 
@@ -92,8 +92,8 @@ def test_do_the_runs_by_hand(clone: Path) -> None:
     assert len(angles) == 15
     *first, run = commands(page)
     printed = give(first, clone)
-    assert "15 + 1 runs by hand, 16 in total" in printed["stemcal check heap.yaml"]
-    assert "Waiting for 15 results of rsm" in give([run], clone, code=6)[run]
+    assert "15 + 1 runs must be done by hand, 16 in total" in printed["stemcal check heap.yaml"]
+    assert "Waiting for 15 results of the stage rsm" in give([run], clone, code=6)[run]
     for code in (6, 6, 0):
         write_angles(clone / "runs" / "heap" / "sheet.csv", angles)
         printed = give([run], clone, code=code)
@@ -121,7 +121,7 @@ def test_example_of_a_bonded_stalk(clone: Path) -> None:
 def test_calibrate_a_heap_of_grains(clone: Path) -> None:
     """The same seeds give the same heaps; another build of the program gives others, within their scatter."""
     printed = give(commands(HOWTO / "heap.md"), clone)
-    assert "62 runs to compute" in printed["stemcal check examples/liggghts/repose-heap.yaml"]
+    assert "62 runs must be computed" in printed["stemcal check examples/liggghts/repose-heap.yaml"]
     folder = clone / "runs" / "repose-heap"
     pure = next(
         row for row in json.loads((folder / "rsm.json").read_text("utf-8"))["anova"] if row["source"] == "Pure error"
@@ -144,7 +144,7 @@ def test_ls_dyna(clone: Path) -> None:
 
 def test_openradioss(clone: Path) -> None:
     printed = give(commands(HOWTO / "openradioss.md"), clone)
-    assert "33 runs to compute" in printed["stemcal check configs/openradioss.yaml"]
+    assert "33 runs must be computed" in printed["stemcal check configs/openradioss.yaml"]
 
 
 def test_completion_in_editor_and_shell(clone: Path) -> None:

@@ -128,10 +128,8 @@ def test_too_few_runs_are_refused(pb_runs, failed):
 
 def test_a_design_that_cannot_estimate_is_refused():
     design = plackett_burman(3)
-    with pytest.raises(UsageError, match="cannot estimate b, d"):
+    with pytest.raises(UsageError, match="b, d cannot be estimated"):
         analyse_screening(np.column_stack([design, design[:, 1]]), np.arange(4.0), list("abcd"))
-    with pytest.raises(UsageError, match="does not match"):
-        analyse_screening(design, np.arange(5.0), list("abc"))
 
 
 def test_two_effects_are_too_few_for_lenth():

@@ -175,7 +175,7 @@ def test_a_changed_digit_of_a_stage_file_is_seen(folder: StudyFolder) -> None:
 
 def test_a_stage_file_without_its_seal_is_damaged(folder: StudyFolder) -> None:
     (folder.path / "screen.json").write_text('{"schema_version": 2, "stage": "screen"}', encoding="utf-8")
-    with pytest.raises(UsageError, match="has no SHA-256; run `stemcal screen SPEC` again"):
+    with pytest.raises(UsageError, match="has no SHA-256 checksum; run `stemcal screen SPEC` again"):
         folder.read_stage("screen")
 
 

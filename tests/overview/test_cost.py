@@ -9,7 +9,7 @@ from fakes import FakeSolver, make_study
 
 from stemcal.folder import StudyFolder
 from stemcal.overview.plan import costs_of, elapsed, overhead, plan
-from stemcal.runs.record import identity_of, record_key
+from stemcal.runs.answer import Run
 from stemcal.solvers.protocol import Answer, Request
 
 
@@ -19,8 +19,8 @@ def asked(row: int, diameter: float = 8.0) -> Request:
 
 def recorded(folder: StudyFolder, solver: FakeSolver, request: Request, seconds: float, host: str) -> None:
     answer, told = asdict(Answer("ok", 100.0)), {"wall_seconds": seconds, "host": host}
-    key, identity = record_key(solver, request), identity_of(solver, request)
-    folder.save({"key": key, "identity": identity, "request": asdict(request), **answer, "provenance": told})
+    run = Run.of(solver, request)
+    folder.save({"key": run.key, "identity": run.identity, "request": asdict(request), **answer, "provenance": told})
 
 
 def test_records_of_this_machine_and_this_solver_tell_the_pace(tmp_path: Path) -> None:

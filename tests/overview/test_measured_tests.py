@@ -101,9 +101,7 @@ def test_a_note_names_the_test_that_it_is_about(lab: Path) -> None:
     for name in ("9mm-1", "9mm-2"):
         (lab / "pull" / f"{name}.csv").unlink()
     done = command("measure", "tests", THREE, lab, "--preload", 100, "--exclude", "pull/8mm-1")
-    notes = [line for line in done.stderr.splitlines() if line.startswith("note: ")]
-    assert notes[0] == "note: pull: The specimen 8mm-1 is excluded by `--exclude`."
-    assert notes[1].startswith("note: pull: The preload of 100 N is 16 % of the maximum force at 8 mm")
+    assert "note: pull: The specimen 8mm-1 is excluded by `--exclude`." in done.stderr
 
 
 def test_folders_go_by_the_name_of_a_test_and_others_are_told(lab: Path) -> None:
@@ -127,10 +125,10 @@ def test_a_folder_without_tests_and_an_unknown_specimen_are_refused(lab: Path) -
     study = load_study(THREE)
     with pytest.raises(UsageError, match=r"the tests of three-tests: bending, pull"):
         measure_tests(study, lab / "pull")
-    with pytest.raises(UsageError, match=r"does not exist; specify the folder"):
+    with pytest.raises(UsageError, match=r"does not exist; specify a folder"):
         measure_tests(study, lab / "nowhere")
     with pytest.raises(
-        UsageError, match=r"smoke has no section `tests`; add this section, or use `stemcal measure shear`"
+        UsageError, match=r"smoke has no `tests` section; add this section, or use `stemcal measure shear`"
     ):
         measure_tests(load_study(THREE.with_name("smoke.yaml")), lab)
     with pytest.raises(UsageError, match=r"write TEST/SPECIMEN, as in pull/8mm-1"):

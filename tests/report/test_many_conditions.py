@@ -1,4 +1,4 @@
-"""A validation of many responses at many conditions is shown by its first and its worst, with links to the rest."""
+"""A validation of many responses at many conditions: the first figures, the worst rows, with links to the rest."""
 
 from dataclasses import replace
 from typing import Any
@@ -35,14 +35,14 @@ def test_tables_have_the_first_and_the_worst_rows(results: Any) -> None:
     assert "40 of 900 rows" in further.foot[-1] and "`validate_responses.csv`" in further.foot[-1]
 
 
-def test_the_page_has_the_figures_of_the_first_and_the_worst_responses(results: Any, replayed: Any) -> None:
+def test_the_page_has_the_figures_of_the_first_responses(results: Any, replayed: Any) -> None:
     study = replayed[0].model_copy()
     study.__dict__["naming"] = NAMING  # worked out once
     found = plots(study, wide(results))
     shown = [plot.name for plot in found if plot.on_page]
     assert len(found) == len(NAMES) and len(shown) == MOST_RESPONSES
-    assert shown == ["validation", *(f"validation-r{number}" for number in range(5, 10))]
-    assert "6 of 10 responses" in found[0].caption
+    assert shown == ["validation", *(f"validation-r{number}" for number in range(1, 6))]
+    assert "Of 10 responses, the report shows the first 6" in found[0].caption
 
 
 def test_many_conditions_are_counted() -> None:

@@ -1,18 +1,16 @@
-"""What the page has beyond the terminal: verdicts, the surface's own axes, checks of runs, diagnostics."""
+"""What the page has beyond the terminal: verdicts, the surface's own axes, diagnostics."""
 
 from typing import Any
 
 import pytest
 
 from stemcal.naming import Names
-from stemcal.report.records import _CHECKS, Details, _RunRecord
 from stemcal.report.showing import tables_of
-from stemcal.report.tables.of_designs import _design_table, checks_table
+from stemcal.report.tables.of_designs import _design_table
 from stemcal.report.tables.setting import setting_tables
-from stemcal.stages.screen.showing import half_normal, pareto
+from stemcal.stages.screen.showing import pareto
 from stemcal.stages.surface.figures import diagnostics
 from stemcal.stages.surface.showing import canonical_table
-from stemcal.stages.validate.figures import growth
 
 
 def test_significant_effects_are_bold(stages: dict[str, Any]) -> None:
@@ -29,7 +27,7 @@ def test_canonical_axes_of_the_published_surface(stages: dict[str, Any]) -> None
     assert [row[1] for row in table.cells] == ["3.981", "2.204", "−2.839"]
     squares = {row.term: row.value for row in surface.coefficients if row.term.endswith("^2")}
     assert sum(surface.canonical.eigenvalues) == pytest.approx(sum(squares.values()))
-    assert "saddle with 154.4 N" in table.foot[0] and "outside" in table.foot[0]
+    assert "saddle (154.4 N)" in table.foot[0] and "outside" in table.foot[0]
 
 
 def test_crowded_designs_bear_symbols(stages: dict[str, Any]) -> None:
@@ -37,16 +35,6 @@ def test_crowded_designs_bear_symbols(stages: dict[str, Any]) -> None:
     table = _design_table(stages["screen"].design, Names(), symbols)
     assert table.heads == ("Run", *(f"X{n}" for n in range(1, 10)), "Force, N")
     assert _design_table(stages["rsm"].design, Names(), symbols).heads[1] == "yield_stress"
-
-
-def test_checks_name_each_run_once() -> None:
-    checks = dict(zip(_CHECKS, (150.0, 0.7, False, 10, 1, 99, 0.4, 1.0, 5.0), strict=True))
-    labels = ("rsm 1", "a"), ("rsm 2", "b"), ("8 mm", "a")
-    records = {label: _RunRecord(key, Details(), checks) for label, key in labels}
-    table = checks_table(records)
-    assert table is not None and [row[0] for row in table.rows] == ["rsm 1", "rsm 2"]
-    assert table.cells[0][1:4] == ("150.0", "0.700", "no")
-    assert checks_table({"8 mm": _RunRecord("a", Details())}) is None
 
 
 def test_residuals_over_their_errors(stages: dict[str, Any]) -> None:
@@ -60,28 +48,14 @@ def test_residuals_over_their_errors(stages: dict[str, Any]) -> None:
     assert max(bar.get_height() for bar in influence.patches) == pytest.approx(1.13, abs=0.01)
 
 
-def test_power_laws_have_the_slope_told(stages: dict[str, Any]) -> None:
-    import numpy as np
-
-    measured = growth(stages["validate"]).axes[0].lines[0]
-    x, y = np.log(measured.get_xdata()), np.log(measured.get_ydata())
-    assert (y[1] - y[0]) / (x[1] - x[0]) == pytest.approx(2.59, abs=0.005)
-    assert measured.get_label().startswith("measured: n = 2.59 (")
-
-
-def test_points_of_the_half_normal_plot_have_symbols(stages: dict[str, Any]) -> None:
-    """Names of one effect do not lie over those of another."""
-    assert [text.get_text() for text in half_normal(stages["screen"]).axes[0].texts] == ["X9", "X4"]
-
-
-def test_limits_of_the_screening_figures(stages: dict[str, Any]) -> None:
-    """Lenth of 9 effects 23.8 and 53.3 N; t(0.975, 2) = 4.303 times the standard error of an effect, 3.768 N."""
-    limits = {line.get_label(): line.get_xdata()[0] for line in pareto(stages["screen"]).axes[0].lines}
-    assert limits["Lenth ME"] == pytest.approx(23.79, abs=0.01)
-    assert limits["t test, p = 0.05"] == pytest.approx(4.3027 * 3.7677, abs=0.01)
-    assert limits["Lenth SME"] == pytest.approx(stages["screen"].lenth.sme)
-    labels = [line.get_label() for line in half_normal(stages["screen"]).axes[0].lines]
-    assert labels[:3] == ["chance (Lenth)", "Lenth ME", "Lenth SME"]
+def test_limit_of_the_screening_figure(stages: dict[str, Any], edited: Any) -> None:
+    """Lenth of 9 effects 23.8 N; t(0.975, 3) = 3.182 times the standard error of an effect, 3.768 N."""
+    (lenth,) = pareto(stages["screen"]).axes[0].lines
+    assert lenth.get_label() == "Lenth ME" and lenth.get_xdata()[0] == pytest.approx(23.79, abs=0.01)
+    tested = edited(stages["screen"], lambda content: content["residual"].update(df=3))
+    (t_test,) = pareto(tested).axes[0].lines
+    assert t_test.get_label() == "t test, p = 0.05"
+    assert t_test.get_xdata()[0] == pytest.approx(3.1824 * 3.7677, abs=0.01)
 
 
 def test_setting_tells_what_was_measured(replayed: tuple[Any, Any]) -> None:

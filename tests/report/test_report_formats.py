@@ -9,7 +9,7 @@ import pytest
 from stemcal.report.figures.plot import Plot
 from stemcal.report.gallery import write_as
 from stemcal.stages.invert.showing import profile_points
-from stemcal.stages.surface.figures import Solution, levels_of, relief
+from stemcal.stages.surface.figures import levels_of
 from stemcal.stages.validate.figures import validation
 
 
@@ -44,20 +44,6 @@ def test_levels_are_round_and_span_the_forces(stages: dict[str, Any]) -> None:
 
     levels = levels_of(np.array([47.3, 196.2]))
     assert levels.tolist() == [40, 60, 80, 100, 120, 140, 160, 180, 200]
-
-
-def test_relief_shows_runs_and_lines_on_its_floor(stages: dict[str, Any], edited: Any) -> None:
-    """The published surface has three factors, so its runs lie in no one section; its floor has the lines."""
-    axes: Any = relief(
-        stages["rsm"],
-        ("yield_stress", "failure_strain"),
-        Solution(stages["invert"].parameters, stages["invert"].target),
-    ).axes[0]
-    assert len(axes.lines) == 1
-    floor = axes.get_zlim()[0]
-    assert floor < min(axes.get_zticks())
-    on_floor = [part for part in axes.collections if getattr(part, "levels", None) is not None]
-    assert len(on_floor) == 2  # areas and lines
 
 
 def test_profiles_pass_through_the_interval_that_the_table_gives(stages: dict[str, Any]) -> None:

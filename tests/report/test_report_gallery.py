@@ -10,20 +10,8 @@ import pytest
 from stemcal.cli.explain import glossary, look_up
 from stemcal.report.figures import curves as laboratory
 from stemcal.report.figures.curves import energies
-from stemcal.report.figures.style import resize, styled
-from stemcal.stages.surface.figures import Solution, contours, relief
+from stemcal.stages.surface.figures import contours
 from stemcal.stages.validate.figures import validation
-
-
-def test_relief_has_the_force_of_the_surface_at_its_middle(stages: dict[str, Any]) -> None:
-    figure = relief(
-        stages["rsm"],
-        ("yield_stress", "failure_strain"),
-        Solution(stages["invert"].parameters, stages["invert"].target),
-    )
-    (star,) = figure.axes[0].lines
-    assert star.get_data_3d()[2][0] == pytest.approx(159.2)
-    assert figure.axes[0].get_xlabel() == "yield_stress, MPa"
 
 
 def test_contours_end_with_the_ranges(stages: dict[str, Any]) -> None:
@@ -33,25 +21,6 @@ def test_contours_end_with_the_ranges(stages: dict[str, Any]) -> None:
     axes = contours(replace(whole, radius=3.0), ("yield_stress", "failure_strain")).axes[0]
     assert axes.get_xlim() == pytest.approx((9.99167, 20.0), abs=1e-4)  # a run lies just below its range
     assert axes.get_ylim() == pytest.approx((0.01, 0.05)) and min(runs) > 0.013
-
-
-@pytest.mark.parametrize("name", ["Equivalent plastic strain at which elements are eroded, averaged", "单元失效" * 8])
-@pytest.mark.parametrize("width", [80.0, 160.0])
-def test_long_names_in_space_lie_within_the_figure(stages: dict[str, Any], name: str, width: float) -> None:
-    pair = ("yield_stress", "failure_strain")
-    figure = relief(
-        stages["rsm"], pair, Solution(stages["invert"].parameters, stages["invert"].target), dict.fromkeys(pair, name)
-    )
-    for size in (None, width):
-        if size is not None:
-            resize(figure, size)
-        with styled():
-            figure.draw_without_rendering()
-        axes: Any = figure.axes[0]
-        for axis in (axes.xaxis, axes.yaxis):
-            assert axis.get_label_text().replace("\n", "").replace(" ", "").startswith(name.replace(" ", ""))
-            box = axis.label.get_window_extent()
-            assert box.x0 >= 0.0 and box.y0 >= 0.0 and box.x1 <= figure.bbox.x1 and box.y1 <= figure.bbox.y1
 
 
 def test_scatter_of_the_measurements_is_drawn(stages: dict[str, Any]) -> None:

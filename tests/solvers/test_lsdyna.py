@@ -105,14 +105,14 @@ def test_force_that_still_rises_is_marked(tmp_path: Path) -> None:
     assert answer.ok
     assert answer.details["stroke_was_enough"] is False
     (warning,) = answer.details["warnings"]
-    assert warning["kind"] == "stroke_too_short" and "still rising at the end" in warning["text"]
+    assert warning["kind"] == "stroke_too_short"
 
 
 def test_failed_elements_end_the_search_for_the_peak(tmp_path: Path) -> None:
     """The stand-in's triangle falls to half its height at 0.375 s; it tells of one element at 0.3 s, twice."""
     answer = solved(tmp_path, mode="fails")
     assert answer.details["deleted_in_all"] == 1
-    assert answer.details["stroke_end"] == "broken"
+    assert answer.details["stroke_was_enough"] is True
     assert answer.details["break_travel"] == pytest.approx(100 / 60 * 0.375 - 0.001, rel=0.02)
 
 
@@ -169,7 +169,7 @@ def test_peak_is_that_before_the_stem_breaks() -> None:
     contact = ContactForce(np.arange(7.0), force)
     broken = peak_answer(contact, UNFILTERED, LoadingSection(), failed=[2.5, 2.7])
     assert broken.response == 100.0
-    assert broken.details["stroke_end"] == "broken"
+    assert broken.details["stroke_was_enough"] is True
     assert (broken.details["deleted_elements"], broken.details["deleted_in_all"]) == (0, 2)
     assert peak_answer(contact, UNFILTERED, LoadingSection()).response == 150.0
     assert peak_answer(contact, UNFILTERED, LoadingSection(), failed=[5.5]).response == 150.0

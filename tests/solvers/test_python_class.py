@@ -10,8 +10,7 @@ from fakes import TWO_FACTORS
 from stemcal.errors import UsageError
 from stemcal.executors.local import LocalExecutor
 from stemcal.folder import StudyFolder
-from stemcal.runs.answer import answer_all
-from stemcal.runs.record import record_key
+from stemcal.runs.answer import Run, answer_all
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import RESPONSES, Request
 from stemcal.study.model import Study
@@ -67,7 +66,7 @@ def test_no_study_begins_with_a_class_that_cannot_be_made(tmp_path: Path, code: 
 
 
 def test_runs_of_other_code_are_other_runs(tmp_path: Path) -> None:
-    keys = [record_key(make_solver(study_of(tmp_path, code)), REQUEST) for code in (SOLVER, SOLVER, SOLVER + "# new\n")]
+    keys = [Run.of(make_solver(study_of(tmp_path, code)), REQUEST).key for code in (SOLVER, SOLVER, SOLVER + "# new\n")]
     assert keys[0] == keys[1] != keys[2]
     changed = make_solver(study_of(tmp_path))
     (tmp_path / "mine.py").write_text("class Mine: pass\n", encoding="utf-8")

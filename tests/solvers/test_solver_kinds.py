@@ -10,7 +10,8 @@ from pathlib import Path
 import pytest
 
 from stemcal.errors import SpecError
-from stemcal.runs.record import code_of, record_key
+from stemcal.registry import code_of
+from stemcal.runs.answer import Run
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Request, Solver
 from stemcal.study.model import SOLVERS, Study
@@ -55,7 +56,9 @@ def test_nothing_outside_asks_for_a_solvers_class_or_name() -> None:
 
 
 def test_what_the_kinds_declare() -> None:
-    told = {kind.name: (kind.answers, kind.force_history, kind.own_responses, kind.replicates) for kind in SOLVERS.all}
+    told = {
+        kind.name: (kind.answers, kind.simulates_stems, kind.own_responses, kind.replicates) for kind in SOLVERS.all
+    }
     assert told == {
         "embedded": ("computes", True, False, "mesh"),
         "command": ("computes", False, True, "seed"),
@@ -143,10 +146,10 @@ def test_a_kind_of_another_package_answers_and_its_code_counts(packages: Path) -
     study, request = study_of(packages, "spring, stiffness: 7"), Request("rsm", 0, {"stretch": 2.0, "play": 0.0}, 8.0)
     solver = make_solver(study)
     assert isinstance(solver, Solver) and solver.solve(request).response == 14.0
-    before = record_key(solver, request)
+    before = Run.of(solver, request).key
     (packages / "springs.py").write_text(OUTSIDE + "# corrected\n", encoding="utf-8")
     code_of.cache_clear()
-    assert record_key(solver, request) != before
+    assert Run.of(solver, request).key != before
     with pytest.raises(SpecError, match="unknown key 'stifness'; did you mean stiffness"):
         study_of(packages, "spring, stifness: 7")
 

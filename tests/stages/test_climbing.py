@@ -38,7 +38,7 @@ def test_path_goes_along_the_slope_either_way() -> None:
     up, down = (ascent_path([40.0, 16.0, -8.0], 4, rise) for rise in (True, False))
     assert up[-1] == pytest.approx([1.0, 0.4, -0.2]) and np.allclose(down, -up)
     assert np.allclose(np.diff(up, axis=0), up[1])
-    with pytest.raises(UsageError, match="no slope"):
+    with pytest.raises(UsageError, match="the direction is undefined"):
         ascent_path([0.0, 0.0], 3, True)
 
 
@@ -96,7 +96,7 @@ def test_part_of_a_whole_study(tmp_path: Path) -> None:
 def test_a_sheet_is_asked_for_the_path(tmp_path: Path) -> None:
     study, folder = load_study(CONFIGS / "paper-replay.yaml"), StudyFolder(tmp_path / "out")
     workflow.run_stage("screen", study, folder, InlineExecutor())
-    with pytest.raises(Waiting, match="waiting for 1 result of climb"):
+    with pytest.raises(Waiting, match="waiting for 1 result of the stage climb"):
         workflow.run_stage("climb", study, folder, InlineExecutor())
 
 
@@ -116,11 +116,11 @@ CLIMB = ClimbResult(
 
 def test_a_climb_that_passed_the_target() -> None:
     assert ClimbShowing().outcome(CLIMB, Names(CUTTING, {"a": "Stress"})) == [
-        "The climb changed Stress and b together in 4 runs.",
-        "The climb passed the target; step 2 has the smallest error (1.3 %).",
+        "The climb varied Stress and b in 4 runs.",
+        "The response passed the target. The smallest error is 1.3 %, at step 2.",
     ]
 
 
 def test_a_climb_that_ended_at_the_edge() -> None:
     short = replace(CLIMB, passed=False)
-    assert ClimbShowing().outcome(short, Names())[1].startswith("The climb did not reach the target; step 2 has")
+    assert ClimbShowing().outcome(short, Names())[1].startswith("The response did not reach the target. ")

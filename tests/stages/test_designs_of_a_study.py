@@ -40,7 +40,6 @@ def test_screening_designs_by_name(tmp_path: Path, options: str, kind: str, runs
     ("options", "runs", "reach", "radius"),
     [
         ("design: box-behnken, centre_points: 3", 15, 1.0, 2**0.5),
-        ("design: full-factorial", 27, 1.0, 3**0.5),
         ("design: latin-hypercube, runs: 25", 25, 1.0, 3**0.5),
         ("alpha: 1.732050808", 20, 3**0.5, 3**0.5),
         ("extra_runs: 4", 24, 8**0.25, 8**0.25),
@@ -62,13 +61,16 @@ def test_surface_designs_by_name(tmp_path: Path, options: str, runs: int, reach:
     [
         (
             "rsm: {factors: [density, yield_stress], design: box-behnken}\n",
-            "box-behnken requires 3 to 7 factors, not 2",
+            "the design `box-behnken` requires 3 to 7 factors, not 2",
         ),
         (
             THREE.format("design: latin-hypercube, runs: 9"),
-            "9 runs cannot determine the 10 coefficients of 3 factors; write 20",
+            "9 runs cannot determine the 10 coefficients of a response surface in 3 factors; write 20",
         ),
-        (THREE.format("runs: 30"), "the number of factors determines the size of central-composite"),
+        (
+            THREE.format("runs: 30"),
+            "the number of runs of the design `central-composite` is determined",
+        ),
         ("screen: {design: taguchi}\n", "screen.design"),
         ("screen: {fold_over: 1}\n", "screen.fold_over"),
     ],

@@ -97,13 +97,13 @@ def test_a_large_scatter_takes_more_positions(tmp_path: Path, monkeypatch: pytes
 def test_a_force_that_is_not_reached_is_no_valid_size(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     found = found_for(tmp_path, monkeypatch, 4.0)
     assert not found.valid and found.force == pytest.approx(90.0)
-    assert "mean force 90 N, target 110 N; 5 % scatter over 5" in not_valid(found)
+    assert "mean force 90 N, target 110 N; standard deviation 5 % over 5" in not_valid(found)
 
 
 def test_a_material_that_grows_states_its_diameter(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     found, study = found_for(tmp_path, monkeypatch, 1.0), make_study(tmp_path, TWO)
     growing = {"material": study.material.model_copy(update={"density": Growth(at=8.0, exponent=0.5, value=1e-9)})}
-    said = "Parameters depend on the stem diameter; all values are valid only for 8 mm."
+    said = "Some parameters depend on the stem diameter, so all values are valid only for a diameter of 8 mm."
     lines = [material_lines(one, found) for one in (study, study.model_copy(update=growing))]
     assert [said in each for each in lines] == [False, True]
 
@@ -124,7 +124,9 @@ def test_the_model_has_no_lengths_and_a_longer_stroke(tmp_path: Path) -> None:
     there = without_lengths(study)
     assert there.material.internal_length.at(8.0) == there.blade.edge_spread.at(8.0) == 0.0
     assert there.loading.duration == 3.0 * study.loading.duration and isinstance(there.solver, EmbeddedSolver)
-    with pytest.raises(UsageError, match=r"the solver is sheet\. Write `solver: \{kind: embedded\}`"):
+    with pytest.raises(
+        UsageError, match=r"is `sheet`, but `embedded` is required\. Write `solver: \{kind: embedded\}`"
+    ):
         without_lengths(load_study(ROOT / "configs" / "paper-replay.yaml"))
 
 
@@ -152,6 +154,6 @@ def test_elements_too_large_for_the_stem_are_refused(tmp_path: Path) -> None:
     spec = ROOT / "configs" / "smoke.yaml"
     options = ["--for", "lsdyna", "--element-size", "5 mm", "--out", str(tmp_path / "out")]
     done = CliRunner().invoke(app, ["export", "material", str(spec), str(tmp_path / "m"), *options])
-    assert done.exit_code == 2 and "5 mm is too large for a 8 mm stem. Use at most 4 mm." in " ".join(
+    assert done.exit_code == 2 and "5 mm is too large for a stem diameter of 8 mm. Use at most 4 mm." in " ".join(
         done.stderr.split()
     )

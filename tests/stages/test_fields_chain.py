@@ -60,7 +60,7 @@ def test_strongest_three_are_taken_whatever_is_significant(tmp_path):
     assert [note.kind for note in said] == ["strongest_factors"]
     assert said[0].text.endswith("a, b and c. b and c are not significant.")
     assert chosen(study, "a", "b", "c", "d")[1][0].text.endswith(
-        "a, b and c. The surface omits the significant factor d."
+        "a, b and c. The response surface omits the significant factor d."
     )
 
 
@@ -134,7 +134,7 @@ def test_a_stroke_that_is_a_share_of_the_diameter() -> None:
 
 
 def test_box_behnken_requires_three_factors(tmp_path):
-    with pytest.raises(SpecError, match="box-behnken requires 3 to 7 factors, not 2"):
+    with pytest.raises(SpecError, match="the design `box-behnken` requires 3 to 7 factors, not 2"):
         study_of(tmp_path, "rsm: {design: box-behnken}", "ab")
 
 
@@ -151,4 +151,4 @@ def test_an_exponent_is_not_screened_where_its_growth_is_one():
     assert list(doubts(study)) == []
     unvaried = [finding.message for finding in doubts(without)]
     assert len(unvaried) == len(study.exponents)
-    assert all(f"the factor {name}," in text for name, text in zip(study.exponents, unvaried, strict=True))
+    assert all(f"the factor {name} " in text for name, text in zip(study.exponents, unvaried, strict=True))

@@ -51,7 +51,7 @@ def test_one_force_does_not_determine_two_factors(results: Any) -> None:
     kept, free, *unseen, assumed = words.known(stage.certainty, stage, LABELLED)
     assert kept.startswith("The maximum force at 8 mm alone constrains Yield stress to between 15.")
     assert free.endswith(" does not determine failure_strain and strain_rate_c.")
-    assert len(unseen) == 2 and all("insensitive" in text for text in unseen)
+    assert len(unseen) == 2 and all("does not affect" in text for text in unseen)
     assert assumed == "The measured value is treated as exact because no standard deviation is given."
     assert kinds(stage)["one_of_many"] == "caution"
     point = replace(stage.point, inside=False, coded_radius=2.0)
@@ -68,4 +68,4 @@ def test_a_joint_fit_is_compared_with_formulas(joint: InvertResult) -> None:
 def test_an_unknown_error_of_the_surface_is_an_assumption_of_the_intervals(joint: InvertResult) -> None:
     assert words.assumption(joint.certainty) == []
     (said,) = words.assumption(replace(joint.certainty, surface_error_known=False))
-    assert "unknown" in said and "10 %" in said
+    assert "cannot be estimated" in said and "10 %" in said

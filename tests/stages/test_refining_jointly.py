@@ -140,7 +140,7 @@ def test_a_failed_run_at_one_diameter_is_stepped_back_from(tmp_path: Path) -> No
 
 
 def test_only_failures_are_an_error(tmp_path: Path) -> None:
-    with pytest.raises(RunsFailed, match=r"has a failed run \(6 runs"):
+    with pytest.raises(RunsFailed, match=r"failed at every simulated point \(6 runs"):
         refined(tmp_path, "{budget: 6}", solver=Curved(fails=frozenset(range(9))))
 
 
@@ -164,5 +164,5 @@ class Forgetful(Curved):
 
 def test_records_without_the_travel_are_reported(tmp_path: Path) -> None:
     spec = SPEC.replace("diameters: all", "diameters: all, responses: [force, travel]")
-    with pytest.raises(RunsFailed, match="the records lack a fitted response"):
+    with pytest.raises(RunsFailed, match="the records do not contain all fitted responses"):
         refined(tmp_path, "{budget: 6}", solver=Forgetful(travels=True), spec=spec, travel=True)

@@ -170,7 +170,7 @@ def test_failed_runs_are_data(tmp_path: Path) -> None:
     stage = refined(tmp_path, trouble="if strain > 0.085: sys.exit(3)", more="tolerance_percent: 4\n  budget: 12")
     failed = [run for run in stage["runs"] if run["status"] == "failed"]
     assert stage["converged"] and failed and failed[0]["reason"] == "exit_code"
-    with pytest.raises(RunsFailed, match=r"refine: every simulated point has a failed run \(\d+ runs; exit_code: "):
+    with pytest.raises(RunsFailed, match=r"one run failed at every simulated point \(\d+ runs; exit_code: "):
         refined(tmp_path, trouble="sys.exit(3)")
 
 
@@ -208,10 +208,9 @@ def test_without_it_the_study_is_judged_with_a_reservation(tmp_path: Path) -> No
 def test_python_has_it(whole: Path) -> None:
     results = stemcal.open_results(whole / "out", load_study(whole / "study.yaml"))
     assert isinstance(results.refinement, stemcal.RefineResult) and results.refinement.converged
-    assert results.refinement.to_frame()["after"].notna().all() and "refinement" in results.figure_names
-    assert len(results.figure("refinement").axes[0].lines) == 4
+    assert results.refinement.to_frame()["after"].notna().all()
     assert results.parameters == results.inversion.parameters != results.refinement.parameters
-    assert results.verdict_text.count("In command: ") == 1
+    assert results.verdict_text.count("In the other program, ") == 1
     assert sum(run.stage == "refine" for run in results.runs) == 11
 
 
@@ -249,7 +248,7 @@ def test_a_failed_run_is_begun_again_by_its_own_program(tmp_path: Path) -> None:
 def test_people_run_one_program_only(tmp_path: Path) -> None:
     spec = tmp_path / "study.yaml"
     spec.write_text(f"{published(tmp_path)}refine: {{in: {{kind: sheet}}}}\n", encoding="utf-8")
-    with pytest.raises(SpecError, match="a sheet can serve only one program"):
+    with pytest.raises(SpecError, match="a sheet can be used for only one program"):
         load_study(spec)
 
 

@@ -11,8 +11,8 @@ from fakes import TWO_FACTORS, FakeSolver
 from stemcal.errors import RunsFailed, UsageError
 from stemcal.executors import InlineExecutor
 from stemcal.folder import StudyFolder
+from stemcal.runs.record import measures, work_until
 from stemcal.solvers.embedded import Embedded
-from stemcal.solvers.measures import measures, work_until
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.study.model import Study
 from stemcal.study.reading import load_study

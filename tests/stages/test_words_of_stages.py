@@ -144,18 +144,18 @@ def test_a_single_target_is_good_nowhere_in_particular(tmp_path: Path, monkeypat
     study = written(tmp_path, spec_of())
     _, verdict = calibrated(tmp_path, study, monkeypatch)
     assert [reason.kind for reason in verdict.reasons] == ["unchecked", "not_identified"]
-    assert lines(verdict, Names(study.naming))[1] == "Within 10 %."
+    assert lines(verdict, Names(study.naming))[1] == "The error of the simulation is at most 10 %."
 
 
 def test_what_cannot_be_reached_is_told_in_the_unit_of_the_response(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     study = written(tmp_path, spec_of(targets="targets: [{angle: 70 deg}]\n"))
-    with pytest.raises(TargetUnreachable, match=r"target 70° is above all values of the surface .* to [\d.]+°\)"):
+    with pytest.raises(TargetUnreachable, match=r"target 70° is above all values of .* to [\d.]+°\)"):
         calibrated(tmp_path, study, monkeypatch)
     verdict = verdict_of(study, StudyFolder(tmp_path / "out"))
     first = lines(verdict, Names(study.naming))[0]
-    assert re.search(r"angle of repose of 70° is out of reach: the factor ranges allow [\d.]+ to [\d.]+°\.", first)
+    assert re.search(r"angle of repose of 70° is out of reach: the factor ranges allow only [\d.]+ to [\d.]+°\.", first)
 
 
 def test_power_laws_are_for_forces_over_diameters(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -13,7 +13,7 @@ import numpy as np
 
 from stemcal.doe.designs.box_behnken import box_behnken
 from stemcal.doe.designs.composite import axial_distance, central_composite
-from stemcal.doe.designs.factorial import fraction, full_factorial, plackett_burman
+from stemcal.doe.designs.factorial import fraction, plackett_burman
 from stemcal.doe.regression.coding import term_columns
 from stemcal.doe.regression.least_squares import Array
 from stemcal.errors import UsageError
@@ -23,19 +23,9 @@ _MOST_FOR_FIVE_LEVELS = 5
 _RUNS_PER_TERM = 2  # of a Latin hypercube whose number of runs is not given
 
 
-def _full(k: int, runs: int | None) -> Array:
-    design = full_factorial(k)
-    if runs not in (None, len(design)):
-        raise UsageError(
-            f"screen.runs: a full factorial has {len(design)} runs for {k} factors, not {runs}; omit the key"
-        )
-    return design
-
-
 SCREENING: dict[str, Callable[[int, int | None], Array]] = {
     "plackett-burman": plackett_burman,
     "fractional-factorial": lambda k, runs: fraction(k, runs).design(),
-    "full-factorial": _full,
 }
 
 
@@ -128,15 +118,6 @@ class BoxBehnken(SurfaceDesign):
         return float(np.linalg.norm(box_behnken(k, 0), axis=1).max())
 
 
-class ThreeLevels(SurfaceDesign):
-    """Every combination of low, middle and high."""
-
-    name, factors = "full-factorial", (2, 7)
-
-    def points(self, k: int, options: SurfaceOptions) -> Array:
-        return full_factorial(k, 3)
-
-
 class LatinHypercube(SurfaceDesign):
     """Points distributed over the whole range of all factors."""
 
@@ -149,7 +130,7 @@ class LatinHypercube(SurfaceDesign):
 SURFACES: Registry[SurfaceDesign] = Registry(
     SurfaceDesign,
     "stemcal.designs",
-    tuple(f"{__name__}:{kind}" for kind in ("CentralComposite", "BoxBehnken", "ThreeLevels", "LatinHypercube")),
+    tuple(f"{__name__}:{kind}" for kind in ("CentralComposite", "BoxBehnken", "LatinHypercube")),
 )
 
 

@@ -21,7 +21,7 @@ from stemcal.doe.regression.least_squares import Array
 from stemcal.errors import UsageError
 
 LETTERS = "ABCDEFGHJKLMNOPQ"  # I is the identity
-_MOST_RUNS = 4096
+_MOST_FACTORS = 12
 
 # Minimum aberration generators of the added factors: runs → factors → words.
 _ODD = ("ABC", "ABD", "ACD", "BCD", "ABE", "ACE", "BCE", "ADE", "BDE", "CDE", "ABCDE")
@@ -87,17 +87,13 @@ def _mask(word: str) -> int:
     return sum(1 << LETTERS.index(letter) for letter in word)
 
 
-def full_factorial(k: int, levels: int = 2) -> Array:
-    """Return every combination of `levels` equally spaced levels from −1 to +1, the first factor fastest."""
-    if k < 1 or levels < 2 or levels**k > _MOST_RUNS:
-        raise UsageError(
-            f"full factorial: a design with {levels} levels of {k} factors is not possible; use at least one factor, "
-            f"two levels, and at most {_MOST_RUNS} runs"
-        )
-    from pyDOE3 import fullfact
+def full_factorial(k: int) -> Array:
+    """Return every combination of the levels −1 and +1, the first factor fastest."""
+    if not 1 <= k <= _MOST_FACTORS:
+        raise UsageError(f"full factorial: {k} factors are not possible; use 1 to {_MOST_FACTORS} factors")
+    from pyDOE3 import ff2n
 
-    steps = np.linspace(-1.0, 1.0, levels)
-    return np.asarray(steps[fullfact([levels] * k).astype(int)])
+    return np.asarray(ff2n(k), dtype=float)[:, ::-1]
 
 
 def fraction(k: int, runs: int | None = None, resolution: int = 4) -> Fraction:

@@ -157,9 +157,10 @@ def force_over_diameter(tests: ShearTests) -> Figure:
 
     with new_figure() as figure:
         axes = figure.add_subplot()
-        counted = [specimen for specimen in tests.specimens if not specimen.excluded]
-        diameters = [specimen.diameter for specimen in counted]
-        axes.plot(diameters, [s.curve.max_force for s in counted], "o", color=FAINT, markersize=3, label="specimens")
+        diameters = [specimen.diameter for specimen in tests.specimens]
+        axes.plot(
+            diameters, [s.curve.max_force for s in tests.specimens], "o", color=FAINT, markersize=3, label="specimens"
+        )
         means = [(g.diameter, g.summary.mean, g.summary.mean_interval) for g in tests.grades]
         known = [(at, mean, interval[1] - mean) for at, mean, interval in means if interval]
         at, heights, reach = zip(*known, strict=True) if known else ((), (), ())

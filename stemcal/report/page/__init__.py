@@ -26,7 +26,7 @@ from stemcal.report.gallery import gallery
 from stemcal.report.page.headline import failures, headline, kind_of, lead, made_with, next_step, question
 from stemcal.report.records import Records, provenance_rows, read_records, run_warnings, spec_hash
 from stemcal.report.showing import Setting, certainty, outcome_of, showing_of, shown_notes, tables_of
-from stemcal.report.tables.of_designs import checks_table, design_tables
+from stemcal.report.tables.of_designs import design_tables
 from stemcal.report.tables.setting import grown_table, setting_tables
 from stemcal.stages.result import StageResult
 from stemcal.stages.results import Results, fresh_results
@@ -147,9 +147,10 @@ def render(study: Study, folder: StudyFolder, what: _Shown | None = None) -> str
         headline=cards,
         cited="\n".join([*map(str, cards), *valid]),
         valid_for=valid,
+        spec=study.source.read_text("utf-8-sig", errors="replace") if study.source.is_file() else "",
         setting=_part_of([*setting_tables(study), *visible(grown, verdict.holds)], (), shared),
         sections=[section(result, plots, verdict, labels, shared) for result in done],
-        runs=_part_of(_run_tables(study, results, records), _plots_of("runs", plots), shared),
+        runs=_part_of(_run_tables(study, results), _plots_of("runs", plots), shared),
         provenance=[*provenance_rows(records), *made_with(study, spec_hash(study))],
         css=(css := f"{part('page.css')}{shared.css}"),
         marks=shared.defs,
@@ -200,13 +201,14 @@ def _first_pictures(study: Study, plots: Sequence[Plot]) -> list[Plot]:
     return [plot for name in names for plot in plots if plot.name == name and plot.on_page]
 
 
-def _run_tables(study: Study, results: Results, records: Records) -> list[Table]:
-    """Return the designs run by run, and the solver's details of every run."""
-    tables, symbols = list[Table](), {factor.name: factor.symbol for factor in study.factors}
-    for result in results.done:
-        tables += [table.shortened(f"`{result.name}_runs.csv`") for table in design_tables(result, symbols)]
-    checks = checks_table(records)
-    return tables if checks is None else [*tables, checks.shortened("The folder `runs`")]
+def _run_tables(study: Study, results: Results) -> list[Table]:
+    """Return the designs run by run."""
+    symbols = {factor.name: factor.symbol for factor in study.factors}
+    return [
+        table.shortened(f"`{result.name}_runs.csv`")
+        for result in results.done
+        for table in design_tables(result, symbols)
+    ]
 
 
 def _plots_of(section: str, plots: Sequence[Plot]) -> list[Plot]:

@@ -94,7 +94,8 @@ def question(study: Study) -> str:
     if not others:
         return asked
     return (
-        f"{asked} Are these parameters valid at {others} other value{'s' * (others > 1)} of the {names.condition.long}?"
+        f"{asked} Are these parameters also valid at {others} other value{'s' * (others > 1)} of the "
+        f"{names.condition.long}?"
     )
 
 

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from stemcal.files.rows import Column, Table
+from stemcal.files.rows import Column
 from stemcal.naming import FIRST, FORCE, Named, Names, Naming
 from stemcal.numbers import decimals, fixed, probability, short, significant
 
@@ -54,22 +54,19 @@ def simulated(named: Named, label: str = "", key: str = FIRST) -> Column:
 def measured_of(names: Names, each: bool, columns: Iterable[tuple[str, str, Form]]) -> list[Column]:
     """Return columns of values of responses, by key, label and form.
 
-    The unit heads the column, or follows each value where every row has a different response: then a column that
-    names the response comes first.
+    The unit heads the columns; where every row has a different response, columns name the response and its unit.
     """
-    naming, response = names.naming, names.response
+    naming, unit = names.naming, "" if each else names.response.written
+    values = [Column(key, label, unit, form) for key, label, form in columns]
     if not each:
-        return [*condition(naming), *(Column(key, label, response.written, form) for key, label, form in columns)]
-
-    def beside(key: str, label: str, form: Form) -> Column:
-        def of(row: Mapping[str, Any]) -> str:
-            unit = naming.named(row["response"]).unit_suffix
-            return form(row.get(key)) + (unit if row.get(key) is not None else "")
-
-        return Column(key, label, form=str, of=of)
-
+        return [*condition(naming), *values]
     first = Column("response", "Response", of=lambda row: naming.named(row["response"]).noun)
-    return [first, *condition(naming), *(beside(*column) for column in columns)]
+    return [
+        first,
+        *condition(naming),
+        *values,
+        Column("unit", "Unit", of=lambda row: naming.named(row["response"]).written),
+    ]
 
 
 def starred(value: tuple[float | None, str] | None) -> str:
@@ -103,20 +100,6 @@ def to_decimals(places: int) -> Form:
     return lambda value: fixed(value, places)
 
 
-# ---- measured responses next to what a surface or a simulation gives: what calibration and validation share
-
-
-def further_table(
-    rows: Iterable[Mapping[str, Any]], found: tuple[str, str, Form], names: Names, foot: Iterable[str] = ()
-) -> Table:
-    """Return further responses at each condition: measured, next to what the surface or the simulation `found`."""
-    columns = [*measured_of(names, True, [("measured", "Measured", short), found]), ERROR]
-    of_stems = (
-        [] if names.naming.others else ["Travel and work are those of the blade from first contact to maximum force."]
-    )
-    return Table.of(columns, rows, f"Besides the {names.response.long}", (*of_stems, *foot, *scores(names)))
-
-
 def scores(names: Names) -> list[str]:
     """Return what the values are that count from their measured mean."""
     text = (
@@ -127,7 +110,6 @@ def scores(names: Names) -> list[str]:
 
 
 _VALUES = "measured", "predicted", "simulated"
-_INTERVALS = ("left_out_interval",)
 
 
 def from_means(rows: Iterable[dict[str, Any]], names: Names) -> list[dict[str, Any]]:
@@ -138,8 +120,6 @@ def from_means(rows: Iterable[dict[str, Any]], names: Names) -> list[dict[str, A
             values: dict[str, Any] = {
                 key: named.counted(row[key], row["measured"]) for key in _VALUES if row.get(key) is not None
             }
-            ends = {key: row[key] for key in _INTERVALS if row.get(key) is not None}
-            values |= {key: [named.counted(end, row["measured"]) for end in pair] for key, pair in ends.items()}
             row = row | values | ({"sd": float(f"{row['sd']:.4g}")} if row.get("sd") else {})
         found.append(row)
     return found

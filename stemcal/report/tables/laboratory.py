@@ -37,7 +37,6 @@ def shear_tables(tests: ShearTests) -> list[Table]:
         Column("sd", "SD", "N", significant),
         Column("cv_percent", "CV", "%", to_decimals(1)),
         Column("mean_interval", "95 % of the mean", "N", interval),
-        Column("suspect", "Outlier", of=lambda grade: grade.suspect or "none"),
     ]
     specimens = [
         Column("name", "Specimen"),
@@ -45,11 +44,9 @@ def shear_tables(tests: ShearTests) -> list[Table]:
         Column("maximum", "Maximum", "N", significant, lambda one: one.curve.max_force),
         Column("travel", "Travel", "mm", fixed, lambda one: one.curve.travel_at_max),
         Column("trimmed", "Points trimmed", "", format, lambda one: one.curve.trimmed),
-        Column("left_out", "", of=lambda one: "left out" if one.excluded else ""),
     ]
-    foot = "Outliers were flagged by Grubbs' test; the means include them.", *_growth(tests.power_law)
     return [
-        Table.of(grades, tests.grades, "Maximum shear force by grade", foot),
+        Table.of(grades, tests.grades, "Maximum shear force by grade", _growth(tests.power_law)),
         Table.of(specimens, tests.specimens, "Specimens"),
     ]
 

@@ -1,4 +1,4 @@
-"""Tables of designs: the effects of a screening, the analysis of a response surface and its shape, the runs."""
+"""Tables of runs: those of a design, and those of a whole study."""
 
 from __future__ import annotations
 
@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 
 from stemcal.files.rows import Column, Table
 from stemcal.naming import FIRST, Named, Names
-from stemcal.numbers import fixed, significant
-from stemcal.report.records import Records, distinct_of
+from stemcal.numbers import significant
 from stemcal.report.tables.columns import condition, level, levels, simulated, to_decimals
 from stemcal.stages.result import DesignRuns, StageResult
 from stemcal.stages.stage import stage_called
@@ -45,28 +44,6 @@ def design_tables(result: StageResult, symbols: Mapping[str, str]) -> list[Table
 
 def _other(named: Named) -> Column:
     return Column(named.name, named.capital, named.written, significant, lambda run: run.outcome.of(named.name))
-
-
-def checks_table(records: Records) -> Table | None:
-    """Return the solver's checks of every distinct run, None if no solver reported them."""
-    rows = [{**one.checks, "run": run} for run, one in distinct_of(records).values() if one.checks]
-    columns = (
-        Column("run", "Run"),
-        Column("peak_force", "Peak", "N", significant),
-        Column("peak_travel", "Travel", "mm", to_decimals(3)),
-        Column("again", "Past peak", "", str, lambda row: "yes" if row["stroke_was_enough"] else "no"),
-        Column("elements", "Elements", form=format),
-        Column("deleted_elements", "Failed", form=format),
-        Column("steps", "Steps", form=format),
-        Column("energy_drift_percent", "Drift", "%", to_decimals(3)),
-        Column("kinetic_ratio_percent", "Kinetic", "%", fixed),
-        Column("hourglass_ratio_percent", "Hourglass", "%", fixed),
-    )
-    foot = (
-        "Failed: number of elements deleted before peak force. Drift: largest error of the energy balance. Kinetic and "
-        "hourglass: largest ratio to the internal energy before peak force."
-    )
-    return Table.of(columns, rows, "Checks of every run", [foot], detail=True) if rows else None
 
 
 def runs_table(found: Iterable[Entry], names: Names, factors: Iterable[str] = (), title: str = "") -> Table:

@@ -6,8 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from stemcal.cutting.end_state import stroke_end
-from stemcal.cutting.result import break_row, moving_mean
+from stemcal.cutting.result import break_row, moving_mean, short_stroke
 from stemcal.errors import SimulationFailed
 from stemcal.files.typed import to_json
 from stemcal.measured.curve_modes import CurveModes
@@ -69,7 +68,7 @@ def peak_answer(
     travel = loading.speed * time - GAP
     broke = None if broken is None else float(travel[broken])
     scores = curve_scores(modes, travel, filtered, broke)
-    end = stroke_end(travel, force, filtered, rows, broken)
+    short = short_stroke(travel, filtered, broken)
     details: dict[str, Any] = {
         "peak_force": float(filtered[peak]),
         "peak_force_raw": float(force[:broken].max()),
@@ -77,9 +76,8 @@ def peak_answer(
         "peak_travel": float(travel[peak]),
         **({} if broke is None else {"break_travel": broke}),
         **({"deleted_elements": int(deleted[peak]), "deleted_in_all": len(failed)} if failed else {}),
-        "stroke_was_enough": end.was_enough,
-        "stroke_end": end.kind,
-        "warnings": to_json([*warnings, *end.warnings]),
+        "stroke_was_enough": not short,
+        "warnings": to_json([*warnings, *short]),
         "curve": kept_curve(travel, filtered),
         **({RESPONSES: scores} if scores else {}),
     }

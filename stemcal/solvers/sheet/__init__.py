@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from stemcal.errors import UsageError
+from stemcal.errors import UsageError, Waiting
 from stemcal.files.durable import make_folder
 from stemcal.files.reading import read_plain
 from stemcal.solvers.options import SheetSolver
@@ -85,10 +85,10 @@ class Sheet(Solver):
         return (row := self._row(request)) is not None and row.answer is not None
 
     def solve(self, request: Request) -> Answer:
-        """Return what the file has of a run."""
+        """Return what the file has of a run; raise `Waiting` where it has no result."""
         row = self._row(request)
         if row is None or row.answer is None:
-            raise UsageError(f"{run_name(request)} has no result yet; enter the result with `stemcal enter`")
+            raise Waiting(request.stage, [request])
         return row.answer
 
     def given(self, stage: str) -> list[Any]:

@@ -28,7 +28,10 @@ class Climbing(Stage["ClimbResult"]):
         used as the centre of the response surface design. `stemcal run` includes the climb if the spec has a
         `climb` section.
         """
-    purpose = "Between stages 1 and 2: steps towards the target. A study without this section has no climb."
+    purpose = (
+        "Climb between stages 1 and 2: steps along the path of steepest ascent towards the target. A study without "
+        "this section has no climb."
+    )
     by_section = True
 
     def needs(self, study: Study) -> str | None:

@@ -64,17 +64,17 @@ def _notes(rows: Sequence[ClimbRow], best: ClimbRow, reached: bool, names: Names
     """Yield where the surface is centred, and that the climb ended before the target."""
     error = minus(f"{best.error_percent or 0.0:+.1f}")
     text = (
-        f"The response surface is centred at step {best.step} of {len(rows)}, which is nearest to the target (error "
-        f"{error} %)."
+        f"The response surface design is centred at climb step {best.step} of {len(rows)}, where the response is "
+        f"closest to the target (error {error} %)."
     )
     yield Note("nearest_step", "info", text)
     if not reached:
         response = names.response.long
         text = (
-            f"The {response} did not pass the target before the steps reached the limits of the factor ranges, so the "
+            f"The climb ended at the limits of the factor ranges, but the {response} did not reach the target. The "
             "target may be out of reach."
         )
-        remedy = Remedy("Widen the factor ranges, or check the target.")
+        remedy = Remedy("Widen the factor ranges, or check the target value.")
         yield Note("target_not_passed", "warning", text, remedy)
 
 
@@ -86,7 +86,9 @@ def _walk(
     start = _rows(study, names, [[0.0] * len(names)], simulate)
     if start[0].outcome.response is None:
         failed = start[0].outcome
-        raise RunsFailed(f"climb: the run at mid-level failed ({failed.reason}): {failed.message}")
+        raise RunsFailed(
+            f"climb: the run at the centre of the factor ranges failed ({failed.reason}): {failed.message}"
+        )
     rows = start
     path = ascent_path(effects, options.steps, start[0].outcome.response < target)
     for step, point in enumerate(path[1:], 1):
@@ -143,8 +145,12 @@ def later(study: Study) -> Later | None:
     """Return the usual and the largest number of steps."""
     if (options := study.given(ClimbOptions)) is None:
         return None
-    when = "all at once" if options.at_once else "one by one"
-    note = Note("decided_later", "caution", f"The climb adds at most {counted(options.steps + 1, 'run')}, {when}.")
+    when = "simultaneously" if options.at_once else "one after another"
+    note = Note(
+        "decided_later",
+        "caution",
+        f"The climb requires at most {counted(options.steps + 1, 'additional run')}, simulated {when}.",
+    )
     step = Request("climb", 0, study.midlevels(), study.targets.calibrate_at)
     return Later([[step]] * (options.steps // 2), note)
 
@@ -168,7 +174,10 @@ def ascent_path(effects: ArrayLike, steps: int, rise: bool) -> Array:
     slopes = np.asarray(effects, dtype=float)
     longest = float(np.abs(slopes).max(initial=0.0))
     if longest == 0.0:
-        raise UsageError("climb: no significant factor has an effect (no slope). Remove the `climb` section.")
+        raise UsageError(
+            "climb: the estimated effects of all significant factors are zero, so the direction is undefined. Remove "
+            "the `climb` section."
+        )
     direction = slopes / longest * (1.0 if rise else -1.0)
     return np.linspace(0.0, 1.0, steps + 1)[:, None] * direction
 

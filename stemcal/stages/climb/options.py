@@ -16,16 +16,16 @@ if TYPE_CHECKING:
 
 
 class ClimbOptions(Frozen):
-    """Steps towards the target between screening and surface.
+    """Steps towards the target, between the screening and the response surface.
 
-    The significant factors change in proportion to their effects, up to the limits of the ranges.
+    The significant factors change in proportion to their effects, up to the limits of their ranges.
     """
 
     steps: Annotated[Whole, Field(ge=1, le=50)] = 5
-    """Number of steps from the centre to the limits of the ranges."""
+    """Number of steps from the centre to the limits of the factor ranges."""
     at_once: Flag = False
-    """Whether all steps run at once, including those beyond the target. The mean response of the screening then
-    determines the direction. Use this key for runs by hand or many cores."""
+    """Whether all steps are simulated at once, including steps beyond the target. The mean response of the screening
+    then determines the direction of the climb. Use this key if runs are done by hand or many cores are available."""
 
 
 def _follows_a_slope(draft: Draft) -> Iterator[Finding]:

@@ -14,10 +14,13 @@ class ClimbShowing(Showing[ClimbResult]):
 
     def outcome(self, result: ClimbResult, names: Names) -> list[str]:
         """Return how near the steps came to the target."""
-        stepped = f"The climb changed {names.factors(result.names)} together in {counted(len(result.rows), 'run')}."
+        stepped = f"The climb varied {names.factors(result.names)} in {counted(len(result.rows), 'run')}."
         reached = "passed" if result.passed else "did not reach"
         error = f"{fixed(abs(result.error_percent), 1)} %"
-        return [stepped, f"The climb {reached} the target; step {result.best_step} has the smallest error ({error})."]
+        return [
+            stepped,
+            f"The response {reached} the target. The smallest error is {error}, at step {result.best_step}.",
+        ]
 
     def tables(self, result: ClimbResult, names: Names) -> list[Table]:
         return [_climb_table(result, names)]
@@ -33,6 +36,6 @@ def _climb_table(stage: ClimbResult, names: Names) -> Table:
     foot = (
         f"Target {names.quantity(stage.target, '.6g')}{names.at(stage.condition)}.",
         "Error = 100·(measured − simulated)/measured.",
-        f"Levels of the surface design: {centres} (coded 0 ± 1).",
+        f"Factor levels of the response surface design at coded 0 ± 1: {centres}.",
     )
     return Table.of(columns, stage.rows, "Steps towards the target", foot, strong=frozenset({stage.best_step}))

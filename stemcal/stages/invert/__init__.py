@@ -22,7 +22,7 @@ class Calibration(Stage["InvertResult"]):
     name, title, attribute, reads = "invert", "Calibration", "inversion", ("invert", "targets")
     simulates = False
     help = "Find the parameters that reproduce the measurement, with intervals."
-    purpose = "Stage 3: the parameters that reproduce the measured force."
+    purpose = "Stage 3: calibration of the parameters to the measured values."
 
     def needs(self, study: Study) -> str | None:
         return "rsm"

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import BeforeValidator, Field, WithJsonSchema
 
-from stemcal.naming import FIRST, TRAVEL, WORK, Naming
+from stemcal.naming import FIRST, TRAVEL, WORK, Names, Naming
 from stemcal.stages.surface.options import RsmOptions
 from stemcal.study.types.factor import EMBEDDED
 from stemcal.study.types.field_types import Frozen
@@ -41,11 +41,11 @@ class InvertOptions(Frozen):
     conditions: Literal["all"] | Annotated[tuple[AtSize, ...], Field(min_length=1)] | None = Field(
         default=None, validation_alias="diameters", serialization_alias="diameters"
     )
-    """The fitted diameters or other conditions: `all` or a list. The design of the surface runs at every fitted
-    condition. The parameters are calibrated at the first condition of the list. The default is
-    `specimen.outer_diameter` if a target has this diameter, otherwise the first row of `targets`."""
+    """The fitted diameters or other conditions: `all` or a list. The response surface design is simulated at every
+    fitted condition. The parameters are calibrated at the first condition of the list. The default is
+    `specimen.outer_diameter` if a target has this diameter, otherwise the diameter in the first row of `targets`."""
     responses: Responses = (FIRST,)
-    """The fitted responses: the force, and optionally the travel and work up to peak force."""
+    """The fitted responses: the force, and optionally the travel and work up to the peak force."""
 
 
 def _joint_conditions_measured(draft: Draft) -> Iterator[Finding]:
@@ -53,7 +53,7 @@ def _joint_conditions_measured(draft: Draft) -> Iterator[Finding]:
     if (wanted := draft.study.of(InvertOptions).conditions) is None:
         return
     if draft.naming.condition is None:
-        remedy = "declare a condition under conditions, or remove the key"
+        remedy = "declare a condition in the `conditions` section, or remove this key"
         yield Finding(("invert", "diameters"), "the study has no conditions", remedy)
         return
     if wanted == "all":
@@ -61,12 +61,13 @@ def _joint_conditions_measured(draft: Draft) -> Iterator[Finding]:
     measured = [target.condition for target in draft.study.targets.means]
     for index, condition in enumerate(wanted):
         if any(isclose(condition, other) for other in wanted[:index]):
-            message = f"{draft.naming.place(condition)} is listed twice"
+            message = f"{Names(draft.naming).conditions([condition])} is listed twice"
             yield Finding(("invert", "diameters", index), message, "remove one")
         if not any(isclose(condition, other) for other in measured):
             named, listed = draft.naming, ", ".join(f"{value:g}" for value in measured[:20])
-            message = f"no {named.response.noun} is given for {named.place(condition)}, only for {listed}"
-            remedy = f"add the {named.response.noun} to targets, or remove the value here"
+            place = Names(named).conditions([condition])
+            message = f"no {named.response.noun} is given for {place}; values are given only for {listed}"
+            remedy = f"add the {named.response.noun} to `targets`, or remove this value"
             yield Finding(("invert", "diameters", index), message + draft.naming.condition.unit_suffix, remedy)
 
 
@@ -75,11 +76,11 @@ def _responses_measured(draft: Draft) -> Iterator[Finding]:
     path, names, named = ("invert", "responses"), draft.study.of(InvertOptions).responses, draft.naming
     if names == (FIRST,):
         return
-    if named.is_cutting and not draft.kind.travel_and_work:
-        yield Finding(path, f"the solver {draft.study.solver.kind} returns only a force", "remove the key")
+    if named.is_cutting and not draft.kind.simulates_stems:
+        yield Finding(path, f"the solver kind `{draft.study.solver.kind}` returns only the force", "remove the key")
     if FIRST not in names or len(set(names)) < len(names):
         listed = ", ".join(named.named(name).name for name in names)
-        message = f"the list must contain the {named.response.noun}, and each response only once ({listed})"
+        message = f"the list must contain the {named.response.noun} and must not repeat a response ({listed})"
         yield Finding(path, message, f"write [{', '.join(response.name for response in named.responses)}]")
     for name in names if not draft.tests else (FIRST,):  # what tests measure is weighed there
         yield from _weighed(draft.study.targets.means, name, draft.naming)
@@ -92,11 +93,13 @@ def _weighed(targets: tuple[Target, ...], response: str, naming: Naming) -> Iter
     given = {one.row: one.mean_of(response)[1] for one in targets if one.mean_of(response)[0] is not None}
     if not given:
         yield Finding(
-            ("invert", "responses"), f"no {name} is given in targets", "add the response to targets, or remove it here"
+            ("invert", "responses"),
+            f"`targets` contains no value of {name}",
+            "add the response to `targets`, or remove the response from this list",
         )
     elif all(scatter is None for scatter in given.values()):
         at_any = f" at any {naming.condition.noun}" if naming.condition is not None else ""
-        message = f"{name} has no sd{at_any}: its weight is unknown"
+        message = f"no `sd` is given for {name}{at_any}, so its weight in the fit is unknown"
         yield Finding(("targets", min(given)), message, f"add {sd}")
 
 
@@ -104,8 +107,8 @@ def _rule_heeds_priors(draft: Draft) -> Iterator[Finding]:
     """With priors the solution is the best fit, not one point of a level set."""
     known = any(factor.prior is not None for factor in draft.factors.values())
     if known and draft.study.of(InvertOptions).rule != "least_coded_distance":
-        remedy = "remove the rule: with priors, the solution is the best fit to measurements and priors"
-        yield Finding(("invert", "rule"), f"{draft.study.of(InvertOptions).rule} ignores the priors", remedy)
+        remedy = "remove this key: with priors, the solution is the best fit to measurements and priors"
+        yield Finding(("invert", "rule"), f"the rule `{draft.study.of(InvertOptions).rule}` ignores the priors", remedy)
 
 
 def doubts(study: Study) -> Iterator[Finding]:
@@ -113,10 +116,10 @@ def doubts(study: Study) -> Iterator[Finding]:
     from stemcal.study.rules.plausible import FALL
 
     fitted = [named.name for named in (TRAVEL, WORK) if named.name in study.of(InvertOptions).responses]
-    if fitted and study.naming.is_cutting and study.kind.travel_and_work:
+    if fitted and study.naming.is_cutting and study.kind.simulates_stems:
         depend = " and ".join(fitted) + (" depend" if len(fitted) > 1 else " depends")
         message = f"{depend} on the mesh: {FALL}"
-        yield Finding(("invert", "responses"), message, "fit only the force, or include the error in `sd`")
+        yield Finding(("invert", "responses"), message, "fit only the force, or include the mesh error in `sd`")
 
 
 def _growth_is_seen(draft: Draft) -> Iterator[Finding]:
@@ -128,8 +131,8 @@ def _growth_is_seen(draft: Draft) -> Iterator[Finding]:
     for name, growth in draft.growing.items():
         exponent, at = getattr(growth, "exponent", None), getattr(growth, "at", 0.0)
         if exponent in chosen and exponent not in EMBEDDED and all(isclose(d, at) for d in fitted):
-            message = f"at {at:g} mm, the only fitted diameter, {exponent} has no effect"
-            remedy = "write `diameters: all` under `invert`, or another diameter as `at`"
+            message = f"{exponent} has no effect because {at:g} mm is the only fitted diameter"
+            remedy = "write `diameters: all` in the `invert` section, or another diameter for `at`"
             yield Finding(("material", name, "at"), message, remedy)
 
 

@@ -27,7 +27,6 @@ from stemcal.report.tables.columns import (
     ERROR,
     factor,
     from_means,
-    further_table,
     measured_of,
     scores,
     to_decimals,
@@ -50,7 +49,8 @@ class InvertShowing(Showing[InvertResult]):
         return words.outcome(result, names)
 
     def tables(self, result: InvertResult, names: Names) -> list[Table]:
-        return [calibration_table(result, names), *_joint_tables(result, names)]
+        joint = [] if result.joint is None else [_joint_table(result.joint, names)]
+        return [calibration_table(result, names), *joint]
 
     def figures(self, result: InvertResult, setting: Setting) -> list[Plot]:
         if result.certainty is None:
@@ -103,7 +103,9 @@ class Inversion(InvertResult):
         """
         names = self._surface.names
         if missing := [name for name in names if name not in levels]:
-            raise UsageError(f"log_likelihood: the level of {', '.join(missing)} is missing")
+            raise UsageError(
+                f"log_likelihood: no level is given for {', '.join(missing)}. Pass a level of every factor."
+            )
         each = np.broadcast_arrays(*(np.asarray(levels[name], dtype=float) for name in names))
         points = self._surface.scales.to_coded(np.stack([one.ravel() for one in each], axis=-1))
         inside = self._surface.region.contains(points)
@@ -116,17 +118,15 @@ def calibration_table(stage: InvertResult, names: Names, refined: Mapping[str, f
 
     `refined` has the values after a refinement.
     """
-    point, known, (head, ranges) = stage.point, stage.certainty, cited_ranges(stage)
+    point, (head, ranges) = stage.point, cited_ranges(stage)
     rows: list[dict[str, Any]] = [
-        {"factor": name, "range": ranges[name], "coded": point.coded[name]}
-        | {"solution": (refined or point.solution)[name], "share": known and _share_of_range(known, name)}
-        for name in point.solution
+        {"factor": name, "range": ranges[name], "coded": coded, "solution": (refined or point.solution)[name]}
+        for name, coded in point.coded.items()
     ]
     columns = [
         factor(names),
         Column("solution", "Calibrated", form=significant),
         Column("range", head, form=str, claims=True),
-        *([Column("share", "% of factor range", form=str, claims=True)] if known is not None else []),
         Column("coded", "Coded", form=to_decimals(3)),
     ]
     rule = f"rule {stage.rule}" if stage.joint is None else "least squares over all fitted values"
@@ -157,36 +157,20 @@ def cited_ranges(stage: InvertResult) -> tuple[str, dict[str, str]]:
     return "95 % range", {name: interval(found, bounded=bounded[name]) for name, found in ranges.items()}
 
 
-def _share_of_range(part: Certainty, name: str) -> str:
-    """Return the share of a factor's range that its interval covers, or that it is free."""
-    return "free" if name in part.free else f"{100.0 * part.share[name]:.0f} %"
-
-
-def _joint_tables(stage: InvertResult, names: Names) -> list[Table]:
-    """Return the measured values next to the surfaces; nothing of a single response."""
-    tables = [_joint_table(stage.joint, names)] if stage.joint is not None else []
-    if stage.joint is not None and stage.joint.further:
-        predicted = "predicted", "Predicted", significant
-        tables.append(further_table(map(to_json, stage.joint.further), predicted, names))
-    return tables
-
-
 def _joint_table(joint: JointFitted, names: Names) -> Table:
     """Return the measured values next to those of the surfaces."""
     values = ("measured", "Measured", short), ("predicted", "Surface", significant)
-    columns = measured_of(names, bool(names.naming.others), values)
+    columns = measured_of(names, bool(names.naming.others or joint.further), values)
     error, left_out = joint.max_abs_error_percent, joint.max_abs_left_out_error_percent
-    rows = from_means(map(to_json, joint.rows), names)
+    rows = from_means(map(to_json, (*joint.rows, *joint.further)), names)
     columns.append(ERROR)
     if left_out is None:
         return Table.of(columns, rows, _JOINT, [f"Largest error: {fixed(error)} %.", *scores(names)])
     columns.append(Column("left_out_error_percent", "Left out", "%", fixed))
     tests = any(row.left_out_interval is not None for row in joint.rows)
-    if tests:
-        columns.append(Column("left_out_interval", "Others predict", form=interval, claims=True))
-    largest = f"Largest error: {fixed(error)} % when fitted, {fixed(left_out)} % when left out."
-    others = "other tests. Others predict: 95 % interval of the mean from this fit." if tests else "other values."
-    foot = largest, f"Left out: predicted from a fit to the {others}", *scores(names)
+    largest = f"Largest error: {fixed(error)} % for fitted values, {fixed(left_out)} % for values left out of the fit."
+    others = "other tests" if tests else "other values"
+    foot = largest, f"Left out: error of the value predicted from a fit to the {others}.", *scores(names)
     return Table.of(columns, rows, _JOINT, foot)
 
 

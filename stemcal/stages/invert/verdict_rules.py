@@ -61,8 +61,9 @@ def _contradiction(found: Contradicted, joint: JointFitted, names: Names) -> str
     others = f"{rest[0]:+.0f}" if len(rest) == 1 else f"{min(rest):+.0f} to {max(rest):+.0f}"
     return minus(
         f"The measured {named.long}{names.at(found.condition)} ({measured}) contradicts the other measurements, which "
-        f"predict {low} to {high} ({found.standard_errors:.1f} standard errors). The error of the joint fit is "
-        f"{errors[place]:+.0f} % for this measurement and {others} % for the others."
+        f"predict {low} to {high} (difference: {found.standard_errors:.1f} standard errors). The error of the joint "
+        f"fit is {errors[place]:+.0f} % for the {named.long}{names.at(found.condition)} and {others} % for the other "
+        "measurements."
     )
 
 
@@ -120,7 +121,7 @@ def misfit(evidence: Evidence) -> Iterator[Note]:
         return  # the conflict names it
     beyond = bool(found.priors) and joint.p < BEYOND_DOUBT
     times, p = joint.misfit / joint.df, signed_probability(joint.p)
-    text = f"The misfit is {times:.1f} times the misfit expected from the scatter of the measurements (p {p})."
+    text = f"The misfit is {times:.1f} times the value expected from the scatter of the measurements (p {p})."
     remedy = _check_prior(found) or _to_reconcile(evidence.study, joint)
     yield Note("misfit", "error" if beyond else "warning", text, remedy)
 
@@ -131,7 +132,9 @@ def _check_prior(found: InvertResult) -> Remedy | None:
     worst = max(found.priors, key=lambda prior: abs(solution[prior.factor] - prior.mean) / prior.sd, default=None)
     if worst is None:
         return None
-    return Remedy(f"Check the source ({worst.source}) and the unit of the prior for {worst.factor}, or remove it.")
+    return Remedy(
+        f"Check the source ({worst.source}) and the unit of the prior for {worst.factor}, or remove the prior."
+    )
 
 
 def not_identified(evidence: Evidence) -> Iterator[Note]:
@@ -149,7 +152,10 @@ def _not_identified(known: Certainty) -> str:
     factors = series(known.not_identified)
     changes = [change(name, size, known.units[name]) for name, size in known.loosest.items()]
     if len(changes) > 1:
-        return f"The fit does not determine {factors}: a joint change ({series(changes)}) has almost no effect."
+        return (
+            f"The fit does not determine {factors}: a joint change of the parameters ({series(changes)}) has almost no "
+            "effect on the fit."
+        )
     return f"The fit does not determine {factors} because the fitted responses hardly depend on {factors}."
 
 
@@ -168,21 +174,26 @@ def target_missed(evidence: Evidence) -> Iterator[Note]:
     remedy = _refine_more(options.budget if options is not None else None)
     if evidence.study.joint_targets:  # no further run reconciles measurements that contradict each other
         remedy = next((reason.remedy for reason in conflict(evidence) if reason.remedy), remedy)
-    text = f"{words.miss(worst, evidence.names)}, although this value was fitted."
+    text = f"{words.miss(worst, evidence.names)}, although this measurement was included in the fit."
     yield Note("target_missed", severity, text, remedy)
 
 
 def _refine_more(budget: int | None) -> Remedy:
     if budget is None:
         return Remedy("Add `refine: {}` to the spec to correct the solution by simulation.", "refine: {}")
-    raised = f"Raise refine.budget to {2 * budget}, or check whether the response jumps between neighbouring points."
+    raised = (
+        f"Raise `refine.budget` to {2 * budget}, or check whether the response is discontinuous between neighbouring "
+        "points."
+    )
     return Remedy(raised, f"refine: {{budget: {2 * budget}}}")
 
 
 def _to_identify(study: Study, known: Certainty) -> Remedy:
     """Return what would identify factors that the fit leaves free: other data, or a prior of the least certain one."""
     widest = max(known.not_identified or known.share, key=lambda name: known.share[name])
-    measure = f"measure another response or another kind of test, or add a prior for {widest} from the literature."
+    measure = (
+        f"measure another response, perform another kind of test, or add a prior for {widest} from the literature."
+    )
     left_out = [name for name in ("travel", "work", *study.own_further) if name not in study.fitted_responses]
     if any(study.calibration_target.mean_of(name)[0] is not None for name in left_out):
         return advice.fit_all(study, "responses", f"If {widest} is still undetermined, {measure}")
@@ -198,12 +209,14 @@ def _to_reconcile(study: Study, joint: JointFitted) -> Remedy:
     if len(conditions) > 1 and apart is not None:
         name, at = study.naming.named(apart.response).long, Names(study.naming).at(apart.condition)
         return Remedy(
-            f"Check the unit, the specimens and the testing machine of the measured {name}{at}, and repeat the "
-            "measurement. If the value is confirmed, add a factor with an effect under this condition."
+            f"Check the unit, the specimens and the testing machine for the measured {name}{at}, and repeat the "
+            f"measurement. If the measured value is confirmed, add a factor that affects the {name}{at}."
         )
     if len(conditions) > 1:
-        return Remedy("Check the measurements. If the values are confirmed, add a factor to the model.")
-    return Remedy("Check the measurements. Then add another factor or fit fewer responses (`invert.responses`).")
+        return Remedy("Check the measurements. If the measured values are confirmed, add a factor to the model.")
+    return Remedy(
+        "Check the measurements. Then add another factor to the model, or fit fewer responses (`invert.responses`)."
+    )
 
 
 def no_better_than_formula(evidence: Evidence) -> Iterator[Note]:

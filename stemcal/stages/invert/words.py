@@ -25,7 +25,8 @@ def outcome(stage: InvertResult, names: Names) -> list[str]:
     count = len(joint.rows) + len(joint.further)
     return [
         f"The joint fit to {count} measured values yields {values}.",
-        f"The largest errors of the response surfaces are {missed}.",
+        f"The largest {'error' if len(errors) == 1 else 'errors'} of the response surfaces at the solution "
+        f"{'is' if len(errors) == 1 else 'are'} {missed}.",
     ]
 
 
@@ -48,7 +49,10 @@ def known(part: Certainty, stage: InvertResult, names: Names) -> list[str]:
         said.append(f"The {data} does not determine {names.factors(part.free)}.")
     for found in part.unseen_changes:
         together = series(change(names.factor(name), size, part.units[name]) for name, size in found.items())
-        said.append(f"The {data} is insensitive, to first order, to this joint change: {together}.")
+        said.append(
+            "To first order, the following joint change of the parameters does not affect the "
+            f"{data.removesuffix(' alone')}: {together}."
+        )
     return [*said, *assumption(part)]
 
 
@@ -61,8 +65,8 @@ def assumption(part: Certainty) -> list[str]:
         said.append("The standard deviation is treated as exact because the number of specimens is not given.")
     if not part.surface_error_known:
         said.append(
-            "The error of the response surfaces is unknown; the intervals assume an error between "
-            f"{100.0 * FINEST:g} and {100.0 * COARSEST:g} % of the response."
+            "The error of the response surfaces cannot be estimated. The intervals assume an error of "
+            f"{100.0 * FINEST:g} to {100.0 * COARSEST:g} % of the response."
         )
     return said
 
@@ -70,7 +74,7 @@ def assumption(part: Certainty) -> list[str]:
 def valid_for(stage: InvertResult) -> list[str]:
     """Return the settings that the values are valid with."""
     settings = series(f"{name} {value}" for name, value in (stage.belongs_to or {}).items())
-    text = f"The parameters are valid only with {settings}. Report these settings with the parameters."
+    text = f"The parameters are valid only with {settings}. Always report the parameters together with their settings."
     return [text] if settings else []
 
 
@@ -81,7 +85,7 @@ def assumptions(stage: InvertResult) -> list[str]:
     fixed_mesh = stage.belongs_to is not None and "replicates" not in stage.belongs_to
     mesh = (
         "The intervals do not include the scatter of the force over mesh positions. Add `replicates: 5` to the "
-        "`solver` section to include the scatter."
+        "`solver` section to include the scatter over mesh positions."
     )
     return [*assumption(stage.certainty), *([mesh] if fixed_mesh else [])]
 
@@ -92,9 +96,9 @@ def range_to_cite(stage: InvertResult, names: Names) -> list[str]:
         return []
     exact = series(f"{names.factor(name)} {interval(stage.ranges[name])}" for name in stage.point.solution)
     return [
-        "Report the 95 % interval, which covers all values that agree with the measurement.",
+        "Report the 95 % interval, which covers all parameter values that agree with the measurement.",
         *assumption(stage.certainty),
-        f"The response surface equals the target for {exact} (without the error of the surface).",
+        f"If the error of the response surface is neglected, the surface equals the target for {exact}.",
     ]
 
 
@@ -114,8 +118,8 @@ def _of_one(stage: InvertResult, names: Names) -> Iterator[Note]:
     point = stage.point
     if len(point.solution) > 1:
         text = (
-            f"One measured {names.response.long} cannot determine {len(point.solution)} parameters. The rule "
-            f"`{stage.rule}` selects the reported solution from all combinations that fit equally well."
+            f"A single measured {names.response.long} cannot determine {len(point.solution)} parameters. The rule "
+            f"`{stage.rule}` selects the reported solution from all parameter combinations that fit equally well."
         )
         yield Note("one_of_many", "caution", text)
     if not point.inside:
@@ -128,9 +132,12 @@ def _of_one(stage: InvertResult, names: Names) -> Iterator[Note]:
 
 def _of_many(joint: JointFitted, names: Names) -> Iterator[Note]:
     if joint.further:
-        text = "Means of different responses of the same specimens are treated as independent."
+        text = "The means of different responses measured on the same specimens are treated as independent."
         if names.naming.is_cutting and any(row.response == "work" for row in joint.further):
-            text += " Work depends on force and travel, so the intervals of a fit to all three are too narrow."
+            text += (
+                " Work depends on force and travel, so a joint fit to all three responses yields intervals that are "
+                "too narrow."
+            )
         yield Note("independent_means", "caution", text)
     if joint.max_abs_left_out_error_percent is not None:
         condition = names.naming.condition
@@ -138,13 +145,16 @@ def _of_many(joint: JointFitted, names: Names) -> Iterator[Note]:
         tests = any(row.left_out_interval is not None for row in joint.rows)
         each = "test" if tests else condition.long if condition is not None and several else "response"
         text = (
-            f"If one {each} at a time is left out of the fit, the largest error of the predictions is "
+            f"If one {each} at a time is left out of the fit, the largest prediction error is "
             f"{fixed(joint.max_abs_left_out_error_percent, 1)} %."
         )
         yield Note("left_out", "info", text)
     yield from _beside_formula(joint)
     if joint.scatter == "misfit":
-        text = "Without standard deviations, all relative weights are equal, and the misfit determines the scatter."
+        text = (
+            "Because no standard deviations are given, all relative errors have the same weight, and the scatter is "
+            "estimated from the misfit."
+        )
         yield Note("weights", "caution", text)
 
 
@@ -168,7 +178,7 @@ def _beside_formula(joint: JointFitted) -> Iterator[Note]:
 
 def prior_unused(factors: tuple[str, ...]) -> Note:
     """Return that factors with a prior are not varied."""
-    text = f"The prior for {series(factors)} is not used because the response surface does not vary the factor."
+    text = f"Priors for factors that the response surface does not vary are not used ({series(factors)})."
     return Note("prior_unused", "caution", text)
 
 
@@ -176,7 +186,7 @@ def flat_direction(changes: Mapping[str, float], units: Mapping[str, str]) -> No
     """Return that a joint fit cannot separate factors; `changes` in their units go together."""
     together = series(change(name, size, units[name]) for name, size in changes.items())
     text = (
-        f"The measurements cannot separate the parameters: changing {together} together leaves the fit almost "
-        "unchanged. Of all points with nearly the best fit, the point nearest to the centre is reported."
+        f"The measurements cannot separate the parameters: a joint change ({together}) leaves the fit almost "
+        "unchanged. Among all points that fit almost equally well, the point nearest to the centre is reported."
     )
     return Note("flat_direction", "warning", text)

@@ -30,7 +30,7 @@ class Refinement(Stage["RefineResult"]):
         `refine.in`, the refinement follows the validation and uses the program or mesh for which the parameters are
         intended.
         """
-    purpose = """Stage 4: correction of the solution by simulation, also in another program. A study without this
+    purpose = """Stage 4: correction of the solution by simulation, optionally in another program. A study without this
         section has no refinement."""
     by_section = True
 

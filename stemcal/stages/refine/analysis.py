@@ -120,8 +120,8 @@ def _path(work: Work, there: Work, options: RefineOptions, start: Mapping[str, f
     """Return the path along the factors that may move, from the calibrated point."""
     surface = work.result(Surfaces)
     if unknown := [name for name in options.adjust if name not in surface.names]:
-        known = f"Choose {listed(surface.names)}, which the response surface varies."
-        raise UsageError(f"refine.adjust: the effect of {', '.join(unknown)} is unknown. {known}")
+        known = f"Choose {listed(surface.names)}."
+        raise UsageError(f"refine.adjust: the response surface does not vary {', '.join(unknown)}. {known}")
     point = surface.scales.to_coded([start[name] for name in surface.names])
     relative = surface.fitted.gradient(point) / float(surface.fitted.predict(point)[0])
     slopes = dict(zip(surface.names, relative.tolist(), strict=True))
@@ -179,7 +179,7 @@ def later(study: Study) -> Later | None:
         return Later([], Note("decided_later", "caution", text))
     conditions = [target.condition for target in study.joint_targets] or [study.targets.calibrate_at]
     round_ = [Request("refine", 0, study.midlevels(), condition, True) for condition in conditions]
-    text = f"The refinement adds at most {counted(options.budget, 'run')}, one by one."
+    text = f"The refinement requires at most {counted(options.budget, 'additional run')}, simulated one after another."
     return Later([round_] * min(_USUAL_ROUNDS, options.budget), Note("decided_later", "caution", text))
 
 
@@ -202,11 +202,11 @@ def _not_reached(stage: RefineResult, names: Names) -> Iterator[Note]:
         f"{counted(len(stage.made), 'run')}."
     )
     budget, factors = 2 * stage.budget, names.factors(one.factor for one in stage.adjusted)
-    wider = f", or widen the range of {factors} in refine.adjust" if factors else ""
+    wider = f", or widen the range of {factors} in `refine.adjust`" if factors else ""
     remedies = {
-        "budget": Remedy(f"Raise refine.budget to {budget}{wider}.", f"refine: {{budget: {budget}}}"),
-        "out_of_reach": Remedy(f"Widen the range of {factors} in refine.adjust, or add another factor."),
-        "settled": Remedy(f"Adjust other factors than {factors}, or average over mesh positions with `replicates`."),
+        "budget": Remedy(f"Raise `refine.budget` to {budget}{wider}.", f"refine: {{budget: {budget}}}"),
+        "out_of_reach": Remedy(f"Widen the range of {factors} in `refine.adjust`, or add another factor."),
+        "settled": Remedy(f"Adjust factors other than {factors}, or average over mesh positions with `replicates`."),
     }
     settled_here = stage.stopped == "settled" and not stage.elsewhere
     text += " Neighbouring parameter values do not reduce the error." if settled_here else ""
@@ -218,8 +218,8 @@ def _first_outside(stage: RefineResult, names: Names) -> Iterator[Note]:
     first = [run for run in stage.made if run.levels == stage.made[0].levels and run.how == stage.made[0].how]
     if outside := [run.condition for run in first if run.inside_interval is False]:
         text = (
-            f"The response surface is less accurate than the residuals indicate: the simulated {names.response.long}"
-            f"{names.at(*outside)} is outside the prediction interval."
+            "The response surface is less accurate than its residuals indicate: the simulated "
+            f"{names.response.long}{names.at(*outside)} is outside the prediction interval."
         )
         yield Note("first_outside", "warning", text)
 
@@ -229,19 +229,19 @@ def _in_another_model(stage: RefineResult, study: Study, names: Names) -> Iterat
         factor = study.factor(one.factor)
         if not factor.low <= one.value <= factor.high:
             text = (
-                f"The value {one.value:.4g} of {one.factor} is outside the range of the study ({factor.low:g} to "
-                f"{factor.high:g}). That range applies only to the model of the study."
+                f"The refined value of {one.factor} ({one.value:.4g}) is outside the range of the study "
+                f"({factor.low:g} to {factor.high:g}), which applies only to the model of the study."
             )
             yield Note("beyond_range", "warning", text)
     if censored := sum(run.outcome.censored for run in stage.made):
         text = (
-            f"In {counted(censored, 'run')}, the {names.response.long} was still rising at the end of the stroke, so "
-            "the maximum is only a lower bound."
+            f"In {counted(censored, 'run')}, the {names.response.noun} had not fallen at the end of the stroke. The "
+            "recorded maximum is therefore only a lower bound."
         )
-        yield Note("still_rose", "warning", text, Remedy("Increase refine.duration."))
+        yield Note("still_rose", "warning", text, Remedy("Increase `refine.duration`."))
     simulated = {run.condition for run in stage.made if run.levels == stage.parameters}
     if left := [row.condition for row in stage.rows if row.condition not in simulated]:
-        why = "the budget is spent" if stage.converged else "the target was not reached"
-        remedy = Remedy("Raise refine.budget.") if stage.converged else None
+        why = "the run budget is exhausted" if stage.converged else "the target was not reached"
+        remedy = Remedy("Raise `refine.budget`.") if stage.converged else None
         text = f"The refined parameters were not simulated at {names.conditions(left)} because {why}."
         yield Note("not_run_there", "warning", text, remedy)

@@ -32,11 +32,11 @@ def _by_name(given: Any) -> Any:
 
 
 class RefineOptions(Frozen):
-    """Simulate the solution and correct it until the response is within the tolerance."""
+    """Simulation and correction of the solution until the response is within the tolerance."""
 
     in_: AnySolver | None = Field(default=None, validation_alias="in", serialization_alias="in")
     """The program or mesh in which the parameters will be used: any solver with its keys, or `embedded` with another
-    mesh. Omitted keys have the values of the study if the kind of solver is the same. The default is the model of the
+    mesh. If the solver kind is the same, omitted keys have the values of the study. The default is the model of the
     study."""
     internal_length: StemLengthOrZero | None = None
     """Value of `material.internal_length` in the model of `in`; `0 mm` for local failure."""
@@ -52,11 +52,11 @@ class RefineOptions(Frozen):
     ] = {}
     """Factors that may change in the model of `in`, in this order: names, or `name: [low, high]`. The default is the
     failure strain if the response surface varies it, otherwise the strongest factor. A factor without limits has the
-    range of the study; the range of the failure strain is from a tenth of the lower limit to 1."""
+    range of the study; the range of the failure strain extends from a tenth of its lower limit to 1."""
     tolerance_percent: Annotated[Number, Field(gt=0, le=50)] = 1.0
     """Largest allowed error of the simulated response at the solution, in percent."""
     budget: Annotated[Whole, Field(ge=1, le=1000)] = 10
-    """Maximum number of runs. With `in`, the remaining runs simulate the other measured conditions."""
+    """Maximum number of runs. With `in`, the remaining runs are used to simulate the other measured conditions."""
 
     @property
     def changes(self) -> dict[str, dict[str, object]]:
@@ -105,11 +105,11 @@ def _refinement_is_possible(draft: Draft) -> Iterator[Finding]:
             yield Finding(("refine", "adjust", name), message, "widen the range")
     if not refine.elsewhere and (refine.adjust or refine.changes):
         key = "adjust" if refine.adjust else next(iter(next(iter(refine.changes.values()))))
-        message = "the key applies only to another model, but the key `in` is missing"
-        yield Finding(("refine", key), message, "add refine.in, or remove this key", at_key=True)
+        message = "this key requires `refine.in`, which is missing"
+        yield Finding(("refine", key), message, "add `refine.in`, or remove this key", at_key=True)
     if refine.in_ is not None and draft.kind.answers == kind_of(refine.in_).answers == "asks_people":
-        message = "the runs of the study are already entered by hand, and a sheet can serve only one program"
-        yield Finding(("refine", "in", "kind"), message, "make a separate study for the other program")
+        message = "the runs of the study are already entered by hand, and a sheet can be used for only one program"
+        yield Finding(("refine", "in", "kind"), message, "create a separate study for the other program")
 
 
 def _tests_and_curves_stay_here(draft: Draft) -> Iterator[Finding]:
@@ -117,11 +117,11 @@ def _tests_and_curves_stay_here(draft: Draft) -> Iterator[Finding]:
     if not draft.study.of(RefineOptions).elsewhere:
         return
     if draft.tests:
-        message = "another model does not simulate the tests"
-        yield Finding(("refine", "in"), message, "remove refine.in or the tests", at_key=True)
+        message = "tests cannot be simulated in another model"
+        yield Finding(("refine", "in"), message, "remove `refine.in` or the tests", at_key=True)
     if any(target.curves for target in draft.study.targets.means):
-        message = "curves are not compared in another model"
-        yield Finding(("refine", "in"), message, "remove refine.in or the curves", at_key=True)
+        message = "curves cannot be compared in another model"
+        yield Finding(("refine", "in"), message, "remove `refine.in` or the curves", at_key=True)
 
 
 def _the_model_is_possible(draft: Draft) -> Iterator[Finding]:

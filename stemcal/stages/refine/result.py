@@ -6,6 +6,7 @@ from typing import ClassVar
 
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import absent, inline, key
+from stemcal.naming import Names
 from stemcal.note import Note
 from stemcal.runs.record import Outcome
 from stemcal.stages.loop import RefineRun, Stopped
@@ -106,4 +107,4 @@ class RefineResult(StageResult):
     def runs(self) -> Iterator[tuple[str, Outcome]]:
         """Yield label and outcome of every run."""
         for one in self.made:
-            yield f"refine {one.run}{self.naming.at(one.condition) if self.elsewhere else ''}", one.outcome
+            yield f"refine {one.run}{Names(self.naming).at(one.condition) if self.elsewhere else ''}", one.outcome

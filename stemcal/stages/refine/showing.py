@@ -1,22 +1,16 @@
 """How a refinement is shown: what moved, the responses before and after, every run."""
 
-from functools import partial
-
 from stemcal.files.rows import Column, Table
 from stemcal.naming import Names, program
 from stemcal.numbers import interval, short, significant
-from stemcal.report.figures.plot import Plot
-from stemcal.report.figures.style import BLUE, FAINT, GREEN, INK, Figure, legend_above, new_figure, plain
 from stemcal.report.showing import Setting, Showing
 from stemcal.report.tables.columns import ERROR, condition, factor, levels, simulated
 from stemcal.stages.refine.result import RefineResult
 from stemcal.words import series
 
-_SERIES = (("measured", "o-", BLUE), ("before", "^:", FAINT), ("after", "D-", GREEN))
-
 
 class RefineShowing(Showing[RefineResult]):
-    """The words, tables and figures of a refinement."""
+    """The words and tables of a refinement."""
 
     claims = "agreement"
 
@@ -26,8 +20,8 @@ class RefineShowing(Showing[RefineResult]):
             return _there(result, names)
         count = len(result.made)
         done = "checked in 1 run" if count == 1 else f"corrected in {count} runs"
-        tolerance = f"{'inside' if result.converged else 'outside'} the tolerance of {result.tolerance_percent:g} %"
-        return [f"The solution was {done}. The error is {abs(result.error_percent):.2f} %, {tolerance}."]
+        tolerance = f"{'is within' if result.converged else 'exceeds'} the tolerance of {result.tolerance_percent:g} %"
+        return [f"The solution was {done}. The error of {abs(result.error_percent):.2f} % at the solution {tolerance}."]
 
     def tables(self, result: RefineResult, names: Names) -> list[Table]:
         return refine_tables(result, names)
@@ -35,11 +29,6 @@ class RefineShowing(Showing[RefineResult]):
     def closing(self, result: RefineResult, setting: Setting) -> list[Table]:
         tables = refine_tables(result, Names(setting.study.naming)) if result.elsewhere else []
         return [table for table in tables if not table.detail]
-
-    def figures(self, result: RefineResult, setting: Setting) -> list[Plot]:
-        response = result.naming.response.noun
-        text = f"Measured and simulated {response}, before and after the refinement. The target is circled."
-        return [Plot("refinement", result.name, text, partial(refined, result))] if len(result.rows) > 1 else []
 
 
 _INSIDE = {True: "inside", False: "outside", None: ""}
@@ -61,10 +50,14 @@ def _parameters(stage: RefineResult, names: Names) -> Table:
         Column("between", "Range", form=interval, of=lambda one: (one.low, one.high)),
     ]
     foot = [
-        "Other parameters retain their calibrated values. The search stops at the first values within the tolerance, "
-        "so other values may fit equally well."
+        "Other parameters retain their calibrated values. The search stops as soon as the error is within the "
+        "tolerance, so other parameter values may fit equally well."
     ]
-    foot += ["95 % range: from the scatter of the measured mean, with the other parameters fixed."] if known else []
+    foot += (
+        ["95 % range: computed from the scatter of the measured mean, with the other parameters fixed."]
+        if known
+        else []
+    )
     foot += [f"The parameters are valid only with {settings}."] if settings else []
     return Table.of(columns, stage.adjusted, f"Parameters for {program(stage.model.kind)}", foot)
 
@@ -83,10 +76,13 @@ def responses(stage: RefineResult, names: Names) -> Table:
     ]
     foot = [
         f"The error at the target is {'below' if stage.converged else 'above'} {stage.tolerance_percent:g} % after "
-        f"{len(stage.made)} of {stage.budget} runs."
+        f"{len(stage.made)} of at most {stage.budget} runs."
     ]
     if not stage.aims_at_measured:
-        foot += [f"After a joint fit, the target is the result of the study's model ({names.quantity(stage.aim)})."]
+        foot += [
+            "After a joint fit, the target is the value predicted by the model of the study "
+            f"({names.quantity(stage.aim)})."
+        ]
     where = program(stage.model.kind) if stage.elsewhere else "the model of the study"
     foot += ["Error = 100·(measured − after)/measured."]
     return Table.of(columns, stage.rows, f"Measured and simulated in {where}", foot)
@@ -110,24 +106,6 @@ def runs(stage: RefineResult, names: Names) -> Table:
     return Table.of(columns, stage.made, "Refinement runs", [foot], detail=True)
 
 
-def refined(stage: RefineResult) -> Figure:
-    """Return the responses over the condition; the target is ringed."""
-    condition = stage.naming.condition
-    with new_figure(height=3.1) as figure:
-        axes = figure.add_subplot()
-        for key, style, colour in _SERIES:
-            points = [(row.condition, value) for row in stage.rows if (value := getattr(row, key)) is not None]
-            axes.plot([at for at, _ in points], [value for _, value in points], style, color=colour, label=key)
-        axes.plot(stage.condition, stage.aim, "o", color=INK, fillstyle="none", markersize=13)
-        at = [row.condition for row in stage.rows]
-        axes.set_xticks(at, [f"{value:g}" for value in at] if condition is not None else [""] * len(at))
-        axes.set_xlabel("" if condition is None else plain(condition.axis()))
-        axes.set_ylabel(plain(stage.naming.response.axis()))
-        axes.set_ylim(bottom=0)
-        legend_above(axes, most=3)
-    return figure
-
-
 def _there(stage: RefineResult, names: Names) -> list[str]:
     row, there = stage.fitted, program(stage.model.kind)
     if row.after is None:
@@ -136,5 +114,6 @@ def _there(stage: RefineResult, names: Names) -> list[str]:
     values = series(f"{names.factor(one.factor)} = {significant(one.value)}" for one in moved)
     given = f"refined parameters ({values})" if moved else "calibrated parameters"
     return [
-        f"In {there}, the {given} result in {names.quantity(row.after)}. The target is {names.quantity(stage.aim)}."
+        f"The simulated {names.response.long} in {there} with the {given} is {names.quantity(row.after)}. The "
+        f"target is {names.quantity(stage.aim)}."
     ]

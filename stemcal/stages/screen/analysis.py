@@ -1,29 +1,19 @@
 """The screening: design rows → responses → effects, and the factors that matter.
 
 One rule chooses the factors: the F test against the residual where that has three or more degrees of freedom,
-otherwise Lenth's method. The residual holds the columns without a factor, repeated runs and the scatter of centre runs.
+otherwise Lenth's method. The residual holds the columns without a factor and repeated runs.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from stemcal.doe.designs import catalogue
 from stemcal.doe.designs.aliases import aliases_note
-from stemcal.doe.effects import (
-    Curvature,
-    Effect,
-    centre_runs,
-    changes_of,
-    curvature_of,
-    effects_of,
-    residual_of,
-    stands_out,
-)
+from stemcal.doe.effects import Effect, Residual, changes_of, effects_of, stands_out
 from stemcal.doe.lenth import FEWEST, Lenth, lenth
 from stemcal.doe.regression.coding import Coding
 from stemcal.doe.regression.least_squares import Array, LeastSquares, fit_least_squares, require_estimable
@@ -44,8 +34,6 @@ from stemcal.stages.work import Work, a_stage
 from stemcal.study.model import Study
 from stemcal.words import counted
 
-_LEVEL_TOLERANCE = 1e-6
-
 
 @a_stage(ScreenResult)
 def screen(work: Work, head: Head) -> ScreenResult:
@@ -53,9 +41,9 @@ def screen(work: Work, head: Head) -> ScreenResult:
     study, options, design = work.study, work.study.of(ScreenOptions), screening_design(work.study, work.solver)
     symbols = [factor.symbol for factor in study.factors]
     requests = design.requests(study.targets.calibrate_at)
-    answers = work.answers(requests)
-    with reasons_given(requests, answers):
-        runs = runs_of(design, requests, answers, work.solver)
+    outcomes = work.outcomes(requests)
+    with reasons_given(requests, outcomes):
+        runs = runs_of(design, requests, outcomes)
         first, *others = (
             analyse_screening(
                 design.coded,
@@ -67,7 +55,7 @@ def screen(work: Work, head: Head) -> ScreenResult:
             )
             for name in (FIRST, *study.own_further)
         )
-    notes = (*first.notes, *lower_bound_notes(answers))
+    notes = (*first.notes, *lower_bound_notes(outcomes))
     further = dict(zip(study.own_further, others, strict=True)) or None
     found = fields_of(first) | {"notes": notes, "responses": further}
     return ScreenResult(head=head, design=runs, alpha=options.alpha, **found)
@@ -84,33 +72,18 @@ def screening_design(study: Study, solver: Solver) -> Design:
     if given is None:
         chosen = study.of(ScreenOptions)
         if chosen.design == "none":
-            raise UsageError("screen.design: the value is none. Choose a design to screen the factors.")
-        corners = catalogue.screening_runs(chosen.design, len(factors), chosen.runs, chosen.fold_over)
-        coded = np.vstack([corners, np.zeros((chosen.centre_points, len(factors)))])
+            raise UsageError("screen.design: the value is `none`. Choose a design for the screening.")
+        coded = catalogue.screening_runs(chosen.design, len(factors), chosen.runs, chosen.fold_over)
         kind = f"{chosen.design}, folded over" if chosen.fold_over else chosen.design
         once = Design("screen", kind, coding, coded, coding.runs(coded, study.midlevels()), order=1)
         return once.repeated(study.replicates)
-    design = given_design("screen", study, coding, given, order=1)
-    _require_two_levels(coding, design.coded, given)
-    return replace(design, coded=design.coded.round())
+    return given_design("screen", study, coding, given, order=1)
 
 
 def foresee(study: Study, solver: Solver) -> Asked:
     """Return the runs of the screening."""
     design = screening_design(study, solver)
     return Asked("screen", design.requests(study.targets.calibrate_at), settled=True, design=design)
-
-
-def _require_two_levels(coding: Coding, coded: Array, given: Sequence[Mapping[str, float]]) -> None:
-    """Raise `UsageError` if a row is neither at low and high levels nor a centre point."""
-    off = np.where(np.all(abs(coded) <= _LEVEL_TOLERANCE, axis=1)[:, None], 0.0, abs(abs(coded) - 1.0))
-    for row, values in enumerate(off):
-        for name, miss in zip(coding.names, values, strict=True):
-            if miss > _LEVEL_TOLERANCE:
-                raise UsageError(
-                    f"solver.screen row {row + 1}: {name} {given[row][name]:g} is not a level of the factor. "
-                    f"Set `low` and `high` of {name} to the two levels of the table."
-                )
 
 
 # ---- the factors that matter
@@ -129,7 +102,7 @@ def analyse_screening(
     Parameters
     ----------
     coded : array (n, k)
-        Levels −1 and +1, and 0 at centre points.
+        Levels −1 and +1.
     response : array (n,)
         NaN for a failed run; the effects are then least-squares estimates from the runs left.
     names, symbols : sequences of k strings
@@ -143,9 +116,7 @@ def analyse_screening(
     RunsFailed
         If the runs left cannot estimate every effect and its error.
     """
-    whole, responses = _checked(coded, response, names)
-    middle = centre_runs(whole)
-    design, y, centre = whole[~middle], responses[~middle], responses[middle & np.isfinite(responses)]
+    design, y = np.asarray(coded, dtype=float), np.asarray(response, dtype=float)
     present = np.isfinite(y)
     n_failed = int(np.sum(~present))
     matrix = np.column_stack([np.ones(int(present.sum())), design[present]])
@@ -154,39 +125,26 @@ def analyse_screening(
     if n_failed and fit.df < 1:
         raise RunsFailed(
             f"screen: {n_failed} of {len(y)} runs failed, which leaves no residual degrees of freedom. Correct the "
-            "cause and repeat the failed runs with `stemcal run SPEC --retry`."
+            "cause of the failures and repeat the failed runs with `stemcal run SPEC --retry`."
         )
-    residual, mean_square = residual_of(fit, centre)
+    residual, mean_square = Residual(fit.residual_ss, fit.df), None if fit.exact else fit.mean_square
     changes = changes_of(fit)
     size = lenth(changes, alpha)
     effects = effects_of(fit, residual, mean_square, changes, names, symbols or names, size)
     tested = mean_square is not None and residual.df >= LEAST_DF
     by_lenth = size.me is not None and not tested
     significant = [stands_out(e, size) if by_lenth else e.p is not None and e.p < alpha for e in effects]
-    curvature = curvature_of(y[present], centre, residual, mean_square, alpha)
-    notes = _screening_notes(
-        fit, residual.df, effects, size, design[present], n_failed, alpha, tested, curvature, written
-    )
+    notes = _screening_notes(fit, effects, size, design[present], n_failed, alpha, tested, written)
     return Screening(
         effects=Rows(effects),
         significant=tuple(name for name, chosen in zip(names, significant, strict=True) if chosen),
         lenth=size,
         residual=residual,
         total_sum_of_squares=fit.total_ss,
-        curvature=curvature,
-        runs_used=int(present.sum()) + len(centre),
-        runs_failed=int(np.sum(~np.isfinite(responses))),
+        runs_used=int(present.sum()),
+        runs_failed=n_failed,
         notes=notes,
     )
-
-
-def _checked(coded: ArrayLike, response: ArrayLike, names: Sequence[str]) -> tuple[Array, Array]:
-    design, y = np.asarray(coded, dtype=float), np.asarray(response, dtype=float)
-    if design.ndim != 2 or design.shape != (y.size, len(names)):
-        raise UsageError(
-            f"screen: a design of shape {design.shape} does not match {y.size} responses and {len(names)} factors"
-        )
-    return design, y
 
 
 # ---- which test decides, where the tests disagree, what hides what
@@ -194,47 +152,38 @@ def _checked(coded: ArrayLike, response: ArrayLike, names: Sequence[str]) -> tup
 
 def _screening_notes(
     fit: LeastSquares,
-    df: int,
     effects: Sequence[Effect],
     size: Lenth,
     design: Array,
     n_failed: int,
     alpha: float,
     tested: bool,
-    curvature: Curvature | None,
     written: Names,
 ) -> tuple[Note, ...]:
     """Return what the choice of the factors depends on; `tested` where the F test makes it."""
-    found = [] if curvature is None else [_curvature(curvature, written)]
+    found = []
     if n_failed:
         text = (
-            f"{n_failed} of {len(fit.response) + n_failed} runs failed, so the design is no longer orthogonal. Sums of "
-            f"squares (type III, {fit.df} residual df) do not add up to the total. Lenth's method is approximate."
+            f"{n_failed} of {len(fit.response) + n_failed} runs failed, so the design is no longer orthogonal. The "
+            f"sums of squares (type III, {fit.df} residual df) do not add up to the total. The results of Lenth's "
+            "method are approximate."
         )
         found.append(Note("screening_runs_failed", "warning", text))
     if fit.flat:
         found.append(flat_response("no factor has an effect"))
     elif len(effects) < FEWEST:
-        text = f"The F test selects the significant factors because Lenth's method requires at least {FEWEST} effects."
+        text = (
+            f"The significant factors are selected with the F test because Lenth's method requires at least {FEWEST} "
+            "effects."
+        )
         found.append(Note("too_few_effects", "caution", text))
     elif not tested:
-        few = f"the residual has only {counted(df, 'degree')} of freedom" if df < LEAST_DF else "the residual is zero"
-        text = f"Lenth's method selects the significant factors because {few}."
+        only = f"the residual has only {counted(fit.df, 'degree')} of freedom"
+        few = only if fit.df < LEAST_DF else "the residual is zero"
+        text = f"The significant factors are selected with Lenth's method because {few}."
         found.append(Note("lenth_decides", "caution", text))
     found += _disagreements(effects, size, alpha, written)
     return (*found, aliases_note(design, [effect.factor for effect in effects]))
-
-
-def _curvature(found: Curvature, written: Names) -> Note:
-    means = (
-        f"The mean {written.response.long} is {written.quantity(found.corners)} at the corners and "
-        f"{written.quantity(found.centre)} at the centre ({counted(found.runs, 'run')})."
-    )
-    if found.f is None or found.p is None:
-        return Note("curvature", "caution", f"{means} The curvature cannot be tested without an estimate of the error.")
-    significance = "significant" if found.curved else "not significant"
-    test = f"F(1, {found.df}) = {found.f:.3g}, p {signed_probability(found.p)}"
-    return Note("curvature", "caution", f"{means} The curvature is {significance} ({test}).")
 
 
 def _disagreements(effects: Sequence[Effect], size: Lenth, alpha: float, written: Names) -> Iterator[Note]:
@@ -243,7 +192,8 @@ def _disagreements(effects: Sequence[Effect], size: Lenth, alpha: float, written
             continue
         yes, no = ("the F test", "Lenth's method") if effect.p < alpha else ("Lenth's method", "the F test")
         text = (
-            f"{effect.factor} is significant by {yes} but not by {no} (p {signed_probability(effect.p)}; effect "
-            f"{written.quantity(effect.effect, '+.4g')}, margin of error {written.quantity(size.me)})."
+            f"The factor {effect.factor} is significant according to {yes} but not according to {no} (p "
+            f"{signed_probability(effect.p)}; effect {written.quantity(effect.effect, '+.4g')}, margin of error "
+            f"{written.quantity(size.me)})."
         )
         yield Note("methods_disagree", "warning", text)

@@ -11,23 +11,22 @@ from stemcal.study.types.field_types import Flag, Frozen, Number, Whole
 if TYPE_CHECKING:
     from stemcal.study.model import Study
 
-ScreeningDesign = Literal["plackett-burman", "fractional-factorial", "full-factorial", "none"]
+ScreeningDesign = Literal["plackett-burman", "fractional-factorial", "none"]
 
 
 class ScreenOptions(Frozen):
     """The screening design and its significance level.
 
-    With the design `none`, `rsm.factors` lists the factors of the surface.
+    If `design` is `none`, list the factors of the response surface in `rsm.factors`.
     """
 
     design: ScreeningDesign = "plackett-burman"
     """The design of the screening."""
-    centre_points: Annotated[Whole, Field(ge=0, le=50)] = 0
-    """Number of runs at the centre of all ranges, to detect curvature and scatter."""
     runs: Annotated[Whole, Field(ge=4, le=512)] | None = None
-    """Number of runs. The default of Plackett–Burman is 12 runs for 5 to 11 factors."""
+    """Number of runs. The default for a Plackett–Burman design is 12 runs for 5 to 11 factors."""
     fold_over: Flag = False
-    """Whether every run is repeated with reversed signs, so that main effects are clear of two-factor interactions."""
+    """Whether every run is repeated with reversed signs, so that main effects are not aliased with two-factor
+    interactions."""
     alpha: Annotated[Number, Field(gt=0, lt=1)] = 0.05
     """Significance level. Factors with a smaller p-value are significant."""
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, fields, replace
 from typing import Any, ClassVar, Literal
 
-from stemcal.doe.effects import Curvature, Effect, Residual
+from stemcal.doe.effects import Effect, Residual
 from stemcal.doe.lenth import Lenth
 from stemcal.doe.regression.least_squares import t_quantile
 from stemcal.files.rows import Rows, Table
@@ -28,18 +28,9 @@ class Screening:
     lenth: Lenth
     residual: Residual
     total_sum_of_squares: float
-    curvature: Curvature | None = absent()
     runs_used: int
     runs_failed: int
     notes: tuple[Note, ...]
-
-
-@dataclass(frozen=True)
-class Limit:
-    """The size from which an effect counts, by which method: Lenth's margin, also for all effects, or the t test."""
-
-    value: float
-    method: Literal["lenth", "lenth_all", "t"]
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -60,7 +51,6 @@ class ScreenResult(StageResult):
     residual: Residual
     total_sum_of_squares: float
     alpha: float = 0.05
-    curvature: Curvature | None = absent()
     runs_used: int
     runs_failed: int
     responses: dict[str, Screening] | None = absent()
@@ -105,15 +95,16 @@ class ScreenResult(StageResult):
         """Return the effects by contribution, the largest first."""
         return sorted(self.effects, key=lambda effect: -(effect.contribution_percent or 0.0))
 
-    def limits(self) -> list[Limit]:
-        """Return the sizes from which an effect counts: Lenth's margins, and t₀·s of the t test.
+    @property
+    def limit(self) -> float | None:
+        """The size from which an effect is significant: Lenth's margin of error, or t₀·s of the t test.
 
         The standard error s of an effect is its size over its t.
         """
-        limits = [Limit(self.lenth.me, "lenth")] if self.lenth.me is not None else []
-        limits += [Limit(self.lenth.sme, "lenth_all")] if self.lenth.sme is not None else []
+        if self.by_lenth:
+            return self.lenth.me
         errors = [abs(effect.effect) / effect.f**0.5 for effect in self.effects if effect.f]
-        return limits + ([Limit(t_quantile(1.0 - self.alpha, self.residual.df) * max(errors), "t")] if errors else [])
+        return t_quantile(1.0 - self.alpha, self.residual.df) * max(errors) if errors else None
 
     @property
     def by_lenth(self) -> bool:

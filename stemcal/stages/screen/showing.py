@@ -1,9 +1,7 @@
-"""How a screening is shown: the effects with every test of them, the design, two figures."""
+"""How a screening is shown: the effects with every test of them, and a Pareto chart."""
 
 from collections.abc import Mapping
 from functools import partial
-from statistics import NormalDist
-from typing import Any
 
 from stemcal.doe.effects import Effect
 from stemcal.doe.regression.least_squares import stars
@@ -12,7 +10,7 @@ from stemcal.files.typed import to_json
 from stemcal.naming import Names
 from stemcal.numbers import fixed, percent
 from stemcal.report.figures.plot import Plot
-from stemcal.report.figures.style import BLUE, FAINT, INK, ORANGE, Figure, legend_above, new_figure, plain
+from stemcal.report.figures.style import BLUE, INK, ORANGE, Figure, new_figure, plain
 from stemcal.report.showing import Setting, Showing
 from stemcal.report.tables.columns import (
     factor,
@@ -22,7 +20,7 @@ from stemcal.report.tables.columns import (
     starred,
     to_decimals,
 )
-from stemcal.stages.screen.result import Limit, ScreenResult
+from stemcal.stages.screen.result import ScreenResult
 from stemcal.words import series
 
 
@@ -55,7 +53,12 @@ class ScreenShowing(Showing[ScreenResult]):
         return [_effects_table(result, names)]
 
     def figures(self, result: ScreenResult, setting: Setting) -> list[Plot]:
-        return plots(result, setting.labels)
+        response = result.naming.response.noun
+        text = (
+            f"Pareto chart of the effects. Blue effects increase the {response}; orange effects decrease the "
+            f"{response}. Effects beyond the line are significant."
+        )
+        return [Plot("pareto", "screen", text, partial(pareto, result, setting.labels))]
 
 
 def _effects_table(stage: ScreenResult, names: Names) -> Table:
@@ -77,7 +80,7 @@ def _effects_table(stage: ScreenResult, names: Names) -> Table:
         Column("lenth_t", "Lenth t", form=fixed),
     ]
     method = "Lenth's method" if stage.by_lenth else "the F test"
-    rule = f"Bold factors are significant by {method}."
+    rule = f"Factors in bold are significant according to {method}."
     margins = []
     if lenth.pse is not None and lenth.me is not None and lenth.sme is not None:
         pse, me, sme = (names.quantity(value) for value in (lenth.pse, lenth.me, lenth.sme))
@@ -89,29 +92,8 @@ def _effects_table(stage: ScreenResult, names: Names) -> Table:
     return Table.of(columns, rows, f"Effects on the {response.long}", (rule, *margins, shares), strong=strong)
 
 
-_LINES = {"lenth": "--", "lenth_all": ":", "t": "-."}
-
-
-def plots(screen: ScreenResult, labels: Mapping[str, str]) -> list[Plot]:
-    """Return the figures of a screening."""
-    response = screen.naming.response.noun
-    bars = (
-        f"Pareto chart of the effects. Blue effects increase the {response}; orange effects decrease the {response}. "
-        "An effect is significant if it exceeds Lenth's margin of error (ME) or the limit of the t test. An effect "
-        "that exceeds the simultaneous margin of error (SME) is significant even among many effects."
-    )
-    line = (
-        "Half-normal plot of the effects. Significant effects are above the line and exceed Lenth's margin of error. "
-        "The table of effects explains the symbols."
-    )
-    return [
-        Plot("pareto", "screen", bars, partial(pareto, screen, labels)),
-        Plot("half-normal", "screen", line, partial(half_normal, screen)),
-    ]
-
-
 def pareto(screen: ScreenResult, labels: Mapping[str, str] | None = None) -> Figure:
-    """Return the effects by size, with Lenth's margin of error; `labels` has what to write for a factor."""
+    """Return the effects by size, with the limit of significant ones; `labels` has what to write for a factor."""
     effects = sorted(screen.effects, key=lambda e: abs(e.effect))
     with new_figure(height=max(2.2, 0.9 + 0.24 * len(effects))) as figure:
         axes = figure.add_subplot()
@@ -119,18 +101,12 @@ def pareto(screen: ScreenResult, labels: Mapping[str, str] | None = None) -> Fig
         names = [f"{plain((labels or {}).get(e.factor, e.factor))}  {_signed(e.effect, places)}" for e in effects]
         colours = [ORANGE if e.effect < 0 else BLUE for e in effects]
         axes.barh(names, [abs(e.effect) for e in effects], color=colours, height=0.7)
-        for limit in screen.limits():
-            axes.axvline(limit.value, color=INK, **_line(limit, screen))
-        if axes.lines:
-            figure.legend(loc="outside upper right", ncols=3)
+        if (limit := screen.limit) is not None:
+            method = "Lenth ME" if screen.by_lenth else f"t test, p = {screen.alpha:g}"
+            axes.axvline(limit, color=INK, linestyle="--", linewidth=1, label=method)
+            figure.legend(loc="outside upper right")
         axes.set_xlabel(plain(screen.naming.response.headed(f"|effect| on the {screen.naming.response.long}")))
     return figure
-
-
-def _line(limit: Limit, screen: ScreenResult) -> dict[str, Any]:
-    """Return how the line of a limit looks, and what it is called."""
-    called = {"lenth": "Lenth ME", "lenth_all": "Lenth SME", "t": f"t test, p = {screen.alpha:g}"}
-    return {"linestyle": _LINES[limit.method], "linewidth": 1, "label": called[limit.method]}
 
 
 def _signed(effect: float, places: int = 1) -> str:
@@ -140,35 +116,6 @@ def _signed(effect: float, places: int = 1) -> str:
     ('−8.0', '+74.7')
     """
     return f"{effect:+.{places}f}".replace("-", "−")
-
-
-def half_normal(screen: ScreenResult) -> Figure:
-    """Return |effect| against the half-normal quantile Φ⁻¹(½ + ½(i − ½)/m); real effects leave the line of chance.
-
-    Source: C. Daniel, Technometrics 1 (1959), 311–341.
-    """
-    effects, m = sorted(screen.effects, key=lambda e: abs(e.effect)), len(screen.effects)
-    points = [(NormalDist().inv_cdf(0.5 + 0.5 * (i + 0.5) / m), e) for i, e in enumerate(effects)]
-    with new_figure() as figure:
-        axes = figure.add_subplot()
-        if screen.lenth.pse is not None:
-            last = points[-1][0]
-            axes.plot([0, last], [0, screen.lenth.pse * last], color=FAINT, label="chance (Lenth)")
-        for limit in (one for one in screen.limits() if one.method != "t"):
-            axes.axhline(limit.value, color=FAINT, **_line(limit, screen))
-        if axes.lines:
-            legend_above(axes)
-        for quantile, effect in points:
-            chosen, size = effect.factor in screen.significant, abs(effect.effect)
-            axes.plot(quantile, size, "o", color=BLUE if chosen else FAINT)
-            if chosen:
-                axes.annotate(
-                    plain(effect.symbol or effect.factor), (quantile, size), (0, 4),
-                    textcoords="offset points", ha="center", va="bottom", size=8,
-                )  # fmt: skip
-        axes.set_xlabel("half-normal score")
-        axes.set_ylabel(plain(screen.naming.response.headed("|effect|")))
-    return figure
 
 
 def _largest_untested(stage: ScreenResult) -> Effect | None:

@@ -29,13 +29,18 @@ from stemcal.stages.fresh import read_fresh
 from stemcal.stages.result import CodedScale, DesignRun, DesignRuns, Head, StageResult
 from stemcal.stages.stage import stage_called
 from stemcal.stages.surface.options import RsmOptions, surface_factors
-from stemcal.stages.surface.result import SurfaceResult, told_by
+from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.work import Work, a_stage, repeats_itself
 from stemcal.study.model import Study, Target
 from stemcal.words import series
 
 _USUAL_FACTORS = 3  # that a screening keeps
 _KEPT_P = 0.1  # terms with a larger p are removed
+_TOLD = (
+    *("coefficients", "covariance", "r2", "adjusted_r2", "predicted_r2", "adequate_precision", "press", "cv_percent"),
+    *("lack_of_fit_testable", "runs_failed", "runs_diagnostics"),
+)
+"""What a result keeps of a fit as it is."""
 
 
 @a_stage(SurfaceResult)
@@ -45,9 +50,9 @@ def fit_response_surface(work: Work, head: Head) -> SurfaceResult:
     names, coding, chosen = _factors(study, solver, _read_before(study, solver, work.folder))
     design = surface_design(study, solver, names, coding)
     requests = design.requests(study.targets.calibrate_at)
-    answers = work.answers(requests)
-    runs = runs_of(design, requests, answers, solver)
-    with reasons_given(requests, answers):
+    outcomes = work.outcomes(requests)
+    runs = runs_of(design, requests, outcomes)
+    with reasons_given(requests, outcomes):
         fit, reduction = _fit_terms(study, design, runs.runs)
     factors = zip(map(study.factor, names), design.coding.centre, design.coding.half_step, strict=True)
     entries = [FactorCoding(f.name, at, half, f.symbol, f.label, f.unit, f.low, f.high) for f, at, half in factors]
@@ -60,14 +65,14 @@ def fit_response_surface(work: Work, head: Head) -> SurfaceResult:
         radius=study.of(RsmOptions).radius(len(design.names)),
         design=runs,
         anova=fit.anova,
-        **told_by(fit),
+        **{name: getattr(fit, name) for name in _TOLD},
         reduction=reduction,
         canonical=canonical_analysis(fit, design.coding),
         deterministic=repeats_itself(study),
         pure_error=_pure_error_of(runs, Names(study.naming), study.replicates > 0),
     )
     conditions = Rows(_at_condition(work, target, result, design) for target in study.joint_targets)
-    notes = (*chosen, *fit.notes, *lower_bound_notes(answers), *_notes(result))
+    notes = (*chosen, *fit.notes, *lower_bound_notes(outcomes), *_notes(result))
     return replace(result, conditions=conditions, notes=notes)
 
 
@@ -75,8 +80,8 @@ def _notes(result: SurfaceResult) -> Iterator[Note]:
     """Yield what the reduction and repeated runs show."""
     if result.reduction is not None:
         removed = (
-            f"Backward elimination removed {series(step.term for step in result.reduction)}. P-values and intervals "
-            "are slightly optimistic because the terms were selected with the same runs."
+            f"Backward elimination removed {series(step.term for step in result.reduction)}. The p-values and "
+            "intervals are slightly optimistic because the same runs were used to select the terms."
         )
         yield Note("reduction", "caution", removed if result.reduction else "Backward elimination removed no terms.")
     if (repeats := result.pure_error) is not None and (repeats.kind == "scatter" or repeats.remedy):
@@ -126,7 +131,10 @@ def foresee(study: Study, solver: Solver, folder: StudyFolder | None) -> Asked:
     known = given is not None or not undecided
     conditions = [study.targets.calibrate_at, *(target.condition for target in study.joint_targets)]
     requests = [request for condition in dict.fromkeys(conditions) for request in design.requests(condition)]
-    text = f"The plan assumes {len(design.names)} factors for the response surface; the screening selects the factors."
+    text = (
+        f"The plan assumes {len(design.names)} factors for the response surface because the screening has not yet "
+        "selected the factors."
+    )
     return Asked("rsm", requests, known, None if known else Note("factors_assumed", "caution", text), design)
 
 
@@ -138,10 +146,9 @@ def _at_condition(work: Work, target: Target, result: SurfaceResult, design: Des
     condition, study = target.condition, work.study
     wanted = [n for n in study.fitted_responses if n == FIRST or target.mean_of(n)[0]]
     requests = design.requests(condition)
-    answers = work.answers(requests)
-    outcomes = zip(requests, work.outcomes(requests, answers), strict=True)
-    runs = [ConditionRun(run=request.row + 1, outcome=outcome) for request, outcome in outcomes]
-    with reasons_given(requests, answers):
+    outcomes = work.outcomes(requests)
+    runs = [ConditionRun(run=request.row + 1, outcome=one) for request, one in zip(requests, outcomes, strict=True)]
+    with reasons_given(requests, outcomes):
         fits = {name: _summary(study, result, runs, name, condition) for name in wanted}
     further: dict[str, FitSummary] = {name: fit for name, fit in fits.items() if name != FIRST}
     return AtCondition(condition=condition, runs=Rows(runs), fit=fits[FIRST], responses=further or None)
@@ -154,9 +161,9 @@ def _summary(
     silent = [run.run for run in runs if run.outcome.ok and run.outcome.of(response) is None]
     if silent:
         raise RunsFailed(
-            f"rsm: the record of run {silent[0]}{study.naming.at(condition)} contains no "
-            f"{study.naming.named(response).name}. Choose another study folder with --out, or remove the response from "
-            "invert.responses."
+            f"rsm: the record of run {silent[0]}{Names(study.naming).at(condition)} contains no "
+            f"{study.naming.named(response).name}. Choose another study folder with `--out`, or remove the response "
+            "from `invert.responses`."
         )
     return FitSummary.of(result.refitted(runs, response=response), whole=not study.naming.is_cutting)
 
@@ -200,10 +207,10 @@ def _pure_error_of(design: DesignRuns, names: Names, by_chance: bool) -> Note | 
     if not repeated:
         return None
     if all(np.ptp(responses) <= 1e-9 * np.abs(responses).max() for responses in repeated):
-        text = "Repeated runs agree exactly, so the runs have no pure error."
+        text = "The replicate runs agree exactly, so the pure error is zero."
         remedy = Remedy("Remove `replicates`, or pass {{seed}} to the program.") if by_chance else None
         return Note("equal_repeats", "caution", text, remedy)
     df = sum(len(responses) - 1 for responses in repeated)
     square = sum(float(np.sum((responses - responses.mean()) ** 2)) for responses in repeated) / df
     sd = names.quantity(square**0.5, ".3g")
-    return Note("scatter", "caution", f"Runs at the same levels have a standard deviation of {sd} ({df} df).")
+    return Note("scatter", "caution", f"The standard deviation of the replicate runs is {sd} ({df} df).")

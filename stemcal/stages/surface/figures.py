@@ -1,6 +1,5 @@
 """The figures of a response surface: how well it fits its runs, and itself over each pair of factors."""
 
-from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -19,7 +18,6 @@ from stemcal.report.figures.style import (
     Axes,
     Figure,
     axis_of,
-    frame_in_space,
     in_lines,
     new_figure,
     plain,
@@ -27,12 +25,9 @@ from stemcal.report.figures.style import (
 from stemcal.stages.surface.result import SurfaceResult
 
 _NORMAL = NormalDist()
-_GRID, _COARSE = 41, 25  # values of each factor, in contours and in reliefs
-_LONGEST, _LONGEST_IN_SPACE = 46, 28  # cells of a line of an axis' name
-_ROOM = 0.03  # what a number needs on each side, as a share of the axes
+_GRID = 41  # values of each factor
+_LONGEST = 46  # cells of a line of an axis' name
 _HEIGHT = "viridis"  # its lightness rises steadily with the force
-
-_Place = tuple[float, float]
 
 
 @dataclass(frozen=True)
@@ -56,28 +51,20 @@ def plots(rsm: SurfaceResult, solved: Solution | None, labels: Mapping[str, str]
     ]
     if rsm.runs_diagnostics:
         plots.append(Plot("diagnostics", "rsm", checks, partial(diagnostics, rsm), wide=True, detail=True))
-    for pair in combinations(rsm.names, 2):
-        plots += _pair_plots(rsm, pair, solved, labels)
-    return plots
+    return plots + [_contour_plot(rsm, pair, solved, labels) for pair in combinations(rsm.names, 2)]
 
 
-def _pair_plots(
+def _contour_plot(
     rsm: SurfaceResult, pair: tuple[str, str], solved: Solution | None, labels: Mapping[str, str]
-) -> list[Plot]:
-    """Return contours and relief over two factors."""
-    response, alone = rsm.naming.response, len(rsm.names) == 2
+) -> Plot:
+    """Return the contours over two factors."""
+    response = rsm.naming.response
     over = f"versus {Names(rsm.naming, labels).factors(pair)}"
-    held = "" if alone else f" (other factors at the {'solution' if solved else 'centre'})"
+    held = "" if len(rsm.names) == 2 else f" (other factors at the {'solution' if solved else 'centre'})"
     unit = f", {response.written}," if response.written else ""
     met = f" The orange line is the measured {response.long}; the star is the solution." if solved else ""
-    lines = f"Contours of the {response.long}{unit} {over}{held}.{met} White dots are design points."
-    dots = " Filled dots are runs above the surface; open dots are runs below the surface." if alone else ""
-    relieved = f"Response surface of the {response.long} {over}{held}, with contours on the base.{dots}"
-    flat, lifted = (partial(draw, rsm, pair, solved, labels) for draw in (contours, relief))
-    return [
-        Plot(f"contour-{'-'.join(pair)}", "rsm", lines, flat),
-        Plot(f"surface-{'-'.join(pair)}", "rsm", relieved, lifted),
-    ]
+    text = f"Contours of the {response.long}{unit} {over}{held}.{met} White dots are design points."
+    return Plot(f"contour-{'-'.join(pair)}", "rsm", text, partial(contours, rsm, pair, solved, labels))
 
 
 def observed_predicted(rsm: SurfaceResult) -> Figure:
@@ -125,7 +112,7 @@ def _normal_plot(axes: Axes, residuals: Sequence[float]) -> None:
     axes.set_ylabel("studentised residual")
 
 
-# ---- over two factors, as contours and as a relief
+# ---- over two factors, as contours
 
 
 @dataclass(frozen=True)
@@ -137,12 +124,12 @@ class _Section:
     response: Any
 
 
-def _section_of(rsm: SurfaceResult, pair: tuple[str, str], solved: Solution | None, count: int) -> _Section:
+def _section_of(rsm: SurfaceResult, pair: tuple[str, str], solved: Solution | None) -> _Section:
     """Return the surface over a pair, the others at the solution, or at the centre without one."""
     centre = {name: scale.center for name, scale in rsm.coding.items()}
     levels = [(centre if solved is None else solved.levels)[name] for name in rsm.names]
     at = rsm.scales.by_name(rsm.scales.to_coded(levels))
-    x, y = np.meshgrid(*(np.linspace(*rsm.drawn_between(name), count) for name in pair))
+    x, y = np.meshgrid(*(np.linspace(*rsm.drawn_between(name), _GRID) for name in pair))
     response = rsm.response_at({**at, pair[0]: x, pair[1]: y})
     return _Section(rsm.coding[pair[0]].natural(x), rsm.coding[pair[1]].natural(y), response)
 
@@ -154,7 +141,7 @@ def contours(
 
     `labels` has what to write for a factor, its name by default.
     """
-    section = _section_of(rsm, pair, solved, _GRID)
+    section = _section_of(rsm, pair, solved)
     levels = levels_of(section.response)
     with new_figure(height=3.7) as figure:
         axes = figure.add_subplot()
@@ -163,10 +150,10 @@ def contours(
             section.across, section.up, section.response, levels=levels, colors=["white"], linewidths=0.7, alpha=0.8
         )
         figure.colorbar(filled, ax=axes, label=_height(rsm), ticks=levels[::2]).outline.set_visible(False)
-        marks = _draw_runs(axes, rsm, pair)
+        axes.clabel(lines, fmt="%g", fontsize=7.5, colors="white")
+        _draw_runs(axes, rsm, pair)
         if solved is not None:
-            marks += _mark_target(axes, section, solved, pair)
-        _number(axes, lines, marks)
+            _mark_target(axes, section, solved, pair)
         _label(axes, rsm, pair, labels)
     return figure
 
@@ -183,115 +170,26 @@ def levels_of(response: Any) -> Any:
     return MaxNLocator(nbins=10, steps=[1, 2, 2.5, 5, 10]).tick_values(float(response.min()), float(response.max()))
 
 
-def _number(axes: Axes, lines: Any, marks: list[_Place]) -> None:
-    """Write the force on each line, at its place farthest from the marks and the frame; on none that has no room."""
-    share = axes.transData + axes.transAxes.inverted()  # from natural units to shares of the axes
-    places = []
-    for path in lines.get_paths():
-        along = share.transform(path.vertices)
-        if len(along):
-            room = np.linalg.norm(along[:, None] - share.transform(np.array(marks)), axis=2).min(axis=1)
-            room = np.minimum(room, np.minimum(along, 1.0 - along).min(axis=1))
-            places += [path.vertices[int(np.argmax(room))]] if room.max() > _ROOM else []
-    for text in axes.clabel(lines, fmt="%g", fontsize=7.5, inline_spacing=3, manual=places) if places else []:
-        text.set_color("white")
-        text.set_path_effects(_halo("#00000090", 1.2))
-
-
-def _halo(colour: str, width: float) -> list[Any]:
-    from matplotlib import patheffects
-
-    return [patheffects.withStroke(linewidth=width, foreground=colour)]
-
-
-def _draw_runs(axes: Axes, rsm: SurfaceResult, pair: tuple[str, str]) -> list[_Place]:
-    """Draw the points of the design, where several runs lie at one with their number; return them."""
-    counts = Counter((run.levels[pair[0]], run.levels[pair[1]]) for run in rsm.design.runs)
+def _draw_runs(axes: Axes, rsm: SurfaceResult, pair: tuple[str, str]) -> None:
+    """Draw the points of the design."""
+    points = sorted({(run.levels[pair[0]], run.levels[pair[1]]) for run in rsm.design.runs})
     dots: Any = {"color": "white", "markersize": 5.5, "markeredgecolor": "black", "markeredgewidth": 0.6}
-    axes.plot(*zip(*sorted(counts), strict=True), "o", **dots, label="runs", clip_on=False, zorder=5)
-    for place, count in counts.items():
-        if count > 1:
-            axes.annotate(
-                str(count), place, (5, 4), textcoords="offset points", size=8, color="white",
-                path_effects=_halo("black", 1.5),
-            )  # fmt: skip
-    return list(counts)
+    axes.plot(*zip(*points, strict=True), "o", **dots, label="runs", clip_on=False, zorder=5)
 
 
-def _label(
-    axes: Any, rsm: SurfaceResult, pair: tuple[str, str], labels: Mapping[str, str] | None, most: int = _LONGEST
-) -> None:
+def _label(axes: Axes, rsm: SurfaceResult, pair: tuple[str, str], labels: Mapping[str, str] | None) -> None:
     from matplotlib.ticker import MaxNLocator
 
     for axis, setter, name in ((axes.xaxis, axes.set_xlabel, pair[0]), (axes.yaxis, axes.set_ylabel, pair[1])):
-        setter(in_lines(axis_of((labels or {}).get(name, name), rsm.factor(name).unit), most))
+        setter(in_lines(axis_of((labels or {}).get(name, name), rsm.factor(name).unit), _LONGEST))
         axis.set_major_locator(MaxNLocator(nbins=6, steps=[1, 2, 5, 10]))
 
 
-def _mark_target(axes: Axes, section: _Section, solved: Solution, pair: tuple[str, str]) -> list[_Place]:
-    """Draw the line on which the surface meets the measured force, and the solution on it; return their places."""
-    solution = (solved.levels[pair[0]], solved.levels[pair[1]])
-    places = [solution]
+def _mark_target(axes: Axes, section: _Section, solved: Solution, pair: tuple[str, str]) -> None:
+    """Draw the line on which the surface meets the measured force, and the solution on it."""
     if section.response.min() < solved.target < section.response.max():
-        line = axes.contour(
+        axes.contour(
             section.across, section.up, section.response, levels=[solved.target], colors=[ORANGE], linewidths=2.2
         )
-        line.set_path_effects(_halo("white", 3.2))
-        places += [(x, y) for path in line.get_paths() for x, y in np.asarray(path.vertices)]
-    axes.plot(*solution, "*", color=ORANGE, markeredgecolor="white", markersize=14, zorder=6)
-    return places
-
-
-def relief(
-    rsm: SurfaceResult, pair: tuple[str, str], solved: Solution | None = None, labels: Mapping[str, str] | None = None
-) -> Figure:
-    """Return the predicted force as height over two factors, the others at the solution (at centre without one).
-
-    On the floor lie the lines of equal force; dots are the runs, full above the surface and open below it.
-    """
-    section = _section_of(rsm, pair, solved, _COARSE)
-    levels = levels_of(section.response)
-    floor = levels[0] - 0.35 * (levels[-1] - levels[0])
-    with new_figure(width=4.7, height=3.9) as figure:
-        axes: Any = figure.add_subplot(projection="3d", computed_zorder=False)
-        axes.contourf(section.across, section.up, section.response, levels=levels, zdir="z", offset=floor, cmap=_HEIGHT,
-                      alpha=0.45, zorder=0)  # fmt: skip
-        lines = {"levels": levels, "zdir": "z", "offset": floor, "cmap": _HEIGHT, "linewidths": 1.2, "zorder": 1}
-        axes.contour(section.across, section.up, section.response, **lines)
-        axes.plot_surface(
-            section.across, section.up, section.response, cmap=_HEIGHT, vmin=levels[0], vmax=levels[-1],
-            edgecolor="#00000055", linewidth=0.3, rstride=2, cstride=2, zorder=2, antialiased=True,
-        )  # fmt: skip
-        _raise_runs(axes, rsm, pair)
-        if solved is not None:
-            point = *(solved.levels[name] for name in pair), rsm.predict(solved.levels).response
-            axes.plot(*([one] for one in point), "*", color=ORANGE, markeredgecolor="white", markersize=14, zorder=9)
-        _frame(axes, rsm, pair, labels)
-        axes.set_zlim(floor, levels[-1])
-        axes.set_zticks([level for level in levels[::2] if level > floor])
-    return figure
-
-
-def _raise_runs(axes: Any, rsm: SurfaceResult, pair: tuple[str, str]) -> None:
-    """Draw the runs of a surface over two factors at their forces; with more factors they lie elsewhere."""
-    if len(rsm.names) > 2:
-        return
-    for run in rsm.design.runs:
-        if run.response is not None:
-            above = run.response >= float(rsm.response_at(run.coded))
-            place = ([run.levels[name]] for name in pair)
-            axes.plot(*place, [run.response], "o", color="black" if above else "white", markeredgecolor="black",
-                      markersize=3.6, markeredgewidth=0.7, zorder=8)  # fmt: skip
-
-
-def _frame(axes: Any, rsm: SurfaceResult, pair: tuple[str, str], labels: Mapping[str, str] | None) -> None:
-    """Name the axes and look at the surface from where it rises away."""
-    _label(axes, rsm, pair, labels, _LONGEST_IN_SPACE)
-    axes.set_zlabel(_height(rsm))
-    for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
-        axis.label.set_size(8)
-        axis.set_pane_color((0.5, 0.5, 0.5, 0.06))
-        axis.line.set_color(FAINT)
-    axes.tick_params(labelsize=7, pad=0)
-    axes.view_init(elev=24, azim=-128)
-    frame_in_space(axes)
+    at = (solved.levels[name] for name in pair)
+    axes.plot(*([level] for level in at), "*", color=ORANGE, markeredgecolor="white", markersize=14, zorder=6)

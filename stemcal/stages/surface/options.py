@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Protocol, get_args
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
 
 from pydantic import BeforeValidator, Field, WithJsonSchema
 from pydantic_core import PydanticKnownError
@@ -22,6 +22,7 @@ from stemcal.words import series
 if TYPE_CHECKING:
     from stemcal.doe.designs.catalogue import SurfaceOptions
     from stemcal.solvers.protocol import Solver
+    from stemcal.stages.screen.result import ScreenResult
     from stemcal.study.model import Study
     from stemcal.study.rules import Draft
 
@@ -49,7 +50,7 @@ def _chosen_or_names(given: Any) -> Any:
         return given
     if isinstance(given, str) and re.fullmatch(_STRONGEST, " ".join(given.split())):
         return " ".join(given.split())
-    message = "is not 'significant', 'strongest 3' or a list of factor names"
+    message = "the value must be `significant`, `strongest 3` or a list of factor names"
     raise complain(message, "write `factors: significant`")
 
 
@@ -71,14 +72,14 @@ def _axial_distance(given: Any) -> Any:
 
 
 class RsmOptions(Frozen):
-    """The design of the response surface and its terms.
+    """The experimental design and the terms of the response surface.
 
-    CCD is central-composite, BBD is box-behnken.
+    Write `central-composite` for a CCD and `box-behnken` for a BBD.
     """
 
     design: Annotated[str, BeforeValidator(_surface_design), _OfSurfaces()] = "central-composite"
-    """The design. Box–Behnken requires 3 to 7 factors, a full factorial at most 7. With five or more factors, a central
-    composite design uses a fraction of the corners that estimates the same terms (resolution V)."""
+    """The design. A Box–Behnken design requires 3 to 7 factors. With five or more factors, a central composite design
+    uses only a fraction of the corners, which is sufficient to estimate the same terms (resolution V)."""
 
     factors: Annotated[
         str | tuple[str, ...],
@@ -93,7 +94,7 @@ class RsmOptions(Frozen):
             }
         ),
     ] = "significant"
-    """The significant factors of the screening, the `strongest 3`, or a list of names."""
+    """The factors of the response surface: `significant` (in the screening), `strongest 3`, or a list of names."""
     centre_points: Annotated[Whole, Field(ge=0, le=100)] = 6
     """Number of runs at the centre. Repeated runs of a deterministic solver add no information."""
     alpha: Annotated[
@@ -103,13 +104,14 @@ class RsmOptions(Frozen):
     ] = "rotatable"
     """Distance of the axial points from the centre: a rule or a number in coded units."""
     runs: Annotated[Whole, Field(ge=6, le=10_000)] | None = None
-    """Number of runs of a Latin hypercube."""
+    """Number of runs of a Latin hypercube design."""
     extra_runs: Annotated[Whole, Field(ge=0, le=200)] = 0
-    """Number of further runs where the response surface is least certain. Earlier runs are reused."""
+    """Number of additional runs at points where the uncertainty of the response surface is largest. Earlier runs are
+    reused."""
     reduce: Literal["none", "backward"] = "none"
-    """With `backward`, terms with p above 0.1 are removed one by one; the hierarchy of terms is kept."""
+    """With `backward`, terms with a p-value above 0.1 are removed one by one; the model hierarchy is preserved."""
     coding: dict[str, tuple[Number, Number]] = {}
-    """Factor values at coded −1 and +1, as in `yield_stress: [12, 18]`. Other factors use their range."""
+    """Factor values at coded −1 and +1, as in `yield_stress: [12, 18]`. All other factors use their ranges."""
 
     def coded(self, name: str) -> tuple[float, float]:
         """Return centre and half step of a factor in `coding`."""
@@ -171,7 +173,7 @@ def _factors_are_found(draft: Draft) -> Iterator[Finding]:
     chosen = draft.study.of(RsmOptions).factors
     if not is_screened(draft.study) and isinstance(chosen, str):
         names = ", ".join(draft.names[:3])
-        message = f"the value `factors: {chosen}` requires a screening, which this study does not have"
+        message = f"`factors: {chosen}` requires a screening, which this study does not have"
         yield Finding(
             ("rsm",), message, f"list the factors, as in `factors: [{names}]`, or remove `screen.design: none`"
         )
@@ -185,13 +187,13 @@ def _surface_design_takes_factors(draft: Draft) -> Iterator[Finding]:
     if rsm.strongest:
         most = min(most, MOST_CCD_FACTORS, known)
     if (k < fewest and (fewest > 2 or rsm.strongest)) or (k > most and (listed or rsm.strongest)):
-        path, remedy = ("rsm", "design"), "write central-composite"
+        path, remedy = ("rsm", "design"), "write `central-composite`"
         if rsm.strongest:
-            path, remedy = ("rsm", "factors"), f"write strongest {fewest}"
-        yield Finding(path, f"{rsm.design} requires {fewest} to {most} factors, not {k}", remedy)
+            path, remedy = ("rsm", "factors"), f"write `strongest {fewest}`"
+        yield Finding(path, f"the design `{rsm.design}` requires {fewest} to {most} factors, not {k}", remedy)
     least = (k + 1) * (k + 2) // 2
     if listed and rsm.design == LATIN_HYPERCUBE and rsm.runs is not None and rsm.runs < least:
-        message = f"{rsm.runs} runs cannot determine the {least} coefficients of {k} factors"
+        message = f"{rsm.runs} runs cannot determine the {least} coefficients of a response surface in {k} factors"
         yield Finding(("rsm", "runs"), message, f"write {2 * least}")
 
 
@@ -199,7 +201,7 @@ def _runs_are_used(draft: Draft) -> Iterator[Finding]:
     """`rsm.runs` is for the design whose size is free."""
     rsm = draft.study.of(RsmOptions)
     if rsm.runs is not None and rsm.design != LATIN_HYPERCUBE:
-        message = f"the number of factors determines the size of {rsm.design}"
+        message = f"the number of runs of the design `{rsm.design}` is determined by the number of factors"
         yield Finding(("rsm", "runs"), message, f"omit `runs` or write `design: {LATIN_HYPERCUBE}`")
 
 
@@ -212,9 +214,16 @@ def _coding_fits(draft: Draft) -> Iterator[Finding]:
             continue
         path, (low, high) = ("rsm", "coding", factor.name), coding[factor.name]
         if low >= high:
-            yield Finding(path, f"low {low:g} is not below high {high:g}", "swap the two values")
+            yield Finding(
+                path,
+                f"the value at coded −1 ({low:g}) is not below the value at coded +1 ({high:g})",
+                "swap the two values",
+            )
         elif factor.low < factor.high and not factor.low <= 0.5 * (low + high) <= factor.high:
-            message = f"centre {0.5 * (low + high):g} is outside the factor's range {factor.low:g} to {factor.high:g}"
+            message = (
+                f"the centre {0.5 * (low + high):g} is outside the range of the factor ({factor.low:g} to "
+                f"{factor.high:g})"
+            )
             yield Finding(path, message, f"choose a centre near {factor.centre:g}")
         elif factor.name in draft.kind.parameters and factor.name in PARAMETERS and low <= 0:
             yield Finding((*path, 0), f"{low:g} is not above 0", "write a larger value")
@@ -243,30 +252,18 @@ def doubts(study: Study) -> Iterator[Finding]:
     for factor in study.factors:
         screened, unseen = is_screened(study), factor.name in exponents
         if isinstance(chosen, str) and screened and unseen:
-            message = f"the screening at {at:g} mm cannot estimate {factor.name}, which has no effect at that diameter"
-            remedy = "list the factors of the surface under rsm.factors, or write another diameter as `at`"
+            message = f"the screening at {at:g} mm cannot estimate {factor.name}, which has no effect at this diameter"
+            remedy = "list the factors of the response surface in `rsm.factors`, or write another diameter for `at`"
             yield Finding(("material", exponents[factor.name], "at"), message, remedy)
         elif not isinstance(chosen, str) and factor.name not in chosen and (unseen or not screened):
-            message = f"no run varies the factor {factor.name}, which is neither screened nor listed"
-            yield Finding(("rsm", "factors"), message, "list the factor, or set a fixed value instead of its range")
+            message = f"no run varies the factor {factor.name} because it is neither screened nor listed here"
+            yield Finding(("rsm", "factors"), message, "list the factor, or replace its range by a fixed value")
 
 
 # ---- which factors the surface has
 
 
-class Screened(Protocol):
-    """What a screening found."""
-
-    @property
-    def shares(self) -> Mapping[str, float]:
-        """What each factor contributes, %; of several responses to the one with the largest contribution."""
-
-    @property
-    def active_factors(self) -> Sequence[str]:
-        """Names of the significant factors."""
-
-
-def surface_factors(study: Study, solver: Solver, screened: Screened | None) -> tuple[list[str], list[Note]]:
+def surface_factors(study: Study, solver: Solver, screened: ScreenResult | None) -> tuple[list[str], list[Note]]:
     """Return the factors of the surface, the strongest first, and notes on how they were chosen.
 
     They are the significant factors, or those of largest contribution if the spec or the design requires a number.
@@ -275,7 +272,10 @@ def surface_factors(study: Study, solver: Solver, screened: Screened | None) -> 
     if not isinstance(rsm.factors, str):
         return list(rsm.factors), []
     if screened is None:
-        raise UsageError(f"rsm.factors: {rsm.factors} requires a screening. Run `stemcal screen SPEC` first.")
+        raise UsageError(
+            f"rsm.factors: the value `{rsm.factors}` requires the results of the screening. Run `stemcal screen SPEC` "
+            "first."
+        )
     shares, (least, most) = screened.shares, factors_taken(rsm.design)
     ranked = sorted(shares, key=lambda name: -shares[name])
     chosen = significant = [name for name in ranked if name in screened.active_factors]
@@ -287,7 +287,7 @@ def surface_factors(study: Study, solver: Solver, screened: Screened | None) -> 
         return chosen, notes
     columns = [name for name in given[0] if name in study.names]
     if set(columns) != set(chosen):
-        text = f"The table varies {series(columns)}, but the screening selects {series(chosen)}."
+        text = f"The solver table varies {series(columns)}, but the screening selected {series(chosen)}."
         notes = [Note("table_varies", "warning", text)]
     return columns, notes
 
@@ -297,5 +297,7 @@ def _strongest_factors(chosen: Sequence[str], significant: Sequence[str]) -> Not
     if weak := [name for name in chosen if name not in significant]:
         text += f" {series(weak)} {'is' if len(weak) == 1 else 'are'} not significant."
     if left := [name for name in significant if name not in chosen]:
-        text += f" The surface omits the significant {'factor' if len(left) == 1 else 'factors'} {series(left)}."
+        text += (
+            f" The response surface omits the significant {'factor' if len(left) == 1 else 'factors'} {series(left)}."
+        )
     return Note("strongest_factors", "caution", text)

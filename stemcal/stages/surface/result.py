@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, ClassVar, Literal
 
@@ -15,9 +15,9 @@ from stemcal.doe.regression.backward_elimination import ReductionStep
 from stemcal.doe.regression.canonical import Shape
 from stemcal.doe.regression.coding import term_columns, term_names
 from stemcal.doe.regression.least_squares import Array
-from stemcal.doe.regression.surface import Surface
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import absent, inline, to_json
+from stemcal.naming import Names
 from stemcal.note import Note
 from stemcal.runs.record import Outcome
 from stemcal.stages.fitting import AtCondition, FactorCoding, Surfaces
@@ -84,26 +84,6 @@ class SurfaceResult(Surfaces):
             self.fitted, self.scales.to_coded([levels[name] for name in self.names]), radius=self.radius
         )
 
-    def seen_by(self, response: str, condition: float) -> SurfaceResult:
-        """Return the surface of a response at a condition of a joint fit as if it were the only one, of equal terms."""
-        part = next(part for part in self.conditions if part.condition == condition)
-        runs, fit = part.runs, self.refitted(part.runs, response=response)
-        design_runs = [
-            replace(run, outcome=replace(other.outcome, response=other.outcome.of(response), responses=None))
-            for run, other in zip(self.design.runs, runs, strict=True)
-        ]
-        return replace(
-            self,
-            head=replace(self.head, naming=self.naming.with_primary(response)),
-            design=replace(self.design, runs=Rows(design_runs)),
-            anova=fit.anova,
-            **told_by(fit),
-            pure_error=None,
-            canonical=None,
-            conditions=Rows(),
-            notes=fit.notes,
-        )
-
     # ---- what others read
 
     def coefficient(self, term: str) -> Coefficient | None:
@@ -145,17 +125,6 @@ class SurfaceResult(Surfaces):
         """Yield label and outcome of every run, those of a joint fit's diameters first."""
         for part in self.conditions:
             for answered in part.runs:
-                yield f"rsm {answered.run}{self.naming.at(part.condition)}", answered.outcome
+                yield f"rsm {answered.run}{Names(self.naming).at(part.condition)}", answered.outcome
         for run in self.design.runs:
             yield f"rsm {run.run}", run.outcome
-
-
-_TOLD = (
-    *("coefficients", "covariance", "r2", "adjusted_r2", "predicted_r2", "adequate_precision", "press", "cv_percent"),
-    *("lack_of_fit_testable", "runs_failed", "runs_diagnostics"),
-)
-
-
-def told_by(fit: Surface) -> dict[str, Any]:
-    """Return what a result keeps of a fit as it is, field by field."""
-    return {name: getattr(fit, name) for name in _TOLD}

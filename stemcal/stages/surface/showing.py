@@ -1,7 +1,6 @@
 """How a response surface is shown: analysis of variance, coefficients, fit and shape; its design; its figures."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from typing import Any
 
 from stemcal.doe.calibration.level_set_solutions import Assessment
@@ -9,11 +8,12 @@ from stemcal.doe.regression.anova import Coefficient
 from stemcal.doe.regression.canonical import Shape
 from stemcal.errors import UsageError
 from stemcal.files.rows import Column, Table
-from stemcal.naming import FORCE, Named, Names
+from stemcal.naming import FIRST, FORCE, Named, Names
 from stemcal.numbers import fixed, short, significant
 from stemcal.report.figures.plot import Plot
 from stemcal.report.showing import Setting, Showing
 from stemcal.report.tables.columns import (
+    condition,
     level_list,
     levels,
     ratio,
@@ -27,9 +27,9 @@ from stemcal.stages.surface.figures import Solution
 from stemcal.stages.surface.profiler import profiler_data
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.study.reading.messages import checked_number
+from stemcal.words import counted
 
 MANY = 3  # factors beyond which columns are headed by symbols instead of names
-MOST_FITS = 6  # further responses whose tables are shown
 ONE = "1"  # the term of the constant
 
 
@@ -46,11 +46,12 @@ class SurfaceShowing(Showing[SurfaceResult]):
         )
         copies = len(responses) - count
         if result.deterministic and copies > 0:
-            text += f" {copies} further runs only repeat the result of the deterministic solver."
+            added = "adds" if copies == 1 else "add"
+            text += f" {counted(copies, 'replicate run')} of the deterministic solver {added} no information."
         return [text]
 
     def tables(self, result: SurfaceResult, names: Names) -> list[Table]:
-        return [*_surface_tables(result, names), *_of_others(result, names)]
+        return [*_surface_tables(result, names), *_fits_table(result, names)]
 
     def figures(self, result: SurfaceResult, setting: Setting) -> list[Plot]:
         settled = (one.settles for one in setting.results.done)  # the first lie on the surface, refined ones do not
@@ -78,7 +79,7 @@ class Surface(SurfaceResult):
         known = levels if isinstance(levels, Mapping) else {}
         if missing := [name for name in self.names if name not in known]:
             raise UsageError(
-                f"predict: the level of {', '.join(missing)} is missing. Pass levels by name: {{{missing[0]!r}: …}}."
+                f"predict: no level is given for {', '.join(missing)}. Pass levels by name: {{{missing[0]!r}: …}}."
             )
         return super().predict({name: checked_number(known[name], name) for name in self.names})
 
@@ -160,13 +161,12 @@ def _coefficient_table(stage: SurfaceResult, names: Names) -> Table:
 
 def _fit_table(stage: SurfaceResult) -> Table:
     """Return how well the surface fits."""
-    response = stage.naming.response
     rows = (
         ("R²", fixed(stage.r2, 4)),
         ("Adjusted R²", fixed(stage.adjusted_r2, 4)),
         ("Predicted R²", fixed(stage.predicted_r2, 4)),
         ("Adequate precision", fixed(stage.adequate_precision, 2)),
-        (replace(response, unit=response.squared).headed("PRESS"), significant(stage.press, 6)),
+        ("PRESS", significant(stage.press, 6)),
         ("Coefficient of variation, %", fixed(stage.cv_percent, 2)),
     )
     return Table((Column("statistic", "Statistic"), Column("value", "Value", form=str)), rows, "Fit quality")
@@ -181,33 +181,33 @@ def canonical_table(stage: SurfaceResult, shape: Shape, names: Names) -> Table:
         Column("curvature", "Curvature", names.response.written, significant),
         *levels(stage.names, heads, to_decimals(3)),
     ]
-    point = "The response surface has no single stationary point: the surface is a plane, or constant in one direction."
+    point = "The response surface has no single stationary point: the surface is planar or constant in one direction."
     if shape.natural is not None and shape.predicted is not None:
         point = (
-            f"The stationary point is a {shape.called} with {names.quantity(shape.predicted)} at "
-            f"{level_list(shape.natural, names)} (coded radius {shape.coded_radius:.2f}), "
-            f"{'inside' if shape.inside else 'outside'} the range of the design."
+            f"The stationary point is a {shape.called} ({names.quantity(shape.predicted)}) at "
+            f"{level_list(shape.natural, names)}. The stationary point is {'inside' if shape.inside else 'outside'} "
+            f"the range of the design (coded radius {shape.coded_radius:.2f})."
         )
     curved = (
-        f"The {names.response.long} decreases on both sides along an axis of negative curvature. The last columns "
-        "contain the direction of each axis in coded units."
+        f"Along an axis with negative curvature, the {names.response.long} decreases on both sides of the stationary "
+        "point. The last columns contain the direction of each axis in coded units."
     )
     rows = ({"axis": number, "curvature": value, **axis} for number, (value, axis) in axes)
     return Table.of(columns, rows, "Canonical analysis", (point, curved), detail=True)
 
 
-def _of_others(stage: SurfaceResult, names: Names) -> list[Table]:
-    """Return the tables of the further responses that a study itself has named."""
-    own = {response.name for response in stage.naming.others}
-    fitted = [(part.condition, name) for part in stage.conditions for name in part.responses or {} if name in own]
-    tables: list[Table] = []
-    for place, name in fitted[:MOST_FITS]:
-        seen = stage.seen_by(name, place)
-        for table in _surface_tables(seen, names.of(seen.naming)):
-            naming = seen.naming
-            title = f"{table.title}: {naming.response.long}{Names(naming).at(place)}"
-            tables.append(replace(table, title=title))
-    if len(fitted) > MOST_FITS:
-        more = f"The file `rsm.json` contains {len(fitted) - MOST_FITS} more fitted responses."
-        tables[-1] = replace(tables[-1], foot=(*tables[-1].foot, more))
-    return tables
+def _fits_table(stage: SurfaceResult, names: Names) -> list[Table]:
+    """Return how well each surface of a joint fit fits; nothing of a single response."""
+    rows = [
+        {**vars(fit), "response": name, "condition": part.condition}
+        for part in stage.conditions
+        for name, fit in {FIRST: part.fit, **(part.responses or {})}.items()
+    ]
+    determinations = {"r2": "R²", "adjusted_r2": "Adjusted R²", "predicted_r2": "Predicted R²"}
+    columns = [
+        Column("response", "Response", of=lambda row: names.naming.named(row["response"]).noun),
+        *condition(names.naming),
+        *(Column(key, label, form=to_decimals(4)) for key, label in determinations.items()),
+        Column("cv_percent", "Coefficient of variation", "%", fixed),
+    ]
+    return [Table.of(columns, rows, "Fit quality of all response surfaces", detail=True)] if rows else []

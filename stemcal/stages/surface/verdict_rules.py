@@ -27,7 +27,10 @@ from stemcal.words import counted, series
 UNITS = {1000.0: "kN and N, or mm and m", 9.80665: "kgf and N", 1000.0 / 9.80665: "g and N"}
 _FAR, _ROOM = 3.0, 0.25
 _MANY = 0.1  # share of failed runs that is a reservation by itself
-_RETRY = "Correct the cause of the failures (`stemcal status SPEC --failed`), then run `stemcal run SPEC --retry`."
+_RETRY = (
+    "Correct the causes of the failures (listed by `stemcal status SPEC --failed`), then run `stemcal run SPEC "
+    "--retry`."
+)
 
 
 def undeclared_scatter(evidence: Evidence) -> Iterator[Note]:
@@ -44,7 +47,10 @@ def undeclared_scatter(evidence: Evidence) -> Iterator[Note]:
     for values in found.values():
         if max(values) - min(values) > SAME * max(map(abs, values)):
             ends = f"{min(values):.6g} and {max(values):.6g}"
-            text = f"The program is stochastic (equal levels resulted in {ends}), but the spec has no `replicates`."
+            text = (
+                f"The program is stochastic (runs at the same levels returned {ends}), but the spec has no "
+                "`replicates`."
+            )
             yield Note("undeclared_scatter", "error", text, study.solver.chance_remedy())
             return
 
@@ -59,10 +65,12 @@ def probable_unit(evidence: Evidence) -> Iterator[Note]:
             named, (value, low, high) = evidence.study.naming.named(response), values[0]
             measured, ends = f"{value:g}{named.unit_suffix}", f"{low:.3g} to {high:.3g}{named.unit_suffix}"
             text = (
-                f"A unit is probably wrong ({name}). The measured {named.long} is {measured}, about {size:.4g} times "
-                f"the simulated values ({ends})."
+                f"Two units are probably confused ({name}). The measured {named.long} is {measured}, about {size:.4g} "
+                f"times the simulated values ({ends})."
             )
-            remedy = Remedy("Check the units of the target and of the simulated response before you change a range.")
+            remedy = Remedy(
+                "Check the units of the target and of the simulated response before you change a factor range."
+            )
             yield Note("probable_unit", "error", text, remedy)
 
 
@@ -118,7 +126,7 @@ def failed_runs(evidence: Evidence) -> Iterator[Note]:
         f"{failed.sum()} of {counted(len(failed), 'response surface run')} failed, at {_where(surface, coded[failed])}."
     )
     if unknown:
-        text += " The remaining runs do not determine the error of the surface."
+        text += " The error of the response surface cannot be estimated from the remaining runs."
     yield Note("failed_runs", "warning", text, _after_failures(evidence.study, surface, coded, failed))
 
 
@@ -128,7 +136,7 @@ def few_runs(evidence: Evidence) -> Iterator[Note]:
     if surface is not None and _error_unknown(evidence.study, surface) and not any(failed_runs(evidence)):
         text = (
             f"The response surface has as many coefficients as runs ({len(surface.coefficients)}), so the error of the "
-            "surface is unknown and the intervals are wide."
+            "surface cannot be estimated and the intervals are wide."
         )
         yield Note("few_runs", "warning", text, advice.more_runs(surface))
 
@@ -189,7 +197,7 @@ def out_of_reach(evidence: Evidence) -> Iterator[Note]:
     if not low <= target <= high:
         text = (
             f"The measured {names.response.long} of {names.quantity(target, 'g')} is out of reach: the factor ranges "
-            f"allow {names.quantities((low, high))}."
+            f"allow only {names.quantities((low, high))}."
         )
         yield Note("out_of_reach", "error", text, advice.to_reach(study, surface, target))
 

@@ -13,7 +13,7 @@ from stemcal.errors import UsageError
 from stemcal.files.rows import Rows
 from stemcal.folder import StudyFolder
 from stemcal.naming import Names
-from stemcal.note import Note, Remedy
+from stemcal.note import Note
 from stemcal.runs.record import Outcome, lower_bound_notes, merged
 from stemcal.solvers.protocol import Request, Solver
 from stemcal.solvers.replicates import repeated
@@ -27,8 +27,6 @@ from stemcal.stages.validate.result import FurtherRow, ValidateResult, ValidateR
 from stemcal.stages.work import Work, a_stage
 from stemcal.study.model import Study, Target
 
-_TRAVEL_APART = 50.0  # percent of the measured travel: a larger difference is not the stem's alone
-
 
 @a_stage(ValidateResult)
 def validate(work: Work, head: Head) -> ValidateResult:
@@ -36,8 +34,8 @@ def validate(work: Work, head: Head) -> ValidateResult:
     parameters = calibrated_parameters(work.study, work.solver, work.folder)
     study, solver = work.study, work.solver
     requests = requests_at(study, parameters)
-    answers = work.answers(requests)
-    outcomes = merged(work.outcomes(requests, answers), study.replicates)
+    runs = work.outcomes(requests)
+    outcomes = merged(runs, study.replicates)
     found = _compared(study, outcomes)
     left_out = work.result(InvertResult).left_out
     compared = zip(study.targets.means, found.rows, outcomes, strict=True)
@@ -45,7 +43,7 @@ def validate(work: Work, head: Head) -> ValidateResult:
         _row(study, target, replace(row, left_out_percent=left_out.get(row.condition)), outcome)
         for target, row, outcome in compared
     ]
-    notes = [*found.notes, *_from_table(study, solver), *lower_bound_notes(answers)]
+    notes = [*found.notes, *_from_table(study, solver), *lower_bound_notes(runs)]
     result = _result(study, head, parameters, found, rows)
     return replace(result, notes=(*notes_of(result), *notes))
 
@@ -141,12 +139,11 @@ def _row(study: Study, target: Target, compared: ValidationRow, outcome: Outcome
 
 
 def notes_of(stage: ValidateResult) -> list[Note]:
-    """Return what follows from the comparison: its independence, growth, travel and a formula."""
+    """Return what follows from the comparison: its independence, growth and a formula."""
     names = Names(stage.naming)
     return [
         *_fitted(stage, names),
         *_growth(stage),
-        *_travel(stage, names),
         *_beside_formula(stage, names),
     ]
 
@@ -154,14 +151,18 @@ def notes_of(stage: ValidateResult) -> list[Note]:
 def _fitted(stage: ValidateResult, names: Names) -> Iterator[Note]:
     if stage.fitted:
         where = names.at(*stage.fitted) if names.placed else " of a fitted response"
-        text = f"The error{where} is not an independent check because the parameters were fitted to this value."
+        values = "the measured values" if names.placed and len(stage.fitted) > 1 else "the measured value"
+        text = f"The error{where} is not an independent check because the parameters were fitted to {values}."
         yield Note("fitted", "info", text)
 
 
 def _growth(stage: ValidateResult) -> Iterator[Note]:
     lab, model = stage.measured_exponent, stage.simulated_exponent
     if lab is not None and model is not None:
-        text = f"The measured force grows as d^{lab.value:.2f}, and the simulated force grows as d^{model.value:.2f}."
+        text = (
+            f"The measured force increases with the diameter d as d^{lab.value:.2f}, and the simulated force as "
+            f"d^{model.value:.2f}."
+        )
         yield Note("growth", "info", text)
 
 
@@ -171,20 +172,7 @@ def _beside_formula(stage: ValidateResult, names: Names) -> Iterator[Note]:
     if formula is not None and model is not None:
         text = (
             f"At the held-out diameters, the largest error is {formula.worst_held_out_percent:.1f} % with the formula "
-            f"F = a·d^{formula.exponent:.3g} fitted to the forces at {names.conditions(stage.fitted)} and {model:.1f} "
+            f"F = a·d^{formula.exponent:.3g} fitted to the forces at {names.conditions(stage.fitted)}, and {model:.1f} "
             "% with the model."
         )
         yield Note("beside_formula", "info" if model < formula.worst_held_out_percent else "warning", text)
-
-
-def _travel(stage: ValidateResult, names: Names) -> Iterator[Note]:
-    """Compare the travel to the maximum, where a machine's was measured besides the forces of stems."""
-    pairs = [one for row in stage.rows for one in row.further if one.response == "travel"]
-    worst = max((abs(one.error_percent or 0.0) for one in pairs), default=0.0)
-    if names.naming.is_cutting and worst > _TRAVEL_APART:
-        text = (
-            f"The simulated travel to the maximum force differs from the measured travel by up to {worst:.0f} %. The "
-            "measured travel includes the compliance of the testing machine."
-        )
-        remedy = Remedy("Compare the forces. Fit the travel only after the compliance is measured and subtracted.")
-        yield Note("travel_apart", "caution", text, remedy)

@@ -10,7 +10,7 @@ from stemcal.study.types.field_types import Frozen, Number
 
 
 class ValidateOptions(Frozen):
-    """Comparison with the measurements."""
+    """Comparison of simulated and measured responses."""
 
     tolerance_percent: Annotated[Number, Field(gt=0, lt=100)] = 10.0
-    """Largest error, in percent, at which the simulated response agrees with the measured response."""
+    """Largest error, in percent, at which simulated and measured responses are considered equal."""

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, ClassVar
 from stemcal.doe.comparison import Exponent, Formula, ValidationRow, error_percent
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import Spread, absent, inline
-from stemcal.naming import DIAMETER
+from stemcal.naming import Names
 from stemcal.note import Note
 from stemcal.runs.record import Outcome
 from stemcal.solvers.replicates import Replicates
@@ -146,10 +146,6 @@ class ValidateResult(StageResult):
                 responses={each.response: each.simulated for each in row.further} or None,
                 replicates=row.replicates,
             )
-            yield self._label(number, row.compared.condition), outcome
-
-    def _label(self, number: int, condition: float) -> str:
-        """Name a run by its condition, by its number where there is none."""
-        if self.naming.condition == DIAMETER:
-            return f"{condition:.6g} mm"
-        return self.naming.place(condition) or f"{self.name} {number}"
+            names = Names(self.naming)
+            label = names.conditions([row.compared.condition]) if names.placed else f"{self.name} {number}"
+            yield label, outcome

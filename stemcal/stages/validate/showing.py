@@ -12,12 +12,12 @@ from stemcal.report.tables.columns import (
     ERROR,
     condition,
     from_means,
-    further_table,
+    measured_of,
+    scores,
     simulated,
 )
 from stemcal.stages.validate import figures
 from stemcal.stages.validate.result import ValidateResult
-from stemcal.words import series
 
 _LEFT_OUT = Column("left_out_percent", "Left out", "%", fixed)
 _ERROR = "Error = 100·(measured − simulated)/measured"
@@ -32,14 +32,11 @@ class ValidateShowing(Showing[ValidateResult]):
         """Return by how much simulation and measurement differ."""
         if result.worst_percent is None:
             return ["All validation runs failed."]
-        if len(result.rows) == 1:
-            return [_single_outcome(result, names)]
         responses = "responses" if names.naming.others else names.response.long
         worst, mean = fixed(result.worst_percent, 1), fixed(result.mean_abs_error_percent, 1)
-        return [
-            f"The largest difference between simulated and measured {responses} is {worst} % at {len(result.rows)} "
-            f"values of the {names.condition.long} (mean difference {mean} %)."
-        ]
+        over = f"Over {len(result.rows)} values of the {names.condition.long}, the" if len(result.rows) > 1 else "The"
+        of_all = f" (mean difference {mean} %)" if len(result.rows) > 1 else ""
+        return [f"{over} largest difference between simulated and measured {responses} is {worst} %{of_all}."]
 
     def tables(self, result: ValidateResult, names: Names) -> list[Table]:
         return _validation_tables(result, names)
@@ -58,7 +55,9 @@ def _validation_tables(stage: ValidateResult, names: Names) -> list[Table]:
     every = [{"condition": row.compared.condition, **to_json(one)} for row in stage.rows for one in row.further]
     further = from_means(every, names)
     if further:
-        tables.append(further_table(further, ("simulated", "Simulated", significant), names, []))
+        columns = measured_of(names, True, [("measured", "Measured", short), ("simulated", "Simulated", significant)])
+        title = f"Responses besides the {names.response.long}"
+        tables.append(Table.of([*columns, ERROR], further, title, scores(names)))
     return tables
 
 
@@ -89,11 +88,3 @@ def _errors_in_short(stage: ValidateResult, names: Names) -> str:
     formula = stage.formula
     beside = f" (formula F = a·d^{formula.exponent:.3g}: {fixed(formula.worst_held_out_percent)} %)" if formula else ""
     return f"{every} Largest held-out error: {fixed(stage.worst_held_out_percent)} %{beside}."
-
-
-def _single_outcome(stage: ValidateResult, names: Names) -> str:
-    (row,) = stage.rows
-    errors = {names.response.long: row.compared.error_percent}
-    errors |= {names.naming.named(one.response).long: one.error_percent for one in row.further if one.judged}
-    each = [f"{fixed(None if error is None else abs(error), 1)} % ({response})" for response, error in errors.items()]
-    return f"Simulated and measured values differ by {series(each)}."

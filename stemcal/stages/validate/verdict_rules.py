@@ -31,7 +31,7 @@ def validation(evidence: Evidence) -> Iterator[Note]:
     if off:
         worst = max(off, key=lambda row: row.size)
         left_out = worst.response not in (study.naming.response.name, *study.fitted_responses)
-        until = "In the meantime, use the parameters only where simulation and measurement agree."
+        until = "Until the fit is repeated, use the parameters only where simulation and measurement agree."
         remedy = advice.fit_all(study, "responses" if left_out else "conditions", until)
         if not left_out and chose_conditions(study):  # no advice undoes an earlier one
             remedy = Remedy(
@@ -41,7 +41,7 @@ def validation(evidence: Evidence) -> Iterator[Note]:
         severity: Severity = "error" if evidence.mostly_off else "warning"
         yield Note("validation", severity, f"{miss(worst, evidence.names)}.", remedy)
     if not held_out and not _predicted_in_turn(evidence):
-        text = "The parameters have no independent check because all measurements were used in the fit."
+        text = "The parameters have not been independently validated because all measurements were used in the fit."
         yield Note("unchecked", "warning", text, advice.measure_more(study))
 
 
@@ -55,7 +55,7 @@ def trend(evidence: Evidence) -> Iterator[Note]:
         for row in checked.compared
         if row.simulated
     ]
-    then = "The response surfaces at all diameters show how to remove the trend."
+    then = "With a response surface at every diameter, stemcal can suggest how to remove the trend."
     remedy = advice.fit_all(study, "conditions", then)
     yield from trend_reason(evidence, rows, checked.worst_percent or 0.0, lambda: remedy)
 

@@ -21,7 +21,8 @@ _CLOUD = 9
 _MOST_AVERAGED = 100  # replicates that a spec may ask for
 
 _BETWEEN_DIAMETERS = Remedy(
-    "Use the parameters only between the measured diameters, or add another kind of test (the `tests` section)."
+    "Use the parameters only within the range of the measured diameters, or add another kind of test (the `tests` "
+    "section)."
 )
 
 
@@ -57,10 +58,10 @@ def to_reach(study: Study, surface: Surfaces, target: float) -> Remedy:
     ]
     if found:
         return min(found, key=lambda entry: entry[0])[1]
-    fixed = "loading and specimen" if study.naming.is_cutting else "the fixed values of the simulation"
+    fixed = ", the loading and the specimen" if study.naming.is_cutting else " and the fixed values of the simulation"
     return Remedy(
-        f"Check the units and {fixed}: even a wider range of any one factor ({series(surface.names)}) does not include "
-        "the target."
+        f"Check the units{fixed}: the target cannot be reached even if the range of any one factor "
+        f"({series(surface.names)}) is widened."
     )
 
 
@@ -110,7 +111,7 @@ def from_the_edge(study: Study, surface: Surfaces, coded: Sequence[float]) -> Re
         if up or _above_zero(factor) >= 0.5:
             return _widened(factor, up, 0.5)
     end = surface.names[order[0]]
-    return Remedy(f"Add another factor, because the range of {end} cannot be widened.")
+    return Remedy(f"Add another factor because the range of {end} cannot be widened.")
 
 
 def for_trend(study: Study, surface: Surfaces, solution: Mapping[str, float]) -> Remedy:
@@ -130,8 +131,8 @@ def for_trend(study: Study, surface: Surfaces, solution: Mapping[str, float]) ->
     found = remedies_of(fitted, may_grow)
     if not found:
         return Remedy(
-            "Check the wall thickness, the gap and the stroke, or vary another parameter. No parameter of the "
-            "response surface removes the trend within its range."
+            "Check the wall thickness, the clearance of the supports and the stroke, or vary another parameter. No "
+            "parameter of the response surface removes the trend within its range."
         )
     each = [_for_trend(study, surface, one) for one in found]
     texts = [f"{text}: `{{{', '.join(edit)}}}`." for text, edit in each]
@@ -173,8 +174,8 @@ def measure_more(study: Study) -> Remedy:
     """Return the remedy for a result that nothing checks."""
     naming = study.naming
     if naming.condition is None:
-        return Remedy("Measure under another condition, or measure a response that is not in invert.responses.")
-    fewer = ", or remove one value from invert.diameters" if len(study.joint_targets) > 1 else ""
+        return Remedy("Measure under another condition, or measure a response that is not in `invert.responses`.")
+    fewer = ", or remove one value from `invert.diameters`" if len(study.joint_targets) > 1 else ""
     return Remedy(f"Measure at another {naming.condition.long}{fewer}.")
 
 

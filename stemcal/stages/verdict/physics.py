@@ -121,7 +121,7 @@ def for_physics(study: Study, doubt: Doubt) -> Remedy:
     """Return what would bring a doubt below its limit."""
     solver = study.solver.explicit
     if solver is None:
-        return Remedy(f"Use {_INPUT[doubt.kind]} in the input of the solver.")
+        return Remedy(f"Use {_INPUT[doubt.kind]} in the solver input.")
     match doubt.kind:
         case "inertia":
             return _inertia(solver, doubt.worst or 0.0)
@@ -162,7 +162,9 @@ def _inertia(solver: Explicit, worst: float) -> Remedy:
     values = {"mass_scaling": f"{scaling:g}", **_time_step(solver, swing)}
     times = outwards(1.0 / swing, True)
     return _in_solver(
-        values, f"to reduce inertia below {limit:g} % in most runs. The runs then take about {times:g} times as long."
+        values,
+        f"to reduce the contribution of inertia to below {limit:g} % in most runs. The runs then take about "
+        f"{times:g} times as long.",
     )
 
 
@@ -188,11 +190,14 @@ def _hourglass(solver: Explicit, worst: float) -> Remedy:
     limit, size = LIMITS["hourglass"], solver.element_size
     finer = worst / limit
     if finer**4 > _MOST_TIMES:
-        return Remedy(f"Use much finer elements or another mesh ({worst:.0f} % is {finer:.1f} times the limit).")
+        return Remedy(
+            f"Use much finer elements or another mesh (the hourglass energy of {worst:.0f} % is {finer:.1f} times the "
+            "limit)."
+        )
     new = f"d/{np.ceil(finer * size.divisor):g}" if size.divisor else f"{outwards(size.mm / finer, False):g} mm"
     values = {"element_size": new, **_time_step(solver, 1.0 / finer)}
     return _in_solver(
         values,
-        f"to reduce the hourglass energy below about {limit:g} %. The runs then take about "
+        f"to reduce the hourglass energy to below about {limit:g} %. The runs then take about "
         f"{outwards(finer**4, True):g} times as long.",
     )

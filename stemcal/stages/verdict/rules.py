@@ -165,7 +165,10 @@ def physics(evidence: Evidence) -> Iterator[Note]:
         far = at.doubt.worst is None or at.doubt.worst > FAR * LIMITS[kind]
         text = f"With the calibrated parameters, {_doubtful(at.doubt)}{evidence.names.at(at.condition)}."
         if kind == "hourglass":
-            text += " A ratio above 10 % may change the force by a third; a ratio above 20 % may change it by half."
+            text += (
+                " Hourglass energy above 10 % of the internal energy may change the force by a third, and above 20 % "
+                "by half."
+            )
         remedy = for_physics(evidence.study, at.doubt)
         yield Note("physics_of_solution", "error" if at.fitted and far else "warning", text, remedy)
 

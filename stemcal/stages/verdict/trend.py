@@ -105,13 +105,13 @@ def trend_reason(
 ) -> Iterator[Note]:
     """Yield that the error follows the diameter, if it does; `rows` are diameter, both forces and standard error."""
     study = evidence.study
-    if len(rows) < 3 or not (study.naming.is_force_on_stems and study.naming.is_cutting and study.kind.force_history):
+    if len(rows) < 3 or not (study.naming.is_force_on_stems and study.naming.is_cutting and study.kind.simulates_stems):
         return
     if (law := trend_of(*zip(*rows, strict=True))) is not None:
         how = "faster" if law.exponent > 0.0 else "more slowly"
         text = (
-            f"The error depends on the diameter: the measured force grows {how} than the simulated force, by a factor "
-            f"of d^{abs(law.exponent):.2f}. The largest error is {worst_percent:.1f} %."
+            f"The error depends on the diameter: the measured force increases {how} with the diameter d than the "
+            f"simulated force, by a factor of d^{abs(law.exponent):.2f}. The largest error is {worst_percent:.1f} %."
         )
         yield Note("trend", "error" if evidence.mostly_off else "warning", text, remedy())
 

@@ -3,7 +3,7 @@
 from dataclasses import asdict
 from typing import Any
 
-from stemcal.naming import Names
+from stemcal.naming import Names, program
 from stemcal.numbers import fixed
 from stemcal.stages.result import Judged
 from stemcal.stages.verdict.result import Use, Verdict
@@ -60,41 +60,44 @@ def uses(verdict: Verdict, names: Names) -> list[str]:
 
 
 def use(where: Use, names: Names) -> str:
-    """Return the conditions at which the simulated response agrees, and the largest error elsewhere.
+    r"""Return the conditions at which the simulated response agrees, and the largest error elsewhere.
 
-    >>> use(Use(10.0, (7.0, 8.0), Judged("force", 11.0, 21.2, False)), Names())
-    'Within 10 % at 7 and 8 mm. Largest error: maximum force 21 % low at 11 mm.'
+    >>> print(use(Use(10.0, (7.0, 8.0), Judged("force", 11.0, 21.2, False)), Names()).replace(". ", ".\n"))
+    The error of the simulation is at most 10 % at 7 and 8 mm.
+    The largest error is in the maximum force: 21 % too low at 11 mm.
     """
-    place = f"In {where.solver}: " if where.solver else ""
+    error = (
+        f"In {program(where.solver)}, the error of the simulation" if where.solver else "The error of the simulation"
+    )
     if where.good:
-        within = f"{place}Within {where.within_percent:g} %{names.at(*where.good)}."
+        within = f"{error} is at most {where.within_percent:g} %{names.at(*where.good)}."
     else:
         every = f" at every {names.condition.noun}" if names.placed else ""
-        within = f"{place}Outside {where.within_percent:g} %{every}."
+        within = f"{error} exceeds {where.within_percent:g} %{every}."
     said = [*_held_out(where, names), within]
     if where.worst is not None and where.worst != where.held_out:
-        said.append(f"Largest error: {names.naming.named(where.worst.response).long} {_error(where.worst, names)}.")
+        said.append(f"The largest error is in the {_signed(where.worst, names)}.")
     return " ".join(said)
 
 
 def _held_out(where: Use, names: Names) -> list[str]:
     """Return the largest held-out error, with that of a formula through the fitted forces.
 
-    >>> _held_out(Use(10.0, (), None, Judged("force", 8.0, -2.9, False), (7.0, 9.0), 3.7), Names())
-    ['Fitted at 7 and 9 mm; largest held-out error: maximum force 2.9 % high at 8 mm (formula F = a·d^b: 3.7 %).']
+    >>> _held_out(Use(10.0, (), None, Judged("force", 8.0, -2.9, False), (7.0, 9.0), 3.7), Names())[1:]
+    ['The largest held-out error is in the maximum force: 2.9 % too high at 8 mm (formula F = a·d^b: 3.7 %).']
     """
     if where.held_out is None or not where.fitted or not names.placed:
         return []
     formula = "" if where.formula_percent is None else f" (formula F = a·d^b: {where.formula_percent:.1f} %)"
-    worst = f"{names.naming.named(where.held_out.response).long} {_error(where.held_out, names)}"
-    return [f"Fitted{names.at(*where.fitted)}; largest held-out error: {worst}{formula}."]
+    fitted = f"The parameters were fitted{names.at(*where.fitted)}."
+    return [fitted, f"The largest held-out error is in the {_signed(where.held_out, names)}{formula}."]
 
 
 def miss(worst: Judged, names: Names) -> str:
     """Return the error of a simulated response and its side.
 
     >>> miss(Judged("force", 11.0, 42.3, fitted=False), Names())
-    'The simulated maximum force is 42 % low at 11 mm'
+    'The simulated maximum force is 42 % too low at 11 mm'
     """
     return f"The simulated {names.naming.named(worst.response).long} is {_error(worst, names)}"
 
@@ -102,7 +105,12 @@ def miss(worst: Judged, names: Names) -> str:
 def _error(worst: Judged, names: Names) -> str:
     """Return the size of an error, its side and its place."""
     side = "low" if (worst.error_percent or 0.0) > 0.0 else "high"
-    return f"{size_of(worst.size)} % {side}{names.at(worst.condition)}"
+    return f"{size_of(worst.size)} % too {side}{names.at(worst.condition)}"
+
+
+def _signed(worst: Judged, names: Names) -> str:
+    """Return a response with its error."""
+    return f"{names.naming.named(worst.response).long}: {_error(worst, names)}"
 
 
 def size_of(percent: float) -> str:

@@ -51,13 +51,6 @@ _NO_RATE = {"strain_rate_c": 0.0, "strain_rate_p": 1.0}  # what solvers take for
 F = TypeVar("F", bound=Frozen)
 
 
-class RunsOptions(NamedTuple):
-    """Time limit of a run, s, and the fraction of the runs of a stage that must succeed."""
-
-    time_limit: float | None = None
-    quorum: float = 0.5
-
-
 class OwnSections(Frozen):
     """The keys of a spec that are not of a stage."""
 
@@ -170,10 +163,7 @@ class Study(StudyForm):
         return self._hands
 
     def __repr__(self) -> str:
-        first, means = self.naming.response, self.targets.means
-        counts = {one: sum(mean.mean_of(one.name)[0] is not None for mean in means) for one in self.naming.others}
-        others = [f", {count} {one.noun if count == 1 else one.plural}" for one, count in counts.items() if count]
-        measured = f"{len(means)} measured {first.noun if len(means) == 1 else first.plural}{''.join(others)}"
+        measured = counted(len(self.targets.means), "target")
         return f"Study {self.name}: {counted(len(self.factors), 'factor')}, {measured}, solver {self.solver.kind}"
 
     __str__ = __repr__
@@ -284,11 +274,6 @@ class Study(StudyForm):
         """Return the value of every factor in internal units; those without a level stay at mid-level."""
         chosen = {**self.midlevels(), **levels}
         return {factor.name: factor.internal(chosen[factor.name]) for factor in self.factors}
-
-    @property
-    def runs(self) -> RunsOptions:
-        """How long a run may take, and how many must succeed."""
-        return RunsOptions(time_limit=self.solver.run_limit)
 
     @property
     def replicates(self) -> int:

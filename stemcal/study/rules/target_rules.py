@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from math import isclose
 
-from stemcal.naming import CUTTING, DIAMETER, FIRST, FORCE
+from stemcal.naming import CUTTING, DIAMETER, FIRST, FORCE, Names
 from stemcal.study.rules import Draft
 from stemcal.study.types.named import CHANCE
 from stemcal.study.types.strict_yaml import Finding, NodePath
@@ -35,8 +35,7 @@ def _conditions_differ(draft: Draft) -> Iterator[Finding]:
         first = seen.setdefault(round(target.condition, 9), target.row)
         if first != target.row:
             named = draft.naming
-            place = f"diameter {named.place(target.condition)}" if named.is_cutting else named.place(target.condition)
-            message = f"{place or 'the study'} has two {named.response.plural}"
+            message = f"the study has two targets{Names(named).at(target.condition)}"
             remedy = f"keep one row with the mean {named.response.noun}, `sd` and `n`"
             at: NodePath = ("targets", target.row)
             yield Finding((*at, named.condition.name) if named.condition else at, message, remedy)
@@ -90,7 +89,7 @@ def _tests_are_simulated(draft: Draft) -> Iterator[Finding]:
     """Laboratory tests are for the embedded solver, whose responses they extend."""
     if not draft.tests:
         return
-    if not draft.kind.simulates_tests:
+    if not draft.kind.simulates_stems:
         message = f"the {draft.study.solver.title} solver cannot simulate laboratory tests"
         yield Finding(("tests",), message, "remove the tests, or use the embedded solver", at_key=True)
     for section in ("responses", "conditions"):

@@ -107,22 +107,15 @@ class SolverKind:
     """Whether its answers depend only on the spec and the code of stemcal."""
     starts_program: ClassVar[bool] = False
     """Whether it requires a program that the spec names."""
-    foresees: ClassVar[bool] = False
-    """Whether it estimates the time and memory of a run."""
-    force_history: ClassVar[bool] = False
-    """Whether a single run gives the whole history of the force, for `simulate`."""
-    travel_and_work: ClassVar[bool] = False
-    """Whether it also returns travel and work up to the maximum of a cut."""
+    simulates_stems: ClassVar[bool] = False
+    """Whether it simulates stems itself: cuts and other laboratory tests, elements of any size, the force over time,
+    travel and work, with an estimate of time and memory."""
     writes_decks: ClassVar[bool] = False
     """Whether it runs a program on decks that stemcal writes."""
     own_responses: ClassVar[bool] = True
     """Whether a study may declare responses and conditions instead of the force on a stem."""
     replicates: ClassVar[Literal["mesh", "seed"] | None] = None
     """The difference between replicates of a run."""
-    any_element_size: ClassVar[bool] = False
-    """Whether a request may ask for elements of another size."""
-    simulates_tests: ClassVar[bool] = False
-    """Whether it simulates other laboratory tests than cutting."""
     parameters: ClassVar[Mapping[str, Parameter]] = {}
     """The parameters that can be factors; empty if factors may have any name."""
     rules: ClassVar[tuple[Callable[[Any, Any], Iterator[Any]], ...]] = ()

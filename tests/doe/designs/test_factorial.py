@@ -77,8 +77,6 @@ def test_the_half_fraction_of_four_factors():
 
 def test_full_factorials():
     assert full_factorial(2).tolist() == [[-1, -1], [1, -1], [-1, 1], [1, 1]]
-    assert full_factorial(2, 3).shape == (9, 2)
-    assert np.array_equal(np.unique(full_factorial(3, 3)), [-1.0, 0.0, 1.0])
 
 
 def test_sizes_nobody_tabulates_are_refused():
@@ -86,5 +84,5 @@ def test_sizes_nobody_tabulates_are_refused():
         fraction(6, 12)
     with pytest.raises(UsageError, match="resolution 6"):
         fraction(14, resolution=6)
-    with pytest.raises(UsageError, match="at most 4096"):
+    with pytest.raises(UsageError, match="1 to 12 factors"):
         full_factorial(13)

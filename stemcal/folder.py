@@ -6,6 +6,7 @@ that does not match, or holds something else than a record, is set aside in ``ru
 Stage files are sealed in the same way.
 """
 
+import json
 import logging
 import os
 import platform
@@ -21,25 +22,26 @@ from typing import Any, Self
 
 from filelock import FileLock, Timeout
 
-from stemcal.errors import FolderLocked, StemcalError
+from stemcal.errors import FolderLocked, StemcalError, UsageError
 from stemcal.files.durable import (
     Broken,
-    digest,
+    key_of,
     make_folder,
     opened,
+    plain,
     refuse_link,
     remove_leftovers,
     sealed,
     write_atomic,
 )
 from stemcal.files.reading import in_a_line, read_plain
-from stemcal.folder.log import append, now
-from stemcal.folder.stage_files import StageFiles
+from stemcal.files.rows import Table
 
 logger = logging.getLogger(__name__)
 
 SPEC_PLACE = "spec-path.txt"
 _MOST_NOTE = 1 << 16  # bytes
+SCHEMA_VERSION = 2  # of stage files
 RECORD_VERSION = 4
 _KEY = re.compile(r"[0-9a-f]{32}")
 _RECORDED = ("identity", "request", "status", "response", "reason", "message", "details", "provenance")
@@ -55,7 +57,7 @@ def default_place(study: str) -> Path:
     return Path("runs") / study
 
 
-class StudyFolder(StageFiles):
+class StudyFolder:
     """The folder of one study. As a context manager it is locked; reading needs no lock.
 
     Parameters
@@ -146,6 +148,11 @@ class StudyFolder(StageFiles):
     # ---- records of runs
 
     @property
+    def work(self) -> Path:
+        """Where solvers that need files have their run folders."""
+        return self.path.absolute() / "work"
+
+    @property
     def runs(self) -> Path:
         """Where the records lie."""
         return self.path / "runs"
@@ -195,6 +202,50 @@ class StudyFolder(StageFiles):
             path.replace(damaged / f"{path.stem}-{stamp}.json")
             self.log("record_damaged", key=path.stem)
 
+    # ---- the files of the stages: sealed JSON, whole or not at all, and tables as CSV
+
+    def write_stage(self, stage: str, content: Mapping[str, Any]) -> None:
+        """Write a stage's JSON and its seal, whole or not at all; the same content gives the same bytes."""
+        write_atomic(self.path / f"{stage}.json", sealed(content))
+
+    def read_stage(self, stage: str) -> dict[str, Any]:
+        """Return a stage's JSON without its seal, to be believed.
+
+        Raises
+        ------
+        UsageError
+            If the stage has not run yet, or its file is of another version, has changed since it was written or cannot
+            be read.
+        """
+        content = self.examine_stage(stage)
+        if (version := content.get("schema_version")) != SCHEMA_VERSION:
+            raise UsageError(
+                f"{self.path / stage}.json has schema version {version!r:.20}; this version of stemcal requires "
+                f"{SCHEMA_VERSION}; run `stemcal {stage} SPEC` again (recorded runs are reused)"
+            )
+        return content
+
+    def examine_stage(self, stage: str) -> dict[str, Any]:
+        """Return a stage's JSON of any version without its seal; raises as `read_stage` does."""
+        path = self.path / f"{stage}.json"
+        try:
+            content = opened(path)
+        except FileNotFoundError:
+            raise UsageError(f"{path} does not exist yet; run `stemcal {stage} SPEC` first") from None
+        except Broken as broken:
+            raise UsageError(f"{path} is damaged: the file {broken}; run `stemcal {stage} SPEC` again") from None
+        if content.get("stage") != stage:
+            raise UsageError(f"{path} is not a result of {stage}; run `stemcal {stage} SPEC` again")
+        return content
+
+    def has_stage(self, stage: str) -> bool:
+        """Whether a stage has left its file."""
+        return (self.path / f"{stage}.json").exists()
+
+    def write_csv(self, name: str, table: Table) -> None:
+        """Write a table as ``name.csv``."""
+        write_atomic(self.path / f"{name}.csv", table.csv())
+
     # ---- the spec
 
     def remember_spec(self, spec: Path) -> None:
@@ -212,7 +263,14 @@ class StudyFolder(StageFiles):
 
     def log(self, event: str, **facts: Any) -> None:
         """Append a line to ``log.jsonl``; a log that cannot be written stops nothing."""
-        append(self.path / "log.jsonl", event, facts)
+        path = self.path / "log.jsonl"
+        line = json.dumps({"time": now(), "event": event, **plain(facts)}, ensure_ascii=False, allow_nan=False)
+        try:
+            refuse_link(path)
+            with path.open("ab") as file:
+                file.write(f"{line}\n".encode("utf-8", "backslashreplace"))
+        except (OSError, StemcalError) as error:
+            logger.warning("log.jsonl: %s", error)
 
 
 # ---- records: what one must hold, and that its key follows from it
@@ -225,11 +283,6 @@ def is_key(text: str) -> bool:
     (True, False, False)
     """
     return _KEY.fullmatch(text) is not None
-
-
-def key_of(identity: Mapping[str, Any]) -> str:
-    """Return the name of the record of a run: a hash of what determines the answer."""
-    return digest(identity)[:32]
 
 
 def _problem_of(record: Mapping[str, Any], key: str) -> str:
@@ -251,6 +304,11 @@ def _file_lock(path: Path, patience: float) -> FileLock:
     kernel_only = {"fallback_to_soft": False} if "fallback_to_soft" in signature(FileLock.__init__).parameters else {}
     made: Callable[..., FileLock] = FileLock
     return made(path, timeout=patience, poll_interval=0.02, **kernel_only)
+
+
+def now() -> str:
+    """Return the time, UTC, ISO 8601."""
+    return datetime.now(UTC).isoformat(timespec="milliseconds")
 
 
 def provenance() -> dict[str, str]:
