@@ -124,7 +124,7 @@ def packages(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     for name, value in (("_loaded", {}), ("broken", {})):
         monkeypatch.setitem(vars(SOLVERS), name, value)
     known = vars(SOLVERS).pop("_entries", None)
-    json_schema.form.cache_clear()
+    json_schema.json_schema.cache_clear()
     json_schema._classes.cache_clear()
     yield tmp_path
     vars(SOLVERS).pop("_entries", None)
@@ -132,7 +132,7 @@ def packages(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
         vars(SOLVERS)["_entries"] = known
     sys.modules.pop("springs", None)
     code_of.cache_clear()
-    json_schema.form.cache_clear()
+    json_schema.json_schema.cache_clear()
     json_schema._classes.cache_clear()
 
 

@@ -18,20 +18,12 @@ from stemcal.study.types.strict_yaml import NodePath
 _DEFS = "#/$defs/"
 
 
+@functools.cache
 def json_schema() -> dict[str, Any]:
     """Return the JSON schema of the YAML form; quantities are texts with a unit.
 
     Put ``# yaml-language-server: $schema=FILE`` at the top of a spec for completion in editors.
     """
-    schema = _form()
-    schema["$defs"]["TargetRow"]["additionalProperties"] = {
-        "anyOf": [{"type": "string"}, {"type": "number"}]
-    }  # a study's own names
-    return schema
-
-
-def _form() -> dict[str, Any]:
-    """Return the schema of the parts inside the study, which allow only the names of the shear test."""
     schema = StudyForm.model_json_schema(schema_generator=_Described)
     rows = schema["$defs"].pop("Targets")
     schema["properties"]["targets"] |= {"type": "array", "items": rows["items"], "minItems": 1}
@@ -41,8 +33,9 @@ def _form() -> dict[str, Any]:
     results = schema["$defs"]["CommandSolver"]["properties"]["result"]
     several = {key: results.pop(key) for key in ("type", "additionalProperties", "maxProperties")}
     results["anyOf"] = [several["additionalProperties"], several]
-    factor = schema["$defs"]["Factor"]
-    factor["required"] = ["name", "low", "high"]
+    schema["$defs"]["Factor"]["required"] = ["name", "low", "high"]
+    own_names = {"anyOf": [{"type": "string"}, {"type": "number"}]}
+    schema["$defs"]["TargetRow"]["additionalProperties"] = own_names
     for stage in stages().external:
         if (further := stage.section()) is not None:
             own = further.model_json_schema(schema_generator=_Described)
@@ -109,14 +102,14 @@ def section_places() -> dict[str, str]:
 @functools.cache
 def _classes() -> tuple[tuple[tuple[str, ...], str], ...]:
     """Return the path and the name of each class in a spec: [] is an entry of a list, =x the kind x, * any name."""
-    return tuple(found for key, node in form()["properties"].items() for found in _below(node, (key,)))
+    return tuple(found for key, node in json_schema()["properties"].items() for found in _below(node, (key,)))
 
 
 def _below(node: dict[str, Any], path: tuple[str, ...]) -> Iterator[tuple[tuple[str, ...], str]]:
     if "$ref" in node:
         name = node["$ref"].removeprefix(_DEFS)
         yield path, name
-        for key, value in form()["$defs"][name].get("properties", {}).items():
+        for key, value in json_schema()["$defs"][name].get("properties", {}).items():
             yield from _below(value, (*path, key))
     kinds = {reference: f"={kind}" for kind, reference in node.get("discriminator", {}).get("mapping", {}).items()}
     for option in (*node.get("anyOf", ()), *node.get("oneOf", ()), *node.get("allOf", ())):
@@ -129,14 +122,14 @@ def _below(node: dict[str, Any], path: tuple[str, ...]) -> Iterator[tuple[tuple[
 def _properties(path: NodePath) -> dict[str, Any]:
     """Return the keys known at `path` with their schemas; a solver's path goes through its kind."""
     if not path:
-        return dict(form()["properties"])
+        return dict(json_schema()["properties"])
     steps = ["[]" if isinstance(step, int) else step for step in path]
     names = [
         name
         for known, name in _classes()
         if len(known) == len(steps) and all(a.removeprefix("=") in (b, "*") for a, b in zip(known, steps, strict=True))
     ]
-    return {key: node for name in names for key, node in form()["$defs"][name]["properties"].items()}
+    return {key: node for name in names for key, node in json_schema()["$defs"][name]["properties"].items()}
 
 
 def keys_of(path: NodePath) -> tuple[str, ...]:
@@ -155,22 +148,16 @@ def meanings() -> dict[str, str]:
     >>> meanings()["screen.alpha"], meanings()["solver.files, kind: command"]
     ('Significance level. Factors with a smaller p-value are significant.', 'Files copied into the folder of each run.')
     """
-    found = {key: node["description"] for key, node in form()["properties"].items()}
+    found = {key: node["description"] for key, node in json_schema()["properties"].items()}
     for name, place in section_places().items():
         path, comma, kind = place.partition(",")
-        keys = form()["$defs"][name]["properties"]
+        keys = json_schema()["$defs"][name]["properties"]
         found |= {f"{path}.{key}{comma}{kind}": node["description"] for key, node in keys.items()}
     return found
 
 
 def section_with(key: str) -> str | None:
     """Return the section that has `key`, if exactly one has it."""
-    sections = [name for name in form()["properties"] if key in keys_of((name,))]
+    sections = [name for name in json_schema()["properties"] if key in keys_of((name,))]
     sections += ["solver"] if any(key in keys_of(("solver", kind.name)) for kind in SOLVERS.built_in) else []
     return sections[0] if len(sections) == 1 else None
-
-
-@functools.cache
-def form() -> dict[str, Any]:
-    """Return the schema, made once."""
-    return _form()

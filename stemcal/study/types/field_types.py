@@ -192,8 +192,6 @@ def _column_name(name: str) -> str:
     if not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", name):
         remedy = "use letters, digits and underscores, as in yield_stress"
         raise complain(f"{name[:60]!r} is not allowed as a column name", remedy)
-    if len(name) > 40:
-        raise complain(f"the name has {len(name)} characters", "use at most 40 characters")
     return name
 
 
@@ -205,12 +203,8 @@ def _factor_name(name: str) -> str:
 
 
 _COLUMN = WithJsonSchema({"type": "string", "pattern": "^[A-Za-z_][A-Za-z0-9_]*$", "maxLength": 40})
-FactorName = Annotated[
-    str, BeforeValidator(lambda name: _factor_name(name) if isinstance(name, str) else name), _COLUMN
-]
-ColumnName = Annotated[
-    str, BeforeValidator(lambda name: _column_name(name) if isinstance(name, str) else name), _COLUMN
-]
+FactorName = Annotated[str, StringConstraints(strict=True, max_length=40), AfterValidator(_factor_name), _COLUMN]
+ColumnName = Annotated[str, StringConstraints(strict=True, max_length=40), AfterValidator(_column_name), _COLUMN]
 
 _DEVICES = {"con", "prn", "aux", "nul"} | {f"{port}{i}" for port in ("com", "lpt") for i in range(10)}
 
@@ -227,7 +221,8 @@ def _study_name(name: str) -> str:
 
 StudyName = Annotated[
     str,
-    BeforeValidator(lambda name: _study_name(name) if isinstance(name, str) else name),
+    StringConstraints(strict=True),
+    AfterValidator(_study_name),
     WithJsonSchema({"type": "string", "maxLength": 64}),
 ]
 
@@ -247,15 +242,6 @@ class Length:
 
     mm: float = 0.0
     divisor: float | None = None
-
-    @classmethod
-    def of(cls, text: str) -> Length:
-        """Read a length as it is written.
-
-        >>> Length.of("d/24"), Length.of("0.5 mm")
-        (Length(mm=0.0, divisor=24.0), Length(mm=0.5, divisor=None))
-        """
-        return TypeAdapter(StemLength).validate_python(text)
 
     def at(self, condition: float) -> float:
         """Return the length at a stem of this outer diameter, mm."""

@@ -53,18 +53,7 @@ _TABLE: dict[str, dict[str, tuple[float, float]]] = {
 INTERNAL = {dimension: next(iter(units)) for dimension, units in _TABLE.items()}
 _UNITS = [Unit(name, dimension, *factors) for dimension, units in _TABLE.items() for name, factors in units.items()]
 _BY_NAME = {unit.name: unit for unit in _UNITS}
-_ALIASES = {
-    "tonne": "t",
-    "tonne/mm3": "t/mm3",
-    "sec": "s",
-    "inch": "in",
-    "degree": "deg",
-    "degrees": "deg",
-    "s-1": "1/s",
-    "ms-1": "1/ms",
-    "min-1": "1/min",
-    "-": "1",
-}
+_ALIASES = {"tonne": "t", "tonne/mm3": "t/mm3", "s-1": "1/s", "-": "1"}
 _SIGNS = str.maketrans(
     {"²": "2", "³": "3", "¹": "1", "⁻": "-", "−": "-", "^": "", "µ": "u", "μ": "u", "°": "deg", " ": ""}
 )

@@ -18,7 +18,7 @@ KNOWN = [
     ("7.85e-9 tonne/mm^3", "density", 7.85e-9),
     *(("37.5°", "angle", 37.5), (f"{math.pi} rad", "angle", 180.0)),
     *(("90 1/s", "rate", 90.0), ("90 s⁻¹", "rate", 90.0), ("0.09 1/ms", "rate", 90.0)),
-    ("5400 min^-1", "rate", 90.0),
+    ("5400 1/min", "rate", 90.0),
     ("1 s/m", "decay", 0.001),
     ("500 kg", "mass", 0.5),
     ("5 %", "dimensionless", 0.05),
