@@ -6,7 +6,7 @@ Code queries the capabilities of a kind or its options, never a class or a name.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Protocol
+from typing import Annotated, Any, ClassVar, Literal, NamedTuple
 
 from stemcal.note import Remedy
 from stemcal.registry import Registry
@@ -21,15 +21,6 @@ class Mesh(NamedTuple):
 
     element_size: Length
     through_wall: int | None
-
-
-class Explicit(Protocol):
-    """The settings that determine the time step of an explicit solver."""
-
-    element_size: Length
-    mass_scaling: float
-    time_step: float | None
-    time_step_safety: float
 
 
 class SolverOptions(Frozen):
@@ -76,11 +67,6 @@ class SolverOptions(Frozen):
     def has_lengths(self) -> bool:
         """Whether its force depends on the lengths over which failure and contact are averaged."""
         return False
-
-    @property
-    def explicit(self) -> Explicit | None:
-        """The settings of its time step, if advice may change them."""
-        return None
 
     def without_curve(self) -> tuple[str, str] | None:
         """Return why a run has no force–travel curve and what to do; None if it has one."""
