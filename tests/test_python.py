@@ -173,8 +173,8 @@ def test_one_simulation() -> None:
     [
         ({"diameter": 0}, "diameter: 0 must be above 0 mm; write a larger value"),
         ({"diameter": "8 kg"}, "diameter: kg is a unit of mass, not of length"),
-        ({"diameter": float("nan")}, "diameter: nan is outside the computable range"),
-        ({"diameter": True}, "diameter: is not a number with a unit"),
+        ({"diameter": float("nan")}, "diameter: nan is not between -1e"),
+        ({"diameter": True}, "diameter: the value is not a number with a unit"),
         ({"yield_stress": float("nan")}, "yield_stress: "),
         ({"yield_stress": -5}, "yield_stress (-5 MPa) must be above 0 MPa"),
         ({"yield_stress": "18 mm"}, "yield_stress: mm is a unit of length, not of stress"),
@@ -198,7 +198,7 @@ def test_values_with_units_and_the_path_of_a_spec() -> None:
 def test_calibrate_checks_what_it_is_given() -> None:
     with pytest.raises(UsageError, match="workers: 0 must not be below 1"):
         stemcal.calibrate(REPLAY, workers=0)
-    with pytest.raises(UsageError, match="study: the type dict is wrong"):
+    with pytest.raises(UsageError, match="study: the type dict is not valid"):
         stemcal.calibrate({})  # type: ignore[arg-type]
 
 

@@ -103,7 +103,7 @@ def _compiled_elsewhere() -> bool:
         finally:
             child.kill()
     except Exception as error:
-        logger.debug("compiling in another process failed", exc_info=error)
+        logger.debug("compilation in another process failed", exc_info=error)
         return False
     return True
 

@@ -98,7 +98,7 @@ def _check_grades(grades: Sequence[float], step: float) -> None:
         if not 0.0 < grade < WIDEST:
             raise UsageError(f"--grades: {grade:g} mm is not a plausible stem diameter; write diameters in mm")
     if len(grades) > MOST_GRADES:
-        raise UsageError(f"--grades: too many grades ({len(grades)}); write at most {MOST_GRADES}")
+        raise UsageError(f"--grades: too many grades ({len(grades)}); list at most {MOST_GRADES} grades")
     for low, high in pairwise(sorted(grades)):
         if high - low < step * (1.0 - 1e-9):
             raise UsageError(

@@ -105,7 +105,7 @@ def measure_shear(
         raise UsageError(f"--exclude {shown(min(unknown))}: no such specimen; {did_you_mean(min(unknown), names)}")
     specimens = tuple(s for s in found if s.name not in exclude)
     if not specimens:
-        raise UsageError("--exclude: all specimens are excluded; remove one of the options")
+        raise UsageError("--exclude: all specimens are excluded; remove one of the `--exclude` options")
     diameters = sorted({s.grade for s in specimens})
     grades = tuple(_grade(d, [s for s in specimens if s.grade == d]) for d in diameters)
     law = fit_power_law([s.diameter for s in specimens], [s.curve.max_force for s in specimens])

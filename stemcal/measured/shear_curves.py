@@ -169,8 +169,8 @@ def _columns(
 def _first(table: TextTable, what: str, columns: Sequence[int], notes: list[Note]) -> list[int]:
     """Return the first of several columns, and note the choice."""
     others = ", ".join(shown(table.columns[column]) for column in columns[1:4])
-    text = f"The {what} is read from {shown(table.columns[columns[0]])}, not from {others}."
-    notes.append(Note("column_chosen", "caution", text, Remedy(f"Use `--{what}-column` to read another column.")))
+    text = f"The {what} is read from the column {shown(table.columns[columns[0]])}, not from {others}."
+    notes.append(Note("column_chosen", "caution", text, Remedy(f"Use `--{what}-column` to select another column.")))
     return [columns[0]]
 
 

@@ -121,7 +121,9 @@ def _of_workbook(content: bytes, path: Path, form: Form) -> list[TextTable]:
     found = sheets(content, str(path))
     if form.sheet is not None:
         if form.sheet not in found:
-            raise UsageError(f"{path}: no sheet {shown(form.sheet)}; the sheets are {', '.join(map(shown, found))}")
+            raise UsageError(
+                f"{path}: the workbook has no sheet {shown(form.sheet)}; its sheets are {', '.join(map(shown, found))}"
+            )
         found = {form.sheet: found[form.sheet]}
     marks = [_named(form.decimal, DECIMALS, "--decimal")] if form.decimal else list(DECIMALS.values())
     tables = []
@@ -306,7 +308,9 @@ def _given_column(table: TextTable, given: str, what: str) -> int:
         return table.columns.index(given)
     if given.isascii() and given.isdigit() and 1 <= int(given[:6]) <= len(table.columns):
         return int(given) - 1
-    raise UsageError(f"{table.source}: no column {shown(given)} for {what}; the columns are {columns_of(table)}")
+    raise UsageError(
+        f"{table.source}: the table has no column {shown(given)} for {what}; its columns are {columns_of(table)}"
+    )
 
 
 def columns_of(table: TextTable) -> str:

@@ -51,7 +51,7 @@ class Run:
 
     @classmethod
     def of(cls, solver: Solver, request: Request) -> "Run":
-        """Return the run of a request; the code of a solver belongs to its identity if another package has it."""
+        """Return the run of a request; the identity of a solver of another package includes its code."""
         code = code_of(type(solver).__module__)
         identity = {**solver.identity(request), **({"code of package": code} if code else {})}
         return cls(solver, request, identity, key_of(identity))

@@ -118,7 +118,7 @@ MassScaling = Annotated[
     Field(
         ge=1,
         description="Factor by which all masses are multiplied. A larger factor increases the time step and the "
-        "kinetic energy. Each run checks the kinetic energy.",
+        "kinetic energy. The kinetic energy is checked in each run.",
     ),
 ]
 FilterWindow = Annotated[

@@ -95,7 +95,7 @@ class Solver:
         Raises
         ------
         Waiting
-            If the solver asks people, and nobody has done the run yet.
+            If the solver asks people, and the run is not done yet.
         """
         raise NotImplementedError
 

@@ -235,11 +235,11 @@ def _identity_changes_with_each_factor(at: SolverAtWork) -> None:
     middle = at.requests[0]
     for factor in at.study.factors:
         other = replace(middle, levels={**middle.levels, factor.name: factor.low})
-        _require(at.key(middle) != at.key(other), f"the identity does not include {factor.name}")
+        _require(at.key(middle) != at.key(other), f"the identity of a run does not include {factor.name}")
     if at.study.naming.condition is None:
         return
     other = replace(middle, condition=1.25 * middle.condition)
-    _require(at.key(middle) != at.key(other), "the identity does not include the condition")
+    _require(at.key(middle) != at.key(other), "the identity of a run does not include the condition")
 
 
 def _every_response_is_answered(at: SolverAtWork) -> None:
@@ -272,7 +272,7 @@ def _nan_is_a_failed_run(at: SolverAtWork) -> None:
             (answer,) = at.answers(place, [wrong])
         _require(
             not answer.ok and bool(answer.reason),
-            f"levels of NaN return the status {answer.status!r} and the response {answer.response}",
+            f"a run with NaN levels has the status {answer.status!r} and the response {answer.response}",
         )
 
 
@@ -431,7 +431,7 @@ def _identity_of_test_changes_with_each_factor(at: LaboratoryAtWork) -> None:
     _require(found[0] == found[1], "the identity of the test changes when the test is pickled")
     for factor in at.study.factors:
         other = json.dumps(identity(at.section, at.test(**{factor.name: factor.low})))
-        _require(other != found[0], f"the identity does not include {factor.name}")
+        _require(other != found[0], f"the identity of a run does not include {factor.name}")
 
 
 def _model_is_sound(at: LaboratoryAtWork) -> None:

@@ -89,7 +89,7 @@ def test_a_choice_among_channels_is_said(tmp_path: Path) -> None:
     write(tmp_path / "8mm.csv", "Weg [mm],Kraft [N],Traversenweg [mm]\n" + lines("{d},{f},7\n"))
     found = shear(tmp_path)
     assert found["specimens"][0]["travel_at_max"] == pytest.approx(0.3)
-    assert "displacement is read from 'Weg [mm]', not from 'Traversenweg [mm]'" in found["notes"]
+    assert "displacement is read from the column 'Weg [mm]', not from 'Traversenweg [mm]'" in found["notes"]
 
 
 @pytest.mark.parametrize("name", ["应力", "Stress", "Spannung", "Crosshead speed", "Напряжение", "응력"])
@@ -157,7 +157,7 @@ def test_a_workbook_of_a_sheet_per_specimen(tmp_path: Path) -> None:
     assert peaks(tmp_path) == {"8mm#试样1": pytest.approx(PEAK), "8mm#试样2": pytest.approx(2 * PEAK)}
     assert "Sheet '结果' contains no curve" in shear(tmp_path)["notes"]
     assert peaks(tmp_path, "--sheet", "试样2") == {"8mm": pytest.approx(2 * PEAK)}
-    assert "the sheets are '试样1', '试样2', '结果'" in refused(tmp_path, "--sheet", "third")
+    assert "its sheets are '试样1', '试样2', '结果'" in refused(tmp_path, "--sheet", "third")
 
 
 def test_text_cells_with_a_decimal_comma(tmp_path: Path) -> None:

@@ -122,7 +122,7 @@ def test_a_dying_worker_costs_only_its_run(executor: LocalExecutor, how: str) ->
     others = [executor.submit(square, x) for x in range(10)]
     assert [future.result() for future in others] == [x * x for x in range(10)]
     ending = {"exit": "exit code 3", "kill": "SIGKILL", "segfault": "SIGSEGV" if os.name != "nt" else "code"}
-    with pytest.raises(WorkerDied, match=f"process ended: .*{ending[how]}"):
+    with pytest.raises(WorkerDied, match=f"process terminated unexpectedly: .*{ending[how]}"):
         deadly.result()
 
 

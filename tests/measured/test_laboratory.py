@@ -97,7 +97,7 @@ def test_units_signs_and_columns(tmp_path: Path) -> None:
     assert [note.kind for note in curve.notes] == ["pressing_is_positive", "largest_at_end"]
     assert read_curves(path, CurveOptions(force_unit="N", preload=0.01))[0].max_force == pytest.approx(0.07)
     assert read_curves(path, CurveOptions(force_column="4", preload=1.0))[0].max_force == 7.0
-    with pytest.raises(UsageError, match="no column 'weight' for force; the columns are 't"):
+    with pytest.raises(UsageError, match="no column 'weight' for force; its columns are 't"):
         read_curves(path, CurveOptions(force_column="weight"))
 
 

@@ -229,7 +229,7 @@ def test_force_without_a_rise_has_no_curve() -> None:
 def test_spec_is_checked_like_that_of_the_embedded_solver(tmp_path: Path) -> None:
     with pytest.raises(SpecError) as caught:
         study_of(tmp_path, material="", options="")
-    assert "the LS-DYNA solver requires density" in str(caught.value)
+    assert "the LS-DYNA solver requires `density`" in str(caught.value)
     with pytest.raises(SpecError, match="does not contain the placeholder"):
         text = SPEC.format(command='["ls-dyna", "i=run.k"]', mode='""', options="", material=MATERIAL)
         (tmp_path / "b.yaml").write_text(text, encoding="utf-8")

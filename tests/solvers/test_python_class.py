@@ -51,7 +51,11 @@ def test_it_answers_with_several_responses(tmp_path: Path) -> None:
     [
         (SOLVER.replace("0.045", "0.02"), "raised", "ValueError: too tough"),
         (SOLVER.replace('"force":', '"strength":'), "no_result", "no force"),
-        (SOLVER.replace('levels["yield_stress"] * condition', '"much"'), "bad_result", "force is str"),
+        (
+            SOLVER.replace('levels["yield_stress"] * condition', '"much"'),
+            "bad_result",
+            "the returned force has the type str",
+        ),
     ],
 )
 def test_failures_have_their_reason(tmp_path: Path, code: str, reason: str, told: str) -> None:
@@ -61,7 +65,7 @@ def test_failures_have_their_reason(tmp_path: Path, code: str, reason: str, told
 
 @pytest.mark.parametrize("code", ["import nothing_of_this_name", "class Other: pass", "class Mine: pass"])
 def test_no_study_begins_with_a_class_that_cannot_be_made(tmp_path: Path, code: str) -> None:
-    with pytest.raises(UsageError, match=r"solver.file mine.py: Mine "):
+    with pytest.raises(UsageError, match=r"solver.file mine.py: the class Mine "):
         make_solver(study_of(tmp_path, code)).prepare()
 
 

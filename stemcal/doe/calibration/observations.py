@@ -287,8 +287,8 @@ def _of_specimens(observations: Sequence[Observation], factors: float, uniform: 
     p, n = len(observations), min(o.n or 1 for o in observations)
     if n <= p:
         raise UsageError(
-            f"joint fit: {n} specimens are too few to estimate how {p} responses vary together; "
-            f"measure at least {p + 1}"
+            f"joint fit: {n} specimens are too few to estimate the covariance of {p} responses; "
+            f"measure at least {p + 1} specimens"
         )
     df = max(n - 2.0 - p + 2.0 * min(factors, p), float(p))
     a = np.zeros((uniform.draws, p, p))

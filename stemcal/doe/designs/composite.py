@@ -25,7 +25,7 @@ def axial_distance(k: int, alpha: str | float = "rotatable") -> float:
             f"rsm.alpha: {alpha!r} is neither a rule nor a positive number; write `rotatable`, `face` or a number"
         )
     if not (np.isfinite(alpha) and alpha > 0.0):
-        raise UsageError(f"rsm.alpha: {alpha:g} is not positive; write 1 for axial points on the faces")
+        raise UsageError(f"rsm.alpha: {alpha:g} is not positive; write 1 for axial points on the faces of the cube")
     return float(alpha)
 
 

@@ -37,7 +37,7 @@ class Coding:
             )
         for name, half_step in zip(self.names, self.half_step, strict=True):
             if not (np.isfinite(half_step) and half_step > 0.0):
-                raise UsageError(f"coding.{name}: the half-step {half_step:g} must be positive")
+                raise UsageError(f"coding.{name}: the half-step ({half_step:g}) must be positive")
 
     @classmethod
     def from_ranges(cls, names: Sequence[str], low: ArrayLike, high: ArrayLike, reach: float = 1.0) -> Coding:

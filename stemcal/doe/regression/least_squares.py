@@ -122,8 +122,8 @@ def require_estimable(matrix: Array, terms: Sequence[str], n_failed: int, what: 
     listed = ", ".join("the mean" if term == "1" else term for term in lost)
     if n_failed:
         raise RunsFailed(
-            f"{what}: {n_failed} of {n + n_failed} runs failed, so {listed} cannot be estimated from the other {n}; "
-            "correct the failed runs and repeat the stage"
+            f"{what}: {n_failed} of {n + n_failed} runs failed, so {listed} cannot be estimated from the other {n} "
+            "runs; correct the failed runs and repeat the stage"
         )
     raise UsageError(
         f"{what}: {listed} cannot be estimated from {n} runs ({p} coefficients); use a design with more runs or levels"

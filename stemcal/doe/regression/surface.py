@@ -298,13 +298,14 @@ def _surface_notes(
     if copies:
         text = (
             f"The solver is deterministic: {counted(copies, 'run')} exactly {'repeats' if copies == 1 else 'repeat'} "
-            f"earlier results. Each point counts once, which leaves {fit.df} residual degrees of freedom."
+            f"earlier results. Each point is counted once, which leaves {fit.df} residual degrees of freedom."
         )
         yield Note("copies_only", "info", text)
     yield from _lack_of_fit_notes(split)
     if precision is not None and precision < ADEQUATE:
         text = (
-            f"The adequate precision of {precision:.2f} is below {ADEQUATE:g}, so the response surface is mostly noise."
+            f"The adequate precision of {precision:.2f} is below {ADEQUATE:g}, so the response surface mainly "
+            "represents noise."
         )
         yield Note("mostly_noise", "warning", text)
     for run in diagnostics:

@@ -222,22 +222,22 @@ class Deck:
             )
             if self._element_size > most:
                 yield (
-                    f"elements of {self._element_size:.3g} mm are too large for this edge radius, so the force is too "
+                    f"elements of {self._element_size:.3g} mm are too large for the edge radius, so the force is too "
                     f"high; reduce `solver.element_size` to at most {floor(1e3 * most) / 1e3:g} mm"
                 )
         if self.form.for_ls_dyna and self.form.lengths and self.internal_length > 0.0:
             yield "*MAT_NONLOCAL averages history variable 1, the plastic strain; the card is untested in LS-DYNA"
         if self.density_factor > 1.0:
             yield (
-                f"the density of the stem is multiplied by {self.density_factor:.4g} instead of adding mass to nodes, "
-                "because nonlocal failure in OpenRadioss diverges with added mass"
+                f"the density of the stem is multiplied by {self.density_factor:.4g}, because added mass on nodes "
+                "would make nonlocal failure in OpenRadioss diverge"
             )
 
     def _hardening(self) -> Iterator[str]:
         beta = self.given["hardening_parameter"]
         if not self.form.for_ls_dyna and beta < 1.0 and self.given["tangent_modulus"] > 0.0:
             kinematic = 100.0 * (1.0 - beta)
-            yield f"*MAT_024 has isotropic hardening; in the study {kinematic:g} % of the hardening is kinematic"
+            yield f"*MAT_024 has isotropic hardening; in the study, {kinematic:g} % of the hardening is kinematic"
 
     def _rate(self) -> Iterator[str]:
         if self._rate_law != "paper":
@@ -255,8 +255,8 @@ class Deck:
             time = rate_filter(self.diameter, self.study.loading.speed)
             of = "plastic strain (VP = 1)" if self.form.for_ls_dyna else "total strain (VP = 0)"
             yield (
-                f"the card uses the rate of {of} without smoothing, whereas the study smooths the strain rate over "
-                f"{time:.3g} s; vibration of light elements therefore increases the yield stress"
+                f"the card uses the unsmoothed rate of {of}, so vibration of light elements increases the yield "
+                f"stress; the study smooths the strain rate over {time:.3g} s"
             )
 
 

@@ -32,7 +32,9 @@ class ContactForce(NamedTuple):
             last = time[good].max(initial=0.0)
             raise SimulationFailed("nan", f"the blade force in {file} is not a number after {last:g} s")
         if len(time) < 2 or not (np.diff(time) > 0).all():
-            raise SimulationFailed("bad_result", f"the times of the blade force in {file} do not increase")
+            raise SimulationFailed(
+                "bad_result", f"the time values of the blade force in {file} are not in increasing order"
+            )
         return cls(time, force if force.max() >= -force.min() else -force)
 
 

@@ -133,7 +133,7 @@ def number_in(cell: str, decimal: str, heading: str, wanted: str) -> float:
     other = _OTHER[decimal]
     first, second = as_number(cell, decimal), as_number(cell, other)
     if first is not None and second is not None and first != second and other in cell:
-        raise Unread(f"{cell!r} may be {first:.6g} or {second:.6g}; write the number without a comma")
+        raise Unread(f"{cell!r} is ambiguous ({first:.6g} or {second:.6g}); write the number without a comma")
     value = second if first is None else first
     if value is None:
         raise Unread(f"{cell!r} is not a number; write a number without a unit")

@@ -19,7 +19,7 @@ class ClimbShowing(Showing[ClimbResult]):
         error = f"{fixed(abs(result.error_percent), 1)} %"
         return [
             stepped,
-            f"The response {reached} the target. The smallest error is {error}, at step {result.best_step}.",
+            f"The response {reached} the target. The smallest error ({error}) was obtained at step {result.best_step}.",
         ]
 
     def tables(self, result: ClimbResult, names: Names) -> list[Table]:

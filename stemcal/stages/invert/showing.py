@@ -58,8 +58,8 @@ class InvertShowing(Showing[InvertResult]):
         units = {name: setting.study.factor(name).unit for name in result.point.solution}
         labels = {name: axis_of(setting.labels.get(name, name), unit) for name, unit in units.items()}
         text = (
-            "Misfit versus each factor, with the other factors refitted. The 95 % interval (shaded) is where the curve "
-            "is below the dashed line. The vertical line is the calibrated value."
+            "Misfit versus each factor, with the other factors refitted. In the shaded 95 % interval, the curve is "
+            "below the dashed line. The vertical line marks the calibrated value."
         )
         return [Plot("profiles", "invert", text, partial(profiles, result, result.certainty, labels), claims=True)]
 

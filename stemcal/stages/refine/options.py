@@ -117,10 +117,10 @@ def _tests_and_curves_stay_here(draft: Draft) -> Iterator[Finding]:
     if not draft.study.of(RefineOptions).elsewhere:
         return
     if draft.tests:
-        message = "tests cannot be simulated in another model"
+        message = "the laboratory tests cannot be simulated in another model"
         yield Finding(("refine", "in"), message, "remove `refine.in` or the tests", at_key=True)
     if any(target.curves for target in draft.study.targets.means):
-        message = "curves cannot be compared in another model"
+        message = "measured curves cannot be compared with simulations in another model"
         yield Finding(("refine", "in"), message, "remove `refine.in` or the curves", at_key=True)
 
 

@@ -114,6 +114,6 @@ def _there(stage: RefineResult, names: Names) -> list[str]:
     values = series(f"{names.factor(one.factor)} = {significant(one.value)}" for one in moved)
     given = f"refined parameters ({values})" if moved else "calibrated parameters"
     return [
-        f"The simulated {names.response.long} in {there} with the {given} is {names.quantity(row.after)}. The "
-        f"target is {names.quantity(stage.aim)}."
+        f"The simulated {names.response.long} in {there} with the {given} is {names.quantity(row.after)}. The target "
+        f"value is {names.quantity(stage.aim)}."
     ]

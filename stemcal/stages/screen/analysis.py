@@ -165,8 +165,8 @@ def _screening_notes(
     if n_failed:
         text = (
             f"{n_failed} of {len(fit.response) + n_failed} runs failed, so the design is no longer orthogonal. The "
-            f"sums of squares (type III, {fit.df} residual df) do not add up to the total. The results of Lenth's "
-            "method are approximate."
+            f"sums of squares (type III, {fit.df} residual df) do not add up to the total sum of squares. The results "
+            "of Lenth's method are approximate."
         )
         found.append(Note("screening_runs_failed", "warning", text))
     if fit.flat:

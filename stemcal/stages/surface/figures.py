@@ -43,8 +43,8 @@ def plots(rsm: SurfaceResult, solved: Solution | None, labels: Mapping[str, str]
     observed = f"Simulated {rsm.naming.response.long} versus the value predicted by the response surface."
     checks = (
         "Normal plot of the residuals (left), residuals versus the predicted value (middle) and influence of each run "
-        "(right). Normally distributed residuals follow the line. A run with a Cook's distance above 1 has "
-        "a strong influence."
+        "(right). Normally distributed residuals follow the line. A run with a Cook's distance above 1 strongly "
+        "influences the response surface."
     )
     plots = [
         Plot("observed-predicted", "rsm", observed, partial(observed_predicted, rsm), detail=True),

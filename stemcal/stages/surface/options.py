@@ -68,7 +68,7 @@ def _axial_distance(given: Any) -> Any:
     if given in get_args(AlphaRule) or (number and 0 < given <= 100):
         return given
     shown = f"{given:g}" if number else repr(given)[:60]
-    raise complain(f"{shown} is not an axial distance", f"write {', '.join(get_args(AlphaRule))} or a number above 0")
+    raise complain(f"{shown} is not a valid axial distance", "write `rotatable`, `face` or a number above 0")
 
 
 class RsmOptions(Frozen):
@@ -256,7 +256,9 @@ def doubts(study: Study) -> Iterator[Finding]:
             remedy = "list the factors of the response surface in `rsm.factors`, or write another diameter for `at`"
             yield Finding(("material", exponents[factor.name], "at"), message, remedy)
         elif not isinstance(chosen, str) and factor.name not in chosen and (unseen or not screened):
-            message = f"no run varies the factor {factor.name} because it is neither screened nor listed here"
+            message = (
+                f"no run varies the factor {factor.name} because it is neither screened nor listed in `rsm.factors`"
+            )
             yield Finding(("rsm", "factors"), message, "list the factor, or replace its range by a fixed value")
 
 

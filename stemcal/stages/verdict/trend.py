@@ -111,7 +111,8 @@ def trend_reason(
         how = "faster" if law.exponent > 0.0 else "more slowly"
         text = (
             f"The error depends on the diameter: the measured force increases {how} with the diameter d than the "
-            f"simulated force, by a factor of d^{abs(law.exponent):.2f}. The largest error is {worst_percent:.1f} %."
+            f"simulated force, by a factor of d^{abs(law.exponent):.2f}. The largest error of the simulation is "
+            f"{worst_percent:.1f} %."
         )
         yield Note("trend", "error" if evidence.mostly_off else "warning", text, remedy())
 

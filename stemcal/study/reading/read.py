@@ -63,8 +63,8 @@ def _content(path: Path) -> bytes:
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
         shown = f"{str(path)[:200]}{'…' if len(str(path)) > 200 else ''}"
-        problem = SpecProblem(shown, 1, 1, "", f"the spec cannot be read: {reason}", "check the path of the spec")
-        raise SpecError([problem]) from None
+        wrong = f"the spec {reason}" if reason.startswith("is ") else f"the spec cannot be read: {reason}"
+        raise SpecError([SpecProblem(shown, 1, 1, "", wrong, "check the path of the spec")]) from None
 
 
 def _draft(data: Any, sections: Sections) -> Draft:

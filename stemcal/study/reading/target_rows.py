@@ -305,7 +305,7 @@ def _value(given: Any, named: Named, with_units: bool, above: float | None = Non
         return Quantity(dimension, at_least=at_least, **bounds).checked(given, from_yaml=True)
     value = quantity(given, named)
     if not abs(value) <= LARGEST:
-        raise complain(f"{value:g} is outside the computable range", "check the number and its unit")
+        raise complain(f"{value:g} is not between -{LARGEST:g} and {LARGEST:g}", "check the number and its unit")
     if above is not None and not value > above:
         remedy = "correct the value; a relative error requires a positive measured value"
         raise complain(f"{named.text(value)} must be above 0", remedy)

@@ -49,7 +49,9 @@ def _priors_fit(draft: Draft) -> Iterator[Finding]:
         path: NodePath = ("factors", index, "prior", "mean")
         if not factor.low - 3 * prior.sd <= prior.mean <= factor.high + 3 * prior.sd:
             given = f"{prior.mean:g} ± {prior.sd:g}"
-            message = f"the prior {given} does not overlap the range from {factor.low:g} to {factor.high:g}"
+            message = (
+                f"the prior distribution ({given}) does not overlap the range from {factor.low:g} to {factor.high:g}"
+            )
             yield Finding(path, message, "correct the prior or the range; both are in the unit of the factor")
 
 
@@ -275,7 +277,7 @@ def _wrong_exponent(factor: Factor) -> tuple[str, str] | None:
     if max(abs(factor.low), abs(factor.high)) > MOST_EXPONENT:
         most = f"{MOST_EXPONENT:g}"
         return (
-            f"the range of the exponent ({factor.low:g} to {factor.high:g}) exceeds the limits",
+            f"the range of the exponent ({factor.low:g} to {factor.high:g}) exceeds ±{most}",
             f"use values from -{most} to {most}",
         )
     return None

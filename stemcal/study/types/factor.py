@@ -27,7 +27,7 @@ class Parameter(NamedTuple):
     def outside(self, value: float) -> str | None:
         """Return what is wrong with `value` (in `unit`), or None if physics allows it."""
         if abs(value) > MOST:
-            return "is outside the computable range"
+            return f"is not between -{MOST:g} and {MOST:g}"
         if value < self.lowest or (value == self.lowest and not self.lowest_allowed):
             return f"must {'not be below' if self.lowest_allowed else 'be above'} {in_unit(self.lowest, self.unit)}"
         if value > self.highest or (value == self.highest and not self.highest_allowed):
@@ -93,7 +93,7 @@ UnitText = Annotated[
 
 
 class PriorKnowledge(Frozen):
-    """Knowledge of a factor from other sources, normally distributed; the calibration uses it as a measurement."""
+    """Prior knowledge of a factor as a normal distribution; the calibration treats the prior as a measurement."""
 
     mean: Number
     """Mean of the prior distribution, in the unit of the factor."""

@@ -107,7 +107,7 @@ class Quantity:
         value = self._parsed(given, from_yaml)
         unit = units.INTERNAL[self.dimension]
         if not abs(value) <= MOST:
-            raise complain(f"{given} is outside the computable range", "check the number and its unit")
+            raise complain(f"{given} is not between -{MOST:g} and {MOST:g}", "check the number and its unit")
         if not value > self.above:
             raise complain(f"{given} must be above {self.above:g} {unit}", "write a larger value")
         if not value >= self.at_least:

@@ -230,7 +230,7 @@ def _mark(error: yaml.MarkedYAMLError) -> Any:
 _NO_COLON = "could not find expected ':'"
 _REMEDIES = {
     "cannot start any token": "enclose the text in quotes; indent with spaces, not tabs",
-    "mapping values are not allowed": "enclose a text with a colon in quotes; check the indentation",
+    "mapping values are not allowed": "enclose a text that contains a colon in quotes; check the indentation",
     _NO_COLON: "a colon and a space are missing here: write `key: value`",
     "expected <block end>": "check the indentation of this line and of the lines above",
     "expected ',' or": "add the missing closing bracket",

@@ -54,6 +54,7 @@ INTERNAL = {dimension: next(iter(units)) for dimension, units in _TABLE.items()}
 _UNITS = [Unit(name, dimension, *factors) for dimension, units in _TABLE.items() for name, factors in units.items()]
 _BY_NAME = {unit.name: unit for unit in _UNITS}
 _ALIASES = {"tonne": "t", "tonne/mm3": "t/mm3", "s-1": "1/s", "-": "1"}
+_QUANTITIES = {"rate": "strain rate", "decay": "friction decay", "dimensionless": "a dimensionless quantity"}
 _SIGNS = str.maketrans(
     {"²": "2", "³": "3", "¹": "1", "⁻": "-", "−": "-", "^": "", "µ": "u", "μ": "u", "°": "deg", " ": ""}
 )
@@ -75,7 +76,8 @@ def parse_unit(text: str, dimension: str | None = None) -> Unit:
     if unit is None:
         raise UnitError(f"unknown unit {_shown(text)}", did_you_mean(name, possible))
     if dimension is not None and unit.dimension != dimension:
-        raise UnitError(f"{unit.name} is a unit of {unit.dimension}, not of {dimension}", f"use {listed(possible)}")
+        given, wanted = (_QUANTITIES.get(one, one) for one in (unit.dimension, dimension))
+        raise UnitError(f"{unit.name} is a unit of {given}, not of {wanted}", f"use {listed(possible)}")
     return unit
 
 

@@ -107,7 +107,7 @@ def test_responses_of_the_same_specimens_have_the_interval_of_a_growth_curve(p: 
 
 
 def test_too_few_specimens_are_refused() -> None:
-    with pytest.raises(UsageError, match="2 specimens are too few to estimate how 2 responses vary together"):
+    with pytest.raises(UsageError, match="2 specimens are too few to estimate the covariance of 2 responses"):
         fit([replace(o, n=2) for o in of_specimens(2)], PLANE)
 
 

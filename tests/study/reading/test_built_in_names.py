@@ -121,7 +121,7 @@ def test_a_condition_that_is_not_declared_is_named(tmp_path: Path) -> None:
     with pytest.raises(SpecError) as told:
         load_study(tmp_path / "own.yaml")
     remedy = "declare the condition with `conditions: [{name: diameter, unit: …}]`"
-    assert len(told.value.problems) == 3 and all(remedy in problem.remedy for problem in told.value.problems)
+    assert remedy in str(told.value) and "has two" not in str(told.value)
 
 
 @pytest.mark.parametrize(

@@ -239,7 +239,7 @@ def test_curves_are_for_solvers_that_leave_a_history(tmp_path: Path, kind: str) 
     study = of_decks(tmp_path, kind)
     assert study.invert.responses[:2] == ("response", "curve_1")
     assert "curves" in make_solver(study).identity(Request("rsm", 0, study.midlevels(), 8.0))
-    with pytest.raises(SpecError, match="curves cannot be compared in another model"):
+    with pytest.raises(SpecError, match="curves cannot be compared with simulations in another model"):
         of_decks(tmp_path, kind, "refine: {in: {kind: embedded}}\n")
 
 
