@@ -94,7 +94,7 @@ def test_predictions(results: stemcal.StudyResults) -> None:
 def test_every_figure_of_the_page(results: stemcal.StudyResults) -> None:
     from matplotlib.figure import Figure
 
-    assert len(results.figure_names) == 13
+    assert len(results.figure_names) == 8
     for name in (*results.figure_names, "contour"):
         assert isinstance(results.figure(name), Figure), name
     with pytest.raises(UsageError, match="did you mean pareto"):
@@ -131,7 +131,7 @@ def test_objects_show_themselves(results: stemcal.StudyResults) -> None:
     told = results.inversion.to_frame().set_index("factor").loc["yield_stress"]
     assert (told["range_low"], told["range_high"]) == results.inversion.certainty.intervals["yield_stress"]
     assert told["range_low"] == pytest.approx(15.35, abs=0.005) and told["exact_low"] == pytest.approx(17.63, abs=0.005)
-    assert repr(results.study) == "Study paper-replay: 9 factors, 5 measured forces, solver sheet"
+    assert repr(results.study) == "Study paper-replay: 9 factors, 5 targets, solver sheet"
 
 
 def test_a_factor_changed_without_editing_the_spec() -> None:

@@ -232,21 +232,13 @@ def retry(study: Study, folder: StudyFolder, executor: RunExecutor, watch: Watch
 # ---- verify
 
 
-@dataclass(frozen=True)
-class Inspection:
-    """Whether a study folder is sound: what is wrong with damaged files, what has changed since stages were made."""
+def inspect(study: Study, folder: StudyFolder) -> tuple[int, dict[str, str]]:
+    """Return the number of records, and what is wrong with damaged files; change nothing.
 
-    ok: bool
-    records: int
-    damaged: dict[str, str]
-    stale: dict[str, tuple[str, ...]]
-
-
-def inspect(study: Study, folder: StudyFolder) -> Inspection:
-    """Check every record against its seal and its name, every stage against its spec; change nothing."""
+    Every record is checked against its seal and its name, every stage file against its form and its tables.
+    """
     solver, keys = make_solver(study), folder.keys()
     damaged = {f"runs/{key}.json": folder.examine(key)[1] for key in keys}
-    stale: dict[str, tuple[str, ...]] = {}
     for stage in (stage for stage in stages_known(study) if folder.has_stage(stage.name)):
         name = f"{stage.name}.json"
         try:
@@ -254,13 +246,10 @@ def inspect(study: Study, folder: StudyFolder) -> Inspection:
             if (version := content.get("schema_version")) != FILE_VERSION:
                 damaged[name] = f"has schema version {version!r:.20}, but version {FILE_VERSION} is required"
                 continue
-            changed = changes_since(study, solver, folder, stage.name)
-            stale |= {name: tuple(changed)} if changed else {}
-            if CODE not in changed:  # of other code it may have another shape
+            if CODE not in changes_since(study, solver, folder, stage.name):  # of other code it may have another shape
                 tables = changed_tables(stage.result().from_json(content), folder)
                 changed_file = "is missing or was changed; `stemcal run SPEC` writes the file again"
                 damaged |= dict.fromkeys(tables, changed_file)
         except UsageError as error:
             damaged[name] = str(error).removeprefix(str(folder.path / name)).removeprefix(name).lstrip(": ")
-    damaged = {file: problem for file, problem in damaged.items() if problem}
-    return Inspection(not damaged, len(keys), damaged, stale)
+    return len(keys), {file: problem for file, problem in damaged.items() if problem}
