@@ -1,8 +1,8 @@
 """Runs done by hand: which a study waits for, the sheet of them in its folder, and the results entered from a sheet.
 
 Every row is checked; the right ones are recorded like any other run, with who entered them and when, the others refused
-with a reason. A result that is there already is never overwritten by another without a reason; the record then keeps
-the earlier one.
+with a reason. A result that is there already is never overwritten by another without a reason; the log of the study
+has both.
 """
 
 import getpass
@@ -274,7 +274,7 @@ def _against_record(
     before = None if record is None or not stands(record, study.by_hand.solver.run_limit) else _answer_in(record)
     if before is None or record is None:
         return "taken"
-    if _agree(before, result.answer) or (not because and _was_replaced(record, result.answer)):
+    if _agree(before, result.answer):
         return "known"
     if because or (not before.ok and result.answer.ok):
         return "replaced"
@@ -289,15 +289,6 @@ def _against_record(
 
 def _answer_in(record: Mapping[str, Any]) -> Answer:
     return Answer(**{name: record[name] for name in ("status", FIRST, "reason", "message", "details")}).readable()
-
-
-def _was_replaced(record: Mapping[str, Any], answer: Answer) -> bool:
-    """Whether a result is an earlier one that another has replaced: the sheet is older than the correction."""
-    return any(
-        _agree(Answer(old["status"], old["response"], details={RESPONSES: old.get(RESPONSES, {})}), answer)
-        for old in record["details"].get("replaced", [])
-        if old["status"] == "ok"
-    )
 
 
 def _agree(one: Answer, other: Answer) -> bool:
@@ -326,12 +317,8 @@ def _record(key: str, result: _Result, solver: Solver, folder: StudyFolder, beca
     told: dict[str, Any] = {"entered": time, "entered_by": filled.said.get(WHO) or _user_name()}
     told |= {name: text for name, text in (("done", filled.said.get(WHEN)), ("remark", filled.remark)) if text}
     if before is not None:
-        old = {name: before[name] for name in ("status", "response", "reason", "message")}
-        details = {name: before["details"].get(name, "") for name in ("entered", "entered_by")}
-        further = {RESPONSES: before["details"][RESPONSES]} if RESPONSES in before["details"] else {}
-        entry = old | further | {"until": time, "because": because} | details
-        told["replaced"] = [*before["details"].get("replaced", []), entry]
-        values = {"before": before["response"], "now": result.answer.response}
+        values = {"before": _said(_answer_in(before)), "now": _said(result.answer)}
+        values |= {name: before["details"].get(name, "") for name in ("entered", "entered_by")}
         folder.log("result_replaced", key=key, run=filled.run, reason=because, **values)
     answer = replace(result.answer, details={**result.answer.details, **told})
     keep(Run.of(solver, result.request), (answer, {**provenance(), "finished": time}), folder)

@@ -75,8 +75,8 @@ _LONGER = Remedy("Increase `loading.stroke` or `loading.duration`.")
 def stroke_too_short(peak: float, peak_travel: float, end: float, stroke: float) -> Note:
     """Return the warning that the peak force may lie beyond the stroke: forces in N, travels in mm."""
     text = (
-        f"A larger peak may follow after the end of the stroke ({stroke:.3g} mm): the peak force was {peak:.1f} N at "
-        f"{peak_travel:.3g} mm, and the force at the end was still {end:.1f} N."
+        f"A larger peak may follow after the end of the stroke ({stroke:.3g} mm). The largest recorded force was "
+        f"{peak:.1f} N at {peak_travel:.3g} mm; at the end, the force was still {end:.1f} N."
     )
     return Note(STROKE_TOO_SHORT, "warning", text, _LONGER)
 
@@ -128,8 +128,8 @@ def hourglass_energy(percent: float) -> Note:
 def force_after_break(travel: float, force: float, peak: float) -> Note:
     """Return the warning that the force exceeds its peak after the stem has broken; travel in mm, forces in N."""
     text = (
-        f"After the break at a travel of {travel:.3g} mm, the released stem strikes the blade with a force of "
-        f"{force:.1f} N, which exceeds the peak force of {peak:.1f} N. The force after the break is not a cutting "
+        f"After the break at a travel of {travel:.3g} mm, the released stem strikes the blade. The contact force "
+        f"({force:.1f} N) then exceeds the peak force ({peak:.1f} N). The force after the break is not a cutting "
         "force."
     )
     return Note("force_after_break", "warning", text)

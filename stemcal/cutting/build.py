@@ -1,13 +1,13 @@
 """From a shear test to its finite element model: mesh, mirror planes, tools; how large the mesh will be."""
 
 from dataclasses import dataclass
-from math import ceil, floor, inf, pi, sin
+from math import ceil, inf, pi
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stemcal.cutting.mirror_planes import ghosts, mirrors
-from stemcal.cutting.parts import Discretisation, ShearTest, Stem
+from stemcal.cutting.parts import SHARES, Discretisation, ShearTest, Stem
 from stemcal.fem.contact import Tool
 from stemcal.fem.kernels.search import FACES
 from stemcal.fem.mesh import SQUARE, Mesh, hollow_cylinder, solid_cylinder, square_of_solid
@@ -93,8 +93,12 @@ def around_half(radius: float, how: Discretisation) -> int:
 def _pairs_along(length: float, how: Discretisation) -> int:
     """Return how many elements there are on either side of the cut, next to a row under the edge."""
     odd = 1 if how.edge_over == "elements" else 0
-    mean = 1.0 + (1.0 - EVEN_SHARE) * 0.5 * (how.coarsening - 1.0)  # length over that of those under the edge
-    return max(1, ceil((length / (mean * how.element_size) - odd) / 2 - 1e-9))
+    return max(1, ceil((length / (_mean_length(how) * how.element_size) - odd) / 2 - 1e-9))
+
+
+def _mean_length(how: Discretisation) -> float:
+    """Return the mean length of the elements along the stem over that of those under the edge."""
+    return 1.0 + (1.0 - EVEN_SHARE) * 0.5 * (how.coarsening - 1.0)
 
 
 def _lengths(length: float, how: Discretisation) -> Array:
@@ -174,11 +178,13 @@ def _supports(test: ShearTest) -> tuple[Tool, ...]:
 
 # What building and integrating a model takes at its most, bytes per element; `tests/cutting/test_size.py` measures it.
 _BYTES = 2900.0
+# Volume of the innermost elements over that of the mean element at the same place along the stem, roughly.
+_NARROWER = 0.7
 
 
 @dataclass(frozen=True)
 class MeshSize:
-    """Number of elements, the edge of a cube as large as the smallest of them (mm), memory of its simulation (bytes).
+    """Number of elements, about the edge of a cube as large as the smallest (mm), memory of its simulation (bytes).
 
     A mesh that no number can count has infinitely many elements of no size.
     """
@@ -206,24 +212,8 @@ def mesh_size(stem: Stem, how: Discretisation) -> MeshSize:
     solid = stem.diameter_ratio == 0.0
     up, across = square_of_solid(around_half(0.5 * stem.outer_diameter, how)) if solid else (0, 0)
     elements = along * (around * through + up * across) * (2.0 if how.symmetry == "none" else 1.0)
-    # the smallest is under the edge, on the inside: a prism over a trapezium
-    length = 0.5 * stem.length / (_sum_of_lengths(pairs + odd, how.coarsening) - 0.5 * odd)
-    angle = pi / (0.5 * (1.0 + how.coarsening_around) * around)
-    inner = 0.5 * stem.outer_diameter * stem.diameter_ratio
-    ring = 0.5 * stem.outer_diameter * (1.0 - (SQUARE if solid else stem.diameter_ratio)) / through
-    if solid:  # those in the corners of its square are as if so far inside, within a tenth
-        inner = 0.25 * SQUARE * stem.outer_diameter
-    outer = inner + ring
-    volume = length * 0.5 * (outer * outer - inner * inner) * sin(angle)
-    return MeshSize(elements, max(volume, 0.0) ** (1.0 / 3.0), _BYTES * elements)
-
-
-def _sum_of_lengths(count: float, coarsening: float) -> float:
-    """Return the total length of the elements outwards from the cut over that of the first.
-
-    The lengths are 1 + (c − 1)(t − p)/(1 − p) where t = k/(n − 1) exceeds the even share p, else 1.
-    """
-    last = max(count - 1.0, 1.0)
-    even = floor(EVEN_SHARE * last)
-    beyond = 0.5 * (last * (last + 1.0) - even * (even + 1.0)) / last - EVEN_SHARE * (last - even)
-    return count + (coarsening - 1.0) / (1.0 - EVEN_SHARE) * beyond * (count > 1.0)
+    # those under the edge have a share of the mean element's length and width; the innermost are narrower
+    share = _mean_length(how) * 0.5 * (1.0 + how.coarsening_around)
+    mean = SHARES[how.symmetry] * stem.length * 0.25 * pi * (stem.outer_diameter * stem.outer_diameter) / elements
+    volume = _NARROWER * mean * (1.0 - stem.diameter_ratio * stem.diameter_ratio) / share
+    return MeshSize(elements, volume ** (1.0 / 3.0), _BYTES * elements)

@@ -1,8 +1,8 @@
 """Measured against simulated response over the stem diameter or another condition, and against a formula.
 
-A model that predicts no better than F = a·dᵇ or F = a·d^2.5 through the same forces has shown nothing of what it is
-made of. These are fitted to the least sum of squared relative errors, Σ((F_d − a·dᵇ)/F_d)², for which a is known where
-b is: with r = dᵇ/F it is Σr/Σr².
+A model that predicts no better than F = a·dᵇ through the same forces has shown nothing of what it is made of. The
+formula is fitted to the least sum of squared relative errors, Σ((F_d − a·dᵇ)/F_d)², for which a is known where b is:
+with r = dᵇ/F it is Σr/Σr².
 """
 
 from __future__ import annotations
@@ -177,81 +177,12 @@ def _is_trend(rows: Sequence[ValidationRow], slope: float) -> bool:
     return total > 0.0 and slope**2 * float(np.sum((d - d.mean()) ** 2)) > 0.5 * total
 
 
+# ---- a formula without mechanics
+
+
 # Bending and shearing of similar sections grow between d² and d³.
-FIXED_EXPONENT = 2.5
+_FIXED_EXPONENT = 2.5
 _EXPONENTS = (-2.0, 8.0)
-
-
-@dataclass(frozen=True)
-class NullModel:
-    """Largest errors of a·dᵇ and of a·d^2.5 at the diameters, each left out in turn, % of the measured force.
-
-    None where there are too few diameters to leave one out.
-    """
-
-    exponent: float | None
-    max_abs_left_out_error_percent: float | None
-    fixed_max_abs_left_out_error_percent: float | None
-
-    def beaten_by(self, left_out_error_percent: float | None) -> bool | None:
-        """Whether a fit predicts what it leaves out in turn better than both formulas; None if nothing was left out.
-
-        >>> NullModel(2.6, 5.0, 4.7).beaten_by(4.6)
-        True
-        """
-        formulas = [self.max_abs_left_out_error_percent, self.fixed_max_abs_left_out_error_percent]
-        least = min((error for error in formulas if error is not None), default=None)
-        return None if left_out_error_percent is None or least is None else left_out_error_percent < least
-
-
-def null_model(conditions: Sequence[float], responses: Sequence[float]) -> NullModel | None:
-    """Fit both formulas; None with fewer than two different diameters.
-
-    >>> found = null_model([7.0, 8.0, 9.0], [49.0, 64.0, 81.0])
-    >>> round(found.exponent, 6), round(found.max_abs_left_out_error_percent, 6)
-    (2.0, 0.0)
-    """
-    d, f = np.asarray(conditions, dtype=float), np.asarray(responses, dtype=float)
-    if len(np.unique(d)) < 2:
-        return None
-    known = len(np.unique(d)) > 2
-    return NullModel(
-        exponent=_exponent(d, f) if known else None,
-        max_abs_left_out_error_percent=_left_out(d, f, None) if known else None,
-        fixed_max_abs_left_out_error_percent=_left_out(d, f, FIXED_EXPONENT),
-    )
-
-
-def _exponent(d: Array, f: Array) -> float:
-    """Return b of the least sum of squared relative errors."""
-    from scipy.optimize import minimize_scalar
-
-    def missed(b: float) -> float:
-        return float(np.sum((1.0 - _factor(d, f, b) * (d / d[0]) ** b / f) ** 2))
-
-    return float(minimize_scalar(missed, bounds=_EXPONENTS, method="bounded", options={"xatol": 1e-9}).x)
-
-
-def _factor(d: Array, f: Array, b: float) -> float:
-    """Return a of F = a·(d/d₁)ᵇ: Σr/Σr²."""
-    r = (d / d[0]) ** b / f
-    return float(r.sum() / (r @ r))
-
-
-def _worst(d: Array, f: Array, at: Array, measured: Array, b: float) -> float:
-    """Return the largest error elsewhere of the formula fitted to d and f."""
-    return float(100.0 * np.max(np.abs(1.0 - _factor(d, f, b) * (at / d[0]) ** b / measured)))
-
-
-def _left_out(d: Array, f: Array, b: float | None) -> float:
-    """Return the largest error of a diameter that the formula was not fitted to, each in turn."""
-    worst = 0.0
-    for left in np.unique(d):
-        own = d == left
-        rest = ~own
-        exponent = _exponent(d[rest], f[rest]) if b is None else b
-        worst = max(worst, _worst(d[rest], f[rest], d[own], f[own], exponent))
-    return worst
 
 
 @dataclass(frozen=True)
@@ -275,5 +206,39 @@ def formula_elsewhere(fitted: Sequence[tuple[float, float]], held_out: Sequence[
     if not fitted or not held_out:
         return None
     (d, f), (at, measured) = np.array(fitted, dtype=float).T, np.array(held_out, dtype=float).T
-    exponent = _exponent(d, f) if len(np.unique(d)) > 1 else FIXED_EXPONENT
-    return Formula(exponent, _worst(d, f, at, measured, exponent))
+    b = _exponent(d, f) if len(np.unique(d)) > 1 else _FIXED_EXPONENT
+    errors = 1.0 - _factor(d, f, b) * (at / d[0]) ** b / measured
+    return Formula(b, float(100.0 * np.max(np.abs(errors))))
+
+
+def formula_left_out(forces: Sequence[tuple[float, float]]) -> Formula | None:
+    """Return F = a·dᵇ through all (diameter, force), its largest error that at a diameter left out, each in turn.
+
+    None with fewer than two diameters.
+
+    >>> round(formula_left_out([(7.0, 49.0), (8.0, 64.0), (9.0, 81.0)]).exponent, 6)
+    2.0
+    """
+    each = [
+        formula_elsewhere([one for one in forces if one[0] != left], [one for one in forces if one[0] == left])
+        for left in {d for d, _ in forces}
+    ]
+    worst = [one.worst_held_out_percent for one in each if one is not None]
+    b = _exponent(*np.array(forces, dtype=float).T) if len(worst) > 2 else _FIXED_EXPONENT
+    return Formula(b, max(worst)) if worst else None
+
+
+def _exponent(d: Array, f: Array) -> float:
+    """Return b of the least sum of squared relative errors."""
+    from scipy.optimize import minimize_scalar
+
+    def missed(b: float) -> float:
+        return float(np.sum((1.0 - _factor(d, f, b) * (d / d[0]) ** b / f) ** 2))
+
+    return float(minimize_scalar(missed, bounds=_EXPONENTS, method="bounded", options={"xatol": 1e-9}).x)
+
+
+def _factor(d: Array, f: Array, b: float) -> float:
+    """Return a of F = a·(d/d₁)ᵇ: Σr/Σr²."""
+    r = (d / d[0]) ** b / f
+    return float(r.sum() / (r @ r))

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any
 
 from stemcal import cutting
-from stemcal.cutting.build import through_wall
 from stemcal.cutting.end_state import LARGEST
 from stemcal.errors import SimulationFailed
 from stemcal.fem.contact import Contact
@@ -248,12 +247,9 @@ def _told(length: Length, diameter: float) -> str:
 
 
 def _discretisation(study: Study, diameter: float) -> cutting.Discretisation:
-    """Return the mesh; where the wall's thickness is a factor, with as many elements through each as the thickest has.
-
-    Else the number would jump from one level to the next, and the force with it.
-    """
+    """Return the mesh at a stem diameter (mm)."""
     solver = _options(study).at_speed(study.loading.speed)
-    how = cutting.Discretisation(
+    return cutting.Discretisation(
         element_size=solver.element_size.at(diameter),
         through_wall=solver.elements_through_wall,
         symmetry="quarter" if study.blade.bevel == "both" else "half",
@@ -266,12 +262,6 @@ def _discretisation(study: Study, diameter: float) -> cutting.Discretisation:
         coarsening=solver.coarsening,
         coarsening_around=solver.coarsening_around,
         break_drop=BREAK_DROP,
-    )
-    if "wall_thickness" not in study.names or solver.elements_through_wall is not None:
-        return how
-    thickest = study.at({"wall_thickness": study.factor("wall_thickness").high}).specimen
-    return replace(
-        how, through_wall=through_wall(cutting.Stem(diameter, thickest.diameter_ratio, thickest.length), how)
     )
 
 

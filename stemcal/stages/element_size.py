@@ -190,7 +190,7 @@ def material_lines(study: Study, found: SizedStrain) -> list[str]:
 def not_valid(found: SizedStrain) -> str:
     """Return why its element size is not valid, and what to do."""
     return (
-        f"--element-size: no valid failure strain was found for an element size of {found.element_size:g} mm (mean "
-        f"force {found.force:.4g} N, target {found.aim:.4g} N; standard deviation {found.sd_percent or 0.0:.3g} % over "
-        f"{found.positions} mesh positions). Choose another element size."
+        f"--element-size: no valid failure strain was found for an element size of {found.element_size:g} mm. The mean "
+        f"force is {found.force:.4g} N (target {found.aim:.4g} N), with a standard deviation of "
+        f"{found.sd_percent or 0.0:.3g} % over {found.positions} mesh positions. Choose another element size."
     )

@@ -75,9 +75,8 @@ def test_another_value_needs_a_reason_and_makes_what_followed_stale(tmp_path: Pa
     found = entered(study, folder, changed(sheet, "screen 3", "150"), "wrong column")
     assert found.replaced == ("screen 3",)
     assert changes_since(study, None, folder, "screen") == ["results"]
-    record = next(r for key in folder.keys() if (r := folder.peek(key)) and r["response"] == 150.0)  # noqa: SIM118
-    assert record["details"]["replaced"][0]["response"] == before
-    assert record["details"]["replaced"][0]["because"] == "wrong column"
+    (line,) = [one for one in map(json.loads, (folder.path / "log.jsonl").open()) if one["event"] == "result_replaced"]
+    assert (line["before"], line["now"], line["reason"]) == (f"{before:g}", "150", "wrong column")
     awaited(study, folder)
     assert folder.read_stage("screen")["design"]["runs"][2]["response"] == 150.0
 

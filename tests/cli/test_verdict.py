@@ -53,9 +53,8 @@ def test_the_last_screen_holds_verdict_table_and_path(
     assert len(notes) == 5 and "more notes in the report" in said.stderr
     told = json.loads(command("status", spec, "--out", tmp_path / "out", "--json").stdout)["result"]
     assert (told["verdict"], told["reasons"]) == ("calibrated", [])
-    assert told["use"].startswith("The parameters were fitted at 8 mm") and told["use"].endswith(
-        "at most 10 % at 7, 8 and 10 mm."
-    )
+    assert told["use"].startswith("The error of the simulation is at most 10 % at 7, 8 and 10 mm. ")
+    assert "The parameters were fitted to data at 8 mm. " in told["use"]
     assert stemcal.open_results(tmp_path / "out").verdict.verdict == "calibrated"
 
 

@@ -10,8 +10,17 @@ import pytest
 from stemcal.cli.explain import glossary, look_up
 from stemcal.report.figures import curves as laboratory
 from stemcal.report.figures.curves import energies
-from stemcal.stages.surface.figures import contours
+from stemcal.stages.surface.figures import Solution, contours, relief
 from stemcal.stages.validate.figures import validation
+
+
+def test_relief_has_the_measured_force_at_the_solution(stages: dict[str, Any]) -> None:
+    solved = Solution(stages["invert"].parameters, stages["invert"].target)
+    axes: Any = relief(stages["rsm"], ("yield_stress", "failure_strain"), solved).axes[0]
+    (star,) = axes.lines
+    assert star.get_data_3d()[2][0] == pytest.approx(159.2)
+    assert axes.get_xlabel() == "yield_stress, MPa"
+    assert axes.get_zlim()[0] < min(axes.get_zticks())
 
 
 def test_contours_end_with_the_ranges(stages: dict[str, Any]) -> None:

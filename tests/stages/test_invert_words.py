@@ -5,14 +5,13 @@ from typing import Any
 
 import pytest
 
-from stemcal.doe.comparison import NullModel
+from stemcal.doe.comparison import Formula
 from stemcal.files.rows import Rows
 from stemcal.naming import Names
 from stemcal.stages.invert import words
 from stemcal.stages.invert.result import InvertResult, JointFitted, JointRow
 
 LABELLED = Names(labels={"yield_stress": "Yield stress"})
-NULL = NullModel(2.6, 5.0, 4.7)
 
 
 def row(condition: float, response: str, measured: float, error: float) -> JointRow:
@@ -28,7 +27,7 @@ JOINT = JointFitted(
     p=3e-4,
     max_abs_error_percent=4.6,
     max_abs_left_out_error_percent=6.0,
-    null=NULL,
+    formula=Formula(2.6, 5.0),
 )
 
 

@@ -164,7 +164,7 @@ def test_power_laws_are_for_forces_over_diameters(tmp_path: Path, monkeypatch: p
     place, _ = calibrated(tmp_path, study, monkeypatch)
     results = fresh_results(study, place)
     found, joint = results.of(ValidateResult), results.of(InvertResult) and results.of(InvertResult).joint
-    assert found is not None and joint is not None and joint.null is None
+    assert found is not None and joint is not None and joint.formula is None
     assert found.measured_exponent is found.error_slope_percent_per_unit is found.formula is None
     assert {note.kind for note in found.notes} <= {"fitted"}
 

@@ -154,14 +154,15 @@ _SCALED = ("linear", "log")
 
 
 def readings(figure: Figure) -> list[dict[str, Any]]:
-    """Return what the lines and bars of each pair of axes show, with the place of the axes in the figure.
+    """Return what the lines and bars of each flat pair of axes show, with the place of the axes in the figure.
 
     A series is a name and its points in the units of the axes, which its `svg` draws between `ends`, in points.
     """
     wide, high = (72.0 * inches for inches in figure.get_size_inches())
     found: list[dict[str, Any]] = []
-    for axes in figure.axes:
-        if axes.get_xscale() in _SCALED and (series := list(_series(axes))):
+    panels: list[Any] = figure.axes
+    for axes in panels:
+        if axes.name != "3d" and axes.get_xscale() in _SCALED and (series := list(_series(axes))):
             box = axes.get_position()
             x = _axis(axes.xaxis, [box.x0 * wide, box.x1 * wide], axes.get_xlim())
             y = _axis(axes.yaxis, [(1.0 - box.y0) * high, (1.0 - box.y1) * high], axes.get_ylim())

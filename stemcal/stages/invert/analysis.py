@@ -23,7 +23,7 @@ from stemcal.doe.calibration.confidence_intervals import (
 )
 from stemcal.doe.calibration.level_set_solutions import solve_target
 from stemcal.doe.calibration.likelihood import Fit
-from stemcal.doe.comparison import null_model
+from stemcal.doe.comparison import formula_left_out
 from stemcal.doe.regression.coding import Coding
 from stemcal.doe.regression.least_squares import Array
 from stemcal.files.rows import Rows
@@ -120,9 +120,7 @@ def _fitted(study: Study, means: Sequence[Measured], found: Fit, flat: bool) -> 
         p=found.p_value,
         max_abs_error_percent=max(abs(row.error_percent) for row in rows),
         max_abs_left_out_error_percent=max(abs(row.left_out_error_percent or 0.0) for row in rows) if errors else None,
-        null=null_model([r.condition for r in first], [r.measured for r in first])
-        if naming.is_force_on_stems
-        else None,
+        formula=formula_left_out([(r.condition, r.measured) for r in first]) if naming.is_force_on_stems else None,
         contradiction=_contradiction(means, found),
         out_of_reach=Rows(Mean(means[i].named.name, means[i].condition) for i in out_of_reach(found)),
         separated=not flat,

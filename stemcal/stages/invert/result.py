@@ -8,7 +8,7 @@ from typing import Any, ClassVar, Literal
 
 from stemcal.doe.calibration.level_set_solutions import Assessment
 from stemcal.doe.calibration.observations import Scatter
-from stemcal.doe.comparison import NullModel
+from stemcal.doe.comparison import Formula
 from stemcal.doe.regression.coding import Coding
 from stemcal.files.rows import Column, Rows, Table
 from stemcal.files.typed import absent, inline
@@ -150,7 +150,7 @@ class JointFitted:
     p: float | None
     max_abs_error_percent: float
     max_abs_left_out_error_percent: float | None
-    null: NullModel | None = None
+    formula: Formula | None = None
     contradiction: Contradicted | None = absent()
     out_of_reach: Rows[Mean] = absent(Rows())
     separated: bool = True

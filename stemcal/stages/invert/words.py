@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from stemcal.doe.calibration.observations import COARSEST, FINEST
-from stemcal.doe.comparison import FIXED_EXPONENT
 from stemcal.naming import Names
 from stemcal.note import Note
 from stemcal.numbers import change, fixed, interval, short, significant, with_unit
@@ -124,8 +123,8 @@ def _of_one(stage: InvertResult, names: Names) -> Iterator[Note]:
         yield Note("one_of_many", "caution", text)
     if not point.inside:
         text = (
-            f"The solution is outside the range of the design, at a coded radius of {point.coded_radius:.2f} (limit "
-            f"{stage.radius:.2f}), so the response surface is extrapolated."
+            "The solution is outside the range of the design, so the response surface is extrapolated (coded radius "
+            f"{point.coded_radius:.2f}, limit {stage.radius:.2f})."
         )
         yield Note("solution_outside", "warning", text)
 
@@ -159,21 +158,14 @@ def _of_many(joint: JointFitted, names: Names) -> Iterator[Note]:
 
 
 def _beside_formula(joint: JointFitted) -> Iterator[Note]:
-    """Compare the errors of left-out forces with those of the better of two formulas without mechanics."""
-    null, model = joint.null, joint.max_abs_left_out_error_percent
-    if null is None or model is None:
-        return
-    each = (
-        (null.max_abs_left_out_error_percent, null.exponent),
-        (null.fixed_max_abs_left_out_error_percent, FIXED_EXPONENT),
-    )
-    known = [(error, exponent) for error, exponent in each if error is not None and exponent is not None]
-    for error, exponent in sorted(known)[:1]:
+    """Compare the errors of left-out forces with those of a formula without mechanics."""
+    formula, model = joint.formula, joint.max_abs_left_out_error_percent
+    if formula is not None and model is not None:
         text = (
-            f"For diameters left out of the fit, the largest error is {error:.1f} % with the formula "
-            f"F = a·d^{exponent:.3g} and {model:.1f} % with the model."
+            f"For diameters left out of the fit, the largest error is {formula.worst_held_out_percent:.1f} % with the "
+            f"formula F = a·d^{formula.exponent:.3g} and {model:.1f} % with the model."
         )
-        yield Note("beside_formula", "info" if null.beaten_by(model) else "warning", text)
+        yield Note("beside_formula", "info" if model < formula.worst_held_out_percent else "warning", text)
 
 
 def prior_unused(factors: tuple[str, ...]) -> Note:

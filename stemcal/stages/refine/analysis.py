@@ -230,7 +230,7 @@ def _in_another_model(stage: RefineResult, study: Study, names: Names) -> Iterat
         if not factor.low <= one.value <= factor.high:
             text = (
                 f"The refined value of {one.factor} ({one.value:.4g}) is outside the range of the study "
-                f"({factor.low:g} to {factor.high:g}), which applies only to the model of the study."
+                f"({factor.low:g} to {factor.high:g}). The range of the study applies only to its own model."
             )
             yield Note("beyond_range", "warning", text)
     if censored := sum(run.outcome.censored for run in stage.made):

@@ -26,7 +26,7 @@ from stemcal.stages.surface.result import SurfaceResult
 
 _NORMAL = NormalDist()
 _GRID = 41  # values of each factor
-_LONGEST = 46  # cells of a line of an axis' name
+_LONGEST, _LONGEST_IN_SPACE = 46, 28  # cells of a line of an axis' name
 _HEIGHT = "viridis"  # its lightness rises steadily with the force
 
 
@@ -51,20 +51,26 @@ def plots(rsm: SurfaceResult, solved: Solution | None, labels: Mapping[str, str]
     ]
     if rsm.runs_diagnostics:
         plots.append(Plot("diagnostics", "rsm", checks, partial(diagnostics, rsm), wide=True, detail=True))
-    return plots + [_contour_plot(rsm, pair, solved, labels) for pair in combinations(rsm.names, 2)]
+    for pair in combinations(rsm.names, 2):
+        plots += _pair_plots(rsm, pair, solved, labels)
+    return plots
 
 
-def _contour_plot(
+def _pair_plots(
     rsm: SurfaceResult, pair: tuple[str, str], solved: Solution | None, labels: Mapping[str, str]
-) -> Plot:
-    """Return the contours over two factors."""
+) -> list[Plot]:
+    """Return the contours and the relief over two factors."""
     response = rsm.naming.response
     over = f"versus {Names(rsm.naming, labels).factors(pair)}"
     held = "" if len(rsm.names) == 2 else f" (other factors at the {'solution' if solved else 'centre'})"
     unit = f", {response.written}," if response.written else ""
     met = f" The orange line is the measured {response.long}; the star is the solution." if solved else ""
-    text = f"Contours of the {response.long}{unit} {over}{held}.{met} White dots are design points."
-    return Plot(f"contour-{'-'.join(pair)}", "rsm", text, partial(contours, rsm, pair, solved, labels))
+    lines = f"Contours of the {response.long}{unit} {over}{held}.{met} White dots are design points."
+    relieved = f"Response surface of the {response.long} {over}{held}, with contours projected on the base."
+    return [
+        Plot(f"contour-{'-'.join(pair)}", "rsm", lines, partial(contours, rsm, pair, solved, labels)),
+        Plot(f"surface-{'-'.join(pair)}", "rsm", relieved, partial(relief, rsm, pair, solved, labels)),
+    ]
 
 
 def observed_predicted(rsm: SurfaceResult) -> Figure:
@@ -112,7 +118,7 @@ def _normal_plot(axes: Axes, residuals: Sequence[float]) -> None:
     axes.set_ylabel("studentised residual")
 
 
-# ---- over two factors, as contours
+# ---- over two factors, as contours and as a relief
 
 
 @dataclass(frozen=True)
@@ -158,6 +164,33 @@ def contours(
     return figure
 
 
+def relief(
+    rsm: SurfaceResult, pair: tuple[str, str], solved: Solution | None = None, labels: Mapping[str, str] | None = None
+) -> Figure:
+    """Return the response as height over two factors, the others at the solution (at centre without one).
+
+    Its contours lie on the base; the star is the solution.
+    """
+    section = _section_of(rsm, pair, solved)
+    grid, levels = (section.across, section.up, section.response), levels_of(section.response)
+    base = levels[0] - 0.35 * (levels[-1] - levels[0])
+    with new_figure(height=3.9) as figure:
+        axes: Any = figure.add_subplot(projection="3d", computed_zorder=False)
+        axes.contourf(*grid, levels=levels, zdir="z", offset=base, cmap=_HEIGHT, alpha=0.6)
+        axes.plot_surface(*grid, cmap=_HEIGHT, edgecolor="#00000055", linewidth=0.3, rstride=4, cstride=4, zorder=2)
+        if solved is not None:
+            point = *(solved.levels[name] for name in pair), rsm.predict(solved.levels).response
+            axes.plot(*([one] for one in point), "*", color=ORANGE, markeredgecolor="white", markersize=14, zorder=9)
+        _label(axes, rsm, pair, labels, _LONGEST_IN_SPACE)
+        axes.set_zlabel(_height(rsm))
+        axes.set_zlim(base, levels[-1])
+        axes.set_zticks([level for level in levels[::2] if level > base])
+        axes.tick_params(labelsize=7, pad=0)
+        axes.view_init(elev=24, azim=-128)
+        axes.set_box_aspect((1.0, 1.0, 0.85), zoom=0.85)
+    return figure
+
+
 def _height(rsm: SurfaceResult) -> str:
     """Return what is drawn as height."""
     return plain(rsm.naming.response.axis(rsm.naming.response.noun))
@@ -177,11 +210,13 @@ def _draw_runs(axes: Axes, rsm: SurfaceResult, pair: tuple[str, str]) -> None:
     axes.plot(*zip(*points, strict=True), "o", **dots, label="runs", clip_on=False, zorder=5)
 
 
-def _label(axes: Axes, rsm: SurfaceResult, pair: tuple[str, str], labels: Mapping[str, str] | None) -> None:
+def _label(
+    axes: Any, rsm: SurfaceResult, pair: tuple[str, str], labels: Mapping[str, str] | None, longest: int = _LONGEST
+) -> None:
     from matplotlib.ticker import MaxNLocator
 
     for axis, setter, name in ((axes.xaxis, axes.set_xlabel, pair[0]), (axes.yaxis, axes.set_ylabel, pair[1])):
-        setter(in_lines(axis_of((labels or {}).get(name, name), rsm.factor(name).unit), _LONGEST))
+        setter(in_lines(axis_of((labels or {}).get(name, name), rsm.factor(name).unit), longest))
         axis.set_major_locator(MaxNLocator(nbins=6, steps=[1, 2, 5, 10]))
 
 

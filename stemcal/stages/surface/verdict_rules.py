@@ -136,7 +136,7 @@ def few_runs(evidence: Evidence) -> Iterator[Note]:
     if surface is not None and _error_unknown(evidence.study, surface) and not any(failed_runs(evidence)):
         text = (
             f"The response surface has as many coefficients as runs ({len(surface.coefficients)}), so the error of the "
-            "surface cannot be estimated and the intervals are wide."
+            "surface cannot be estimated. The intervals are therefore wide."
         )
         yield Note("few_runs", "warning", text, advice.more_runs(surface))
 

@@ -74,10 +74,10 @@ def use(where: Use, names: Names) -> str:
     else:
         every = f" at every {names.condition.noun}" if names.placed else ""
         within = f"{error} exceeds {where.within_percent:g} %{every}."
-    said = [*_held_out(where, names), within]
+    said = [within]
     if where.worst is not None and where.worst != where.held_out:
         said.append(f"The largest error is in the {_signed(where.worst, names)}.")
-    return " ".join(said)
+    return " ".join([*said, *_held_out(where, names)])
 
 
 def _held_out(where: Use, names: Names) -> list[str]:
@@ -89,7 +89,7 @@ def _held_out(where: Use, names: Names) -> list[str]:
     if where.held_out is None or not where.fitted or not names.placed:
         return []
     formula = "" if where.formula_percent is None else f" (formula F = a·d^b: {where.formula_percent:.1f} %)"
-    fitted = f"The parameters were fitted{names.at(*where.fitted)}."
+    fitted = f"The parameters were fitted to data{names.at(*where.fitted)}."
     return [fitted, f"The largest held-out error is in the {_signed(where.held_out, names)}{formula}."]
 
 

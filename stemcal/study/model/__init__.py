@@ -234,20 +234,11 @@ class Study(StudyForm):
         return {**self.material.given(), **varied, **(_NO_RATE if self.solver.rate == "none" else {})}
 
     def at(self, levels: Mapping[str, float]) -> Study:
-        """Return the study whose specimen and contact are what the levels of such factors say.
-
-        `stem_friction` is the coefficient of friction at any speed; `wall_thickness` is that of the stem at the
-        calibration diameter, and stems of other diameters have the same ratio of inner to outer diameter.
-        """
-        chosen = self._internal(levels)
-        sections: dict[str, BaseModel] = {}
-        if (friction := chosen.get("stem_friction")) is not None:
-            given = {"static_friction": friction, "dynamic_friction": friction, "decay": 0.0}
-            sections["contact"] = self.contact.model_copy(update=given)
-        if (wall := chosen.get("wall_thickness")) is not None:
-            ratio = 1.0 - 2.0 * wall / self.targets.calibrate_at
-            sections["specimen"] = self.specimen.model_copy(update={"diameter_ratio": ratio})
-        return self.model_copy(update=sections) if sections else self
+        """Return the study whose coefficient of friction, at any speed, is the level of `stem_friction`."""
+        if (friction := self._internal(levels).get("stem_friction")) is None:
+            return self
+        given = {"static_friction": friction, "dynamic_friction": friction, "decay": 0.0}
+        return self.model_copy(update={"contact": self.contact.model_copy(update=given)})
 
     def cut_as(self, test: LaboratorySection, diameter: float) -> Study:
         """Return the study whose own shear test is a further one, of kind `cutting`, at a stem diameter in mm."""

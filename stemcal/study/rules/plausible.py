@@ -108,10 +108,7 @@ def _mesh(study: Study) -> Iterator[Finding]:
 
 def _wall(study: Study, mesh: Mesh) -> Iterator[Finding]:
     """Question a wall of fewer elements than its bending takes, at the thinnest stem and wall of the study."""
-    walls = [study.specimen.diameter_ratio]
-    if "wall_thickness" in study.names:
-        walls.append(study.at({"wall_thickness": study.factor("wall_thickness").low}).specimen.diameter_ratio)
-    ratio, diameters = max(walls), _conditions(study)
+    ratio, diameters = study.specimen.diameter_ratio, _conditions(study)
     if ratio == 0.0 or (mesh.through_wall is not None and mesh.through_wall >= _THROUGH):
         return
     for diameter in diameters:

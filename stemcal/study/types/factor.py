@@ -71,11 +71,6 @@ AROUND: dict[str, tuple[Parameter, str, tuple[str, ...]]] = {
         "contact",
         ("static_friction", "dynamic_friction", "decay"),
     ),
-    "wall_thickness": (
-        Parameter("wall thickness", "length", "mm", 0, False, _NO_LIMIT, False, (0.1, 20)),
-        "specimen",
-        ("diameter_ratio",),
-    ),
 }
 EMBEDDED = {**PARAMETERS, **{name: parameter for name, (parameter, _, _) in AROUND.items()}}
 
@@ -107,9 +102,8 @@ class Factor(Frozen):
     """One parameter to calibrate, with its search range."""
 
     name: FactorName
-    """Name of the factor in tables and files. The factors of the embedded solver are nine material parameters, the
-    coefficient of friction `stem_friction`, and `wall_thickness` at the calibration diameter. With other programs, any
-    name is allowed."""
+    """Name of the factor in tables and files. The factors of the embedded solver are nine material parameters and the
+    coefficient of friction `stem_friction`. With other programs, any name is allowed."""
     symbol: Symbol
     """Symbol of the factor in tables and equations; by default X1 for the first factor, X2 for the second."""
     label: Label
