@@ -138,18 +138,6 @@ def _sections_are_given_once(draft: Draft) -> Iterator[Finding]:
         yield Finding(("loading", "stroke"), message, "remove `duration` or `stroke`", at_key=True)
 
 
-<<<<<<< HEAD
-def _wall_fits_stem(draft: Draft) -> Iterator[Finding]:
-    """A wall is thinner than the radius of the stem that the parameters are calibrated at."""
-    for path, wall in _values(draft, "wall_thickness") if "wall_thickness" in draft.kind.parameters else ():
-        radius = 0.5 * draft.study.targets.calibrate_at
-        if wall >= radius:
-            message = f"a wall of {wall:g} mm leaves no bore at a stem diameter of {2 * radius:g} mm"
-            yield Finding(path, message, f"use a value below {radius:g} mm")
-
-
-=======
->>>>>>> main
 def _rate_parameters_are_used(draft: Draft) -> Iterator[Finding]:
     """Without a rate law its parameters are neither factors nor given."""
     if draft.study.solver.rate != "none":
@@ -284,15 +272,8 @@ def _wrong_exponent(factor: Factor) -> tuple[str, str] | None:
 
 
 RULES: tuple[Callable[[Draft], Iterator[Finding]], ...] = (
-<<<<<<< HEAD
     _names_differ, _ranges_rise, _priors_fit, _factors_are_known, _values_are_physical, _material_is_given_once,
-    _sections_are_given_once, _wall_fits_stem, _rate_parameters_are_used, _material_is_complete,
+    _sections_are_given_once, _rate_parameters_are_used, _material_is_complete,
     _exponents_are_factors, _tangent_stays_below_elastic,
-=======
-    _names_differ, _ranges_rise, _priors_fit, _factors_are_known, _factors_are_physical, _material_is_physical,
-    _material_is_given_once, _sections_are_given_once, _rate_parameters_are_used,
-    _material_is_complete, _growth_has_one_value, _exponents_are_factors, _growth_is_physical,
-    _tangent_stays_below_elastic,
->>>>>>> main
 )  # fmt: skip
 """The rules of this file."""
