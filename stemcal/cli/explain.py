@@ -95,16 +95,17 @@ def _plain(text: str) -> str:
 
 Term = Annotated[
     list[str] | None,
-    typer.Argument(metavar="TERM", help="A term of the glossary or a key of the spec."),
+    typer.Argument(metavar="TERM", help="Term of the glossary or key of the spec."),
 ]
 Schema = Annotated[bool, typer.Option("--schema", help="Print the JSON schema of the spec, for use in an editor.")]
 
 
 def explain(term: Term = None, schema: Schema = False, as_json: AsJson = False) -> None:
-    """Explain a term or a key of the spec. Without a term, list all terms.
+    """Explain a term or a key of the spec.
 
-    Terms can be English or Chinese. If the schema is saved as `stemcal.schema.json`, an editor completes the keys
-    of each spec that begins with the line `# yaml-language-server: $schema=stemcal.schema.json`.
+    If no term is given, all terms are listed. Terms can be given in English or Chinese. To enable key completion in an
+    editor, save the schema as `stemcal.schema.json` and start each spec with the line
+    `# yaml-language-server: $schema=stemcal.schema.json`.
 
     Example: [bold]stemcal explain lack of fit[/bold]
 

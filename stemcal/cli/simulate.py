@@ -30,15 +30,19 @@ Diameter = Annotated[
 Settings = Annotated[
     list[str] | None,
     typer.Option(
-        "--set", metavar="FACTOR=VALUE", help="Value of a factor in the unit of the spec; this option can be repeated."
+        "--set", metavar="FACTOR=VALUE", help="Factor value in the unit given in the spec (repeatable option)."
     ),
 ]
-CsvFile = Annotated[Path | None, typer.Option("--csv", metavar="FILE", help="CSV file for the time history.")]
+CsvFile = Annotated[
+    Path | None, typer.Option("--csv", metavar="FILE", help="CSV file for the time history of the simulation.")
+]
 FigureFile = Annotated[
-    Path | None, typer.Option("--figure", metavar="FILE", help="Plot of force versus travel (.png, .svg, .pdf).")
+    Path | None,
+    typer.Option("--figure", metavar="FILE", help="File for the force–travel plot (`.png`, `.svg` or `.pdf`)."),
 ]
 FramesFolder = Annotated[
-    Path | None, typer.Option("--frames", metavar="DIR", help="Folder for about 50 ParaView frames of the simulation.")
+    Path | None,
+    typer.Option("--frames", metavar="DIR", help="Folder for about 50 simulation frames in ParaView format."),
 ]
 TestName = Annotated[
     str | None, typer.Option("--test", metavar="NAME", help="Name of a test in the spec.", show_default="cutting")
@@ -56,10 +60,10 @@ def simulate(
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
-    """Simulate one virtual shear test, or another test defined in the spec.
+    """Simulate the virtual shear test or another test defined in the spec.
 
-    If the spec names an external program, the command runs that program once. Factors without `--set` have mid-range
-    values.
+    If the study uses an external simulation program, the command runs this program once. Factors that are not set
+    with `--set` have mid-range values.
 
     Example: [bold]stemcal simulate configs/smoke.yaml --diameter 7 --set yield_stress=18[/bold]
     """

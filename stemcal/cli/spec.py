@@ -24,11 +24,13 @@ MORE = "# ---- Everything below"  # begins what only --full writes
 
 def init(
     name: Annotated[str, typer.Argument(metavar="NAME", help="Name of the study and of its spec file.")] = "my-study",
-    full: Annotated[bool, typer.Option("--full", help="Include the keys that have default values.")] = False,
+    full: Annotated[
+        bool, typer.Option("--full", help="Also write all optional keys with their default values.")
+    ] = False,
 ) -> None:
-    """Write a spec with comments as a starting point.
+    """Write a commented spec as a starting point for a new study.
 
-    The command writes NAME.yaml and does not overwrite an existing file.
+    The command writes `NAME.yaml` and does not overwrite an existing file.
 
     Example: [bold]stemcal init my-stems[/bold]
     """
@@ -69,9 +71,9 @@ def _write_new(path: Path, text: str) -> None:
 
 
 def check(spec: Spec, out: Out = None, workers: Workers = None, as_json: AsJson = False) -> None:
-    """List all mistakes in a spec or, if there are none, its runs and cost.
+    """Check a spec and estimate the number of runs and the computing time.
 
-    Nothing is simulated or written. The estimated time excludes runs that are already in the study folder.
+    No simulation is run, and no file is written. The estimated time excludes runs that are already in the study folder.
 
     Example: [bold]stemcal check my-study.yaml[/bold]
     """

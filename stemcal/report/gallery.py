@@ -60,8 +60,9 @@ def _run_plots(study: Study, records: Records) -> list[Plot]:
     for condition, modes in study.targets.modes.items():
         if (label := f"{short(condition)} mm") in curves and records[label].at_solution:
             text = (
-                "Measured force and the force simulated with the calibrated parameters, up to peak force, versus "
-                "relative travel. The lower panel shows their difference in standard deviations of the specimens."
+                "Measured force, and force simulated with the calibrated parameters, versus relative travel up to the "
+                "peak force. The lower panel shows the difference between the two forces in standard deviations of the "
+                "specimens."
             )
             name = "measured-curves" if label == calibrated else f"measured-curves-{short(condition)}mm"
             plots.append(Plot(name, "runs", text, partial(measured_band, modes, curves[label])))
@@ -85,8 +86,8 @@ def _run(label: str, details: Details, on_page: bool, hollow: bool) -> list[Plot
         bore = " (the bore between the walls)" if hollow else ""
         text = (
             f"The {label} stem at the end of the simulation: side view and section{bore}. The simulation stops after "
-            "peak force, before the stem is cut through. Colours show the plastic strain; failed elements are removed. "
-            "Blade and supports are grey."
+            "the peak force, before the stem is cut through. Colours show the plastic strain; failed elements are "
+            "removed. The blade and the supports are grey."
         )
         cut = partial(_cut_stem, details.shape)
         plots.append(Plot(f"fracture-{name}", "runs", text, cut, on_page, wide=True))

@@ -176,7 +176,7 @@ class _Tally:
         if len(self.warned) <= MOST_WARNINGS:
             logger.warning("%s run %d: %s: %s", request.stage, request.row + 1, outcome.reason, outcome.message)
         elif len(self.warned) == MOST_WARNINGS + 1:
-            logger.warning("more runs failed; `stemcal status SPEC --failed` lists all failed runs")
+            logger.warning("further runs failed; `stemcal status SPEC --failed` lists all failed runs")
 
     def report(self, response: float | None = None, condition: float | None = None, preparing: bool = False) -> None:
         """Notify the watcher of the progress."""
@@ -277,7 +277,7 @@ def validated(answer: Answer, naming: Naming = CUTTING) -> Answer:
         if value is None or not math.isfinite(value):
             return Answer("failed", None, "nan", given, rest)
         if abs(value) > MOST:
-            message = f"{given}, which exceeds the largest allowed value ({MOST:g})"
+            message = f"{given}; the magnitude exceeds {MOST:g}"
             return Answer("failed", None, "bad_result", message, rest)
     return answer
 

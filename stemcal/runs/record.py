@@ -130,11 +130,11 @@ def lower_bound_notes(outcomes: Sequence[Outcome]) -> list[Note]:
     rows = [row for row, outcome in enumerate(outcomes, 1) if outcome.censored]
     if not rows:
         return []
-    runs, bound = (
-        ("run", "its maximum is a lower bound") if len(rows) == 1 else ("runs", "their maxima are lower bounds")
-    )
     remedy = Remedy("Increase the stroke (`loading.stroke` or `loading.duration`).")
-    text = f"In {runs} {series(rows)}, the response had not fallen when the stroke ended, so {bound}."
+    text = (
+        f"In run{'s' * (len(rows) > 1)} {series(rows)}, the response had not fallen when the stroke ended, so the "
+        "recorded maximum is a lower bound."
+    )
     return [Note("lower_bound", "warning", text, remedy)]
 
 

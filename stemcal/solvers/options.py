@@ -124,7 +124,7 @@ MassScaling = Annotated[
 FilterWindow = Annotated[
     float,
     Quantity("time", at_least=0),
-    Field(description="Window of the low-pass filter of the force; 0 s switches the filter off."),
+    Field(description="Window length of the low-pass filter for the force; 0 s disables the filter."),
 ]
 
 

@@ -14,8 +14,7 @@ from typing import Any
 
 from stemcal.errors import UsageError
 from stemcal.executors import RunExecutor
-from stemcal.files.durable import digest
-from stemcal.files.reading import holds
+from stemcal.files.durable import digest, holds
 from stemcal.folder import SCHEMA_VERSION, StudyFolder
 from stemcal.naming import FIRST
 from stemcal.registry import code_version

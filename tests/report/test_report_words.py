@@ -141,7 +141,7 @@ def test_a_condition_of_its_own_has_a_column(moist: Told) -> None:
     errors = [row.compared.error_percent for row in validation.rows]
     errors += [one.error_percent for row in validation.rows for one in row.further]
     largest = max(abs(error or 0.0) for error in errors)
-    assert table.foot[0].startswith(f"Largest error: {largest:.2f} %")
+    assert table.foot[0].startswith(f"Largest absolute error: {largest:.2f} %")
 
 
 def test_further_responses_are_named_with_their_units(moist: Told) -> None:

@@ -50,7 +50,7 @@ def test_the_tables_state_what_they_refer_to() -> None:
     assert refine_tables(known, STEM)[0].foot[1].startswith("95 % range: computed from the scatter")
     assert responses.foot == (
         "The error at the target is below 2 % after 2 of at most 8 runs.",
-        "Error = 100·(measured − after)/measured.",
+        "Error in % = 100·(measured − after)/measured.",
     )
     assert [row[1] for row in runs.cells] == ["solution", "path"]
     after_a_joint_fit = refine_tables(replace(THERE, aim=150.0, converged=False), STEM)[1].foot

@@ -94,8 +94,7 @@ def question(study: Study) -> str:
     if not others:
         return asked
     return (
-        f"{asked} Are these parameters also valid at {others} other value{'s' * (others > 1)} of the "
-        f"{names.condition.long}?"
+        f"{asked} Are the parameters valid at {others} other value{'s' * (others > 1)} of the {names.condition.long}?"
     )
 
 
@@ -121,5 +120,8 @@ def made_with(study: Study, spec_hash: str) -> list[tuple[str, str]]:
         ("Spec", f"{study.source.name}, SHA-256 {spec_hash}" if spec_hash else study.source.name),
         ("Solver", study.solver.program_name),
         ("Written by", f"stemcal {code_version()}"),
-        ("Cite", f"The stemcal developers: stemcal, version {__version__}. Publish this spec with your results."),
+        (
+            "Cite",
+            f"The stemcal developers: stemcal, version {__version__}. Publish the spec together with your results.",
+        ),
     ]

@@ -30,7 +30,7 @@ def _design_table(design: DesignRuns, names: Names, symbols: Mapping[str, str] |
         simulated(names.response),
         *map(_other, names.naming.others),
     ]
-    foot = ["The table of factors explains the symbols."] if crowded and any((symbols or {}).values()) else []
+    foot = ["The table of factors defines the symbols."] if crowded and any((symbols or {}).values()) else []
     return Table.of(columns, design.runs, title, foot, detail=True)
 
 

@@ -21,11 +21,11 @@ class Climbing(Stage["ClimbResult"]):
 
     name, title, reads = "climb", "Climb", ("climb", "rsm", "targets")
     one_by_one = True
-    help = """Move the centre of the design towards the measured value.
+    help = """Move the centre of the design towards the target response.
 
-        The climb changes all significant factors simultaneously until the response passes the target. The
-        direction follows from the screening effects, and `climb.steps` is the maximum number of steps. The best step is
-        used as the centre of the response surface design. `stemcal run` includes the climb if the spec has a
+        All significant factors are changed simultaneously until the response passes the target. The screening effects
+        determine the direction of the climb. The key `climb.steps` limits the number of steps. The best step becomes
+        the centre of the design for the response surface. `stemcal run` includes the climb if the spec has a
         `climb` section.
         """
     purpose = (

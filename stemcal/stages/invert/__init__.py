@@ -21,7 +21,7 @@ class Calibration(Stage["InvertResult"]):
 
     name, title, attribute, reads = "invert", "Calibration", "inversion", ("invert", "targets")
     simulates = False
-    help = "Find the parameters that reproduce the measurement, with intervals."
+    help = "Determine the parameters and their intervals from the measured response."
     purpose = "Stage 3: calibration of the parameters to the measured values."
 
     def needs(self, study: Study) -> str | None:

@@ -58,7 +58,7 @@ class InvertShowing(Showing[InvertResult]):
         units = {name: setting.study.factor(name).unit for name in result.point.solution}
         labels = {name: axis_of(setting.labels.get(name, name), unit) for name, unit in units.items()}
         text = (
-            "Misfit versus each factor, with the other factors refitted. In the shaded 95 % interval, the curve is "
+            "Misfit versus each factor, with the other factors refitted. In the 95 % interval (shaded), the misfit is "
             "below the dashed line. The vertical line marks the calibrated value."
         )
         return [Plot("profiles", "invert", text, partial(profiles, result, result.certainty, labels), claims=True)]
@@ -129,15 +129,16 @@ def calibration_table(stage: InvertResult, names: Names, refined: Mapping[str, f
         Column("range", head, form=str, claims=True),
         Column("coded", "Coded", form=to_decimals(3)),
     ]
-    rule = f"rule {stage.rule}" if stage.joint is None else "least squares over all fitted values"
+    rule = f"the rule `{stage.rule}`" if stage.joint is None else "least squares over all fitted values"
     where = (
-        f"Target {names.quantity(stage.target, '.6g')}; predicted {names.quantity(point.predicted)}; coded radius "
-        f"{point.coded_radius:.3f}; {rule}."
+        f"The target is {names.quantity(stage.target, '.6g')}, and the predicted value is "
+        f"{names.quantity(point.predicted)}. The solution, determined by {rule}, has a coded radius of "
+        f"{point.coded_radius:.3f}."
     )
     response = names.response.long
     ends = (
-        f"95 % confidence interval of the mean {response}: {_ends(point.mean_interval, names)}; prediction interval: "
-        f"{_ends(point.prediction_interval, names)}."
+        f"The 95 % confidence interval of the mean {response} is {_ends(point.mean_interval, names)}. The prediction "
+        f"interval of one run is {_ends(point.prediction_interval, names)}."
     )
     claimed = (ends, *range_to_cite(stage, names))
     return Table.of(columns, rows, "Calibrated parameters", (where, *valid_for(stage)), claimed=claimed)
@@ -165,7 +166,7 @@ def _joint_table(joint: JointFitted, names: Names) -> Table:
     rows = from_means(map(to_json, (*joint.rows, *joint.further)), names)
     columns.append(ERROR)
     if left_out is None:
-        return Table.of(columns, rows, _JOINT, [f"Largest error: {fixed(error)} %.", *scores(names)])
+        return Table.of(columns, rows, _JOINT, [f"Largest absolute error: {fixed(error)} %.", *scores(names)])
     columns.append(Column("left_out_error_percent", "Left out", "%", fixed))
     tests = any(row.left_out_interval is not None for row in joint.rows)
     largest = f"Largest error: {fixed(error)} % for fitted values, {fixed(left_out)} % for values left out of the fit."

@@ -150,12 +150,9 @@ def not_identified(evidence: Evidence) -> Iterator[Note]:
 def _not_identified(known: Certainty) -> str:
     """Return which factors the fit leaves free, and the combination along which it hardly changes."""
     factors = series(known.not_identified)
-    changes = [change(name, size, known.units[name]) for name, size in known.loosest.items()]
+    changes = [change(f"{name} by", size, known.units[name]) for name, size in known.loosest.items()]
     if len(changes) > 1:
-        return (
-            f"The fit does not determine {factors}: a joint change of the parameters ({series(changes)}) has almost no "
-            "effect on the fit."
-        )
+        return f"The fit does not determine {factors}: changing {series(changes)} hardly affects the fitted responses."
     return f"The fit does not determine {factors} because the fitted responses hardly depend on {factors}."
 
 

@@ -24,11 +24,11 @@ class Refinement(Stage["RefineResult"]):
     pictured = one_by_one = True
     help = """Correct the parameters until the simulation matches the measured value.
 
-        The refinement stops if the error is below `refine.tolerance_percent`, or after `refine.budget` simulations.
-        After a joint fit (`invert.diameters`), every fitted diameter is simulated. `stemcal run` includes the
-        refinement if the spec has a `refine` section, and the validation then uses the refined parameters. With
-        `refine.in`, the refinement follows the validation and uses the program or mesh for which the parameters are
-        intended.
+        The refinement stops when the error is below `refine.tolerance_percent`, or after `refine.budget` simulations.
+        If several diameters were fitted (`invert.diameters`), every fitted diameter is simulated. `stemcal run`
+        includes the refinement if the spec has a `refine` section. The validation is based on the refined parameters.
+        With `refine.in`, the refinement is performed after the validation, with the program or mesh for which the
+        parameters are intended.
         """
     purpose = """Stage 4: correction of the solution by simulation, optionally in another program. A study without this
         section has no refinement."""

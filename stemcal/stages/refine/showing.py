@@ -84,7 +84,7 @@ def responses(stage: RefineResult, names: Names) -> Table:
             f"({names.quantity(stage.aim)})."
         ]
     where = program(stage.model.kind) if stage.elsewhere else "the model of the study"
-    foot += ["Error = 100·(measured − after)/measured."]
+    foot += ["Error in % = 100·(measured − after)/measured."]
     return Table.of(columns, stage.rows, f"Measured and simulated in {where}", foot)
 
 

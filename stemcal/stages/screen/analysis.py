@@ -173,14 +173,14 @@ def _screening_notes(
         found.append(flat_response("no factor has an effect"))
     elif len(effects) < FEWEST:
         text = (
-            f"The significant factors are selected with the F test because Lenth's method requires at least {FEWEST} "
+            f"The significant factors are selected by the F test because Lenth's method requires at least {FEWEST} "
             "effects."
         )
         found.append(Note("too_few_effects", "caution", text))
     elif not tested:
         only = f"the residual has only {counted(fit.df, 'degree')} of freedom"
         few = only if fit.df < LEAST_DF else "the residual is zero"
-        text = f"The significant factors are selected with Lenth's method because {few}."
+        text = f"The significant factors are selected by Lenth's method because {few}."
         found.append(Note("lenth_decides", "caution", text))
     found += _disagreements(effects, size, alpha, written)
     return (*found, aliases_note(design, [effect.factor for effect in effects]))
@@ -192,8 +192,7 @@ def _disagreements(effects: Sequence[Effect], size: Lenth, alpha: float, written
             continue
         yes, no = ("the F test", "Lenth's method") if effect.p < alpha else ("Lenth's method", "the F test")
         text = (
-            f"The factor {effect.factor} is significant according to {yes} but not according to {no} (p "
-            f"{signed_probability(effect.p)}; effect {written.quantity(effect.effect, '+.4g')}, margin of error "
-            f"{written.quantity(size.me)})."
+            f"The factor {effect.factor} is significant by {yes} but not by {no} (p {signed_probability(effect.p)}; "
+            f"effect {written.quantity(effect.effect, '+.4g')}, margin of error {written.quantity(size.me)})."
         )
         yield Note("methods_disagree", "warning", text)

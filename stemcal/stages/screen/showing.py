@@ -30,7 +30,7 @@ class ScreenShowing(Showing[ScreenResult]):
     def outcome(self, result: ScreenResult, names: Names) -> list[str]:
         """Return which factors are significant."""
         effects, response = {effect.factor: effect for effect in result.effects}, names.response.long
-        count = f"The screening varied {len(effects)} factors in {len(result.design.runs)} runs."
+        count = f"In the screening, {len(effects)} factors were varied in {len(result.design.runs)} runs."
         chosen = sorted(result.significant, key=lambda name: -abs(effects[name].effect))
         if chosen:
             shares = (f"{fixed(effects[name].contribution_percent, 1)} % of the variation" for name in chosen)
@@ -80,7 +80,7 @@ def _effects_table(stage: ScreenResult, names: Names) -> Table:
         Column("lenth_t", "Lenth t", form=fixed),
     ]
     method = "Lenth's method" if stage.by_lenth else "the F test"
-    rule = f"Factors in bold are significant according to {method}."
+    rule = f"The factors in bold are significant by {method}."
     margins = []
     if lenth.pse is not None and lenth.me is not None and lenth.sme is not None:
         pse, me, sme = (names.quantity(value) for value in (lenth.pse, lenth.me, lenth.sme))

@@ -24,7 +24,7 @@ class ResponseSurface(Stage["SurfaceResult"]):
     """The runs of a design, and a quadratic surface fitted to them."""
 
     name, title, attribute, reads = "rsm", "Response surface", "surface", ("rsm",)
-    help = "Simulate the response surface design and fit the response surface."
+    help = "Simulate the runs of the design and fit the response surface."
     purpose = "Stage 2: the response surface."
 
     def needs(self, study: Study) -> str | None:

@@ -43,8 +43,8 @@ def plots(rsm: SurfaceResult, solved: Solution | None, labels: Mapping[str, str]
     observed = f"Simulated {rsm.naming.response.long} versus the value predicted by the response surface."
     checks = (
         "Normal plot of the residuals (left), residuals versus the predicted value (middle) and influence of each run "
-        "(right). Normally distributed residuals follow the line. A run with a Cook's distance above 1 strongly "
-        "influences the response surface."
+        "(right). If the residuals are normally distributed, their points follow the line of the normal "
+        "plot. A run with a Cook's distance above 1 strongly influences the response surface."
     )
     plots = [
         Plot("observed-predicted", "rsm", observed, partial(observed_predicted, rsm), detail=True),
@@ -62,11 +62,12 @@ def _pair_plots(
     """Return the contours and the relief over two factors."""
     response = rsm.naming.response
     over = f"versus {Names(rsm.naming, labels).factors(pair)}"
-    held = "" if len(rsm.names) == 2 else f" (other factors at the {'solution' if solved else 'centre'})"
-    unit = f", {response.written}," if response.written else ""
-    met = f" The orange line is the measured {response.long}; the star is the solution." if solved else ""
+    others = "factor" if len(rsm.names) == 3 else "factors"
+    held = "" if len(rsm.names) == 2 else f", with the other {others} at the {'solution' if solved else 'centre'}"
+    unit = f" ({response.written})" if response.written else ""
+    met = f" The orange line is the measured {response.long}; the star marks the solution." if solved else ""
     lines = f"Contours of the {response.long}{unit} {over}{held}.{met} White dots are design points."
-    relieved = f"Response surface of the {response.long} {over}{held}, with contours projected on the base."
+    relieved = f"Response surface of the {response.long} {over}{held}. The contours are projected on the base."
     return [
         Plot(f"contour-{'-'.join(pair)}", "rsm", lines, partial(contours, rsm, pair, solved, labels)),
         Plot(f"surface-{'-'.join(pair)}", "rsm", relieved, partial(relief, rsm, pair, solved, labels)),
@@ -169,7 +170,7 @@ def relief(
 ) -> Figure:
     """Return the response as height over two factors, the others at the solution (at centre without one).
 
-    Its contours lie on the base; the star is the solution.
+    Its contours lie on the base; the star marks the solution.
     """
     section = _section_of(rsm, pair, solved)
     grid, levels = (section.across, section.up, section.response), levels_of(section.response)

@@ -20,7 +20,7 @@ from stemcal.stages.validate import figures
 from stemcal.stages.validate.result import ValidateResult
 
 _LEFT_OUT = Column("left_out_percent", "Left out", "%", fixed)
-_ERROR = "Error = 100·(measured − simulated)/measured"
+_ERROR = "Error in % = 100·(measured − simulated)/measured"
 
 
 class ValidateShowing(Showing[ValidateResult]):
@@ -34,7 +34,7 @@ class ValidateShowing(Showing[ValidateResult]):
             return ["All validation runs failed."]
         responses = "responses" if names.naming.others else names.response.long
         worst, mean = fixed(result.worst_percent, 1), fixed(result.mean_abs_error_percent, 1)
-        over = f"Over {len(result.rows)} values of the {names.condition.long}, the" if len(result.rows) > 1 else "The"
+        over = f"At {len(result.rows)} values of the {names.condition.long}, the" if len(result.rows) > 1 else "The"
         of_all = f" (mean difference {mean} %)" if len(result.rows) > 1 else ""
         return [f"{over} largest difference between simulated and measured {responses} is {worst} %{of_all}."]
 
@@ -79,10 +79,9 @@ def _validation_table(stage: ValidateResult, names: Names) -> Table:
 
 def _errors_in_short(stage: ValidateResult, names: Names) -> str:
     """Return the largest and the mean error, then the largest held-out error next to that of a formula."""
-    of = "all responses" if names.naming.others else "absolute"
-    every = (
-        f"Largest error: {fixed(stage.worst_percent)} %; mean error: {fixed(stage.mean_abs_error_percent)} % ({of})."
-    )
+    of = " (all responses)" if names.naming.others else ""
+    worst, mean = fixed(stage.worst_percent), fixed(stage.mean_abs_error_percent)
+    every = f"Largest absolute error: {worst} %; mean absolute error: {mean} %{of}."
     if stage.worst_held_out_percent is None:
         return every
     formula = stage.formula

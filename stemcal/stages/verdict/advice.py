@@ -160,7 +160,7 @@ def fit_all(study: Study, over: str, then: str = "") -> Remedy:
     key = "responses" if over == "responses" else "diameters"
     edit = f"invert: {{{key}: all}}"
     many = key if study.naming.condition == DIAMETER or over == "responses" else "conditions"
-    return Remedy(f"Fit all measured {many} together: `{edit}`. {then}".rstrip(), edit)
+    return Remedy(f"Fit all measured {many} together (`{edit}`). {then}".rstrip(), edit)
 
 
 def more_runs(surface: Surfaces) -> Remedy:

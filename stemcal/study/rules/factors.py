@@ -166,7 +166,7 @@ def _material_is_complete(draft: Draft) -> Iterator[Finding]:
         message = f"the {draft.study.solver.title} solver requires `{name}` (usual range: {parameter.usual})"
         remedy = "set the parameter in the `material` section, or add the parameter to `factors`"
         if name in RATE and draft.study.solver.rate is not None:
-            remedy += "; alternatively, write `rate_law: none` in the `solver` section to neglect the strain rate"
+            remedy = f"{remedy}; to neglect the strain rate, write `rate_law: none` in the `solver` section"
         yield Finding(("material",), message, remedy)
 
 

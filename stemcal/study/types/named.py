@@ -11,7 +11,7 @@ from typing import Any
 from pydantic import ValidationInfo
 from pydantic_core import core_schema
 
-from stemcal.files.reading import MIB, read_plain
+from stemcal.files.durable import MIB, read_plain
 from stemcal.naming import CUTTING, DIAMETER, FIRST, FORCE, NOWHERE, Named, Naming
 from stemcal.study.types import units
 from stemcal.study.types.field_types import MOST, Quantity, complain
