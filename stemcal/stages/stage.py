@@ -121,10 +121,6 @@ class Stage(Checked, Generic[R]):
         """Return its rules of the verdict: functions of a `verdict.rules.Evidence` that yield reasons."""
         return ()
 
-    def most_there(self, study: Study) -> int:
-        """Return the maximum number of runs in the other model (`seen`)."""
-        return 0
-
     def showing(self) -> object:
         """Return its sentences, tables and figures (`report.showing.Showing`)."""
         raise NotImplementedError

@@ -76,7 +76,7 @@ def _responses_measured(draft: Draft) -> Iterator[Finding]:
     path, names, named = ("invert", "responses"), draft.study.of(InvertOptions).responses, draft.naming
     if names == (FIRST,):
         return
-    if named.is_cutting and not draft.kind.travel_and_work:
+    if named.is_cutting and not draft.kind.simulates_stems:
         yield Finding(path, f"the solver kind `{draft.study.solver.kind}` returns only the force", "remove the key")
     if FIRST not in names or len(set(names)) < len(names):
         listed = ", ".join(named.named(name).name for name in names)
@@ -116,7 +116,7 @@ def _doubts(study: Study) -> Iterator[Finding]:
     from stemcal.study.rules.plausible import FALL
 
     fitted = [named.name for named in (TRAVEL, WORK) if named.name in study.of(InvertOptions).responses]
-    if fitted and study.naming.is_cutting and study.kind.travel_and_work:
+    if fitted and study.naming.is_cutting and study.kind.simulates_stems:
         depend = " and ".join(fitted) + (" depend" if len(fitted) > 1 else " depends")
         message = f"{depend} on the mesh: {FALL}"
         yield Finding(("invert", "responses"), message, "fit only the force, or include the mesh error in `sd`")

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from stemcal.doe.calibration.observations import COARSEST, FINEST
 from stemcal.naming import Names
 from stemcal.note import Note
-from stemcal.numbers import change, fixed, interval, short, significant, tenths, with_unit
+from stemcal.numbers import change, fixed, interval, short, significant, with_unit
 from stemcal.stages.invert.result import Certainty, InvertResult, JointFitted
 from stemcal.words import series
 
@@ -139,7 +139,7 @@ def _of_many(joint: JointFitted, names: Names) -> Iterator[Note]:
         each = "test" if tests else condition.long if condition is not None and several else "response"
         text = (
             f"If one {each} at a time is left out of the fit, the largest prediction error is "
-            f"{tenths(joint.max_abs_left_out_error_percent)} %."
+            f"{fixed(joint.max_abs_left_out_error_percent, 1)} %."
         )
         yield Note("left_out", "info", text)
     yield from _beside_formula(joint)

@@ -44,9 +44,6 @@ class Refinement(Stage["RefineResult"]):
     def calibrates(self, study: Study) -> bool:
         return self.asked_for(study) and not self._options(study).elsewhere
 
-    def most_there(self, study: Study) -> int:
-        return self._options(study).budget
-
     def _options(self, study: Study) -> RefineOptions:
         from stemcal.stages.refine.options import RefineOptions
 

@@ -168,8 +168,15 @@ def _scatter(target: Target) -> tuple[float, float] | None:
 def later(study: Study) -> Later | None:
     """Return the usual number of rounds and the largest number of runs."""
     options = study.given(RefineOptions)
-    if options is None or options.elsewhere:
+    if options is None:
         return None
+    if options.elsewhere:
+        place = program(study.there.solver.program_name)
+        text = (
+            f"The refinement adds at most {counted(options.budget, 'run')} in {place}, one by one. The estimated time "
+            "excludes these runs."
+        )
+        return Later([], Note("decided_later", "caution", text))
     conditions = [target.condition for target in study.joint_targets] or [study.targets.calibrate_at]
     round_ = [Request("refine", 0, study.midlevels(), condition, True) for condition in conditions]
     text = f"The refinement requires at most {counted(options.budget, 'additional run')}, simulated one after another."

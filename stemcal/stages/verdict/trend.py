@@ -105,7 +105,7 @@ def trend_reason(
 ) -> Iterator[Note]:
     """Yield that the error follows the diameter, if it does; `rows` are diameter, both forces and standard error."""
     study = evidence.study
-    if len(rows) < 3 or not (study.naming.is_force_on_stems and study.naming.is_cutting and study.kind.force_history):
+    if len(rows) < 3 or not (study.naming.is_force_on_stems and study.naming.is_cutting and study.kind.simulates_stems):
         return
     if (law := trend_of(*zip(*rows, strict=True))) is not None:
         how = "faster" if law.exponent > 0.0 else "more slowly"

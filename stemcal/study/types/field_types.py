@@ -185,19 +185,11 @@ def _readable(text: str) -> str:
     return text
 
 
-def _seen(text: str) -> str:
-    """Refuse a text that shows nothing, as one of spaces that do not break or have no width."""
-    if not any(letter.isprintable() and not letter.isspace() for letter in text):
-        raise complain("the text is blank", "write a word, or omit the key")
-    return text
-
-
 Readable = AfterValidator(_readable)
-Seen = AfterValidator(_seen)
 Title = Annotated[
     str, StringConstraints(strict=True, max_length=300), AfterValidator(lambda text: _readable(" ".join(text.split())))
 ]
-Label = Annotated[str, StringConstraints(strict=True, min_length=1, max_length=80), Readable, Seen]
+Label = Annotated[str, StringConstraints(strict=True, strip_whitespace=True, min_length=1, max_length=80), Readable]
 
 _RESERVED_COLUMNS = {"run", "row", "response", "condition", "force", "diameter", "status", "key", "reason"}
 
@@ -206,8 +198,6 @@ def _column_name(name: str) -> str:
     if not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", name):
         remedy = "use letters, digits and underscores, as in yield_stress"
         raise complain(f"{name[:60]!r} is not allowed as a column name", remedy)
-    if len(name) > 40:
-        raise complain(f"the name has {len(name)} characters", "use at most 40 characters")
     return name
 
 
@@ -219,12 +209,8 @@ def _factor_name(name: str) -> str:
 
 
 _COLUMN = WithJsonSchema({"type": "string", "pattern": "^[A-Za-z_][A-Za-z0-9_]*$", "maxLength": 40})
-FactorName = Annotated[
-    str, BeforeValidator(lambda name: _factor_name(name) if isinstance(name, str) else name), _COLUMN
-]
-ColumnName = Annotated[
-    str, BeforeValidator(lambda name: _column_name(name) if isinstance(name, str) else name), _COLUMN
-]
+FactorName = Annotated[str, StringConstraints(strict=True, max_length=40), AfterValidator(_factor_name), _COLUMN]
+ColumnName = Annotated[str, StringConstraints(strict=True, max_length=40), AfterValidator(_column_name), _COLUMN]
 
 _DEVICES = {"con", "prn", "aux", "nul"} | {f"{port}{i}" for port in ("com", "lpt") for i in range(10)}
 
@@ -241,7 +227,8 @@ def _study_name(name: str) -> str:
 
 StudyName = Annotated[
     str,
-    BeforeValidator(lambda name: _study_name(name) if isinstance(name, str) else name),
+    StringConstraints(strict=True),
+    AfterValidator(_study_name),
     WithJsonSchema({"type": "string", "maxLength": 64}),
 ]
 
@@ -261,15 +248,6 @@ class Length:
 
     mm: float = 0.0
     divisor: float | None = None
-
-    @classmethod
-    def of(cls, text: str) -> Length:
-        """Read a length as it is written.
-
-        >>> Length.of("d/24"), Length.of("0.5 mm")
-        (Length(mm=0.0, divisor=24.0), Length(mm=0.5, divisor=None))
-        """
-        return TypeAdapter(StemLength).validate_python(text)
 
     def at(self, condition: float) -> float:
         """Return the length at a stem of this outer diameter, mm."""
