@@ -29,7 +29,8 @@ def commands() -> str:
     root: Any = get_command(app)
     parts = [
         "# Commands",
-        "This page is for users of the command line. Results are printed to stdout, progress and notes to stderr.",
+        "This page lists all commands and options, for users of the command line. Results are printed to stdout; "
+        "progress and notes are printed to stderr.",
     ]
     for name, command in sorted(root.commands.items()):
         parts += _command(name, command)
@@ -69,10 +70,10 @@ def spec() -> str:
     head = ("Key", "Meaning", "Value", "Default")
     parts = [
         "# Spec",
-        "This page lists all sections and keys of a spec, for users who write a study. Quantities have a unit "
-        "(`8 mm`), pure numbers have none. `stemcal check` lists every mistake with its line; `stemcal explain "
-        "--schema` prints this page for editors. Defaults of quantities are in mm, s, N, MPa and degrees. `[]` is each "
-        "entry of a list.",
+        "This page lists all sections and keys of a spec, for users who write a study. Quantities have a unit (`8 "
+        "mm`); pure numbers have no unit. `stemcal check` lists every mistake with its line number. `stemcal explain "
+        "--schema` prints the schema of a spec for editors. Defaults of quantities are in mm, s, N, MPa and degrees. "
+        "The symbol `[]` denotes each entry of a list.",
         _table(head, _keys_of(schema)),
     ]
     for name, place in section_places().items():
@@ -135,8 +136,8 @@ def glossary() -> str:
     return "\n\n".join(
         [
             "# Glossary",
-            "This page explains terms in English and Chinese, for readers of reports. `stemcal explain TERM` "
-            "prints the same and explains the keys of a [spec](spec.md).",
+            "This page explains terms in English and Chinese, for readers of reports. The command `stemcal explain "
+            "TERM` explains a term or a key of a [spec](spec.md).",
             _table(("Term", "Chinese", "Meaning", "Source"), rows),
         ]
     )
@@ -148,10 +149,11 @@ def stages() -> str:
 
     parts = [
         "# Stage files",
-        "This page lists the keys of `configs/paper-replay.yaml`, the published study, for programs that read results. "
-        "`[]` is each element of a list, `*` the name of a factor. Forces are in N, lengths in mm, factors "
-        "in the unit of the spec; a value that could not be computed is `null`. Joint fits, climbs and refinements "
-        "have further keys. `schema_version` increases when a key changes or is removed.",
+        "This page lists the keys of `configs/paper-replay.yaml`, the published study, for developers of programs "
+        "that read results. The symbol `[]` denotes each element of a list, and `*` denotes the name of a factor. "
+        "Forces are in N, lengths in mm, and factors in the unit of the spec. A value that could not be computed is "
+        "`null`. The files of joint fits, climbs and refinements have additional keys. `schema_version` increases "
+        "when a key changes or is removed.",
     ]
     for title, head, rows in stagefiles.stage_files():
         parts += [f"## {title}", _table(head, rows)]

@@ -24,9 +24,8 @@ def outcome(stage: InvertResult, names: Names) -> list[str]:
     count = len(joint.rows) + len(joint.further)
     return [
         f"The joint fit to {count} measured values yields {values}.",
-        f"The largest error of the response surfaces is {missed}."
-        if len(errors) == 1
-        else f"The largest errors of the response surfaces are {missed}.",
+        f"The largest {'error' if len(errors) == 1 else 'errors'} of the response surfaces at the solution "
+        f"{'is' if len(errors) == 1 else 'are'} {missed}.",
     ]
 
 

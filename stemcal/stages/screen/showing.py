@@ -50,7 +50,7 @@ class ScreenShowing(Showing[ScreenResult]):
         response = result.naming.response.noun
         text = (
             f"Pareto chart of the effects. Blue effects increase the {response}; orange effects decrease the "
-            f"{response}. Effects beyond the line are significant."
+            f"{response}. Effects that extend beyond the dashed line are significant."
         )
         return [Plot("pareto", "screen", text, partial(pareto, result, setting.labels))]
 

@@ -67,7 +67,9 @@ def _pair_plots(
     unit = f" ({response.written})" if response.written else ""
     met = f" The orange line is the measured {response.long}; the star marks the solution." if solved else ""
     lines = f"Contours of the {response.long}{unit} {over}{held}.{met} White dots are design points."
-    relieved = f"Response surface of the {response.long} {over}{held}. The contours are projected on the base."
+    relieved = (
+        f"Response surface of the {response.long} {over}{held}. The contours are projected onto the base of the plot."
+    )
     return [
         Plot(f"contour-{'-'.join(pair)}", "rsm", lines, partial(contours, rsm, pair, solved, labels)),
         Plot(f"surface-{'-'.join(pair)}", "rsm", relieved, partial(relief, rsm, pair, solved, labels)),

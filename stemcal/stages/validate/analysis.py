@@ -172,7 +172,7 @@ def _beside_formula(stage: ValidateResult, names: Names) -> Iterator[Note]:
     if formula is not None and model is not None:
         text = (
             f"At the held-out diameters, the largest error is {formula.worst_held_out_percent:.1f} % with the formula "
-            f"F = a·d^{formula.exponent:.3g} and {model:.1f} % with the model. The formula was fitted to the forces at "
-            f"{names.conditions(stage.fitted)}."
+            f"F = a·d^{formula.exponent:.3g}, fitted at {names.conditions(stage.fitted)}, and {model:.1f} % with the "
+            "model."
         )
         yield Note("beside_formula", "info" if model < formula.worst_held_out_percent else "warning", text)
