@@ -52,7 +52,7 @@ class BladeSection(Frozen):
     """Radius of the edge; 0 mm for a sharp edge."""
     edge_spread: StemLengthOrZero = Length(divisor=9.5)
     """Half-width of the zone over which the contact force of the edge is spread: a length, or a fraction of the
-    diameter such as d/9.5. The calibrated failure strain depends on this half-width. With 0 mm the force depends on
+    diameter such as d/9.5. The calibrated failure strain depends on this half-width. With 0 mm, the force depends on
     the mesh."""
 
 
