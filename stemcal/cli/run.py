@@ -13,7 +13,7 @@ import typer
 from stemcal.cli.console import note, say, say_json, say_whole, warn
 from stemcal.cli.session import AsJson, ExecutorName, Out, Quiet, Session, Spec, Workers, finished_work, opened
 from stemcal.errors import TargetUnreachable, UsageError
-from stemcal.files.reading import read_plain
+from stemcal.files.durable import read_plain
 from stemcal.stages.stage import Stage
 
 if TYPE_CHECKING:

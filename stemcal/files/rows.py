@@ -41,7 +41,7 @@ class Rows(tuple[T, ...]):
         """Return a frame with a column per field; of a field with parts, one per part, as ``levels.yield_stress``."""
         import pandas as pd
 
-        return pd.DataFrame([_flat(to_json(row)) for row in self])
+        return pd.json_normalize([to_json(row) for row in self])
 
     def table(self) -> Table:
         """Return a table with a column per field."""
@@ -219,18 +219,6 @@ def _fields(thing: object) -> Mapping[str, Any]:
 
 def _html(frame: pd.DataFrame) -> str:
     return str(frame.to_html(max_rows=60, index=False, na_rep="", border=0))
-
-
-def _flat(row: Mapping[str, Any], above: str = "") -> dict[str, Any]:
-    """Return nested mappings by the path to each value.
-
-    >>> _flat({"run": 1, "levels": {"a": 2.0}})
-    {'run': 1, 'levels.a': 2.0}
-    """
-    cells: dict[str, Any] = {}
-    for key, value in row.items():
-        cells |= _flat(value, f"{above}{key}.") if isinstance(value, Mapping) else {f"{above}{key}": value}
-    return cells
 
 
 def visible(tables: Iterable[Table], holds: bool) -> list[Table]:

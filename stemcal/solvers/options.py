@@ -21,7 +21,7 @@ from stemcal.study.types.field_types import (
     Whole,
     complain,
 )
-from stemcal.study.types.solver_kind import Explicit, Mesh, SolverOptions
+from stemcal.study.types.solver_kind import Mesh, SolverOptions
 from stemcal.version import __version__
 
 
@@ -184,10 +184,6 @@ class EmbeddedSolver(SolverOptions):
     @property
     def has_lengths(self) -> bool:
         return True
-
-    @property
-    def explicit(self) -> Explicit | None:
-        return self
 
     def without_curve(self) -> tuple[str, str] | None:
         return None

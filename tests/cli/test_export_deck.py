@@ -35,14 +35,13 @@ def test_deck_is_written_with_the_values_as_they_are(tmp_path: Path) -> None:
     assert str(path) in result["files"]
 
 
-def test_deck_for_ls_dyna_has_all_digits_and_quiet_says_nothing(tmp_path: Path) -> None:
+def test_deck_for_ls_dyna_has_the_digits_that_fit_and_quiet_says_nothing(tmp_path: Path) -> None:
     path = tmp_path / "run.k"
     asked = ("--for", "lsdyna", "--set", "yield_stress=14.204482103412", "--set", "failure_strain=0.03")
     done = command("export", "deck", SMOKE, path, *asked, "--out", tmp_path, "--quiet")
     assert (done.exit_code, done.stdout) == (0, "")
     text = path.read_text(encoding="utf-8")
-    assert "*MAT_PLASTIC_KINEMATIC+\n" in text and "     14.204482103412" in text
-    assert text.count("+\n") == 1
+    assert "*MAT_PLASTIC_KINEMATIC\n" in text and f"{14.2044821:>10}" in text
 
 
 @pytest.mark.usefixtures("without_workers")

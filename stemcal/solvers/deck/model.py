@@ -22,7 +22,7 @@ from stemcal.solvers.deck.equivalents import (
     share_in_openradioss,
     shortest,
 )
-from stemcal.solvers.deck.keywords import STANDARD, DeckForm, fitted, form_of
+from stemcal.solvers.deck.keywords import WIDTH, DeckForm, fitted, form_of
 from stemcal.solvers.deck.tools import blade_mesh, supports_mesh
 from stemcal.solvers.options import DeckSolver, EmbeddedSolver
 from stemcal.study.model import GAP, PARAMETERS, Study
@@ -154,9 +154,7 @@ class Deck:
         c, p = rate_constants(self._rate_law, given["strain_rate_c"], given["strain_rate_p"], self._strain_rate)
         density = given["density"] * self.density_factor
         values = _by_field({**given, "density": density, "strain_rate_c": c, "strain_rate_p": p})
-        if self.form.for_ls_dyna:
-            return values
-        return {name: float(fitted(value, STANDARD)) for name, value in values.items()}
+        return {name: float(fitted(value, WIDTH)) for name, value in values.items()}
 
     @property
     def card(self) -> dict[str, float]:
