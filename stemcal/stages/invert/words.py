@@ -24,7 +24,7 @@ def outcome(stage: InvertResult, names: Names) -> list[str]:
     count = len(joint.rows) + len(joint.further)
     return [
         f"The joint fit to {count} measured values yields {values}.",
-        f"The largest {'error' if len(errors) == 1 else 'errors'} of the response surfaces at the solution "
+        f"The largest {'error' if len(errors) == 1 else 'errors'} of the response surfaces "
         f"{'is' if len(errors) == 1 else 'are'} {missed}.",
     ]
 
