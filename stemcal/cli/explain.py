@@ -3,7 +3,6 @@
 import csv
 import functools
 import json
-from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from importlib.resources import files
 from typing import Annotated
@@ -63,15 +62,10 @@ def look_up(term: str) -> list[Entry]:
     ]
     if found:
         return found
-    meant = _nearest_terms(wanted, glossary()) or _nearest_terms(wanted, keys)
-    if meant:
+    names = {_plain(name): entry.term for entry in (*keys, *glossary()) for name in entry.names}
+    if meant := [names[name] for name in near(wanted, names, most=3)]:
         raise UsageError(f"{term!r} is not in the glossary; did you mean {', '.join(dict.fromkeys(meant))}?")
     raise UsageError(f"{term!r} is not in the glossary; `stemcal explain` lists all terms")
-
-
-def _nearest_terms(wanted: str, entries: Sequence[Entry]) -> list[str]:
-    names = {_plain(name): entry.term for entry in entries for name in entry.names}
-    return [names[name] for name in near(wanted, names, most=3)]
 
 
 @functools.cache

@@ -150,10 +150,6 @@ def write_film(study: Study, records: Records, folder: StudyFolder, name: str) -
     from stemcal.report.figures.fracture import write_animation
     from stemcal.solvers.film import frames_of
 
-    if not study.naming.is_cutting:
-        raise UsageError(
-            f"the animation {name!r} is not available: frames are stored only for runs of the embedded solver"
-        )
     wanted = f"{name}-{short(study.targets.calibrate_at)}mm" if name == ANIMATION else name
     known = films(records)
     if wanted not in known:

@@ -147,7 +147,7 @@ def opened(
     from stemcal.report.progress import make_watch
 
     with ExitStack() as stack:
-        pool = stack.enter_context(make_executor(study.runs.time_limit))
+        pool = stack.enter_context(make_executor(study.solver.run_limit))
         folder = stack.enter_context(StudyFolder(folder_of(study, out)))
         watch = stack.enter_context(make_watch(None if quiet else stderr(), study.naming))
         work = Session(study, folder, pool, watch)

@@ -75,7 +75,7 @@ def simulate(
     require_material(study, levels, at)
     _check_outputs(study, csv_file, figure, {"--frames": frames})
 
-    if not study.kind.force_history and test in (None, CUTTING):
+    if not study.kind.simulates_stems and test in (None, CUTTING):
         at = study.targets.calibrate_at if diameter is None else at
         _one_run(study, levels, at, as_json, quiet, csv_file)
         return
@@ -141,7 +141,7 @@ def require_material(study: Study, levels: Mapping[str, float], diameter: float)
 def _check_outputs(study: Study, csv_file: Path | None, figure: Path | None, others: Mapping[str, object]) -> None:
     """Refuse before the long computation what would fail after it."""
     given = [name for name, value in {**others, "--figure": figure}.items() if value is not None]
-    if given and not study.kind.force_history:
+    if given and not study.kind.simulates_stems:
         raise UsageError(f"{', '.join(given)}: this output requires `solver: {{kind: embedded}}`; omit the option")
     for path in (csv_file, figure):
         if path and not path.parent.is_dir():

@@ -46,15 +46,10 @@ def init(
 
 def spec_text(name: str, full: bool = False) -> str:
     """Return the commented spec of a study called `name`; raise `UsageError` if no study can have that name."""
-    from pydantic import TypeAdapter, ValidationError
-
+    from stemcal.study.reading.messages import checked
     from stemcal.study.types.field_types import StudyName
 
-    try:
-        TypeAdapter(StudyName).validate_python(name)
-    except ValidationError as error:
-        problem = error.errors()[0].get("ctx", {})
-        raise UsageError(f"{problem['message']}; {problem['remedy']}") from None
+    checked(StudyName, name, "NAME")
     text = files("stemcal.cli").joinpath("study.yaml").read_text(encoding="utf-8")
     text = text.replace("@NAME@", json.dumps(name, ensure_ascii=False), 1)
     return text if full else text[: text.index(MORE)]

@@ -19,7 +19,7 @@ from stemcal.study.types.field_types import (
     Time,
     Whole,
 )
-from stemcal.study.types.solver_kind import Explicit, Mesh, SolverOptions
+from stemcal.study.types.solver_kind import Mesh, SolverOptions
 from stemcal.version import __version__
 
 # The stem counts as broken once elements have failed and the force has dropped by this share of it.
@@ -105,10 +105,6 @@ class EmbeddedSolver(SolverOptions):
     @property
     def has_lengths(self) -> bool:
         return True
-
-    @property
-    def explicit(self) -> Explicit | None:
-        return self
 
     def without_curve(self) -> tuple[str, str] | None:
         return None

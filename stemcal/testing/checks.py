@@ -29,7 +29,7 @@ from stemcal.solvers.embedded import test_of
 from stemcal.solvers.laboratory_runs import identity, perform
 from stemcal.solvers.protocol import Request, Solver
 from stemcal.stages.work import HERE
-from stemcal.study.model import LaboratoryKind, LaboratorySection, PieceSection, RunsOptions, SolverKind, Study
+from stemcal.study.model import LaboratoryKind, LaboratorySection, PieceSection, SolverKind, Study
 from stemcal.study.reading import load_study
 from stemcal.study.types.field_types import Length
 
@@ -186,7 +186,7 @@ class SolverAtWork(AtWork):
     def answers(self, place: Path, requests: list[Request]) -> list[Outcome]:
         """Answer requests in a folder, whether they fail or not."""
         with StudyFolder(place) as folder:
-            return answer_all(requests, self.solver, folder, HERE, policy=RunsOptions(quorum=0.0))
+            return answer_all(requests, self.solver, folder, HERE, quorum=0.0)
 
     @cached_property
     def answered(self) -> list[Outcome]:

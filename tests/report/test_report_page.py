@@ -124,7 +124,7 @@ def test_structure(page: str) -> None:
     assert outline.all("html") == [{"lang": "en"}]
     assert all(th.get("scope") in ("row", "col") for th in outline.all("th"))
     pictures = [svg for svg in outline.all("svg") if svg.get("role") == "img"]
-    assert len(pictures) == 9 and all(svg.get("aria-label") for svg in pictures)
+    assert len(pictures) == 12 and all(svg.get("aria-label") for svg in pictures)
     anchors = {a["href"] for a in outline.all("a")}
     assert anchors <= {f"#{name}" for name in ids}
 

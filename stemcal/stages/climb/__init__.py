@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from stemcal.stages.stage import Stage
@@ -12,8 +12,6 @@ if TYPE_CHECKING:
     from stemcal.stages.climb.result import ClimbResult
     from stemcal.stages.design import Later
     from stemcal.study.model import Study
-    from stemcal.study.rules import Draft
-    from stemcal.study.types.strict_yaml import Finding
 
 
 class Climbing(Stage["ClimbResult"]):
@@ -46,11 +44,6 @@ class Climbing(Stage["ClimbResult"]):
         from stemcal.stages.climb.options import ClimbOptions
 
         return ClimbOptions
-
-    def rules(self) -> Sequence[Callable[[Draft], Iterator[Finding]]]:
-        from stemcal.stages.climb.options import RULES
-
-        return RULES
 
     def result(self) -> type[ClimbResult]:
         from stemcal.stages.climb.result import ClimbResult

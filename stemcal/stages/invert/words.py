@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from stemcal.doe.calibration.observations import COARSEST, FINEST
 from stemcal.naming import Names
 from stemcal.note import Note
-from stemcal.numbers import change, fixed, interval, short, significant, tenths, with_unit
+from stemcal.numbers import change, fixed, interval, short, significant, with_unit
 from stemcal.stages.invert.result import Certainty, InvertResult, JointFitted
 from stemcal.words import series
 
@@ -77,8 +77,6 @@ def valid_for(stage: InvertResult) -> list[str]:
 
 def assumptions(stage: InvertResult) -> list[str]:
     """Return the assumptions of the 95 % intervals."""
-    if stage.certainty is None:
-        return []
     fixed_mesh = stage.belongs_to is not None and "replicates" not in stage.belongs_to
     mesh = (
         "The intervals do not include the scatter of the force over mesh positions. To include this "
@@ -89,7 +87,7 @@ def assumptions(stage: InvertResult) -> list[str]:
 
 def range_to_cite(stage: InvertResult, names: Names) -> list[str]:
     """Explain the interval to report, and list the exact solutions of a single target."""
-    if stage.certainty is None or len(stage.point.solution) < 2 or stage.joint is not None:
+    if len(stage.point.solution) < 2 or stage.joint is not None:
         return []
     exact = series(f"{names.factor(name)} {interval(stage.ranges[name])}" for name in stage.point.solution)
     return [
@@ -105,10 +103,8 @@ def range_to_cite(stage: InvertResult, names: Names) -> list[str]:
 def notes_of(stage: InvertResult) -> list[Note]:
     """Return what limits a solution: other solutions, the region, a formula, the intervals."""
     names = Names(stage.naming)
-    found = [*(_of_one(stage, names) if stage.joint is None else _of_many(stage.joint, names))]
-    if stage.certainty is not None:
-        found.append(Note("known", "caution", " ".join(known(stage.certainty, stage, names))))
-    return found
+    found = _of_one(stage, names) if stage.joint is None else _of_many(stage.joint, names)
+    return [*found, Note("known", "caution", " ".join(known(stage.certainty, stage, names)))]
 
 
 def _of_one(stage: InvertResult, names: Names) -> Iterator[Note]:
@@ -143,7 +139,7 @@ def _of_many(joint: JointFitted, names: Names) -> Iterator[Note]:
         each = "test" if tests else condition.long if condition is not None and several else "response"
         text = (
             f"If one {each} at a time is left out of the fit, the largest prediction error is "
-            f"{tenths(joint.max_abs_left_out_error_percent)} %."
+            f"{fixed(joint.max_abs_left_out_error_percent, 1)} %."
         )
         yield Note("left_out", "info", text)
     yield from _beside_formula(joint)

@@ -13,8 +13,6 @@ if TYPE_CHECKING:
     from stemcal.stages.refine.options import RefineOptions
     from stemcal.stages.refine.result import RefineResult
     from stemcal.study.model import Study
-    from stemcal.study.rules import Draft
-    from stemcal.study.types.strict_yaml import Finding
 
 
 class Refinement(Stage["RefineResult"]):
@@ -46,9 +44,6 @@ class Refinement(Stage["RefineResult"]):
     def calibrates(self, study: Study) -> bool:
         return self.asked_for(study) and not self._options(study).elsewhere
 
-    def most_there(self, study: Study) -> int:
-        return self._options(study).budget
-
     def _options(self, study: Study) -> RefineOptions:
         from stemcal.stages.refine.options import RefineOptions
 
@@ -63,16 +58,6 @@ class Refinement(Stage["RefineResult"]):
         from stemcal.stages.refine.options import RefineOptions
 
         return RefineOptions
-
-    def rules(self) -> Sequence[Callable[[Draft], Iterator[Finding]]]:
-        from stemcal.stages.refine.options import RULES
-
-        return RULES
-
-    def doubts(self, study: Study) -> Iterator[Finding]:
-        from stemcal.stages.refine.options import doubts
-
-        return doubts(study)
 
     def result(self) -> type[RefineResult]:
         from stemcal.stages.refine.result import RefineResult

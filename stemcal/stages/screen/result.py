@@ -91,10 +91,6 @@ class ScreenResult(StageResult):
         effect = self.effect(factor).effect if factor in self.significant else 0.0
         return "+" if effect > 0.0 else "-" if effect < 0.0 else None
 
-    def ranked(self) -> list[Effect]:
-        """Return the effects by contribution, the largest first."""
-        return sorted(self.effects, key=lambda effect: -(effect.contribution_percent or 0.0))
-
     @property
     def limit(self) -> float | None:
         """The size from which an effect is significant: Lenth's margin of error, or t₀·s of the t test.

@@ -3,7 +3,6 @@
 from collections.abc import Mapping
 from functools import partial
 
-from stemcal.doe.effects import Effect
 from stemcal.doe.regression.least_squares import stars
 from stemcal.files.rows import Column, Table
 from stemcal.files.typed import to_json
@@ -37,17 +36,12 @@ class ScreenShowing(Showing[ScreenResult]):
             found = series(f"{names.factor(name)} ({share})" for name, share in zip(chosen, shares, strict=True))
             verb = "factor is" if len(chosen) == 1 else "factors are"
             return [count, f"For the {response}, the significant {verb} {found}."]
-        if (largest := _largest_untested(result)) is None:
+        if result.lenth.me is not None or not any(one.effect and one.p is None for one in result.effects):
             return [count, f"No factor has a significant effect on the {response}."]
-        effect = names.quantity(largest.effect, "+.4g")
-        return [
-            count,
-            f"The effects on the {response} cannot be tested without an estimate of the error. The largest effect is "
-            f"{effect} ({names.factor(largest.factor)}, {largest.contribution_percent:.1f} % of the variation).",
-        ]
+        return [count, f"The effects on the {response} cannot be tested without an estimate of the error."]
 
     def tables(self, result: ScreenResult, names: Names) -> list[Table]:
-        return [_effects_table(one, names.of(one.naming)) for one in result.all_responses]
+        return [_effects_table(one, Names(one.naming, names.labels)) for one in result.all_responses]
 
     def findings(self, result: ScreenResult, names: Names) -> list[Table]:
         return [_effects_table(result, names)]
@@ -116,11 +110,3 @@ def _signed(effect: float, places: int = 1) -> str:
     ('−8.0', '+74.7')
     """
     return f"{effect:+.{places}f}".replace("-", "−")
-
-
-def _largest_untested(stage: ScreenResult) -> Effect | None:
-    """Return the largest effect where none could be tested; None where some could, or all are zero."""
-    largest = max(stage.effects, key=lambda effect: abs(effect.effect), default=None)
-    if largest is None or largest.effect == 0.0 or any(effect.p is not None for effect in stage.effects):
-        return None
-    return largest if stage.lenth.me is None else None

@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from stemcal.stages.surface.options import RsmOptions
     from stemcal.stages.surface.result import SurfaceResult
     from stemcal.study.model import Study
-    from stemcal.study.rules import Draft
-    from stemcal.study.types.strict_yaml import Finding
 
 
 class ResponseSurface(Stage["SurfaceResult"]):
@@ -53,16 +51,6 @@ class ResponseSurface(Stage["SurfaceResult"]):
         from stemcal.stages.surface.options import RsmOptions
 
         return RsmOptions
-
-    def rules(self) -> Sequence[Callable[[Draft], Iterator[Finding]]]:
-        from stemcal.stages.surface.options import RULES
-
-        return RULES
-
-    def doubts(self, study: Study) -> Iterator[Finding]:
-        from stemcal.stages.surface.options import doubts
-
-        return doubts(study)
 
     def result(self) -> type[SurfaceResult]:
         from stemcal.stages.surface.result import SurfaceResult

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from functools import partial
 from itertools import combinations
 from statistics import NormalDist
+from textwrap import fill
 from typing import Any
 
 import numpy as np
@@ -18,7 +19,6 @@ from stemcal.report.figures.style import (
     Axes,
     Figure,
     axis_of,
-    in_lines,
     new_figure,
     plain,
 )
@@ -83,8 +83,8 @@ def observed_predicted(rsm: SurfaceResult) -> Figure:
         ends = [min(observed + predicted), max(observed + predicted)]
         axes.plot(ends, ends, color=FAINT, linestyle="--")
         axes.plot(predicted, observed, "o", color=BLUE, alpha=0.85)
-        axes.set_xlabel(plain(rsm.naming.response.axis("predicted by the surface")))
-        axes.set_ylabel(plain(rsm.naming.response.axis("simulated")))
+        axes.set_xlabel(plain(rsm.naming.response.headed("predicted by the surface")))
+        axes.set_ylabel(plain(rsm.naming.response.headed("simulated")))
     return figure
 
 
@@ -100,7 +100,7 @@ def diagnostics(rsm: SurfaceResult) -> Figure:
         _normal_plot(normal, residuals)
         over.axhline(0, color=FAINT, linewidth=1)
         over.plot([row.fitted for row in rows], residuals, "o", color=BLUE, markersize=4)
-        over.set_xlabel(plain(rsm.naming.response.axis("predicted")))
+        over.set_xlabel(plain(rsm.naming.response.headed("predicted")))
         over.set_ylabel("studentised residual")
         influence.bar([row.run for row in rows], [row.cooks_distance or 0.0 for row in rows], color=BLUE, width=0.7)
         influence.axhline(1.0, color=ORANGE, linestyle="--", linewidth=1)
@@ -194,7 +194,7 @@ def relief(
 
 def _height(rsm: SurfaceResult) -> str:
     """Return what is drawn as height."""
-    return plain(rsm.naming.response.axis(rsm.naming.response.noun))
+    return plain(rsm.naming.response.headed(rsm.naming.response.noun))
 
 
 def levels_of(response: Any) -> Any:
@@ -217,7 +217,7 @@ def _label(
     from matplotlib.ticker import MaxNLocator
 
     for axis, setter, name in ((axes.xaxis, axes.set_xlabel, pair[0]), (axes.yaxis, axes.set_ylabel, pair[1])):
-        setter(in_lines(axis_of((labels or {}).get(name, name), rsm.factor(name).unit), longest))
+        setter(fill(axis_of((labels or {}).get(name, name), rsm.factor(name).unit), longest))
         axis.set_major_locator(MaxNLocator(nbins=6, steps=[1, 2, 5, 10]))
 
 

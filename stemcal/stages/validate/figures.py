@@ -64,8 +64,8 @@ def validation(
         for row in rows:
             if row.role == "fitted":
                 axes.plot(row.condition, row.measured, "o", color=INK, fillstyle="none", markersize=13)
-        axes.set_xlabel("" if condition is None else plain(condition.axis()))
-        axes.set_ylabel(plain(response.axis()))
+        axes.set_xlabel("" if condition is None else plain(condition.headed(condition.long)))
+        axes.set_ylabel(plain(response.headed(response.long)))
         if response.apart:
             axes.margins(y=0.1)
         else:

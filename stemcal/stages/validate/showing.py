@@ -5,7 +5,7 @@ from dataclasses import replace
 from stemcal.files.rows import Column, Table
 from stemcal.files.typed import to_json
 from stemcal.naming import Names
-from stemcal.numbers import fixed, short, significant, tenths
+from stemcal.numbers import fixed, short, significant
 from stemcal.report.figures.plot import Plot
 from stemcal.report.showing import Setting, Showing
 from stemcal.report.tables.columns import (
@@ -26,14 +26,14 @@ _ERROR = "Error in % = 100·(measured − simulated)/measured"
 class ValidateShowing(Showing[ValidateResult]):
     """The words, tables and figures of a validation."""
 
-    claims = "agreement"
+    claims = True
 
     def outcome(self, result: ValidateResult, names: Names) -> list[str]:
         """Return by how much simulation and measurement differ."""
         if result.worst_percent is None:
             return ["All validation runs failed."]
         responses = "responses" if names.naming.others else names.response.long
-        worst, mean = tenths(result.worst_percent), tenths(result.mean_abs_error_percent)
+        worst, mean = fixed(result.worst_percent, 1), fixed(result.mean_abs_error_percent, 1)
         over = f"At {len(result.rows)} values of the {names.condition.long}, the" if len(result.rows) > 1 else "The"
         of_all = f" (mean difference {mean} %)" if len(result.rows) > 1 else ""
         return [f"{over} largest difference between simulated and measured {responses} is {worst} %{of_all}."]

@@ -89,7 +89,7 @@ def _tests_are_simulated(draft: Draft) -> Iterator[Finding]:
     """Laboratory tests are for the embedded solver, whose responses they extend."""
     if not draft.tests:
         return
-    if not draft.kind.simulates_tests:
+    if not draft.kind.simulates_stems:
         message = f"the {draft.study.solver.title} solver cannot simulate laboratory tests"
         yield Finding(("tests",), message, "remove the tests, or use the embedded solver", at_key=True)
     for section in ("responses", "conditions"):
