@@ -77,7 +77,7 @@ class EmbeddedSolver(SolverOptions):
     coarsening: Annotated[Number, Field(ge=1, le=10)] = 6.0
     """Ratio of the element length at the ends of the stem to the element length under the edge."""
     coarsening_around: Annotated[Number, Field(ge=1, le=10)] = 2.0
-    """Ratio of the element width at the bottom of the section to the element width under the edge."""
+    """Ratio of the element width at the bottom of the cross-section to the element width under the edge."""
     replicates: Annotated[Whole, Field(ge=2, le=100)] | None = None
     """Number of simulations of each point, each with another position of the mesh along the stem. Every interval
     includes the scatter of the responses. Without this key, each point is simulated once."""
