@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from stemcal.study.model import Study
 
 
-MORE = "# ---- Everything below"  # begins what only --full writes
+MORE = "# ---- All keys below"  # begins what only --full writes
 
 
 def init(
