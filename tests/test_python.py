@@ -94,7 +94,7 @@ def test_predictions(results: stemcal.StudyResults) -> None:
 def test_every_figure_of_the_page(results: stemcal.StudyResults) -> None:
     from matplotlib.figure import Figure
 
-    assert len(results.figure_names) == 8
+    assert len(results.figure_names) == 11
     for name in (*results.figure_names, "contour"):
         assert isinstance(results.figure(name), Figure), name
     with pytest.raises(UsageError, match="did you mean pareto"):

@@ -62,9 +62,10 @@ def look_up(term: str) -> list[Entry]:
     ]
     if found:
         return found
-    names = {_plain(name): entry.term for entry in (*keys, *glossary()) for name in entry.names}
-    if meant := [names[name] for name in near(wanted, names, most=3)]:
-        raise UsageError(f"{term!r} is not in the glossary; did you mean {', '.join(dict.fromkeys(meant))}?")
+    for entries in (glossary(), keys):
+        names = {_plain(name): entry.term for entry in entries for name in entry.names}
+        if meant := [names[name] for name in near(wanted, names, most=3)]:
+            raise UsageError(f"{term!r} is not in the glossary; did you mean {', '.join(dict.fromkeys(meant))}?")
     raise UsageError(f"{term!r} is not in the glossary; `stemcal explain` lists all terms")
 
 

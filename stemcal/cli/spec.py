@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from stemcal.study.model import Study
 
 
-MORE = "# ---- All keys below"  # begins what only --full writes
+MORE = "# ---- "  # begins what only --full writes
 
 
 def init(
