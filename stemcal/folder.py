@@ -29,12 +29,13 @@ from stemcal.files.durable import (
     make_folder,
     opened,
     plain,
+    read_plain,
     refuse_link,
     remove_leftovers,
     sealed,
     write_atomic,
 )
-from stemcal.files.reading import in_a_line, read_plain
+from stemcal.files.reading import in_a_line
 from stemcal.files.rows import Table
 
 logger = logging.getLogger(__name__)
@@ -159,13 +160,13 @@ class StudyFolder:
 
     def record_path(self, key: str) -> Path:
         """Return the file of a record."""
-        if not is_key(key):
+        if _KEY.fullmatch(key) is None:
             raise ValueError(f"{key!r} is not the key of a record")
         return self.runs / f"{key}.json"
 
     def keys(self) -> list[str]:
         """Return the keys of all records, damaged or not, sorted."""
-        return sorted(path.stem for path in self.runs.glob("*.json") if is_key(path.stem))
+        return sorted(path.stem for path in self.runs.glob("*.json") if _KEY.fullmatch(path.stem))
 
     def save(self, record: Mapping[str, Any]) -> None:
         """Write a record whole or not at all; `record["key"]` names it."""
@@ -274,15 +275,6 @@ class StudyFolder:
 
 
 # ---- records: what one must hold, and that its key follows from it
-
-
-def is_key(text: str) -> bool:
-    """Return whether a text may be the name of a record.
-
-    >>> is_key("0123456789abcdef" * 2), is_key("../x"), is_key("")
-    (True, False, False)
-    """
-    return _KEY.fullmatch(text) is not None
 
 
 def _problem_of(record: Mapping[str, Any], key: str) -> str:

@@ -271,7 +271,7 @@ def _against_record(
 ) -> Literal["taken", "known", "replaced"]:
     """Return whether a result is new, known or replaces another; refuse one that is known otherwise."""
     filled = result.filled
-    before = None if record is None or not stands(record, study.by_hand.runs) else _answer_in(record)
+    before = None if record is None or not stands(record, study.by_hand.solver.run_limit) else _answer_in(record)
     if before is None or record is None:
         return "taken"
     if _agree(before, result.answer):

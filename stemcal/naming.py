@@ -11,7 +11,6 @@ import operator
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Self
 
 from stemcal.numbers import interval, minus, short
 from stemcal.words import series
@@ -94,14 +93,6 @@ class Named:
         """
         return capital(self.noun)
 
-    def axis(self, word: str = "") -> str:
-        """Return the label of an axis.
-
-        >>> FORCE.axis(), FORCE.axis("predicted by the surface")
-        ('maximum force, N', 'predicted by the surface, N')
-        """
-        return self.headed(word or self.long)
-
     def counted(self, value: float, mean: float) -> float:
         """Return a value as shown next to its measured mean, or its difference from the mean.
 
@@ -131,10 +122,6 @@ class Naming:
 
     condition: Named | None = DIAMETER
     responses: tuple[Named, ...] = (FORCE, TRAVEL, WORK)
-
-    def __post_init__(self) -> None:
-        if not self.responses:
-            raise ValueError("no response is named")
 
     @property
     def is_cutting(self) -> bool:
@@ -229,10 +216,6 @@ class Names:
     def placed(self) -> bool:
         """Whether the study measures at several values of a condition."""
         return self.naming.condition is not None
-
-    def of(self, naming: Naming) -> Self:
-        """Return the same labels with other responses, or with another response first."""
-        return replace(self, naming=naming)
 
     def factor(self, name: str) -> str:
         """Return the name of a factor, or of a term of several.

@@ -44,16 +44,6 @@ def fixed(value: float | None, decimals: int = 2) -> str:
     return minus(f"{round(value, decimals) + 0.0:.{decimals}f}")
 
 
-def tenths(value: float | None) -> str:
-    """Return a number with one decimal, one that this would make 0.0 with the first of its digits.
-
-    >>> tenths(7.83), tenths(0.0123), tenths(1e-9)
-    ('7.8', '0.01', '0.0')
-    """
-    small = value is not None and 5e-5 <= abs(value) < 0.05
-    return significant(value, 1) if small else fixed(value, 1)
-
-
 def probability(p: float | None) -> str:
     """Return a p-value as papers print it.
 

@@ -30,11 +30,11 @@ def patch() -> Topic:
         Case("residual force on interior nodes", interior, 0.0, SINGLE, source, relative=False),
     ]
     text = (
-        "The nodes of a randomly distorted mesh of 3 × 3 × 3 elements follow a uniform deformation gradient in four "
-        "steps. The patch test is run with an elastic material and with a plastic material that has hardening and "
-        "rate dependence. The larger of the two errors is listed. The stress in the mesh must be uniform, and the "
-        "forces on interior nodes must cancel. The errors of the patch test are relative to the largest stress or "
-        "force; stresses are stored in single precision."
+        "A uniform deformation gradient is applied in four steps to the nodes of a randomly distorted mesh of 3 × 3 × "
+        "3 elements. The patch test is run with an elastic material and with a plastic material that has hardening "
+        "and rate dependence. For each quantity, only the larger error of the two materials is listed. The stress in "
+        "the mesh must be uniform, and the forces on interior nodes must be zero. The errors of the patch test are "
+        "relative to the largest stress or force."
     )
     return Topic("Patch test", text, tuple(cases))
 
@@ -63,12 +63,12 @@ def objectivity() -> Topic:
             text = f"{name}/G in simple shear, γ = {gamma:g}"
             cases.append(Case(text, value, exact, 1e-4, "Dienes 1979", relative=False))
     text = (
-        "When a strained body is rotated by 90°, its stress must rotate with it: R σ Rᵀ. The error of the rotated "
-        "stress is relative to the largest deviatoric stress, for steps of half a degree. Halving the rotation step "
-        "must reduce the error of the stress to a quarter of its value. For large simple shear with the Jaumann rate, "
-        "the exact solution is τ = G sin γ, σxx = G (1 − cos γ). The stresses in simple shear are extrapolated from "
-        "two step sizes. With the Green–Naghdi rate, the stress in simple shear would differ by 7 % from the stress "
-        "with the Jaumann rate at γ = 1."
+        "If a strained body is rotated by 90°, the stress tensor must rotate with the body: R σ Rᵀ. The rotation is "
+        "simulated in steps of half a degree. The error of the rotated stress is relative to the largest deviatoric "
+        "stress. If the rotation step is halved, the error of the stress must decrease to a quarter of its value. For "
+        "large simple shear with the Jaumann rate, the exact solution is τ = G sin γ and σxx = G (1 − cos γ). The "
+        "stresses in simple shear are extrapolated from two step sizes. At γ = 1, the stresses in simple shear with "
+        "the Green–Naghdi rate and with the Jaumann rate differ by 7 %."
     )
     return Topic("Rigid rotation", text, tuple(cases))
 
@@ -107,13 +107,13 @@ def hourglass() -> Topic:
     text = "hourglass force in uniform deformation"
     cases.append(Case(text, uniform_force(), 0.0, SINGLE, source, "N", relative=False))
     text = (
-        "A hexahedron must resist all its 24 modes of motion except the 6 rigid-body modes. Without hourglass "
-        "control, the one-point element has twelve additional zero-energy modes. On a cube of side h, hourglass "
-        "control with the coefficient c must resist each of the four hourglass modes. For a mode of amplitude a, the "
-        "hourglass force at every corner must be 8 · 0.038 c (λ+2μ) h a. OpenRadioss uses the same hourglass formula "
-        "for the coefficient of an LS-DYNA deck. Uniform deformation must cause no hourglass force. With c = 0.548 "
-        "(1/6 divided by 0.304) and ν = 0, the hourglass energy of a cube must equal its bending energy in beam "
-        "theory."
+        "Of its 24 modes of motion, a hexahedral element must resist all except the 6 rigid-body modes. Without "
+        "hourglass control, the one-point element has twelve additional zero-energy modes. Hourglass control with the "
+        "coefficient c must resist each of the four hourglass modes of a cube with the edge length h. For an "
+        "hourglass mode of amplitude a, the hourglass force at every corner must be 8 · 0.038 c (λ+2μ) h a. The "
+        "hourglass formula is the one that OpenRadioss uses for LS-DYNA decks. A uniform deformation must not cause "
+        "hourglass forces. With c = 0.548 (1/6 divided by 0.304) and ν = 0, the hourglass energy of a cube must equal "
+        "its bending energy in beam theory."
     )
     return Topic("Hourglass modes", text, tuple(cases))
 

@@ -34,12 +34,14 @@ def tension() -> Topic:
         ]
         loops[beta] = (path, found, *closed_form_reversal(beta))
     text = (
-        "One element under uniaxial stress has E = 1000 MPa, σy = 10 MPa and Et = 50 MPa. In the cyclic tension test, "
-        "the element is strained to 5 % and back to −3 %. With the hardening parameter β = 0, the width of the "
-        "elastic range is constant; with β = 1, the centre of the elastic range is constant. The hardening parameter "
-        "of the paper is between 0 and 1. Stresses are accumulated over 1,200 steps in single precision."
+        "The cyclic tension test uses one element under uniaxial stress with E = 1000 MPa, σy = 10 MPa and Et = 50 "
+        "MPa. In the cyclic tension test, the element is strained first to 5 % and then to −3 %. With the hardening "
+        "parameter β = 0, the width of the elastic range is constant; with β = 1, the centre of the elastic range is "
+        "constant. Stresses are accumulated over 1,200 steps in single precision."
     )
-    caption = "Stress versus strain over one loading cycle: computed values and closed form (corners and lines)."
+    caption = (
+        "Stress versus strain over one loading cycle: computed values and closed-form solution (corners and lines)."
+    )
     return Topic("Cyclic tension", text, tuple(cases), (Drawing("loops", figures.loops(loops), caption),))
 
 
@@ -64,10 +66,10 @@ def rate() -> Topic:
     ]  # fmt: skip
     curves = {LAW_NAMES[law]: yield_curve(law) for law in LAWS}
     text = (
-        "One element without hardening (σy = 10 MPa) is stretched at a constant rate and constant volume. The "
-        "Cowper–Symonds law multiplies the yield stress by 1 + (ε̇/C)^(1/P), and the law printed in the paper "
-        "multiplies it by 1 + (ε̇/C)^P. The strain rate in both laws is ε̇ = √(ε̇:ε̇). At the speed of the shear "
-        "test, the printed law gives a factor of 1 to many digits, unlike the Cowper–Symonds law."
+        "One element without hardening (σy = 10 MPa) is stretched at a constant strain rate and constant volume. "
+        "According to the Cowper–Symonds law, the yield stress is multiplied by 1 + (ε̇/C)^(1/P). According to the "
+        "law printed in the paper, the yield stress is multiplied by 1 + (ε̇/C)^P. The strain rate in both rate laws "
+        "is ε̇ = √(ε̇:ε̇). At the speed of the shear test, the factor of the printed law is almost exactly 1."
     )
     caption = "Yield stress versus axial strain rate for C = 80 1/s and P = 4: computed (points) and formula (lines)."
     return Topic(
@@ -97,8 +99,8 @@ def erosion() -> Topic:
     cases.append(Case("energy of the deleted element", history.eroded[-1], work, 0.01, "σy²/2E + σy εf", "mJ"))
     text = (
         "One element without hardening is strained in steps of 0.1 %. The element must be deleted in the first step "
-        "in which its effective plastic strain reaches the failure strain. A deleted element must exert no force. The "
-        "energy balance must count the energy of the deleted element as eroded energy."
+        "in which its effective plastic strain reaches the failure strain. A deleted element must exert no force. In "
+        "the energy balance, the energy of the deleted element must be counted as eroded energy."
     )
     return Topic("Erosion at the failure strain", text, tuple(cases))
 

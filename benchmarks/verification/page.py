@@ -77,16 +77,15 @@ def _parts(topics: list[Topic]) -> Iterator[str]:
     yield NOTICE
     yield "# Verification"
     yield (
-        "This page compares the embedded solver with known solutions, for readers who assess whether the solver is "
-        "correct. "
-        f"{'All' if inside == count else f'{inside} of the'} {count} computed values are within their tolerances. "
-        f"The page [*Verification cases*]({CASES}) lists all computed values."
+        "This page compares the embedded solver with known solutions, for readers who assess the correctness of the "
+        f"solver. {'All' if inside == count else f'{inside} of the'} {count} computed values are within their "
+        f"tolerances. The page [*Verification cases*]({CASES}) lists all computed values."
     )
     yield _summary(topics)
     yield (
-        "In the table, the largest difference in each topic is given as a percentage of the tolerance. The units are "
-        "mm, tonne, s, N, MPa and mJ. The tests in `tests/verification` and `tests/test_cutting.py` solve the same "
-        "problems. The report of each study compares the model with measured forces."
+        "For each topic, the table lists the largest difference as a percentage of the tolerance. The units are mm, "
+        "tonne, s, N, MPa and mJ. The automated tests in `tests/verification` and `tests/test_cutting.py` solve the "
+        "same problems. The report of each study compares the model with measured forces."
     )
     for topic in topics:
         yield f"## {topic.title}"

@@ -39,10 +39,11 @@ def wave() -> Topic:
     cases.append(Case("fixed end: stress over ρcv", stress / STRESS_BEHIND, -2.0, 0.02, source))
     cases.append(Case("fixed end: velocity over v", velocity / V, 0.0, 0.02, source, relative=False))
     text = (
-        f"A row of {test_wave.LENGTH} cubes with ν = 0 is pushed at one end at a constant speed v. Behind the wave "
-        "front, the stress in the bar is ρcv. Reflection at a free end removes the stress and doubles the velocity; "
-        "reflection at a fixed end doubles the stress and stops the bar. Bulk viscosity widens the wave front to a "
-        "few elements. Mass scaling divides the wave speed by the square root of the scaling factor."
+        f"A bar of {test_wave.LENGTH} cubic elements with ν = 0 is pushed at one end with the constant speed v. Behind "
+        "the wave front, the compressive stress in the bar is ρcv. Reflection at a free end removes the stress and "
+        "doubles the velocity. Reflection at a fixed end doubles the stress and stops the bar. Bulk viscosity widens "
+        "the wave front to a few elements. Mass scaling divides the wave speed by the square root of the scaling "
+        "factor."
     )
     caption = "Stress along the bar before and after the wave front reaches its far end: computed and exact (dashed)."
     drawing = Drawing("wave", figures.wave({end: bar(end) for end in ("free", "fixed")}, STRESS_BEHIND), caption)
@@ -67,10 +68,10 @@ def beams() -> Topic:
     cases.append(Case(text, bent(1, 1.0 / 6.0 / 0.304)[0], 1.0, 0.01, "FL³/3EI + FL/κGA, Timoshenko 1921"))
     text = (
         "A cantilever of length 40 mm and height 4 mm under a suddenly applied load oscillates about its static "
-        "position. The mean of the oscillation is the static deflection of the cantilever, and the period of the "
-        "oscillation gives the first natural frequency. With an hourglass coefficient of 0.548, even a cantilever "
-        "mesh with one cube over the height reproduces the deflection of beam theory. The other cantilever cases use "
-        "an hourglass coefficient of 0.15."
+        "equilibrium position. The mean of the oscillation is the static deflection of the cantilever. The period of "
+        "the oscillation yields the first natural frequency. With an hourglass coefficient of 0.548, a mesh with only "
+        "one cubic element over the height of the cantilever reproduces the deflection from beam theory. The other "
+        "cantilever cases use an hourglass coefficient of 0.15."
     )
     return Topic("Cantilever", text, tuple(cases))
 
@@ -131,7 +132,7 @@ def convergence() -> Topic:
         "For problems with smooth exact solutions, the error must decrease with the square of the element size. The "
         "rate of convergence is computed from the two finest meshes."
     )
-    caption = "Relative error versus the number of elements on a side; the grey line has a slope of −2."
+    caption = "Relative error versus the number of elements per side; the grey line has a slope of −2."
     drawing = Drawing("convergence", figures.convergence(curves), caption)
     return Topic("Convergence under refinement", text, tuple(cases), (drawing,))
 

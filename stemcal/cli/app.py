@@ -78,7 +78,8 @@ def stemcal(
 ) -> None:
     """Calibrate finite-element models of plant stems against measured forces.
 
-    A study is one YAML file. `stemcal init` writes a template, and `stemcal run` runs all stages.
+    A study is defined by one YAML file, called the spec. The command `stemcal init` writes a template of the spec. The
+    command `stemcal run` runs all stages of the study.
     """
 
 

@@ -3,7 +3,6 @@
 import csv
 import functools
 import json
-from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from importlib.resources import files
 from typing import Annotated
@@ -63,15 +62,11 @@ def look_up(term: str) -> list[Entry]:
     ]
     if found:
         return found
-    meant = _nearest_terms(wanted, glossary()) or _nearest_terms(wanted, keys)
-    if meant:
-        raise UsageError(f"{term!r} is not in the glossary; did you mean {', '.join(dict.fromkeys(meant))}?")
+    for entries in (glossary(), keys):
+        names = {_plain(name): entry.term for entry in entries for name in entry.names}
+        if meant := [names[name] for name in near(wanted, names, most=3)]:
+            raise UsageError(f"{term!r} is not in the glossary; did you mean {', '.join(dict.fromkeys(meant))}?")
     raise UsageError(f"{term!r} is not in the glossary; `stemcal explain` lists all terms")
-
-
-def _nearest_terms(wanted: str, entries: Sequence[Entry]) -> list[str]:
-    names = {_plain(name): entry.term for entry in entries for name in entry.names}
-    return [names[name] for name in near(wanted, names, most=3)]
 
 
 @functools.cache
@@ -101,16 +96,17 @@ def _plain(text: str) -> str:
 
 Term = Annotated[
     list[str] | None,
-    typer.Argument(metavar="TERM", help="A term of the glossary or a key of the spec."),
+    typer.Argument(metavar="TERM", help="Term of the glossary or key of the spec."),
 ]
 Schema = Annotated[bool, typer.Option("--schema", help="Print the JSON schema of the spec, for use in an editor.")]
 
 
 def explain(term: Term = None, schema: Schema = False, as_json: AsJson = False) -> None:
-    """Explain a term or a key of the spec. Without a term, list all terms.
+    """Explain a term or a key of the spec.
 
-    Terms can be English or Chinese. If the schema is saved as `stemcal.schema.json`, an editor completes the keys
-    of each spec that begins with the line `# yaml-language-server: $schema=stemcal.schema.json`.
+    If no term is given, all terms are listed. Terms can be given in English or Chinese. To enable key completion in an
+    editor, save the schema as `stemcal.schema.json` and start each spec with the line
+    `# yaml-language-server: $schema=stemcal.schema.json`.
 
     Example: [bold]stemcal explain lack of fit[/bold]
 

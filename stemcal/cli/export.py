@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 TableFormat = Annotated[
     Literal["csv", "md", "tex", "docx"],
-    typer.Option("--format", "-f", help="Format: CSV (one file per table), Markdown, LaTeX or Word."),
+    typer.Option("--format", "-f", help="Output format: CSV (one file per table), Markdown, LaTeX or Word."),
 ]
 Names = Annotated[
     list[str] | None,
@@ -49,10 +49,10 @@ app = typer.Typer(
 
 @app.command()
 def tables(spec: Spec, kind: TableFormat = "csv", out: Out = None, as_json: AsJson = False) -> None:
-    """Write the tables of a study for a publication.
+    """Write the tables of a study in a format for publication.
 
     The tables are saved in the subfolder `tables` of the study folder. The tables contain the factors, the runs and
-    results of each stage, and the calibrated parameters. A Word file also contains the figures.
+    results of each stage, and the calibrated parameters. With `--format docx`, the file also contains the figures.
 
     Example: [bold]stemcal export tables configs/smoke.yaml --format docx[/bold]
     """
@@ -81,9 +81,10 @@ def figures(
 ) -> None:
     """Draw the figures of a study.
 
-    The figures are saved in the subfolder `figures` of the study folder. NAME selects all figures whose names start
-    with NAME; for example, `contour` selects all contour plots. The name `animation` selects a GIF of the cut at the
-    calibration diameter, and `animation-7mm` selects a GIF of the cut at a diameter of 7 mm.
+    The figures are saved in the subfolder `figures` of the study folder. A prefix such as `contour`
+    selects all figures whose names start with this prefix. The name `animation` selects a GIF
+    animation of the cut at the calibration diameter. The name `animation-7mm` selects a GIF animation of the cut at a
+    diameter of 7 mm.
 
     Example: [bold]stemcal export figures configs/smoke.yaml contour --format pdf --width 90[/bold]
     """
@@ -149,10 +150,6 @@ def write_film(study: Study, records: Records, folder: StudyFolder, name: str) -
     from stemcal.report.figures.fracture import write_animation
     from stemcal.solvers.film import frames_of
 
-    if not study.naming.is_cutting:
-        raise UsageError(
-            f"the animation {name!r} is not available: frames are stored only for runs of the embedded solver"
-        )
     wanted = f"{name}-{short(study.targets.calibrate_at)}mm" if name == ANIMATION else name
     known = films(records)
     if wanted not in known:

@@ -25,7 +25,7 @@ RADIOSS = ".rad"
 DeckFile = Annotated[
     Path,
     typer.Argument(
-        metavar="PATH", help="Deck file with the extension .k (LS-DYNA) or .rad (OpenRadioss).", show_default=False
+        metavar="PATH", help="Deck file with extension `.k` (LS-DYNA) or `.rad` (OpenRadioss).", show_default=False
     ),
 ]
 Program = Annotated[
@@ -46,9 +46,10 @@ def export_deck(
 ) -> None:
     """Write the shear test as a deck for LS-DYNA or OpenRadioss.
 
-    Factors have their calibrated values, or mid-range values if the study is not calibrated. The averaging lengths of
-    the study are converted to cards of this program. If PATH ends in `.rad`, the command also writes the starter and
-    engine files of OpenRadioss. The units of the deck are mm, tonne, s, N and MPa.
+    The deck contains the calibrated factor values, or mid-range values if the study is not calibrated. The internal
+    length and the edge spread of the study are converted to cards for the program. If the deck file has the extension
+    `.rad`, the starter and engine files of OpenRadioss are also written. The units of the deck are mm, tonne, s, N and
+    MPa.
 
     Example: [bold]stemcal export deck configs/wild-chrysanthemum.yaml run.k --for lsdyna[/bold]
     """
@@ -151,12 +152,13 @@ _COARSEST = 0.5  # of the diameter
 Folder = Annotated[Path, typer.Argument(metavar="FOLDER", help="Folder for the output files.", show_default=False)]
 Card = Annotated[
     Literal["lsdyna", "openradioss"],
-    typer.Option(
-        "--for", help="Program that reads the card: lsdyna (*MAT_003) or openradioss (*MAT_024).", show_default=False
-    ),
+    typer.Option("--for", help="Target program: `lsdyna` (*MAT_003) or `openradioss` (*MAT_024).", show_default=False),
 ]
 Size = Annotated[
-    str, typer.Option("--element-size", metavar="LENGTH", help="Element size of your model.", show_default=False)
+    str,
+    typer.Option(
+        "--element-size", metavar="LENGTH", help="Element size of your finite-element model.", show_default=False
+    ),
 ]
 
 
@@ -171,11 +173,11 @@ def export_material(
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
-    """Write a material card for your own model and its element size.
+    """Write a material card for a model with the given element size.
 
-    If each element fails independently, the force depends on the element size and on the mesh position. The failure
-    strain is adjusted until the mean force over several mesh positions equals the calibrated force. The study must be
-    calibrated first with `stemcal run SPEC`.
+    If each element fails independently of its neighbours, the simulated force depends on the element size and the mesh
+    position. The failure strain is adjusted until the mean force over several mesh positions equals the target force.
+    Before you use this command, calibrate the study with `stemcal run SPEC`.
 
     Example: [bold]stemcal export material configs/smoke.yaml material --for lsdyna --element-size "2 mm"[/bold]
     """

@@ -11,7 +11,8 @@ import typer
 from stemcal.cli.console import note, say_json, say_tables, say_whole, warn
 from stemcal.cli.session import AsJson, Quiet
 from stemcal.errors import UsageError
-from stemcal.files.reading import decode, read_plain
+from stemcal.files.durable import read_plain
+from stemcal.files.reading import decode
 from stemcal.files.typed import to_json
 
 if TYPE_CHECKING:
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
 
 app = typer.Typer(
     no_args_is_help=True,
-    help="Convert laboratory files to stem grades and targets.\n\n"
+    help="Convert laboratory files to diameter grades or calibration targets.\n\n"
     "Example: [bold]stemcal measure diameters stems.csv[/bold]",
 )
 
@@ -38,7 +39,7 @@ Decimal = Annotated[
     str | None, typer.Option(metavar="NAME", help="Decimal mark: a point or a comma.", show_default="detected")
 ]
 SheetName = Annotated[str | None, typer.Option("--sheet", metavar="NAME", help="Worksheet to read from a workbook.")]
-Preload = Annotated[float, typer.Option(metavar="N", min=0, help="Force at which each curve starts.")]
+Preload = Annotated[float, typer.Option(metavar="N", min=0, help="Force at which each measured curve starts.")]
 ForceColumn = Annotated[
     str | None, typer.Option(metavar="COLUMN,...", help="Name or number of the force column.", show_default="by name")
 ]
@@ -75,7 +76,7 @@ def diameters(
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
-    """Fit a normal distribution to stem diameters and form grades.
+    """Fit a normal distribution to stem diameters and define diameter grades.
 
     Example: [bold]stemcal measure diameters configs/data/measured-diameters.csv --grades 7,8,9,10,11[/bold]
     """
@@ -95,18 +96,18 @@ def diameters(
 @app.command()
 def shear(
     folder: Annotated[
-        Path, typer.Argument(metavar="FOLDER", help="One force–travel file, or a folder with such files.")
+        Path, typer.Argument(metavar="FOLDER", help="File with a force–travel curve, or a folder of such files.")
     ],
     index: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Table with the specimen diameter of each file.")
     ] = None,
     preload: Preload = 5.0,
     exclude: Annotated[
-        list[str] | None, typer.Option(metavar="NAME", help="Specimen to omit; this option can be repeated.")
+        list[str] | None, typer.Option(metavar="NAME", help="Specimen to exclude (repeatable option).")
     ] = None,
-    spec: Annotated[Path | None, typer.Option(metavar="SPEC", help="Write the targets into this spec.")] = None,
+    spec: Annotated[Path | None, typer.Option(metavar="SPEC", help="Spec into which the targets are written.")] = None,
     travel_and_work: Annotated[
-        bool, typer.Option("--travel-and-work", help="Add the travel and the work at the peak force to the targets.")
+        bool, typer.Option("--travel-and-work", help="Add travel and work at peak force to the targets.")
     ] = False,
     force_column: ForceColumn = None,
     displacement_column: DisplacementColumn = None,
@@ -120,9 +121,9 @@ def shear(
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
-    """Convert the files of shear tests to peak forces and targets.
+    """Convert files of shear tests to peak forces and calibration targets.
 
-    Diameters are read from file names (such as 7mm-1.csv), lines above the data or `--index`.
+    Diameters are read from file names (`7mm-1.csv`), header lines, or the table given by `--index`.
 
     Example: [bold]stemcal measure shear configs/data/measured-shear[/bold]
     """
@@ -164,7 +165,7 @@ def tests(
     ],
     preload: Preload = 5.0,
     exclude: Annotated[
-        list[str] | None, typer.Option(metavar="TEST/NAME", help="Specimen to omit; this option can be repeated.")
+        list[str] | None, typer.Option(metavar="TEST/NAME", help="Specimen to exclude (repeatable option).")
     ] = None,
     write: Annotated[bool, typer.Option("--write", help="Write the targets into the spec.")] = False,
     force_column: ForceColumn = None,
@@ -178,10 +179,10 @@ def tests(
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
-    """Convert the files of other laboratory tests to targets of the spec.
+    """Convert files of the laboratory tests in a spec to calibration targets.
 
-    The responses are those in the targets of each test or, if a test has no targets, the default responses of that
-    kind of test.
+    For each test, the responses listed under its targets are calculated. If a test has no targets, the default
+    responses of this kind of test are calculated.
 
     Example: [bold]stemcal measure tests study.yaml lab --write[/bold]
     """

@@ -13,7 +13,7 @@ import typer
 from stemcal.cli.console import note, say, say_json, say_whole, warn
 from stemcal.cli.session import AsJson, ExecutorName, Out, Quiet, Session, Spec, Workers, finished_work, opened
 from stemcal.errors import TargetUnreachable, UsageError
-from stemcal.files.reading import read_plain
+from stemcal.files.durable import read_plain
 from stemcal.stages.stage import Stage
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ Until = Annotated[
     typer.Option(
         "--until",
         metavar="STAGE",
-        help="Stop after this stage.",
+        help="Last stage to run.",
         show_default="all stages",
     ),
 ]
@@ -46,8 +46,8 @@ def run(
     """Run all stages of a study and write the report.
 
     The stages are `screen`, `rsm`, `invert` and `validate`. The stages `climb` and `refine` are included if the spec
-    has sections with these names. You can interrupt a study at any time: the same command resumes the study and keeps
-    the finished runs.
+    contains sections with these names. You can interrupt a study at any time: the same command resumes the study and
+    keeps the finished runs.
 
     Example: [bold]stemcal run configs/smoke.yaml --out runs/first --workers 2[/bold]
     """
@@ -160,9 +160,9 @@ def report(
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
-    """Write a report of the finished stages as one self-contained page.
+    """Write a report of the finished stages as a self-contained HTML page.
 
-    You can also write the report while the study is running.
+    The report can also be written while the study is running.
 
     Example: [bold]stemcal report configs/smoke.yaml[/bold]
     """
@@ -181,7 +181,7 @@ def report(
         say_whole(f"Report: {page}", f"Figures: {drawn}")
 
 
-Sheet = Annotated[Path, typer.Argument(metavar="SHEET", help="Sheet with the results (.csv or .xlsx).")]
+Sheet = Annotated[Path, typer.Argument(metavar="SHEET", help="Sheet with the results (`.csv` or `.xlsx`).")]
 Replace = Annotated[
     str, typer.Option("--replace", metavar="WHY", help="Reason for replacing recorded results.", show_default=False)
 ]
@@ -195,11 +195,11 @@ def enter(
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
-    """Enter the results of manual runs, then continue the study.
+    """Record the results of manual runs and continue the study.
 
     Valid rows of the sheet are recorded; rows with errors are listed. If a run was not possible, write
-    `failed: REASON` in its row. With `--replace`, a row that is marked as failed
-    removes an earlier result of the run.
+    `failed: REASON` in the row of the run. With `--replace`, a row marked as failed removes an earlier result of the
+    same run.
 
     Example: [bold]stemcal enter my-study.yaml my-sheet.xlsx[/bold]
     """

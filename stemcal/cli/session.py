@@ -12,7 +12,7 @@ import typer
 
 from stemcal.cli.console import await_, envelope, route_log, stderr, warn
 from stemcal.errors import UsageError, Waiting
-from stemcal.files.reading import read_plain
+from stemcal.files.durable import read_plain
 from stemcal.words import counted
 
 Spec = Annotated[
@@ -38,7 +38,10 @@ Workers = Annotated[
 ]
 
 ExecutorName = Annotated[
-    str, typer.Option("--executor", metavar="local|dask://HOST:PORT", help="Run on this machine or on a Dask cluster.")
+    str,
+    typer.Option(
+        "--executor", metavar="local|dask://HOST:PORT", help="Run simulations on this machine or on a Dask cluster."
+    ),
 ]
 
 
@@ -50,7 +53,7 @@ def _name_envelope(ctx: typer.Context, value: bool) -> bool:
 
 AsJson = Annotated[bool, typer.Option("--json", help="Print the result as one JSON object.", callback=_name_envelope)]
 
-Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Suppress progress and notes.")]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Suppress the progress bar and the notes.")]
 
 
 if TYPE_CHECKING:
@@ -144,7 +147,7 @@ def opened(
     from stemcal.report.progress import make_watch
 
     with ExitStack() as stack:
-        pool = stack.enter_context(make_executor(study.runs.time_limit))
+        pool = stack.enter_context(make_executor(study.solver.run_limit))
         folder = stack.enter_context(StudyFolder(folder_of(study, out)))
         watch = stack.enter_context(make_watch(None if quiet else stderr(), study.naming))
         work = Session(study, folder, pool, watch)

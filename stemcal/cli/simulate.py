@@ -30,15 +30,19 @@ Diameter = Annotated[
 Settings = Annotated[
     list[str] | None,
     typer.Option(
-        "--set", metavar="FACTOR=VALUE", help="Value of a factor in the unit of the spec; this option can be repeated."
+        "--set", metavar="FACTOR=VALUE", help="Factor value in the unit given in the spec (repeatable option)."
     ),
 ]
-CsvFile = Annotated[Path | None, typer.Option("--csv", metavar="FILE", help="CSV file for the time history.")]
+CsvFile = Annotated[
+    Path | None, typer.Option("--csv", metavar="FILE", help="CSV file for the time history of the simulation.")
+]
 FigureFile = Annotated[
-    Path | None, typer.Option("--figure", metavar="FILE", help="Plot of force versus travel (.png, .svg, .pdf).")
+    Path | None,
+    typer.Option("--figure", metavar="FILE", help="File for the force–travel plot (`.png`, `.svg` or `.pdf`)."),
 ]
 FramesFolder = Annotated[
-    Path | None, typer.Option("--frames", metavar="DIR", help="Folder for about 50 ParaView frames of the simulation.")
+    Path | None,
+    typer.Option("--frames", metavar="DIR", help="Folder for about 50 simulation frames in ParaView format."),
 ]
 TestName = Annotated[
     str | None, typer.Option("--test", metavar="NAME", help="Name of a test in the spec.", show_default="cutting")
@@ -56,10 +60,10 @@ def simulate(
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
-    """Simulate one virtual shear test, or another test defined in the spec.
+    """Simulate the virtual shear test or another test defined in the spec.
 
-    If the spec names an external program, the command runs that program once. Factors without `--set` have mid-range
-    values.
+    If the study uses an external simulation program, the command runs this program once. Factors that are not set
+    with `--set` have mid-range values.
 
     Example: [bold]stemcal simulate configs/smoke.yaml --diameter 7 --set yield_stress=18[/bold]
     """
@@ -71,7 +75,7 @@ def simulate(
     require_material(study, levels, at)
     _check_outputs(study, csv_file, figure, {"--frames": frames})
 
-    if not study.kind.force_history and test in (None, CUTTING):
+    if not study.kind.simulates_stems and test in (None, CUTTING):
         at = study.targets.calibrate_at if diameter is None else at
         _one_run(study, levels, at, as_json, quiet, csv_file)
         return
@@ -137,7 +141,7 @@ def require_material(study: Study, levels: Mapping[str, float], diameter: float)
 def _check_outputs(study: Study, csv_file: Path | None, figure: Path | None, others: Mapping[str, object]) -> None:
     """Refuse before the long computation what would fail after it."""
     given = [name for name, value in {**others, "--figure": figure}.items() if value is not None]
-    if given and not study.kind.force_history:
+    if given and not study.kind.simulates_stems:
         raise UsageError(f"{', '.join(given)}: this output requires `solver: {{kind: embedded}}`; omit the option")
     for path in (csv_file, figure):
         if path and not path.parent.is_dir():

@@ -19,16 +19,18 @@ if TYPE_CHECKING:
     from stemcal.study.model import Study
 
 
-MORE = "# ---- Everything below"  # begins what only --full writes
+MORE = "# ---- "  # begins what only --full writes
 
 
 def init(
     name: Annotated[str, typer.Argument(metavar="NAME", help="Name of the study and of its spec file.")] = "my-study",
-    full: Annotated[bool, typer.Option("--full", help="Include the keys that have default values.")] = False,
+    full: Annotated[
+        bool, typer.Option("--full", help="Also write all optional keys with their default values.")
+    ] = False,
 ) -> None:
-    """Write a spec with comments as a starting point.
+    """Write a commented spec as a starting point for a new study.
 
-    The command writes NAME.yaml and does not overwrite an existing file.
+    The command writes `NAME.yaml` and does not overwrite an existing file.
 
     Example: [bold]stemcal init my-stems[/bold]
     """
@@ -44,15 +46,10 @@ def init(
 
 def spec_text(name: str, full: bool = False) -> str:
     """Return the commented spec of a study called `name`; raise `UsageError` if no study can have that name."""
-    from pydantic import TypeAdapter, ValidationError
-
+    from stemcal.study.reading.messages import checked
     from stemcal.study.types.field_types import StudyName
 
-    try:
-        TypeAdapter(StudyName).validate_python(name)
-    except ValidationError as error:
-        problem = error.errors()[0].get("ctx", {})
-        raise UsageError(f"{problem['message']}; {problem['remedy']}") from None
+    checked(StudyName, name, "NAME")
     text = files("stemcal.cli").joinpath("study.yaml").read_text(encoding="utf-8")
     text = text.replace("@NAME@", json.dumps(name, ensure_ascii=False), 1)
     return text if full else text[: text.index(MORE)]
@@ -74,9 +71,9 @@ def _write_new(path: Path, text: str) -> None:
 
 
 def check(spec: Spec, out: Out = None, workers: Workers = None, as_json: AsJson = False) -> None:
-    """List all mistakes in a spec or, if there are none, its runs and cost.
+    """Check a spec and estimate the number of runs and the computing time.
 
-    Nothing is simulated or written. The estimated time excludes runs that are already in the study folder.
+    No simulation is run, and no file is written. The estimated time excludes runs that are already in the study folder.
 
     Example: [bold]stemcal check my-study.yaml[/bold]
     """

@@ -22,9 +22,11 @@ if TYPE_CHECKING:
 
 _MOST_NAMES = 20
 
-Runs = Annotated[bool, typer.Option("--runs", help="List all runs with their levels and results.")]
+Runs = Annotated[bool, typer.Option("--runs", help="List all runs with their factor levels and results.")]
 Failed = Annotated[bool, typer.Option("--failed", help="List the failed runs.")]
-Verify = Annotated[bool, typer.Option("--verify", help="Check all files. The exit code is 1 if a file was changed.")]
+Verify = Annotated[
+    bool, typer.Option("--verify", help="Check all files of the study (exit code 1 if a file has changed).")
+]
 
 
 def status(
@@ -37,8 +39,8 @@ def status(
 ) -> None:
     """Show the progress, the failed runs and the verdict of a study.
 
-    You can use this command while the study is running. `stemcal run SPEC --retry` repeats failed runs; runs with
-    damaged records are always repeated.
+    You can use this command while the study is running. To repeat failed runs, use
+    `stemcal run SPEC --retry`. Runs with damaged records are repeated automatically.
 
     Example: [bold]stemcal status configs/smoke.yaml --failed[/bold]
     """
@@ -53,16 +55,13 @@ def status(
     if verify:
         from stemcal.overview.status import inspect
 
-        found = inspect(study, folder)
-        result, sound = {**result, "verify": to_json(found)}, found.ok
+        count, damaged = inspect(study, folder)
+        sound = not damaged
+        result = {**result, "verify": {"ok": sound, "records": count, "damaged": damaged}}
         if not as_json:
-            intact = found.records - sum(file.startswith("runs/") for file in found.damaged)
-            stale = (
-                f"{name} is out of date: {', '.join(changed)} changed after this file was written."
-                for name, changed in found.stale.items()
-            )
-            say(f"{folder.path}: {intact} of {found.records} records are intact.", *stale)
-        for file, problem in islice(found.damaged.items(), _MOST_NAMES):
+            intact = count - sum(file.startswith("runs/") for file in damaged)
+            say(f"{folder.path}: {intact} of {count} records are intact.")
+        for file, problem in islice(damaged.items(), _MOST_NAMES):
             fail(f"{file} {problem}")
     if as_json:
         say_json(result)

@@ -100,7 +100,8 @@ def compare_conditions(
     done = [row for row in rows if row.error_percent is not None]
     sizes = [abs(row.error_percent or 0.0) for row in done]
     held_out = [abs(row.error_percent or 0.0) for row in done if row.role == "held_out"]
-    slope, lab, model = _growth(rows, done) if naming.is_force_on_stems else (None, None, None)
+    lab, model = _exponents(rows, done) if naming.is_force_on_stems else (None, None)
+    slope, notes = _error_trend(done) if naming.is_force_on_stems else (None, ())
     return Validation(
         rows=rows,
         worst_percent=max(sizes, default=None),
@@ -109,7 +110,7 @@ def compare_conditions(
         error_slope_percent_per_unit=slope,
         measured_exponent=lab,
         simulated_exponent=model,
-        notes=(_trend(slope),) if slope is not None and _is_trend(done, slope) else (),
+        notes=notes,
     )
 
 
@@ -122,13 +123,11 @@ def error_percent(measured: float, simulated: float | None) -> float | None:
     return None if simulated is None else 100.0 * (measured - simulated) / measured
 
 
-def _growth(
-    rows: Sequence[ValidationRow], done: Sequence[ValidationRow]
-) -> tuple[float | None, Exponent | None, Exponent | None]:
-    """Return the slope of the error over the diameter, and the exponents of laboratory and model."""
+def _exponents(rows: Sequence[ValidationRow], done: Sequence[ValidationRow]) -> tuple[Exponent | None, Exponent | None]:
+    """Return the exponents of laboratory and model."""
     lab = fit_power_law([row.condition for row in rows], [row.measured for row in rows])
     model = fit_power_law([row.condition for row in done], [row.simulated or 0.0 for row in done])
-    return _error_slope(done), Exponent.of(lab), Exponent.of(model)
+    return Exponent.of(lab), Exponent.of(model)
 
 
 def _row(
@@ -145,36 +144,29 @@ def _row(
         raise UsageError(f"validation: the measured {naming.response.long} must be positive, not {where}")
     fitted = calibration is not None and bool(np.any(np.isclose(condition, calibration)))
     role: Literal["fitted", "held_out"] = "fitted" if fitted else "held_out"
-    if simulated is None or not np.isfinite(simulated):
-        return ValidationRow(condition, measured, None, None, role, sd, n)
-    error = 100.0 * (measured - float(simulated)) / measured
-    return ValidationRow(condition, measured, float(simulated), error, role, sd, n)
+    known = float(simulated) if simulated is not None and np.isfinite(simulated) else None
+    return ValidationRow(condition, measured, known, error_percent(measured, known), role, sd, n)
 
 
-def _error_slope(rows: Sequence[ValidationRow]) -> float | None:
-    """Change of the error per millimetre of diameter, from three diameters on."""
+def _error_trend(rows: Sequence[ValidationRow]) -> tuple[float | None, tuple[Note, ...]]:
+    """Return the change of the error per mm of diameter, from three diameters on.
+
+    With it comes a note where the straight line explains most of the errors' variation.
+    """
     d = np.array([row.condition for row in rows])
     if len(np.unique(d)) < 3:
-        return None
+        return None, ()
     errors = np.array([row.error_percent for row in rows], dtype=float)
-    return float(fit_least_squares(np.column_stack([np.ones_like(d), d]), errors).coefficients[1])
-
-
-def _trend(slope: float) -> Note:
+    slope = float(fit_least_squares(np.column_stack([np.ones_like(d), d]), errors).coefficients[1])
+    total, explained = (float(np.sum((values - values.mean()) ** 2)) for values in (errors, slope * d))
+    if not explained > 0.5 * total > 0.0:
+        return slope, ()
     size = minus(f"{slope:+.1f}")
     text = (
         f"The relative error changes by {size} percentage points per mm of diameter. A constant scale factor for the "
         "force would not remove this trend."
     )
-    return Note("error_trend", "warning", text)
-
-
-def _is_trend(rows: Sequence[ValidationRow], slope: float) -> bool:
-    """Whether the straight line explains most of the errors' variation."""
-    errors = np.array([row.error_percent for row in rows], dtype=float)
-    d = np.array([row.condition for row in rows])
-    total = float(np.sum((errors - errors.mean()) ** 2))
-    return total > 0.0 and slope**2 * float(np.sum((d - d.mean()) ** 2)) > 0.5 * total
+    return slope, (Note("error_trend", "warning", text),)
 
 
 # ---- a formula without mechanics

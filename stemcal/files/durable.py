@@ -1,4 +1,4 @@
-"""Files that are there whole or not at all; JSON that is the same bytes for the same content, perhaps with a seal."""
+"""Files that are there whole or not at all, sealed JSON among them; and only plain files are read."""
 
 import errno
 import hashlib
@@ -6,15 +6,17 @@ import itertools
 import json
 import math
 import os
+import stat
 import time
 from collections.abc import Mapping
 from contextlib import suppress
+from io import BufferedReader
 from pathlib import Path
 from typing import Any
 
 from stemcal.errors import StemcalError
-from stemcal.files.reading import MIB, read_plain
 
+MIB = 2**20
 SEAL = "sha256"
 MAX_BYTES = 64 * MIB
 # SHA-256 of the bytes that agreed with their seal: a file is read many times in a command, but worked out anew once.
@@ -172,6 +174,48 @@ def _flush_folder(folder: Path) -> None:
     except OSError as error:
         if error.errno in (errno.EIO, errno.ENOSPC):
             raise
+
+
+# ---- read: only plain files, up to a limit
+
+
+def open_plain(path: Path) -> BufferedReader:
+    """Open a plain file for reading; a link to one is one.
+
+    Raises
+    ------
+    OSError
+        If there is none, or it is a folder, a device, a pipe or a socket.
+    """
+    mode = path.stat().st_mode  # before it is opened: a pipe without a writer would wait for one
+    if stat.S_ISDIR(mode):
+        raise IsADirectoryError(errno.EISDIR, "is a folder", str(path))
+    if not stat.S_ISREG(mode):
+        raise OSError(errno.EINVAL, "is a device, a pipe or a socket, not a file", str(path))
+    return path.open("rb")
+
+
+def read_plain(path: Path, most: int) -> bytes:
+    """Return the content of a plain file of at most `most` bytes.
+
+    Raises
+    ------
+    OSError
+        As `open_plain` does, or if the file is larger.
+    """
+    with open_plain(path) as file:
+        content = file.read(most + 1)
+    if len(content) > most:
+        raise OSError(errno.EFBIG, f"is larger than {most / MIB:.3g} MiB", str(path))
+    return content
+
+
+def holds(path: Path, content: bytes) -> bool:
+    """Return whether a plain file is there that holds just this."""
+    try:
+        return read_plain(path, len(content)) == content
+    except OSError:
+        return False
 
 
 # ---- sealed: objects that carry the SHA-256 of their content, so that a changed digit is seen

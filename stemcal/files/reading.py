@@ -1,58 +1,10 @@
-"""Files from outside: only plain ones are opened, up to a limit, and their encoding is detected."""
+"""Text from outside: its encoding is detected, and it is made fit to be shown."""
 
 import codecs
 import csv
-import errno
 import io
 import re
-import stat
 from collections.abc import Iterable, Iterator
-from io import BufferedReader
-from pathlib import Path
-
-MIB = 2**20
-
-
-def open_plain(path: Path) -> BufferedReader:
-    """Open a plain file for reading; a link to one is one.
-
-    Raises
-    ------
-    OSError
-        If there is none, or it is a folder, a device, a pipe or a socket.
-    """
-    mode = path.stat().st_mode  # before it is opened: a pipe without a writer would wait for one
-    if stat.S_ISDIR(mode):
-        raise IsADirectoryError(errno.EISDIR, "is a folder", str(path))
-    if not stat.S_ISREG(mode):
-        raise OSError(errno.EINVAL, "is a device, a pipe or a socket, not a file", str(path))
-    return path.open("rb")
-
-
-def read_plain(path: Path, most: int) -> bytes:
-    """Return the content of a plain file of at most `most` bytes.
-
-    Raises
-    ------
-    OSError
-        As `open_plain` does, or if the file is larger.
-    """
-    with open_plain(path) as file:
-        content = file.read(most + 1)
-    if len(content) > most:
-        raise OSError(errno.EFBIG, f"is larger than {most / MIB:.3g} MiB", str(path))
-    return content
-
-
-def holds(path: Path, content: bytes) -> bool:
-    """Return whether a plain file is there that holds just this."""
-    try:
-        return read_plain(path, len(content)) == content
-    except OSError:
-        return False
-
-
-# ---- text
 
 
 def decode(content: bytes) -> str | None:
@@ -91,7 +43,7 @@ def lenient(content: bytes) -> str:
     return content.decode("utf-8", "replace").removeprefix("\ufeff")
 
 
-# ---- text of others made fit to be shown: nothing that commands a terminal, no cell that a spreadsheet executes
+# ---- made fit to be shown: nothing that commands a terminal, no cell that a spreadsheet executes
 
 
 # C0 and C1 controls but tab and line feed, surrogates, and what turns the direction of writing or ends a line unseen.

@@ -41,7 +41,7 @@ class Rows(tuple[T, ...]):
         """Return a frame with a column per field; of a field with parts, one per part, as ``levels.yield_stress``."""
         import pandas as pd
 
-        return pd.DataFrame([_flat(to_json(row)) for row in self])
+        return pd.json_normalize([to_json(row) for row in self])
 
     def table(self) -> Table:
         """Return a table with a column per field."""
@@ -164,14 +164,16 @@ class Table:
 
         >>> table = Table.of(["run", "error_percent"], [{"run": n, "error_percent": -n % 7} for n in range(9)])
         >>> short = table.shortened("`a.csv`", 4)
-        >>> [row[0] for row in short.rows], short.foot
-        ([0, 1, 2, 8], ('4 of 9 rows: the first 2 and the 2 with the largest errors. `a.csv` has all rows.',))
+        >>> [row[0] for row in short.rows]
+        [0, 1, 2, 8]
+        >>> short.foot
+        ('4 of 9 rows are shown: the first 2 and the 2 with the largest errors. `a.csv` contains all rows.',)
         """
         if len(self.rows) <= most:
             return self
         error = next((place for place, column in enumerate(self.columns) if column.key == "error_percent"), None)
         first = most if error is None else most // 2
-        kept, words = list(range(first)), f"{most} of {len(self.rows)} rows"
+        kept, words = list(range(first)), f"{most} of {len(self.rows)} rows are shown"
         if error is not None:
             rest = sorted(range(first, len(self.rows)), key=lambda i: -abs(self.rows[i][error] or 0.0))
             kept += sorted(rest[: most - first])
@@ -217,18 +219,6 @@ def _fields(thing: object) -> Mapping[str, Any]:
 
 def _html(frame: pd.DataFrame) -> str:
     return str(frame.to_html(max_rows=60, index=False, na_rep="", border=0))
-
-
-def _flat(row: Mapping[str, Any], above: str = "") -> dict[str, Any]:
-    """Return nested mappings by the path to each value.
-
-    >>> _flat({"run": 1, "levels": {"a": 2.0}})
-    {'run': 1, 'levels.a': 2.0}
-    """
-    cells: dict[str, Any] = {}
-    for key, value in row.items():
-        cells |= _flat(value, f"{above}{key}.") if isinstance(value, Mapping) else {f"{above}{key}": value}
-    return cells
 
 
 def visible(tables: Iterable[Table], holds: bool) -> list[Table]:

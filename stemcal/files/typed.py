@@ -29,11 +29,6 @@ def absent(default: Any = None) -> Any:
     return dataclasses.field(default=default, metadata={"exclude_if": lambda value: value in (None, False, (), {})})
 
 
-def key(name: str) -> Any:
-    """Return a field with another key in JSON than its name."""
-    return dataclasses.field(metadata={"alias": name})
-
-
 def inline(default: Any = dataclasses.MISSING) -> Any:
     """Return a field of a `Spread` dataclass whose own fields are keys among those of the others; None has none."""
     return dataclasses.field(default=default, metadata={"alias": f"{_INLINE}{next(_count)}"})

@@ -38,43 +38,33 @@ class LaboratoryResult(CuttingResult):
         force : N, until the break
         travel : mm, at the maximum
         work : mJ, until the break or the end of the stroke
-    slope_r2 : float
-        R² of that line.
     """
 
     responses: dict[str, float] = field(default_factory=dict)
-    slope_r2: float | None = None
 
 
-@dataclass(frozen=True)
-class Line:
-    """A straight line fitted to a part of a curve: its slope, and R²."""
+def secant(travel: Array, force: Array, shares: tuple[float, float] = SECANT) -> float | None:
+    """Return the slope (N/mm) of a line fitted by least squares to a curve until the break.
 
-    slope: float
-    r2: float
-
-
-def secant(travel: Array, force: Array, shares: tuple[float, float] = SECANT) -> Line | None:
-    """Fit a line by least squares to a curve until the break, from one share of its largest force to another.
+    It is fitted from one share of the largest force to another.
 
     None if fewer than three rows lie between.
 
     >>> import numpy as np
-    >>> round(secant(np.arange(5.0), 2.0 * np.arange(5.0), (0.1, 0.9)).slope, 9)
+    >>> round(secant(np.arange(5.0), 2.0 * np.arange(5.0), (0.1, 0.9)), 9)
     2.0
     """
     low, high = (int(np.argmax(force >= share * force.max())) for share in shares)
     u, f = travel[low : high + 1], force[low : high + 1]
     if len(u) < _FEWEST or np.ptp(u) == 0.0 or np.ptp(f) == 0.0:
         return None
-    slope = float(np.polyfit(u - u[0], f, 1)[0])
-    return Line(slope, float(np.corrcoef(u, f)[0, 1] ** 2))
+    return float(np.polyfit(u - u[0], f, 1)[0])
 
 
-def curve_responses(travel: Array, force: Array, line: Line | None) -> dict[str, float]:
-    """Return the responses of a curve (mm, N) until the break, with its secant; without those that it lacks."""
+def curve_responses(travel: Array, force: Array, slope: float | None) -> dict[str, float]:
+    """Return the responses of a curve (mm, N) until the break, with its slope; without those that it lacks."""
     peak = int(np.argmax(force))
-    found = {} if line is None else {"slope": line.slope}
+    found = {} if slope is None else {"slope": slope}
     found |= {"force": float(force[peak]), "travel": float(travel[peak])}
     found["work"] = float(np.trapezoid(force, travel))
     return found
@@ -151,14 +141,17 @@ def perform(test: LaboratoryTest, inspect: Inspect | None = None) -> LaboratoryR
     broken = break_row(curve.force_filtered, curve.deleted, how.break_drop)
     result = evaluate(curve, history, broken, len(model.mesh.hexes), wall, balanced=broken)
     travel, force = curve.travel[:broken], curve.force_filtered[:broken]
-    line = secant(travel, force)
-    responses = {**curve_responses(travel, force, line), "force": result.peak_force, "travel": result.peak_travel}
+    responses = {
+        **curve_responses(travel, force, secant(travel, force)),
+        "force": result.peak_force,
+        "travel": result.peak_travel,
+    }
     shape = shape_of(model, history, how.symmetry)
     whole = np.flatnonzero(curve.deleted == 0)[-1]
     # of a pressed piece: how far out of shape as the first element fails
     percent = 100.0 * gauges.buckling[whole] if gauges.buckling else 0.0
     warnings = (*_of_tests(result), *([buckles(percent)] if percent > MOST_BUCKLING else ()))
-    more = {"shape": shape, "responses": responses, "slope_r2": line and line.r2, "warnings": warnings}
+    more = {"shape": shape, "responses": responses, "warnings": warnings}
     return LaboratoryResult(**{**vars(result), **more})
 
 

@@ -36,7 +36,7 @@ def left_to_run(study: Study, folder: StudyFolder, solver: Solver, stage: str | 
 
 def demand_of_one(study: Study, conditions: Iterable[float]) -> Demand:
     """Return what one virtual shear test takes, at the largest of some diameters; nothing for other solvers."""
-    if not study.kind.foresees:
+    if not study.kind.simulates_stems:
         return Demand(0, 0.0, 0.0)
     each = [demand_of([Request("simulate", 0, study.midlevels(), d)], make_solver(study)) for d in conditions]
     return Demand(1, max(one.seconds for one in each), max(one.memory for one in each))
@@ -101,7 +101,7 @@ def beforehand(study: Study) -> Iterator[Note]:
 
 def _short_stroke(study: Study) -> Iterator[Note]:
     """Yield a warning if the blade may stop before the maximum of the thickest stem."""
-    if not study.kind.force_history or not study.naming.is_cutting:
+    if not study.kind.simulates_stems or not study.naming.is_cutting:
         return
     thickest = max((target.condition for target in study.targets.means), default=study.specimen.outer_diameter)
     stroke = study.loading.stroke_at(thickest)

@@ -17,7 +17,6 @@ from stemcal.doe.regression.least_squares import not_estimable
 from stemcal.executors import available_cores
 from stemcal.files.rows import Rows
 from stemcal.folder import StudyFolder
-from stemcal.naming import program
 from stemcal.note import Note, Remedy
 from stemcal.numbers import duration, in_bytes
 from stemcal.runs.answer import Run
@@ -94,10 +93,8 @@ def plan(
     later = [found for stage in stages_of(study) if (found := stage.later(study)) is not None]
     rounds = [part for found in later for part in found.rounds] if not wanted[-1].settled else []
     spent = [] if costs.of is None else [list(map(costs.of, runs)) for runs in (*left, *rounds)]
-    left_there, seconds_there = _there(study, folder)
     notes: list[Note] = [part.note for part in wanted if part.note is not None]
     notes += [found.note for found in later]
-    notes += _in_another_program(study, to_run, left_there, seconds_there)
     notes += [note for part in wanted if part.design is not None for note in judged(part.design)]
     return Plan(
         1,
@@ -111,33 +108,8 @@ def plan(
         costs.source,
         costs.recorded,
         workers,
-        None if costs.of is None else overhead(solver) + elapsed([*spent, [seconds_there or 0.0]], workers),
+        None if costs.of is None else overhead(solver) + elapsed(spent, workers),
     )
-
-
-def _there(study: Study, folder: StudyFolder | None) -> tuple[int, float | None]:
-    """Return the runs that the refinement in another model still needs at most, and their seconds on one core.
-
-    Only the embedded solver estimates its time. The runs of the search follow each other.
-    """
-    if (there := study.there) is study:
-        return 0, None
-    left = sum(stage.most_there(study) for stage in stages_of(study) if stage.seen(study) is not study)
-    probes = [Request("plan", 0, there.midlevels(), target.condition, True) for target in study.targets.means]
-    cost = costs_of(make_solver(there), folder, probes[0]).of if there.kind.foresees else None
-    return left, None if cost is None else left * max(map(cost, probes))
-
-
-def _in_another_program(study: Study, here: int, left: int, seconds: float | None) -> Iterator[Note]:
-    """Yield the number of runs that the refinement in another model may still need, in addition to those here."""
-    if study.there is not study:
-        names = ", ".join(stage.name for stage in stages_of(study) if stage.seen(study) is not study)
-        other = program(study.there.solver.program_name)
-        text = (
-            f"The study requires {counted(here, 'run')} in its own model and at most {left} in {other} (stage {names})."
-        )
-        time = "" if seconds is None else f" The runs in the other model take at most {duration(seconds)} on one core."
-        yield Note("in_another_program", "caution", text + time)
 
 
 def asked(study: Study, solver: Solver, folder: StudyFolder | None) -> list[Asked]:
@@ -169,7 +141,7 @@ def missing(part: Asked, study: Study, solver: Solver, folder: StudyFolder | Non
     return [
         request
         for key, request in distinct.items()
-        if (record := recorded.get(key)) is None or not stands(record, study.runs)
+        if (record := recorded.get(key)) is None or not stands(record, study.solver.run_limit)
         if not solver.knows(request)
     ]
 

@@ -122,7 +122,7 @@ def _entry(request: Request, key: str, study: Study, folder: StudyFolder) -> Ent
         outcome.response,
         outcome.reason,
         outcome.message,
-        not stands(record, study.runs),
+        not stands(record, study.solver.run_limit),
         request.condition,
         levels,
         replicate,
@@ -219,35 +219,26 @@ def retry(study: Study, folder: StudyFolder, executor: RunExecutor, watch: Watch
 
     A record is replaced when its new answer is there, not before.
     """
-    policy = study.runs._replace(quorum=0.0)
     with folder:
         failed = {e.key: e for e in reversed(ledger(study, folder)) if e.status == "failed"}
         chosen = list(reversed(failed.values()))
         for stage in dict.fromkeys(entry.stage for entry in chosen):
             requests = [entry.request for entry in chosen if entry.stage == stage]
             own = make_solver(stage_called(stage).seen(study)).placed(folder.work)
-            answer_all(requests, own, folder, executor, watch, policy, again={entry.key for entry in chosen})
+            answer_all(requests, own, folder, executor, watch, study.solver.run_limit, 0.0, {one.key for one in chosen})
         return [_entry(entry.request, entry.key, study, folder) for entry in chosen]
 
 
 # ---- verify
 
 
-@dataclass(frozen=True)
-class Inspection:
-    """Whether a study folder is sound: what is wrong with damaged files, what has changed since stages were made."""
+def inspect(study: Study, folder: StudyFolder) -> tuple[int, dict[str, str]]:
+    """Return the number of records, and what is wrong with damaged files; change nothing.
 
-    ok: bool
-    records: int
-    damaged: dict[str, str]
-    stale: dict[str, tuple[str, ...]]
-
-
-def inspect(study: Study, folder: StudyFolder) -> Inspection:
-    """Check every record against its seal and its name, every stage against its spec; change nothing."""
+    Every record is checked against its seal and its name, every stage file against its form and its tables.
+    """
     solver, keys = make_solver(study), folder.keys()
     damaged = {f"runs/{key}.json": folder.examine(key)[1] for key in keys}
-    stale: dict[str, tuple[str, ...]] = {}
     for stage in (stage for stage in stages_known(study) if folder.has_stage(stage.name)):
         name = f"{stage.name}.json"
         try:
@@ -255,13 +246,10 @@ def inspect(study: Study, folder: StudyFolder) -> Inspection:
             if (version := content.get("schema_version")) != FILE_VERSION:
                 damaged[name] = f"has schema version {version!r:.20}, but version {FILE_VERSION} is required"
                 continue
-            changed = changes_since(study, solver, folder, stage.name)
-            stale |= {name: tuple(changed)} if changed else {}
-            if CODE not in changed:  # of other code it may have another shape
+            if CODE not in changes_since(study, solver, folder, stage.name):  # of other code it may have another shape
                 tables = changed_tables(stage.result().from_json(content), folder)
                 changed_file = "is missing or was changed; `stemcal run SPEC` writes the file again"
                 damaged |= dict.fromkeys(tables, changed_file)
         except UsageError as error:
             damaged[name] = str(error).removeprefix(str(folder.path / name)).removeprefix(name).lstrip(": ")
-    damaged = {file: problem for file, problem in damaged.items() if problem}
-    return Inspection(not damaged, len(keys), damaged, stale)
+    return len(keys), {file: problem for file, problem in damaged.items() if problem}

@@ -27,7 +27,7 @@ from stemcal.solvers.sheet.reading import fields_of, told
 from stemcal.stages.fresh import make_all
 from stemcal.study.model import Study
 from stemcal.study.reading import load_study as read_spec
-from stemcal.study.reading.messages import checked, checked_path, level_of
+from stemcal.study.reading.messages import checked, level_of
 from stemcal.study.rules.factors import wrong_levels
 from stemcal.study.types.field_types import Size, Whole
 from stemcal.words import did_you_mean
@@ -54,7 +54,7 @@ def load_study(path: str | Path, **changes: object) -> Study:
     --------
     ``load_study("my-stems.yaml", yield_stress={"high": 25}, rsm={"alpha": "face"})``
     """
-    study = read_spec(checked_path(path, "path"), **changes)
+    study = read_spec(path, **changes)
     study._hands = _ByHand()
     return study
 
@@ -85,8 +85,8 @@ def calibrate(
         As on the command line.
     """
     study, workers = _study(study), checked(_Workers, workers, "workers")
-    folder = StudyFolder(default_place(study.name) if out is None else checked_path(out, "out"))
-    with LocalExecutor(workers, study.runs.time_limit) as executor, notebook_watch(progress, study.naming) as watch:
+    folder = StudyFolder(default_place(study.name) if out is None else Path(out))
+    with LocalExecutor(workers, study.solver.run_limit) as executor, notebook_watch(progress, study.naming) as watch:
         solver = make_solver(study)
         demand = demand_of(left_to_run(study, folder, solver), solver)
         _warn_before(demand, executor.workers)
@@ -126,7 +126,7 @@ def open_results(folder: str | Path, study: Study | None = None) -> StudyResults
     UsageError
         If the folder does not exist or does not contain its spec.
     """
-    place = checked_path(folder, "folder")
+    place = Path(folder)
     if not place.is_dir():
         raise UsageError(f"{place}: the folder does not exist. Run `stemcal run SPEC` first, or pass another folder.")
     found = StudyFolder(place)
@@ -209,7 +209,7 @@ def simulate(
         If the simulation is not reliable.
     """
     study = _study(study)
-    if not study.kind.force_history:
+    if not study.kind.simulates_stems:
         raise UsageError(
             f"simulate: the solver kind is `{study.solver.kind}`, but `embedded` is required. Write `solver: {{kind: "
             f"embedded}}`."
@@ -252,4 +252,4 @@ class _ByHand:
 
 
 def _folder(study: Study, out: str | Path | None) -> StudyFolder:
-    return StudyFolder(default_place(study.name) if out is None else checked_path(out, "out"))
+    return StudyFolder(default_place(study.name) if out is None else Path(out))

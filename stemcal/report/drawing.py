@@ -10,8 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from stemcal.files.durable import MAX_BYTES, digest
-from stemcal.files.reading import open_plain, read_plain
+from stemcal.files.durable import MAX_BYTES, digest, open_plain, read_plain
 from stemcal.files.typed import to_json
 from stemcal.folder import StudyFolder
 from stemcal.registry import code_version

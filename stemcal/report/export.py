@@ -10,7 +10,7 @@ from stemcal.files.reading import csv_text, in_a_line
 from stemcal.files.rows import Column, Table, visible
 from stemcal.numbers import significant
 from stemcal.report.figures.plot import Plot
-from stemcal.report.showing import Setting, names_of, showing_of
+from stemcal.report.showing import RANGE, Setting, cited_ranges, names_of, showing_of
 from stemcal.report.tables.columns import PaperTable, starred
 from stemcal.report.tables.of_designs import design_tables
 from stemcal.report.tables.setting import factors_table
@@ -33,10 +33,8 @@ def study_tables(study: Study, results: Results, holds: bool = True) -> list[Tab
 
 def _parameters(setting: Setting) -> list[Table]:
     """Return the values of all factors in the validation: the calibrated ones with their range, the others fixed."""
-    cited = [found for one in setting.results.done if (found := showing_of(one).cited(one))]
-    if not cited:
+    if not (ranges := cited_ranges(setting.results)):
         return []
-    head, ranges = cited[0]
     levels = {**setting.study.midlevels(), **{name: setting.results.parameters[name] for name in ranges}}
 
     def known(factor: Factor) -> str:
@@ -48,7 +46,7 @@ def _parameters(setting: Setting) -> list[Table]:
         Column("symbol", "Symbol"),
         Column("name", "Parameter", form=setting.labelled.factor, words=True),
         Column("value", "Value", form=significant, of=lambda factor: levels[factor.name]),
-        Column("known", head if setting.holds else "Source", of=known),
+        Column("known", RANGE if setting.holds else "Source", of=known),
     ]
     foot = ["fixed: the parameter was not calibrated and has the mid-range value."] if len(ranges) < len(levels) else []
     return [Table.of(columns, setting.study.factors, "Parameters of the simulation", foot)]

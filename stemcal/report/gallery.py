@@ -1,9 +1,8 @@
 """Every figure of a study by name: for the page, the figures folder and `stemcal export figures`."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 from stemcal.cutting.end_state import Shape
 from stemcal.files.durable import make_folder, write_atomic
@@ -11,7 +10,7 @@ from stemcal.numbers import short
 from stemcal.report.figures.curves import energies, force_travel, measured_band
 from stemcal.report.figures.fracture import fracture
 from stemcal.report.figures.plot import Plot
-from stemcal.report.figures.style import Figure, resize, save
+from stemcal.report.figures.style import resize, save
 from stemcal.report.records import Details, Records, curves_of
 from stemcal.report.showing import Setting, showing_of
 from stemcal.stages.results import Results
@@ -60,8 +59,9 @@ def _run_plots(study: Study, records: Records) -> list[Plot]:
     for condition, modes in study.targets.modes.items():
         if (label := f"{short(condition)} mm") in curves and records[label].at_solution:
             text = (
-                "Measured force and the force simulated with the calibrated parameters, up to peak force, versus "
-                "relative travel. The lower panel shows their difference in standard deviations of the specimens."
+                "Measured force, and force simulated with the calibrated parameters, versus relative travel up to the "
+                "peak force. The lower panel shows the difference between the two forces in standard deviations of the "
+                "specimens."
             )
             name = "measured-curves" if label == calibrated else f"measured-curves-{short(condition)}mm"
             plots.append(Plot(name, "runs", text, partial(measured_band, modes, curves[label])))
@@ -76,22 +76,16 @@ def _run(label: str, details: Details, on_page: bool, hollow: bool) -> list[Plot
     """Return the pictures of one run: energies and cut stem. The page shows those of the calibration diameter."""
     name, plots = label.replace(" ", ""), []
     if details.energies:
-        text, draw = (
-            f"Energies in the simulation of the {label} stem versus blade travel.",
-            partial(energies, details.energies),
-        )
+        text = f"Energies in the simulation of the {label} stem versus blade travel."
+        draw = partial(energies, details.energies)
         plots.append(Plot(f"energies-{name}", "runs", text, draw, on_page, detail=True))
     if details.shape:
         bore = " (the bore between the walls)" if hollow else ""
         text = (
             f"The {label} stem at the end of the simulation: side view and section{bore}. The simulation stops after "
-            "peak force, before the stem is cut through. Colours show the plastic strain; failed elements are removed. "
-            "Blade and supports are grey."
+            "the peak force, before the stem is cut through. Colours show the plastic strain; failed elements are "
+            "removed. The blade and the supports are grey."
         )
-        cut = partial(_cut_stem, details.shape)
-        plots.append(Plot(f"fracture-{name}", "runs", text, cut, on_page, wide=True))
+        name = f"fracture-{name}"
+        plots.append(Plot(name, "runs", text, lambda: fracture(Shape.unpacked(details.shape)), on_page, wide=True))
     return plots
-
-
-def _cut_stem(packed: Mapping[str, Any]) -> Figure:
-    return fracture(Shape.unpacked(packed))

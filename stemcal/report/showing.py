@@ -50,11 +50,10 @@ class Setting:
 class Showing(Checked, Generic[R]):
     """The words, tables and figures of a stage, made from its result.
 
-    `claims` intervals or agreement, which are true of a calibrated study only: without one, an outcome that states an
-    agreement is not shown.
+    An outcome that `claims` agreement with the measurements is shown of a calibrated study only.
     """
 
-    claims: ClassVar[str] = ""
+    claims: ClassVar[bool] = False
 
     def outcome(self, result: R, names: Names) -> list[str]:
         """Return the outcome in sentences."""
@@ -72,9 +71,9 @@ class Showing(Checked, Generic[R]):
         """Return its figures, none of them drawn yet."""
         return []
 
-    def cited(self, result: R) -> tuple[str, Mapping[str, str]] | None:
-        """Return what the range of each parameter to cite is called, and the ranges; None where it sets none."""
-        return None
+    def cited(self, result: R) -> Mapping[str, str]:
+        """Return the 95 % range of each parameter that it sets, to cite."""
+        return {}
 
     def beside(self, result: R, holds: bool) -> list[str]:
         """Return what the parameters are valid with and, where the study `holds`, what their ranges assume."""
@@ -98,6 +97,15 @@ def showing_of(result: StageResult) -> Showing[Any]:
     found = stage_called(result.name).showing()
     assert isinstance(found, Showing)
     return found
+
+
+RANGE = "95 % range"
+"""What the range of a parameter to cite is called."""
+
+
+def cited_ranges(results: Results) -> Mapping[str, str]:
+    """Return the range of each calibrated parameter to cite; nothing before they are calibrated."""
+    return next((found for one in results.done if (found := showing_of(one).cited(one))), {})
 
 
 def names_of(result: StageResult, labels: Mapping[str, str] | None = None) -> Names:
@@ -132,7 +140,7 @@ _WITHHELD = "The study is not calibrated: parameter intervals and agreement with
 def outcome_of(result: StageResult, holds: bool = True, labels: Mapping[str, str] | None = None) -> list[str]:
     """Return the outcome of a stage; no statement of agreement where the study is not calibrated."""
     showing = showing_of(result)
-    return showing.outcome(result, names_of(result, labels)) if holds or showing.claims != "agreement" else []
+    return showing.outcome(result, names_of(result, labels)) if holds or not showing.claims else []
 
 
 def certainty(results: Results, holds: bool = True) -> list[str]:

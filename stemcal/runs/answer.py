@@ -24,13 +24,13 @@ from stemcal.naming import CUTTING, Naming
 from stemcal.registry import code_of
 from stemcal.runs.record import ACCIDENTS, TIMEOUT, Outcome, outcome_of, stands
 from stemcal.solvers.protocol import RESPONSES, Answer, Request, Solver
-from stemcal.study.model import RunsOptions
 from stemcal.study.types.field_types import MOST
 
 logger = logging.getLogger(__name__)
 
 MOST_WARNINGS = 10
 _MOST_REASONS = 10
+QUORUM = 0.5  # the fraction of the runs of a stage that must succeed
 _TRIES = 2  # how often a run is begun that ends by accident
 
 Computed = tuple[Answer, dict[str, Any]]
@@ -99,7 +99,8 @@ def answer_all(
     folder: StudyFolder,
     executor: RunExecutor,
     watch: Watch = ignore,
-    policy: RunsOptions | None = None,
+    time_limit: float | None = None,
+    quorum: float = QUORUM,
     again: Collection[str] = (),
 ) -> list[Outcome]:
     """Answer every request; the folder must be locked.
@@ -110,11 +111,10 @@ def answer_all(
     Raises
     ------
     RunsFailed
-        If the policy asks for more successes.
+        If a smaller fraction of the requests than `quorum` succeeds.
     Waiting
         If the runs are done by hand, and results are not entered yet; those that are known are recorded first.
     """
-    policy = policy or RunsOptions()
     runs = [Run.of(solver, request) for request in requests]
     known: dict[str, Outcome] = {}  # what earlier commands have left for good
     missing: dict[str, Run] = {}
@@ -122,7 +122,7 @@ def answer_all(
         if run.key in known or run.key in missing:
             continue
         record = None if run.key in again else folder.load(run.key)
-        if record is not None and stands(record, policy):
+        if record is not None and stands(record, time_limit):
             known[run.key] = outcome_of(record)
         else:
             missing[run.key] = run
@@ -146,7 +146,7 @@ def answer_all(
     if batch.awaited:
         raise Waiting(stage, batch.awaited)
     found = [known[run.key] for run in runs]
-    _require_quorum(requests, found, policy)
+    _require_quorum(requests, found, quorum)
     return found
 
 
@@ -176,7 +176,7 @@ class _Tally:
         if len(self.warned) <= MOST_WARNINGS:
             logger.warning("%s run %d: %s: %s", request.stage, request.row + 1, outcome.reason, outcome.message)
         elif len(self.warned) == MOST_WARNINGS + 1:
-            logger.warning("more runs failed; `stemcal status SPEC --failed` lists all failed runs")
+            logger.warning("further runs failed; `stemcal status SPEC --failed` lists all failed runs")
 
     def report(self, response: float | None = None, condition: float | None = None, preparing: bool = False) -> None:
         """Notify the watcher of the progress."""
@@ -277,7 +277,7 @@ def validated(answer: Answer, naming: Naming = CUTTING) -> Answer:
         if value is None or not math.isfinite(value):
             return Answer("failed", None, "nan", given, rest)
         if abs(value) > MOST:
-            message = f"{given}, which exceeds the largest allowed value ({MOST:g})"
+            message = f"{given}; the magnitude exceeds {MOST:g}"
             return Answer("failed", None, "bad_result", message, rest)
     return answer
 
@@ -285,9 +285,9 @@ def validated(answer: Answer, naming: Naming = CUTTING) -> Answer:
 # ---- when a stage must not go on, and why
 
 
-def _require_quorum(requests: Sequence[Request], outcomes: Sequence[Outcome], policy: RunsOptions) -> None:
+def _require_quorum(requests: Sequence[Request], outcomes: Sequence[Outcome], quorum: float) -> None:
     """Raise `RunsFailed` if too small a share of a stage's rows succeeded."""
-    needed = math.ceil(policy.quorum * len(outcomes) - 1e-9)
+    needed = math.ceil(quorum * len(outcomes) - 1e-9)
     failed = sum(not outcome.ok for outcome in outcomes)
     if len(outcomes) - failed >= needed:
         return

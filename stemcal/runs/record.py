@@ -17,14 +17,13 @@ from stemcal.naming import FIRST
 from stemcal.note import Note, Remedy
 from stemcal.solvers.protocol import RESPONSES
 from stemcal.solvers.replicates import Replicates
-from stemcal.study.model import RunsOptions
 from stemcal.words import series
 
 ACCIDENTS = frozenset({"worker_died", "exception"})
 TIMEOUT = "timeout"
 
 
-def stands(record: Mapping[str, Any], policy: RunsOptions) -> bool:
+def stands(record: Mapping[str, Any], time_limit: float | None) -> bool:
     """Whether a record is final, or its run must be computed again.
 
     Accidents are tried again by the next command, and so is what timed out if it may take longer now.
@@ -32,7 +31,7 @@ def stands(record: Mapping[str, Any], policy: RunsOptions) -> bool:
     if record["reason"] in ACCIDENTS:
         return False
     allowed = record["details"].get("time_limit") if record["reason"] == TIMEOUT else None
-    return allowed is None or (policy.time_limit is not None and policy.time_limit <= allowed)
+    return allowed is None or (time_limit is not None and time_limit <= allowed)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -131,11 +130,11 @@ def lower_bound_notes(outcomes: Sequence[Outcome]) -> list[Note]:
     rows = [row for row, outcome in enumerate(outcomes, 1) if outcome.censored]
     if not rows:
         return []
-    runs, bound = (
-        ("run", "its maximum is a lower bound") if len(rows) == 1 else ("runs", "their maxima are lower bounds")
-    )
     remedy = Remedy("Increase the stroke (`loading.stroke` or `loading.duration`).")
-    text = f"In {runs} {series(rows)}, the response had not fallen when the stroke ended, so {bound}."
+    text = (
+        f"In run{'s' * (len(rows) > 1)} {series(rows)}, the response had not fallen when the stroke ended, so the "
+        "recorded maximum is a lower bound."
+    )
     return [Note("lower_bound", "warning", text, remedy)]
 
 

@@ -149,7 +149,7 @@ def meshed_as(study: Study, element_size: float) -> Study:
 
     The time step follows, so that as much mass is added, and an own number of elements through the wall.
     """
-    options, size = _options(study), Length.of(f"{element_size:g} mm")
+    options, size = _options(study), Length(float(f"{element_size:g}"))
     diameter = study.targets.calibrate_at
     ratio = size.at(diameter) / options.element_size.at(diameter)
     changes = {

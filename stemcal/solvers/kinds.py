@@ -22,7 +22,7 @@ class Embedded(SolverKind):
     """The explicit finite element solver that comes with stemcal."""
 
     name, options = "embedded", EmbeddedSolver
-    of_spec_alone = foresees = force_history = travel_and_work = any_element_size = simulates_tests = True
+    of_spec_alone = simulates_stems = True
     own_responses = False
     replicates = "mesh"
     parameters = EMBEDDED

@@ -21,7 +21,7 @@ from stemcal.study.types.field_types import (
     Whole,
     complain,
 )
-from stemcal.study.types.solver_kind import Explicit, Mesh, SolverOptions
+from stemcal.study.types.solver_kind import Mesh, SolverOptions
 from stemcal.version import __version__
 
 
@@ -124,7 +124,7 @@ MassScaling = Annotated[
 FilterWindow = Annotated[
     float,
     Quantity("time", at_least=0),
-    Field(description="Window of the low-pass filter of the force; 0 s switches the filter off."),
+    Field(description="Window length of the low-pass filter for the force; 0 s disables the filter."),
 ]
 
 
@@ -156,7 +156,7 @@ class EmbeddedSolver(SolverOptions):
     coarsening: Annotated[Number, Field(ge=1, le=10)] = 6.0
     """Ratio of the element length at the ends of the stem to the element length under the edge."""
     coarsening_around: Annotated[Number, Field(ge=1, le=10)] = 2.0
-    """Ratio of the element width at the bottom of the section to the element width under the edge."""
+    """Ratio of the element width at the bottom of the cross-section to the element width under the edge."""
     replicates: Annotated[Whole, Field(ge=2, le=100)] | None = None
     """Number of simulations of each point, each with another position of the mesh along the stem. Every interval
     includes the scatter of the responses. Without this key, each point is simulated once."""
@@ -184,10 +184,6 @@ class EmbeddedSolver(SolverOptions):
     @property
     def has_lengths(self) -> bool:
         return True
-
-    @property
-    def explicit(self) -> Explicit | None:
-        return self
 
     def without_curve(self) -> tuple[str, str] | None:
         return None

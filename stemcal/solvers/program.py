@@ -13,8 +13,7 @@ from pathlib import Path
 from typing import Any, ClassVar, Generic, Self, TypeVar, cast
 
 from stemcal.errors import SimulationFailed, UsageError
-from stemcal.files.durable import key_of, make_folder, write_atomic
-from stemcal.files.reading import open_plain
+from stemcal.files.durable import key_of, make_folder, open_plain, write_atomic
 from stemcal.naming import FIRST
 from stemcal.processes import Ended, run_program
 from stemcal.solvers.measures import curve_scores, kept_curve
@@ -217,7 +216,7 @@ def run_in(
     try:
         if ended.timed_out:
             raise SimulationFailed(
-                "timeout", f"the program was terminated after {options.time_limit:g} s (solver.time_limit)"
+                "timeout", f"the program was terminated after {options.time_limit:g} s (`solver.time_limit`)"
             )
         answer = read(ended)
     except SimulationFailed as failure:

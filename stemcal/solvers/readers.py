@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stemcal.errors import SimulationFailed
-from stemcal.files.reading import MIB, lenient, read_plain
+from stemcal.files.durable import MIB, read_plain
+from stemcal.files.reading import lenient
 from stemcal.solvers.options import ResultReader
 
 Array = NDArray[np.float64]

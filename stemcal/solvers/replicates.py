@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from stemcal.files.typed import absent
 from stemcal.naming import CUTTING, FIRST, Naming
 from stemcal.solvers.protocol import Request
-from stemcal.study.types.named import REPLICATE, SEED, number
+from stemcal.study.types.named import REPLICATE, SEED
 
 MOST_SEED = 900_000_000  # the largest that LAMMPS takes
 
@@ -36,8 +36,8 @@ class Replicates:
 def values_of(request: Request, seed: int = 0, naming: Naming = CUTTING) -> dict[str, str]:
     """Return what each placeholder represents: the shortest text of each number; a factor's own name goes first."""
     drawn = {SEED: str(seed), REPLICATE: str(request.replicate)}
-    levels = {name: number(value) for name, value in request.levels.items()}
-    at = {} if naming.condition is None else {naming.condition.name: number(request.condition)}
+    levels = {name: repr(float(value)) for name, value in request.levels.items()}
+    at = {} if naming.condition is None else {naming.condition.name: repr(float(request.condition))}
     return {**drawn, **at, **levels}
 
 
@@ -48,6 +48,6 @@ def seed_of(request: Request) -> int:
     >>> seed_of(run)
     409313303
     """
-    run = (request.stage, request.row, request.replicate, number(request.condition), values_of(request))
+    run = (request.stage, request.row, request.replicate, repr(float(request.condition)), values_of(request))
     found = hashlib.sha256(json.dumps([0, *run], sort_keys=True).encode()).digest()
     return 1 + int.from_bytes(found[:8], "big") % MOST_SEED

@@ -65,7 +65,7 @@ def _placeholders_are_used(draft: Draft, solver: CommandSolver) -> Iterator[Find
     for index, factor in draft.factors.items():
         if factor.name not in used:
             message = f"neither a template nor the command contains {{{{{factor.name}}}}}"
-            yield Finding(("factors", index, "name"), message, "write the placeholder instead of the value")
+            yield Finding(("factors", index, "name"), message, "write this placeholder in a template or in the command")
 
 
 def _chance_is_said(draft: Draft, solver: CommandSolver | SheetSolver) -> Iterator[Finding]:

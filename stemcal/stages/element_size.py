@@ -68,7 +68,7 @@ def without_lengths(study: Study) -> Study:
         If the study has no embedded solver, or no failure strain to adjust.
     """
     solver = study.solver
-    if not study.kind.any_element_size:
+    if not study.kind.simulates_stems:
         raise UsageError(
             f"export material: the solver kind is `{solver.kind}`, but `embedded` is required. "
             "Write `solver: {kind: embedded}`."

@@ -6,8 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 
-import numpy as np
-
 from stemcal.doe.calibration.level_set_solutions import Assessment, assess_point
 from stemcal.doe.calibration.likelihood import Fit, Prior, fit
 from stemcal.doe.calibration.observations import Observation
@@ -99,11 +97,11 @@ class FactorCoding:
     factor: str
     center: float
     half_step: float
-    symbol: str = ""
-    label: str = ""
-    unit: str = "1"
-    low: float | None = None
-    high: float | None = None
+    symbol: str
+    label: str
+    unit: str
+    low: float
+    high: float
 
 
 @dataclass(frozen=True)
@@ -194,13 +192,8 @@ class Surfaces(StageResult):
     @cached_property
     def region(self) -> Region:
         """Where a solution may lie: within the ranges that the surface was made in."""
-        far = self.radius * np.array([entry.half_step for entry in self.factors])
-        low = [entry.center - r if entry.low is None else entry.low for entry, r in zip(self.factors, far, strict=True)]
-        high = [
-            entry.center + r if entry.high is None else entry.high for entry, r in zip(self.factors, far, strict=True)
-        ]
-        coded = self.scales.to_coded
-        return Region(coded(low), coded(high), self.radius)
+        low, high = ([getattr(entry, end) for entry in self.factors] for end in ("low", "high"))
+        return Region(self.scales.to_coded(low), self.scales.to_coded(high), self.radius)
 
     def factor(self, name: str) -> FactorCoding:
         """Return how a factor is coded."""

@@ -14,8 +14,7 @@ from typing import Any
 
 from stemcal.errors import UsageError
 from stemcal.executors import RunExecutor
-from stemcal.files.durable import digest
-from stemcal.files.reading import holds
+from stemcal.files.durable import digest, holds
 from stemcal.folder import SCHEMA_VERSION, StudyFolder
 from stemcal.naming import FIRST
 from stemcal.registry import code_version
@@ -240,7 +239,9 @@ def _runs_stand(result: StageResult, study: Study, folder: StudyFolder, whole: b
     for _, outcome in result.runs():
         keys = [key for key in outcome.keys if key]
         records = [record for key in keys if (record := folder.peek(key)) is not None]
-        if whole and (len(records) < len(keys) or not all(stands(record, study.runs) for record in records)):
+        if whole and (
+            len(records) < len(keys) or not all(stands(record, study.solver.run_limit) for record in records)
+        ):
             return False
         done = [found for record in records if (found := outcome_of(record)).ok]
         if records and outcome.ok != bool(done):

@@ -85,11 +85,13 @@ class Stage(Checked, Generic[R]):
 
     def rules(self) -> Sequence[Callable[[Draft], Iterator[Finding]]]:
         """Return the rules of its section: functions of a draft that yield mistakes."""
-        return ()
+        section = self.section()
+        return () if section is None else section.rules
 
     def doubts(self, study: Study) -> Iterator[Finding]:
         """Yield values that are possible but probably mistakes."""
-        yield from ()
+        section = self.section()
+        yield from () if section is None else section.doubts(study)
 
     def calibrates(self, study: Study) -> bool:
         """Return whether it sets the parameters in the model of the study; the last such stage decides."""
@@ -118,10 +120,6 @@ class Stage(Checked, Generic[R]):
     def reasons(self) -> Sequence[Callable[[Any], Iterator[Note]]]:
         """Return its rules of the verdict: functions of a `verdict.rules.Evidence` that yield reasons."""
         return ()
-
-    def most_there(self, study: Study) -> int:
-        """Return the maximum number of runs in the other model (`seen`)."""
-        return 0
 
     def showing(self) -> object:
         """Return its sentences, tables and figures (`report.showing.Showing`)."""

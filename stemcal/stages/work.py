@@ -7,7 +7,7 @@ from functools import wraps
 from stemcal.errors import UsageError
 from stemcal.executors import InlineExecutor, RunExecutor
 from stemcal.folder import StudyFolder
-from stemcal.runs.answer import Watch, answer_all, ignore
+from stemcal.runs.answer import QUORUM, Watch, answer_all, ignore
 from stemcal.runs.record import Outcome, merged
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Request, Solver
@@ -53,11 +53,11 @@ class Work:
         """
         if again := second_time(self.study, requests):
             _require_same(self.study, again, self._answered(again, ignore))
-        return self._answered(requests, self.watch, self.study.runs.quorum)
+        return self._answered(requests, self.watch, QUORUM)
 
     def _answered(self, requests: Sequence[Request], watch: Watch, quorum: float = 0.0) -> list[Outcome]:
-        policy = self.study.runs._replace(quorum=quorum)
-        return answer_all(requests, self.solver, self.folder, self.executor, watch, policy)
+        here = self.solver, self.folder, self.executor
+        return answer_all(requests, *here, watch, self.study.solver.run_limit, quorum)
 
     def simulating(self, stage: str, pictured: bool = False) -> SimulateAt:
         """Return what simulates points at some diameters, together; `pictured` runs keep what pictures show."""

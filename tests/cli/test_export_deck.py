@@ -31,18 +31,17 @@ def test_deck_is_written_with_the_values_as_they_are(tmp_path: Path) -> None:
     assert f"{1000.0:>10}{0.3:>10}{17.96:>10}{0.5:>10}{0.03:>10}{0.0:>10}\n" in text
     assert "outer diameter 7 mm" in text
     result = json.loads(done.stdout)["result"]
-    assert sum("is omitted, because its effect" in sentence for sentence in result["otherwise"]) == 1
+    assert sum("is omitted, because it changes" in sentence for sentence in result["otherwise"]) == 1
     assert str(path) in result["files"]
 
 
-def test_deck_for_ls_dyna_has_all_digits_and_quiet_says_nothing(tmp_path: Path) -> None:
+def test_deck_for_ls_dyna_has_the_digits_that_fit_and_quiet_says_nothing(tmp_path: Path) -> None:
     path = tmp_path / "run.k"
     asked = ("--for", "lsdyna", "--set", "yield_stress=14.204482103412", "--set", "failure_strain=0.03")
     done = command("export", "deck", SMOKE, path, *asked, "--out", tmp_path, "--quiet")
     assert (done.exit_code, done.stdout) == (0, "")
     text = path.read_text(encoding="utf-8")
-    assert "*MAT_PLASTIC_KINEMATIC+\n" in text and "     14.204482103412" in text
-    assert text.count("+\n") == 1
+    assert "*MAT_PLASTIC_KINEMATIC\n" in text and f"{14.2044821:>10}" in text
 
 
 @pytest.mark.usefixtures("without_workers")

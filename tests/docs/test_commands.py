@@ -66,7 +66,7 @@ def test_have_your_own_program_answer(clone: Path) -> None:
     page = HOWTO / "own-solver.md"
     save_files(page, clone)
     printed = give(commands(page), clone)
-    assert "3 factors, 3 measured forces, solver command" in printed["stemcal check ring.yaml"]
+    assert "3 factors, 3 targets, solver command" in printed["stemcal check ring.yaml"]
     rows = json.loads((clone / "runs" / "ring" / "validate.json").read_text("utf-8"))["rows"]
     assert rows[1]["simulated"] == pytest.approx(159.2, rel=0.002)
     assert rows[0]["simulated"] / rows[1]["simulated"] == pytest.approx((7 / 8) ** 2)

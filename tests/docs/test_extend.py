@@ -60,11 +60,11 @@ def installed(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     for registry, name, place in ((STAGES, "middle", "stage:Middle"), (TESTS, "stretch", "laboratory_test:Stretch")):
         monkeypatch.setitem(vars(registry), "_entries", {name: EntryPoint(name, place, registry.group)})
         monkeypatch.setitem(vars(registry), "_loaded", {})
-    json_schema.form.cache_clear()
+    json_schema.json_schema.cache_clear()
     json_schema._classes.cache_clear()
     yield
     monkeypatch.undo()
-    json_schema.form.cache_clear()
+    json_schema.json_schema.cache_clear()
     json_schema._classes.cache_clear()
 
 

@@ -6,8 +6,7 @@ from pathlib import Path
 import pytest
 
 from stemcal.errors import StemcalError
-from stemcal.files.durable import make_folder, write_atomic
-from stemcal.files.reading import holds
+from stemcal.files.durable import holds, make_folder, write_atomic
 
 
 def test_a_file_holds_just_this(tmp_path: Path) -> None:

@@ -1,12 +1,12 @@
 """Results as JSON and back: the same, and what does not fit is named with its place."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import pytest
 
 from stemcal.files.rows import Rows, Table
-from stemcal.files.typed import Spread, absent, from_json, inline, key, to_json
+from stemcal.files.typed import Spread, absent, from_json, inline, to_json
 
 
 @dataclass(frozen=True)
@@ -23,7 +23,7 @@ class Outer(Spread):
     pair: tuple[float, float]
     few: dict[str, int]
     maybe: float | None = absent()
-    called: int = key("otherwise")
+    called: int = field(metadata={"alias": "otherwise"})
 
 
 CONTENT: dict[str, Any] = {

@@ -17,13 +17,7 @@ def test_a_secant_is_the_line_between_its_shares() -> None:
     """Soft up to 10 N, then 20 N/mm up to 60 N, then 5 N/mm up to 100 N: between 20 and 50 % it is 20 N/mm."""
     travel = np.linspace(0.0, 12.0, 2401)
     force = np.interp(travel, [0.0, 1.5, 4.0, 12.0], [0.0, 10.0, 60.0, 100.0])
-    line = secant(travel, force, (0.2, 0.5))
-    assert line is not None
-    assert line.slope == pytest.approx(20.0, rel=1e-9)
-    assert line.r2 == pytest.approx(1.0, rel=1e-9)
-    bent = secant(travel, force, (0.0, 1.0))
-    assert bent is not None
-    assert bent.r2 < 0.98
+    assert secant(travel, force, (0.2, 0.5)) == pytest.approx(20.0, rel=1e-9)
 
 
 def test_too_few_rows_have_no_slope() -> None:

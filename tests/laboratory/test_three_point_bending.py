@@ -92,10 +92,8 @@ def test_the_axis_bends_as_timoshenkos_beam(span: float, tolerance: float) -> No
     exact = timoshenko(test)
     leaning = 1.5 * 0.5 * result.responses["force"] / exact / (0.5 * span)
     exact *= 1.0 + 3.0 * (2.0 + 4.0) * leaning / (0.5 * span)
-    assert along.slope == pytest.approx(exact, rel=tolerance)
-    assert travelled.slope < along.slope
-    assert result.slope_r2 is not None
-    assert result.slope_r2 > 0.999
+    assert along == pytest.approx(exact, rel=tolerance)
+    assert travelled < along
     assert result.energy_drift_percent < 0.1
     assert result.inertia_percent < 2.0
 

@@ -8,7 +8,6 @@ import pytest
 from fakes import FakeSolver, make_study
 
 from stemcal.folder import StudyFolder
-from stemcal.numbers import duration
 from stemcal.overview.plan import costs_of, elapsed, overhead, plan
 from stemcal.runs.answer import Run
 from stemcal.solvers.protocol import Answer, Request
@@ -57,19 +56,9 @@ def test_a_plan_shares_out_its_runs(tmp_path: Path) -> None:
     assert two.elapsed - overhead(FakeSolver()) < 0.6 * one.seconds
 
 
-def test_the_runs_of_a_refinement_on_another_mesh_are_counted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("stemcal.overview.plan.make_solver", lambda _study: FakeSolver())
-    alone = plan(make_study(tmp_path), None, FakeSolver(), 1)
-    section = "refine: {in: {kind: embedded, element_size: 1 mm}, budget: 6}\n"
-    both = plan(make_study(tmp_path, section), None, FakeSolver(), 1)
-    (note,) = (note for note in both.notes if note.kind == "in_another_program")
-    assert alone.elapsed is not None and both.elapsed is not None and both.elapsed - alone.elapsed >= 30.0
-    assert "at most 6 in the other model" in note.text
-    assert f"at most {duration(both.elapsed - alone.elapsed)} on one core" in note.text
-
-
-def test_a_program_that_tells_no_time_is_counted_without(tmp_path: Path) -> None:
+def test_the_runs_of_a_refinement_elsewhere_are_counted(tmp_path: Path) -> None:
     section = "refine: {in: {kind: sheet}, budget: 6}\n"
     found = plan(make_study(tmp_path, section), None, FakeSolver(), 1)
-    (note,) = (note for note in found.notes if note.kind == "in_another_program")
-    assert "at most 6 in" in note.text and "core" not in note.text
+    (note,) = (note for note in found.notes if note.kind == "decided_later")
+    alone = plan(make_study(tmp_path), None, FakeSolver(), 1)
+    assert "at most 6 runs in" in note.text and found.elapsed == alone.elapsed

@@ -29,14 +29,14 @@ def test_a_plane_has_no_stationary_point(stages: dict[str, Any], edited: Any) ->
     nowhere = dict.fromkeys(("coded", "natural", "predicted", "coded_radius"))
     plane = edited(stages["rsm"], lambda content: content["canonical"].update(nowhere, inside=False, kind="plane"))
     table = tables_of(plane)[3]
-    assert table.foot[0].startswith("The response surface has no single stationary point")
+    assert table.foot[0].startswith("The response surface has no unique stationary point")
 
 
 def test_what_the_force_leaves_open(stages: dict[str, Any]) -> None:
     """The two directions of the null space of one force, in natural units."""
     text = " ".join(printed(stages["invert"]).split())
     assert "constrains yield_stress to between 15.35 and 19.96 MPa (46 % of the factor range)" in text
-    assert "does not affect the maximum force at 8 mm: yield_stress −0.483 MPa and failure_strain +0.01" in text
+    assert "Changing yield_stress by −0.483 MPa and failure_strain by +0.01 has no first-order effect" in text
 
 
 def test_travel_and_work_stand_beside_the_force(stages: dict[str, Any]) -> None:

@@ -6,7 +6,7 @@ import pytest
 
 from stemcal.naming import Names
 from stemcal.report.showing import tables_of
-from stemcal.report.tables.of_designs import _design_table
+from stemcal.report.tables.of_designs import design_tables
 from stemcal.report.tables.setting import setting_tables
 from stemcal.stages.screen.showing import pareto
 from stemcal.stages.surface.figures import diagnostics
@@ -27,14 +27,14 @@ def test_canonical_axes_of_the_published_surface(stages: dict[str, Any]) -> None
     assert [row[1] for row in table.cells] == ["3.981", "2.204", "−2.839"]
     squares = {row.term: row.value for row in surface.coefficients if row.term.endswith("^2")}
     assert sum(surface.canonical.eigenvalues) == pytest.approx(sum(squares.values()))
-    assert "saddle (154.4 N)" in table.foot[0] and "outside" in table.foot[0]
+    assert "a saddle" in table.foot[0] and "154.4 N" in table.foot[0] and "outside" in table.foot[0]
 
 
 def test_crowded_designs_bear_symbols(stages: dict[str, Any]) -> None:
     symbols = {effect.factor: effect.symbol for effect in stages["screen"].effects}
-    table = _design_table(stages["screen"].design, Names(), symbols)
+    (table,) = design_tables(stages["screen"], symbols)
     assert table.heads == ("Run", *(f"X{n}" for n in range(1, 10)), "Force, N")
-    assert _design_table(stages["rsm"].design, Names(), symbols).heads[1] == "yield_stress"
+    assert design_tables(stages["rsm"], symbols)[0].heads[1] == "yield_stress"
 
 
 def test_residuals_over_their_errors(stages: dict[str, Any]) -> None:

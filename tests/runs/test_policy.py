@@ -23,7 +23,7 @@ def screen(tmp_path: Path, folder: StudyFolder, solver: FakeSolver, runs: str = 
     study = make_study(tmp_path, f"solver: {{kind: embedded, {runs}}}\n" if runs else "")
     if not workers:
         return workflow.run_stage("screen", study, folder, InlineExecutor(), solver=solver).to_json()
-    with LocalExecutor(workers, study.runs.time_limit) as executor:
+    with LocalExecutor(workers, study.solver.run_limit) as executor:
         return workflow.run_stage("screen", study, folder, executor, solver=solver).to_json()
 
 

@@ -332,8 +332,9 @@ def test_lengths_stand_in_each_programs_own_words() -> None:
 
 def test_deck_tells_that_elements_are_too_coarse_for_its_nose() -> None:
     """0.6 of d/9.5 at 8 mm is 0.50526 mm: the study's d/16 is just not longer, nor is what is advised."""
-    for size, told in (("d/16", False), ("d/12", True), ("0.51 mm", True), ("0.505 mm", False)):
-        solver = STUDY.solver.model_copy(update={"element_size": Length.of(size)})
+    sizes = {Length(divisor=16.0): False, Length(divisor=12.0): True, Length(0.51): True, Length(0.505): False}
+    for size, told in sizes.items():
+        solver = STUDY.solver.model_copy(update={"element_size": size})
         notes = carrying("openradioss", study=STUDY.model_copy(update={"solver": solver})).notes
         assert any(note.endswith("reduce `solver.element_size` to at most 0.505 mm") for note in notes) == told
 

@@ -56,7 +56,9 @@ def test_nothing_outside_asks_for_a_solvers_class_or_name() -> None:
 
 
 def test_what_the_kinds_declare() -> None:
-    told = {kind.name: (kind.answers, kind.force_history, kind.own_responses, kind.replicates) for kind in SOLVERS.all}
+    told = {
+        kind.name: (kind.answers, kind.simulates_stems, kind.own_responses, kind.replicates) for kind in SOLVERS.all
+    }
     assert told == {
         "embedded": ("computes", True, False, "mesh"),
         "command": ("computes", False, True, "seed"),
@@ -122,7 +124,7 @@ def packages(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     for name, value in (("_loaded", {}), ("broken", {})):
         monkeypatch.setitem(vars(SOLVERS), name, value)
     known = vars(SOLVERS).pop("_entries", None)
-    json_schema.form.cache_clear()
+    json_schema.json_schema.cache_clear()
     json_schema._classes.cache_clear()
     yield tmp_path
     vars(SOLVERS).pop("_entries", None)
@@ -130,7 +132,7 @@ def packages(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
         vars(SOLVERS)["_entries"] = known
     sys.modules.pop("springs", None)
     code_of.cache_clear()
-    json_schema.form.cache_clear()
+    json_schema.json_schema.cache_clear()
     json_schema._classes.cache_clear()
 
 

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from stemcal.errors import SimulationFailed, UsageError
-from stemcal.files.reading import open_plain, read_plain
+from stemcal.files.durable import open_plain, read_plain
 from stemcal.solvers.deck.lsdyna import contact_force as rcforc_force
 from stemcal.solvers.deck.lsdyna import failed_elements, tail
 from stemcal.solvers.deck.openradioss_output import contact_force, deleted_elements, starter_errors, values_not_read

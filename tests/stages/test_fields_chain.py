@@ -13,7 +13,7 @@ from stemcal.note import Note
 from stemcal.overview.foresight import beforehand
 from stemcal.solvers import make_solver
 from stemcal.solvers.embedded import shear_test
-from stemcal.stages.surface.options import doubts, surface_factors
+from stemcal.stages.surface.options import RsmOptions, surface_factors
 from stemcal.study.model import Study
 from stemcal.study.reading import load_study
 
@@ -139,16 +139,16 @@ def test_box_behnken_requires_three_factors(tmp_path):
 
 
 def test_a_factor_that_no_run_varies_is_named(tmp_path):
-    (said,) = doubts(study_of(tmp_path, "screen: {design: none}\nrsm: {factors: [a, b]}", "abc"))
+    (said,) = RsmOptions.doubts(study_of(tmp_path, "screen: {design: none}\nrsm: {factors: [a, b]}", "abc"))
     assert said.path == ("rsm", "factors") and "no run varies the factor c" in said.message
-    assert list(doubts(study_of(tmp_path, "rsm: {factors: [a, b]}", "abc"))) == []
+    assert list(RsmOptions.doubts(study_of(tmp_path, "rsm: {factors: [a, b]}", "abc"))) == []
 
 
 def test_an_exponent_is_not_screened_where_its_growth_is_one():
     spec = Path(__file__).resolve().parents[2] / "configs" / "wild-chrysanthemum.yaml"
     study = load_study(spec)
     without = load_study(spec, rsm={"factors": [name for name in study.rsm.factors if name not in study.exponents]})
-    assert list(doubts(study)) == []
-    unvaried = [finding.message for finding in doubts(without)]
+    assert list(RsmOptions.doubts(study)) == []
+    unvaried = [finding.message for finding in RsmOptions.doubts(without)]
     assert len(unvaried) == len(study.exponents)
     assert all(f"the factor {name} " in text for name, text in zip(study.exponents, unvaried, strict=True))

@@ -50,8 +50,8 @@ def test_one_force_does_not_determine_two_factors(results: Any) -> None:
     kept, free, *unseen, assumed = words.known(stage.certainty, stage, LABELLED)
     assert kept.startswith("The maximum force at 8 mm alone constrains Yield stress to between 15.")
     assert free.endswith(" does not determine failure_strain and strain_rate_c.")
-    assert len(unseen) == 2 and all("does not affect" in text for text in unseen)
-    assert assumed == "The measured value is treated as exact because no standard deviation is given."
+    assert len(unseen) == 2 and all("no first-order effect" in text for text in unseen)
+    assert assumed == "Without a standard deviation, the measured value is treated as exact."
     assert kinds(stage)["one_of_many"] == "caution"
     point = replace(stage.point, inside=False, coded_radius=2.0)
     assert kinds(replace(stage, point=point))["solution_outside"] == "warning"

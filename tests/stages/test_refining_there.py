@@ -108,7 +108,7 @@ def test_the_parameters_are_those_of_the_program(whole: Path) -> None:
     assert at[11.0]["error_percent"] == pytest.approx(100.0 * (1.0 - at[11.0]["after"] / 378.2))
     (moved,) = stage["adjusted"]
     assert (moved["low"], moved["high"]) == (0.001, 0.3) and moved["interval"] is None
-    assert [note["kind"] for note in stage["notes"]] == ["beyond_range"]
+    assert stage["notes"] == []
     before = 80.0 * (moved["calibrated"] / 0.0387) ** 0.9
     assert at[8.0]["before"] == pytest.approx(before)
     assert [run["how"] for run in stage["runs"]] == ["solution", "path", "path"] + ["elsewhere"] * 8
@@ -142,7 +142,7 @@ def test_a_spent_budget_is_told(tmp_path: Path) -> None:
     assert not stage["converged"] and stage["stopped"] == "budget" and len(stage["runs"]) == 2
     study = load_study(tmp_path / "study.yaml")
     verdict = stemcal.open_results(tmp_path / "out", study).verdict
-    assert verdict.has("missed_there") and verdict.there is not None and verdict.there.solver == "command"
+    assert verdict.has("missed_there")
 
 
 def test_within_the_ranges_it_may_be_out_of_reach(tmp_path: Path) -> None:
@@ -202,7 +202,7 @@ def test_a_changed_program_makes_it_stale_and_nothing_else(tmp_path: Path) -> No
 def test_without_it_the_study_is_judged_with_a_reservation(tmp_path: Path) -> None:
     results = stemcal.open_results(tmp_path / "out", load_study(spec_of(tmp_path)))
     (reason,) = (reason for reason in results.verdict.reasons if reason.kind == "unfinished")
-    assert reason.severity == "warning" and results.verdict.there is None
+    assert reason.severity == "warning"
 
 
 def test_python_has_it(whole: Path) -> None:
@@ -210,7 +210,6 @@ def test_python_has_it(whole: Path) -> None:
     assert isinstance(results.refinement, stemcal.RefineResult) and results.refinement.converged
     assert results.refinement.to_frame()["after"].notna().all()
     assert results.parameters == results.inversion.parameters != results.refinement.parameters
-    assert results.verdict_text.count("In the other program, ") == 1
     assert sum(run.stage == "refine" for run in results.runs) == 11
 
 

@@ -61,7 +61,6 @@ DESIGNS: dict[str, Points] = {
     "same_points_again": lambda k, options: np.random.default_rng().permutation(three_levels(k, options)),
     "every_term_can_be_estimated": corners,
     "levels_are_balanced": lambda k, options: np.vstack([three_levels(k, options), np.ones((1, k))]),
-    "centre_points_are_added": lambda k, options: np.vstack([three_levels(k, options)] * 2),
     "points_are_within_reach": lambda k, options: 1.5 * three_levels(k, options),
 }
 
@@ -170,17 +169,11 @@ class Unitless(ClimbShowing):
         return [Table((Column("mass", "Mass", form=str),), ((1.5,),), "Mass of the stem")]
 
 
-class Terse(ClimbShowing):
-    def outcome(self, result: Any, names: Any) -> list[str]:
-        return ["No full stop"]
-
-
 STAGES: list[tuple[Mapping[str, Any], str]] = [
     ({}, ""),
     ({"title": ""}, "stage_is_declared"),
     ({"showing": lambda self: Untitled()}, "tables_have_titles_and_units"),
     ({"showing": lambda self: Unitless()}, "tables_have_titles_and_units"),
-    ({"showing": lambda self: Terse()}, "sentences_and_figures_are_whole"),
 ]
 
 

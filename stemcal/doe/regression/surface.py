@@ -310,18 +310,17 @@ def _surface_notes(
         yield Note("mostly_noise", "warning", text)
     for run in diagnostics:
         if run.cooks_distance is not None and run.cooks_distance > _INFLUENTIAL:
-            called = f"run {run.run} ({written.quantity(run.response, 'g')})"
-            text = (
-                f"One run strongly influences the response surface: {called}, with a Cook's distance of "
-                f"{run.cooks_distance:.2f}."
-            )
+            called = f"Run {run.run} ({written.quantity(run.response, 'g')})"
+            text = f"{called} strongly influences the response surface (Cook's distance {run.cooks_distance:.2f})."
             yield Note("influential_run", "caution", text)
 
 
 def _lack_of_fit_notes(split: LackOfFit) -> Iterator[Note]:
-    untested = "Lack of fit cannot be tested because"
     if split.pure_df == 0:
-        yield Note("nothing_repeated", "caution", f"{untested} no point has repeated runs with different responses.")
+        text = "Lack of fit cannot be tested because no point has repeated runs with different responses."
+        yield Note("nothing_repeated", "caution", text)
     elif split.df == 0:
-        text = f"{untested} the design has only as many distinct points as the response surface has terms."
+        text = (
+            "Lack of fit cannot be tested because the response surface has as many terms as there are distinct points."
+        )
         yield Note("no_point_to_spare", "caution", text)

@@ -108,8 +108,6 @@ SYNTHETIC = "synthetic data, not measured"
 
 def diameter_histogram(found: Diameters) -> Figure:
     """Return the histogram of stem diameters with the fitted normal curve and the limits of the grades."""
-    import numpy as np
-
     values = np.array([stem.diameter for stem in found.stems])
     edges = np.histogram_bin_edges(values, bins="fd")
     mean, sd = found.summary.mean, found.summary.sd or 0.0
@@ -153,8 +151,6 @@ def shear_curves(tests: ShearTests) -> Figure:
 
 def force_over_diameter(tests: ShearTests) -> Figure:
     """Return the maximum force of every specimen, the grades' means with intervals, and the power law."""
-    import numpy as np
-
     with new_figure() as figure:
         axes = figure.add_subplot()
         diameters = [specimen.diameter for specimen in tests.specimens]

@@ -5,7 +5,6 @@ In the page, figures take the page's text colour and fonts, so one drawing serve
 
 import io
 import logging
-import textwrap
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -101,18 +100,6 @@ def plain(text: str) -> str:
 def axis_of(called: str, unit: str | None) -> str:
     """Return a factor's label, or its name, with its unit, for an axis."""
     return plain(f"{called}, {written}" if (written := unit_written(unit or "1")) else called)
-
-
-def in_lines(text: str, most: int) -> str:
-    """Return text in lines of at most `most` cells, of which a Chinese character takes two.
-
-    >>> in_lines("yield stress along the fibre, MPa", 20), in_lines("茎秆屈服应力", 8)
-    ('yield stress along\\nthe fibre, MPa', '茎秆屈服\\n应力')
-    """
-    from rich.cells import chop_cells
-
-    lines = textwrap.wrap(text, most, break_long_words=False)
-    return "\n".join(piece for line in lines for piece in chop_cells(line, most))
 
 
 @contextmanager

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 from stemcal.naming import Names
 from stemcal.note import Remedy
-from stemcal.numbers import short, significant, unit_written
+from stemcal.numbers import significant, unit_written
 from stemcal.registry import code_version
-from stemcal.report.showing import showing_of
+from stemcal.report.showing import RANGE, cited_ranges
 from stemcal.stages.result import StageResult
 from stemcal.stages.results import Results
 from stemcal.stages.stage import stage_called
@@ -28,7 +28,6 @@ class Card:
     name: str
     value: str
     unit: str
-    head: str
     range: str
 
     @property
@@ -39,19 +38,17 @@ class Card:
     def __str__(self) -> str:
         """Return the parameter as it is cited."""
         value = f"{self.name} = {self.value} {self.unit}".rstrip()
-        return f"{value} ({self.head}: {self.range})" if self.range else value
+        return f"{value} ({RANGE}: {self.range})" if self.range else value
 
 
 def headline(results: Results, study: Study, holds: bool = True) -> list[Card]:
     """Return a card per calibrated parameter; without its range where the study is not calibrated."""
-    cited = (found for result in results.done if (found := showing_of(result).cited(result)) is not None)
-    head, ranges = next(cited, ("", {}))
+    ranges = cited_ranges(results)
     return [
         Card(
             study.factor(name).label or name,
             significant(value),
             unit_written(study.factor(name).unit),
-            head,
             f"{ranges[name]} {unit_written(study.factor(name).unit)}".rstrip() if holds else "",
         )
         for name, value in (results.parameters if ranges else {}).items()
@@ -82,21 +79,11 @@ def question(study: Study) -> str:
     """Return the question that the study answers."""
     naming, names = study.naming, Names(study.naming)
     targets = study.joint_targets or (study.calibration_target,)
-    place, values = "", ""
+    place = ""
     if naming.condition is not None:
         conditions = names.conditions(target.condition for target in targets)
         place = f" of stems with a diameter of {conditions}" if naming.is_cutting else f" at {conditions}"
-    if len(targets) == 1:
-        means = [(naming.named(name), targets[0].mean_of(name)[0]) for name in study.fitted_responses]
-        values = f" ({series(f'{short(mean)}{named.unit_suffix}' for named, mean in means if mean is not None)})"
-    asked = f"Which parameters reproduce the measured {series(_fitted(study))}{place}{values}?"
-    others = len(study.targets.means) - len(targets)
-    if not others:
-        return asked
-    return (
-        f"{asked} Are these parameters also valid at {others} other value{'s' * (others > 1)} of the "
-        f"{names.condition.long}?"
-    )
+    return f"Which parameters reproduce the measured {series(_fitted(study))}{place}?"
 
 
 def _fitted(study: Study) -> list[str]:
@@ -121,5 +108,8 @@ def made_with(study: Study, spec_hash: str) -> list[tuple[str, str]]:
         ("Spec", f"{study.source.name}, SHA-256 {spec_hash}" if spec_hash else study.source.name),
         ("Solver", study.solver.program_name),
         ("Written by", f"stemcal {code_version()}"),
-        ("Cite", f"The stemcal developers: stemcal, version {__version__}. Publish this spec with your results."),
+        (
+            "Cite",
+            f"The stemcal developers: stemcal, version {__version__}. Publish the spec together with your results.",
+        ),
     ]

@@ -117,10 +117,7 @@ def from_means(rows: Iterable[dict[str, Any]], names: Names) -> list[dict[str, A
     found = []
     for row in rows:
         if (named := names.naming.named(row["response"])).apart:
-            values: dict[str, Any] = {
-                key: named.counted(row[key], row["measured"]) for key in _VALUES if row.get(key) is not None
-            }
-            row = row | values | ({"sd": float(f"{row['sd']:.4g}")} if row.get("sd") else {})
+            row = row | {key: named.counted(row[key], row["measured"]) for key in _VALUES if row.get(key) is not None}
         found.append(row)
     return found
 

@@ -21,25 +21,19 @@ LISTED = ("stage", "key", "status", "reason", "run", "condition", FIRST, "wall_s
 """What the terminal shows of a run; its CSV file has more."""
 
 
-def _design_table(design: DesignRuns, names: Names, symbols: Mapping[str, str] | None = None, title: str = "") -> Table:
-    """Return the runs of a design: the varied levels and the responses, or why there is none."""
-    crowded = symbols is not None and len(design.varied) > MANY
-    columns = [
-        Column("run", "Run", form=format),
-        *levels(design.varied, Names(names.naming, symbols or {}) if crowded else names, level),
-        simulated(names.response),
-        *map(_other, names.naming.others),
-    ]
-    foot = ["The table of factors explains the symbols."] if crowded and any((symbols or {}).values()) else []
-    return Table.of(columns, design.runs, title, foot, detail=True)
-
-
 def design_tables(result: StageResult, symbols: Mapping[str, str]) -> list[Table]:
-    """Return the runs of the design of a stage, nothing where it has none."""
+    """Return the runs of the design of a stage, the varied levels and the responses; nothing where it has none."""
     if not isinstance(design := getattr(result, "design", None), DesignRuns):
         return []
-    title = f"{stage_called(result.name).title} runs"
-    return [_design_table(design, Names(result.naming), symbols, title)]
+    naming, crowded = result.naming, len(design.varied) > MANY
+    columns = [
+        Column("run", "Run", form=format),
+        *levels(design.varied, Names(naming, symbols if crowded else {}), level),
+        simulated(naming.response),
+        *map(_other, naming.others),
+    ]
+    foot = ["The table of factors defines the symbols."] if crowded and any(symbols.values()) else []
+    return [Table.of(columns, design.runs, f"{stage_called(result.name).title} runs", foot, detail=True)]
 
 
 def _other(named: Named) -> Column:

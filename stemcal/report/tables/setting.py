@@ -72,7 +72,7 @@ def _measured(study: Study) -> Table:
     ]
     strong, foot = frozenset[int](), []
     if naming.condition is not None and 1 < len(fitted) == len(targets):
-        foot = ["The parameters are fitted to all measurements together."]
+        foot = ["The parameters are fitted jointly to all measurements."]
     elif naming.condition is not None:
         strong = frozenset(i for i, target in enumerate(targets) if target.condition in fitted)
         foot = [f"The fit uses the values in bold ({Names(naming).conditions(fitted)})."]

@@ -27,7 +27,7 @@ _APART = {"environment", "time_limit", "files", "home"}
 class DeckProgram(Program[DeckSolver]):
     """Answers requests by the program of a `DeckSolver`."""
 
-    revision: ClassVar[int] = 8
+    revision: ClassVar[int] = 9
 
     @property
     def _is_lsdyna(self) -> bool:

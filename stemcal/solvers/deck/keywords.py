@@ -1,9 +1,4 @@
-"""Keyword cards: fields in columns, numbers with as many digits as these hold; and which of them a deck has.
-
-A keyword is written in LS-DYNA's standard format, fields of ten columns, which every reader supports. On request, where
-one of its numbers needs more, that keyword is in long format, fields of twenty columns, marked by a ``+`` behind its
-name: LS-DYNA then reads all digits, OpenRadioss does not support the keyword.
-"""
+"""Keyword cards: fields of ten columns, numbers with as many digits as these hold; and which of them a deck has."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -14,47 +9,32 @@ from stemcal.study.model import Study
 
 Card = Mapping[str, float | int | str]
 
-STANDARD, LONG = 10, 20
+WIDTH = 10  # columns of a field, LS-DYNA's standard format, which every reader supports
 _HEADING = "$#"
 
 
-def keyword(name: str, *cards: Card, title: str | None = None, long: bool = False) -> Iterable[str]:
+def keyword(name: str, *cards: Card, title: str | None = None) -> Iterable[str]:
     """Yield the lines of a keyword: its name, a title if it has one, and each card below its fields' names.
-
-    `long` allows the long format where a number needs it; else numbers are rounded to what ten columns hold.
 
     >>> print(*keyword("DATABASE_GLSTAT", {"dt": 0.001, "binary": 1}), sep="\\n")
     *DATABASE_GLSTAT
     $#      dt    binary
          0.001         1
     """
-    widest = max((len(_text_of(value)) for card in cards for value in card.values()), default=0)
-    width = LONG if long and widest > STANDARD else STANDARD
-    yield f"*{name}{'+' if width == LONG else ''}"
+    yield f"*{name}"
     if title is not None:
         yield title[:80]
     for card in cards:
-        heading = "".join(f"{name:>{width}}" for name in card)
+        heading = "".join(f"{name:>{WIDTH}}" for name in card)
         yield _HEADING + heading[len(_HEADING) :]
-        yield "".join(f"{_in_columns(value, width):>{width}}" for value in card.values())
-
-
-def _in_columns(value: float | int | str, width: int) -> str:
-    text = _text_of(value)
-    if len(text) <= width:
-        return text
-    if isinstance(value, float):
-        return fitted(value, width)
-    raise ValueError(f"{text} has more than {width} characters")
+        yield "".join(f"{_text_of(value):>{WIDTH}}" for value in card.values())
 
 
 def _text_of(value: float | int | str) -> str:
-    """Return the shortest text that reads back as the same value.
-
-    >>> _text_of(17.96), _text_of(1.1e-09), _text_of(1000.0), _text_of(4)
-    ('17.96', '1.1e-09', '1000.0', '4')
-    """
-    return value if isinstance(value, str) else repr(float(value) if isinstance(value, float) else int(value))
+    text = fitted(value, WIDTH) if isinstance(value, float) else str(value)
+    if len(text) > WIDTH:
+        raise ValueError(f"{text} has more than {WIDTH} characters")
+    return text
 
 
 def fitted(value: float, width: int) -> str:
@@ -94,9 +74,8 @@ class DeckForm:
     Parameters
     ----------
     program : str
-        ``lsdyna``: *MAT_PLASTIC_KINEMATIC with all nine parameters, and twenty columns where a value needs more than
-        ten, which OpenRadioss does not read. ``openradioss``: piecewise linear plasticity with failure, by which both
-        programs delete elements; the hardening is isotropic.
+        ``lsdyna``: *MAT_PLASTIC_KINEMATIC with all nine parameters. ``openradioss``: piecewise linear plasticity with
+        failure, by which both programs delete elements; the hardening is isotropic.
     lengths : bool
         Whether cards of this program carry the study's lengths: nonlocal failure over an equivalent of
         `internal_length`, and a nose of radius `edge_spread`.

@@ -22,7 +22,7 @@ from stemcal.solvers.deck.equivalents import (
     share_in_openradioss,
     shortest,
 )
-from stemcal.solvers.deck.keywords import STANDARD, DeckForm, fitted, form_of
+from stemcal.solvers.deck.keywords import WIDTH, DeckForm, fitted, form_of
 from stemcal.solvers.deck.tools import blade_mesh, supports_mesh
 from stemcal.solvers.options import DeckSolver, EmbeddedSolver
 from stemcal.study.model import GAP, PARAMETERS, Study
@@ -72,8 +72,8 @@ class Deck:
             If the study's solver computes no stem: its factors are then no stem material.
         """
         if not isinstance(study.solver, EmbeddedSolver | DeckSolver):
-            known = "a solver of kind `embedded` or `deck`"
-            raise UsageError(f"a deck requires {known}; the solver of this spec has the kind `{study.solver.kind}`")
+            kind = study.solver.kind
+            raise UsageError(f"a deck requires a solver of kind `embedded` or `deck`; this spec has the kind `{kind}`")
         return cls(study.at(levels), levels, diameter, form or form_of(study))
 
     @property
@@ -154,9 +154,7 @@ class Deck:
         c, p = rate_constants(self._rate_law, given["strain_rate_c"], given["strain_rate_p"], self._strain_rate)
         density = given["density"] * self.density_factor
         values = _by_field({**given, "density": density, "strain_rate_c": c, "strain_rate_p": p})
-        if self.form.for_ls_dyna:
-            return values
-        return {name: float(fitted(value, STANDARD)) for name, value in values.items()}
+        return {name: float(fitted(value, WIDTH)) for name, value in values.items()}
 
     @property
     def card(self) -> dict[str, float]:
@@ -217,8 +215,8 @@ class Deck:
         else:
             most = _RESOLVED * self.edge_spread
             yield (
-                f"{' and '.join(given)} {'are' if len(given) > 1 else 'is'} replaced by an edge radius of "
-                f"{self.nose:.3g} mm and a nonlocal length of {self.nonlocal_length:.3g} mm; the force is similar"
+                f"an edge radius of {self.nose:.3g} mm and a nonlocal length of {self.nonlocal_length:.3g} mm replace "
+                f"{' and '.join(given)}; the force is similar"
             )
             if self._element_size > most:
                 yield (
@@ -243,12 +241,13 @@ class Deck:
         if self._rate_law != "paper":
             return
         c, p = self.given["strain_rate_c"], self.given["strain_rate_p"]
-        law = f"the rate law 1 + (rate/C)^{p:g} of the study"
+        law = f"1 + (rate/C)^{p:g}"
         if self.material["c"] > 0.0:
-            yield f"{law} is written in the LS-DYNA form 1 + (rate/C)^(1/P), with P = {self.material['p']:g}"
+            power = self.material["p"]
+            yield f"the rate law {law} is written in the form of LS-DYNA, 1 + (rate/C)^(1/P), with P = {power:g}"
         else:
             most = (self._strain_rate / c) ** p
-            yield f"{law} is omitted, because its effect on the yield stress is at most {100.0 * most:.1g} %"
+            yield f"the rate law {law} is omitted, because it changes the yield stress by at most {100.0 * most:.1g} %"
 
     def _rate_filter(self) -> Iterator[str]:
         if isinstance(self.solver, EmbeddedSolver) and self.material["c"] > 0.0:
@@ -256,7 +255,7 @@ class Deck:
             of = "plastic strain (VP = 1)" if self.form.for_ls_dyna else "total strain (VP = 0)"
             yield (
                 f"the card uses the unsmoothed rate of {of}, so vibration of light elements increases the yield "
-                f"stress; the study smooths the strain rate over {time:.3g} s"
+                f"stress; in the study, the strain rate is smoothed over {time:.3g} s"
             )
 
 

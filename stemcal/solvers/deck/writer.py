@@ -98,7 +98,7 @@ def stem_material(value: Mapping[str, float], form: DeckForm, part: int = STEM) 
     if form.for_ls_dyna:
         rate = {"src": value["c"], "srp": value["p"], "fs": value["fail"], "vp": float(value["c"] > 0.0)}
         cards: list[Card] = [elastic | plastic | {"beta": value["beta"]}, rate]
-        yield from keyword("MAT_PLASTIC_KINEMATIC", *cards, long=True)
+        yield from keyword("MAT_PLASTIC_KINEMATIC", *cards)
         return
     failing = elastic | plastic | {"fail": value["fail"], "tdel": 0.0}
     rate = {"c": value["c"], "p": value["p"], "lcss": 0, "lcsr": 0, "vp": 0.0}

@@ -11,8 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from stemcal.errors import UsageError, Waiting
-from stemcal.files.durable import make_folder
-from stemcal.files.reading import read_plain
+from stemcal.files.durable import make_folder, read_plain
 from stemcal.solvers.options import SheetSolver
 from stemcal.solvers.program import Inputs
 from stemcal.solvers.protocol import Answer, Request, Solver

@@ -2,7 +2,6 @@
 
 import csv
 import io
-import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -11,7 +10,7 @@ from pathlib import Path
 from typing import Any, Literal, Self
 
 from stemcal.errors import UsageError
-from stemcal.files.reading import MIB
+from stemcal.files.durable import MIB
 from stemcal.measured.cells import Line, decoded, is_workbook
 from stemcal.measured.cells import sheets as tables_of
 from stemcal.naming import Named
@@ -21,7 +20,7 @@ from stemcal.words import did_you_mean, listed
 
 RUN, REPLICATE, WHO, WHEN, REMARK, STUDY = "run", "replicate", "who", "when", "remark", "study"
 FAILED = "failed"
-_ROUND = 1e-5  # of a factor's range: what a level on the sheet may differ from the one that is asked for
+_DIGITS = 10  # of a number on the sheet
 
 Kind = Literal["run", "factor", "condition", "replicate", "response", "said", "study"]
 ASKED: tuple[Kind, ...] = ("factor", "condition", "replicate")
@@ -35,7 +34,6 @@ class Field:
     name: str
     unit: str
     kind: Kind
-    decimals: int | None = None
     content: str = ""
 
     @property
@@ -56,9 +54,7 @@ class Field:
 
     def text(self, cell: str | float) -> str:
         """Return a cell as the sheet has it."""
-        if isinstance(cell, str):
-            return cell
-        return f"{cell if self.decimals is None else round(cell, self.decimals):.15g}"
+        return cell if isinstance(cell, str) else f"{cell:.{_DIGITS}g}"
 
 
 def run_name(request: Request) -> str:
@@ -72,7 +68,7 @@ def run_name(request: Request) -> str:
 
 def fields_of(study: Study) -> list[Field]:
     """Return the columns of a study's sheet."""
-    factors = [Field(f.name, f.unit, "factor", decimals=_decimals(f.high - f.low)) for f in study.factors]
+    factors = [Field(f.name, f.unit, "factor") for f in study.factors]
     at = study.naming.condition
     conditions = [] if at is None else [Field(at.name, at.unit, "condition")]
     replicates = [Field(REPLICATE, "", "replicate")] if study.replicates > 1 else []
@@ -86,15 +82,6 @@ def fields_of(study: Study) -> list[Field]:
 def entered_responses(study: Study) -> tuple[Named, ...]:
     """Return the responses whose values are entered: of the shear test the force alone."""
     return study.naming.response, *study.naming.others
-
-
-def _decimals(width: float) -> int:
-    """Return the decimals by which a level is written to a hundred-thousandth of the factor's range.
-
-    >>> _decimals(200.0), _decimals(0.04)
-    (3, 7)
-    """
-    return max(0, -math.floor(math.log10(width * _ROUND)))
 
 
 def sheet_text(study: Study, rows: Sequence[SheetRow]) -> str:
@@ -233,7 +220,9 @@ def _split(text: str, source: str) -> Lines:
         try:
             found.append([(reader.line_num, cells) for cells in islice(reader, MAX_ROWS + 1)])
         except csv.Error as error:
-            raise UsageError(f"{source}:{reader.line_num}: not a valid CSV line ({error}); correct the line") from None
+            raise UsageError(
+                f"{source}:{reader.line_num}: the line is not valid CSV ({error}); correct the line"
+            ) from None
     return max(found, key=lambda lines: 0 if (head := _head(lines)) is None else len(lines[head][1]))
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from stemcal.stages.stage import Stage
@@ -12,8 +12,6 @@ if TYPE_CHECKING:
     from stemcal.stages.climb.result import ClimbResult
     from stemcal.stages.design import Later
     from stemcal.study.model import Study
-    from stemcal.study.rules import Draft
-    from stemcal.study.types.strict_yaml import Finding
 
 
 class Climbing(Stage["ClimbResult"]):
@@ -21,11 +19,11 @@ class Climbing(Stage["ClimbResult"]):
 
     name, title, reads = "climb", "Climb", ("climb", "rsm", "targets")
     one_by_one = True
-    help = """Move the centre of the design towards the measured value.
+    help = """Move the centre of the design towards the target response.
 
-        The climb changes all significant factors simultaneously until the response passes the target. The
-        direction follows from the screening effects, and `climb.steps` is the maximum number of steps. The best step is
-        used as the centre of the response surface design. `stemcal run` includes the climb if the spec has a
+        All significant factors are changed simultaneously until the response passes the target. The screening effects
+        determine the direction of the climb. The key `climb.steps` limits the number of steps. The best step becomes
+        the centre of the design for the response surface. `stemcal run` includes the climb if the spec has a
         `climb` section.
         """
     purpose = (
@@ -46,11 +44,6 @@ class Climbing(Stage["ClimbResult"]):
         from stemcal.stages.climb.options import ClimbOptions
 
         return ClimbOptions
-
-    def rules(self) -> Sequence[Callable[[Draft], Iterator[Finding]]]:
-        from stemcal.stages.climb.options import RULES
-
-        return RULES
 
     def result(self) -> type[ClimbResult]:
         from stemcal.stages.climb.result import ClimbResult

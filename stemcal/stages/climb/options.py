@@ -38,4 +38,4 @@ def _follows_a_slope(draft: Draft) -> Iterator[Finding]:
         )
 
 
-RULES = (_follows_a_slope,)
+ClimbOptions.rules = (_follows_a_slope,)

@@ -14,7 +14,9 @@ class ClimbShowing(Showing[ClimbResult]):
 
     def outcome(self, result: ClimbResult, names: Names) -> list[str]:
         """Return how near the steps came to the target."""
-        stepped = f"The climb varied {names.factors(result.names)} in {counted(len(result.rows), 'run')}."
+        moved = "was changed" if len(result.names) == 1 else "were changed together"
+        runs = counted(len(result.rows), "run")
+        stepped = f"In the climb, {names.factors(result.names)} {moved} in {runs}."
         reached = "passed" if result.passed else "did not reach"
         error = f"{fixed(abs(result.error_percent), 1)} %"
         return [
@@ -35,7 +37,7 @@ def _climb_table(stage: ClimbResult, names: Names) -> Table:
     )
     foot = (
         f"Target {names.quantity(stage.target, '.6g')}{names.at(stage.condition)}.",
-        "Error = 100·(measured − simulated)/measured.",
-        f"Factor levels of the response surface design at coded 0 ± 1: {centres}.",
+        "Error in % = 100·(measured − simulated)/measured.",
+        f"Levels of the response surface design: {centres} (coded 0 ± 1).",
     )
     return Table.of(columns, stage.rows, "Steps towards the target", foot, strong=frozenset({stage.best_step}))

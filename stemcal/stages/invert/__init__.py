@@ -12,8 +12,6 @@ if TYPE_CHECKING:
     from stemcal.stages.invert.options import InvertOptions
     from stemcal.stages.invert.result import InvertResult
     from stemcal.study.model import Study, Target
-    from stemcal.study.rules import Draft
-    from stemcal.study.types.strict_yaml import Finding
 
 
 class Calibration(Stage["InvertResult"]):
@@ -21,7 +19,7 @@ class Calibration(Stage["InvertResult"]):
 
     name, title, attribute, reads = "invert", "Calibration", "inversion", ("invert", "targets")
     simulates = False
-    help = "Find the parameters that reproduce the measurement, with intervals."
+    help = "Determine the parameters and their intervals from the measured response."
     purpose = "Stage 3: calibration of the parameters to the measured values."
 
     def needs(self, study: Study) -> str | None:
@@ -39,16 +37,6 @@ class Calibration(Stage["InvertResult"]):
         from stemcal.stages.invert.options import InvertOptions
 
         return InvertOptions
-
-    def rules(self) -> Sequence[Callable[[Draft], Iterator[Finding]]]:
-        from stemcal.stages.invert.options import RULES
-
-        return RULES
-
-    def doubts(self, study: Study) -> Iterator[Finding]:
-        from stemcal.stages.invert.options import doubts
-
-        return doubts(study)
 
     def result(self) -> type[InvertResult]:
         from stemcal.stages.invert.result import InvertResult

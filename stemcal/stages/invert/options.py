@@ -76,7 +76,7 @@ def _responses_measured(draft: Draft) -> Iterator[Finding]:
     path, names, named = ("invert", "responses"), draft.study.of(InvertOptions).responses, draft.naming
     if names == (FIRST,):
         return
-    if named.is_cutting and not draft.kind.travel_and_work:
+    if named.is_cutting and not draft.kind.simulates_stems:
         yield Finding(path, f"the solver kind `{draft.study.solver.kind}` returns only the force", "remove the key")
     if FIRST not in names or len(set(names)) < len(names):
         listed = ", ".join(named.named(name).name for name in names)
@@ -111,15 +111,18 @@ def _rule_heeds_priors(draft: Draft) -> Iterator[Finding]:
         yield Finding(("invert", "rule"), f"the rule `{draft.study.of(InvertOptions).rule}` ignores the priors", remedy)
 
 
-def doubts(study: Study) -> Iterator[Finding]:
+def _doubts(study: Study) -> Iterator[Finding]:
     """Travel and work up to the break, unlike the force, fall as elements get smaller."""
     from stemcal.study.rules.plausible import FALL
 
     fitted = [named.name for named in (TRAVEL, WORK) if named.name in study.of(InvertOptions).responses]
-    if fitted and study.naming.is_cutting and study.kind.travel_and_work:
+    if fitted and study.naming.is_cutting and study.kind.simulates_stems:
         depend = " and ".join(fitted) + (" depend" if len(fitted) > 1 else " depends")
         message = f"{depend} on the mesh: {FALL}"
         yield Finding(("invert", "responses"), message, "fit only the force, or include the mesh error in `sd`")
+
+
+InvertOptions.doubts = _doubts
 
 
 def _growth_is_seen(draft: Draft) -> Iterator[Finding]:
@@ -136,7 +139,7 @@ def _growth_is_seen(draft: Draft) -> Iterator[Finding]:
             yield Finding(("material", name, "at"), message, remedy)
 
 
-RULES = (_joint_conditions_measured, _responses_measured, _rule_heeds_priors, _growth_is_seen)
+InvertOptions.rules = (_joint_conditions_measured, _responses_measured, _rule_heeds_priors, _growth_is_seen)
 
 
 def fitted_together(study: Study) -> tuple[Target, ...]:

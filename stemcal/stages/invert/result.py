@@ -175,7 +175,7 @@ class InvertResult(StageResult):
     coded_ranges: dict[str, Interval]
     rule: str
     radius: float | None = None
-    certainty: Certainty | None = None
+    certainty: Certainty
     condition: float
     target_sd: float | None = None
     target_n: int | None = None
@@ -228,16 +228,11 @@ class InvertResult(StageResult):
         """The largest error of a measured value that was left out of the joint fit."""
         return None if self.joint is None else self.joint.max_abs_left_out_error_percent
 
-    @property
-    def cited(self) -> dict[str, Interval]:
-        """The range of each parameter to cite: its 95 % interval, where there is one, else all exact solutions."""
-        return self.ranges if self.certainty is None else self.certainty.intervals
-
     def _tables(self) -> dict[str, Table]:
         """Return the solution with the range of each factor to cite, and that of the exact solutions."""
         point = self.point
         rows = [
-            (name, value, *self.cited[name], point.coded[name], *self.ranges[name])
+            (name, value, *self.certainty.intervals[name], point.coded[name], *self.ranges[name])
             for name, value in point.solution.items()
         ]
         keys = ("factor", "solution", "range_low", "range_high", "coded", "exact_low", "exact_high")

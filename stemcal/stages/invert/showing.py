@@ -22,7 +22,7 @@ from stemcal.report.figures.style import (
     axis_of,
     new_figure,
 )
-from stemcal.report.showing import Setting, Showing
+from stemcal.report.showing import RANGE, Setting, Showing
 from stemcal.report.tables.columns import (
     ERROR,
     factor,
@@ -43,8 +43,6 @@ _JOINT = "Fitted together"
 class InvertShowing(Showing[InvertResult]):
     """The words, tables and figures of a calibration."""
 
-    claims = "intervals"
-
     def outcome(self, result: InvertResult, names: Names) -> list[str]:
         return words.outcome(result, names)
 
@@ -53,23 +51,21 @@ class InvertShowing(Showing[InvertResult]):
         return [calibration_table(result, names), *joint]
 
     def figures(self, result: InvertResult, setting: Setting) -> list[Plot]:
-        if result.certainty is None:
-            return []
         units = {name: setting.study.factor(name).unit for name in result.point.solution}
         labels = {name: axis_of(setting.labels.get(name, name), unit) for name, unit in units.items()}
         text = (
-            "Misfit versus each factor, with the other factors refitted. In the shaded 95 % interval, the curve is "
+            "Misfit versus each factor, with the other factors refitted. In the 95 % interval (shaded), the misfit is "
             "below the dashed line. The vertical line marks the calibrated value."
         )
-        return [Plot("profiles", "invert", text, partial(profiles, result, result.certainty, labels), claims=True)]
+        return [Plot("profiles", "invert", text, partial(profiles, result, labels), claims=True)]
 
     def in_notebook(self, result: InvertResult, setting: Setting) -> InvertResult:
         found = object.__new__(Inversion)
         found.__dict__.update(vars(result), _study=setting.study, _surface=setting.results.of(Surfaces))
         return found
 
-    def cited(self, result: InvertResult) -> tuple[str, Mapping[str, str]]:
-        return cited_ranges(result)
+    def cited(self, result: InvertResult) -> Mapping[str, str]:
+        return _ranges(result)
 
     def beside(self, result: InvertResult, holds: bool) -> list[str]:
         return [*valid_for(result), *(assumptions(result) if holds else [])]
@@ -118,7 +114,7 @@ def calibration_table(stage: InvertResult, names: Names, refined: Mapping[str, f
 
     `refined` has the values after a refinement.
     """
-    point, (head, ranges) = stage.point, cited_ranges(stage)
+    point, ranges = stage.point, _ranges(stage)
     rows: list[dict[str, Any]] = [
         {"factor": name, "range": ranges[name], "coded": coded, "solution": (refined or point.solution)[name]}
         for name, coded in point.coded.items()
@@ -126,18 +122,19 @@ def calibration_table(stage: InvertResult, names: Names, refined: Mapping[str, f
     columns = [
         factor(names),
         Column("solution", "Calibrated", form=significant),
-        Column("range", head, form=str, claims=True),
+        Column("range", RANGE, form=str, claims=True),
         Column("coded", "Coded", form=to_decimals(3)),
     ]
-    rule = f"rule {stage.rule}" if stage.joint is None else "least squares over all fitted values"
+    rule = f"the rule `{stage.rule}`" if stage.joint is None else "least squares over all fitted values"
     where = (
-        f"Target {names.quantity(stage.target, '.6g')}; predicted {names.quantity(point.predicted)}; coded radius "
-        f"{point.coded_radius:.3f}; {rule}."
+        f"The target is {names.quantity(stage.target, '.6g')}, and the predicted value is "
+        f"{names.quantity(point.predicted)}. The solution, determined by {rule}, has a coded radius of "
+        f"{point.coded_radius:.3f}."
     )
     response = names.response.long
     ends = (
-        f"95 % confidence interval of the mean {response}: {_ends(point.mean_interval, names)}; prediction interval: "
-        f"{_ends(point.prediction_interval, names)}."
+        f"The 95 % confidence interval of the mean {response} is {_ends(point.mean_interval, names)}. The prediction "
+        f"interval of one run is {_ends(point.prediction_interval, names)}."
     )
     claimed = (ends, *range_to_cite(stage, names))
     return Table.of(columns, rows, "Calibrated parameters", (where, *valid_for(stage)), claimed=claimed)
@@ -147,14 +144,10 @@ def _ends(bounds: tuple[float, float] | None, names: Names) -> str:
     return MISSING if bounds is None else names.quantities(bounds)
 
 
-def cited_ranges(stage: InvertResult) -> tuple[str, dict[str, str]]:
-    """Return what the range of each parameter to cite is called, and the ranges; ends of the search are marked."""
+def _ranges(stage: InvertResult) -> dict[str, str]:
+    """Return the range of each parameter to cite; ends of the search are marked."""
     known = stage.certainty
-    ranges = {name: stage.cited.get(name) for name in stage.point.solution}
-    if known is None:
-        return "Exact solutions", {name: interval(found) for name, found in ranges.items()}
-    bounded = {name: known.bounded.get(name, (True, True)) for name in ranges}
-    return "95 % range", {name: interval(found, bounded=bounded[name]) for name, found in ranges.items()}
+    return {name: interval(known.intervals[name], bounded=known.bounded[name]) for name in stage.point.solution}
 
 
 def _joint_table(joint: JointFitted, names: Names) -> Table:
@@ -165,7 +158,7 @@ def _joint_table(joint: JointFitted, names: Names) -> Table:
     rows = from_means(map(to_json, (*joint.rows, *joint.further)), names)
     columns.append(ERROR)
     if left_out is None:
-        return Table.of(columns, rows, _JOINT, [f"Largest error: {fixed(error)} %.", *scores(names)])
+        return Table.of(columns, rows, _JOINT, [f"Largest absolute error: {fixed(error)} %.", *scores(names)])
     columns.append(Column("left_out_error_percent", "Left out", "%", fixed))
     tests = any(row.left_out_interval is not None for row in joint.rows)
     largest = f"Largest error: {fixed(error)} % for fitted values, {fixed(left_out)} % for values left out of the fit."
@@ -174,7 +167,7 @@ def _joint_table(joint: JointFitted, names: Names) -> Table:
     return Table.of(columns, rows, _JOINT, foot)
 
 
-def profiles(invert: InvertResult, part: Certainty, labels: Mapping[str, str] | None = None) -> Figure:
+def profiles(invert: InvertResult, labels: Mapping[str, str] | None = None) -> Figure:
     """Return the misfit of each factor with all others free: its interval is below the dashed line.
 
     `labels` has the labels of the axes by factor, its name by default.
@@ -183,8 +176,8 @@ def profiles(invert: InvertResult, part: Certainty, labels: Mapping[str, str] | 
     with new_figure(height=1.5 * len(names) + 0.4) as figure:
         for row, name in enumerate(names, 1):
             axes = figure.add_subplot(len(names), 1, row)
-            axes.plot(*zip(*profile_points(part, name), strict=True), color=BLUE)
-            axes.axvspan(*part.intervals[name], color=BLUE, alpha=0.12, linewidth=0)
+            axes.plot(*zip(*profile_points(invert.certainty, name), strict=True), color=BLUE)
+            axes.axvspan(*invert.certainty.intervals[name], color=BLUE, alpha=0.12, linewidth=0)
             axes.axhline(1.0, color=FAINT, linestyle="--", linewidth=1)
             axes.axvline(invert.point.solution[name], color=INK, linewidth=0.8)
             axes.set_ylim(0.0, 3.0)

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 
 from stemcal.naming import FORCE, Names
 from stemcal.note import Note, Remedy, Severity
-from stemcal.numbers import change, minus, short, signed_probability
+from stemcal.numbers import change, short, signed_probability
 from stemcal.stages.fitting import Surfaces
 from stemcal.stages.invert.options import chose_conditions
 from stemcal.stages.invert.result import Certainty, Contradicted, InvertResult, JointFitted
@@ -43,27 +43,21 @@ def conflict(evidence: Evidence) -> Iterator[Note]:
     if apart is not None:
         one_place = len({row.condition for row in (*joint.rows, *joint.further)}) == 1
         beyond = evidence.mostly_off or (one_place and joint.df < 1 and apart.p < BEYOND_DOUBT)
-        text = _contradiction(apart, joint, evidence.names)
+        text = _contradiction(apart, evidence.names)
         yield Note("conflict", "error" if beyond else "warning", text, _of_conflict(evidence, joint))
     elif missed and joint.p is None:
         text = f"The largest error of the joint fit is {joint.max_abs_error_percent:.0f} %."
         yield Note("conflict", "error" if evidence.mostly_off else "warning", text, _of_conflict(evidence, joint))
 
 
-def _contradiction(found: Contradicted, joint: JointFitted, names: Names) -> str:
-    """Return which measured mean the others contradict, and how far it and they are from the joint fit."""
+def _contradiction(found: Contradicted, names: Names) -> str:
+    """Return which measured mean the others contradict, and what they predict."""
     named = names.naming.named(found.response)
     values = (named.counted(value, found.measured) for value in (found.measured, found.low, found.high))
     measured, low, high = (f"{short(value, 4)}{named.unit_suffix}" for value in values)
-    place = found.response, found.condition
-    errors = {(row.response, row.condition): row.error_percent for row in (*joint.rows, *joint.further)}
-    rest = [error for at, error in errors.items() if at != place]
-    others = f"{rest[0]:+.0f}" if len(rest) == 1 else f"{min(rest):+.0f} to {max(rest):+.0f}"
-    return minus(
+    return (
         f"The measured {named.long}{names.at(found.condition)} ({measured}) contradicts the other measurements, which "
-        f"predict {low} to {high} (difference: {found.standard_errors:.1f} standard errors). The error of the joint "
-        f"fit is {errors[place]:+.0f} % for the {named.long}{names.at(found.condition)} and {others} % for the other "
-        "measurements."
+        f"predict {low} to {high} (difference: {found.standard_errors:.1f} standard errors)."
     )
 
 
@@ -96,7 +90,7 @@ def _from_the_edge(evidence: Evidence, coded: Sequence[float]) -> Remedy:
     surface, found = evidence.of(Surfaces), evidence.of(InvertResult)
     assert surface is not None and found is not None
     joint, known = found.joint, found.certainty
-    if joint is None or known is None or (joint.separated and joint.presses_outwards):
+    if joint is None or (joint.separated and joint.presses_outwards):
         return advice.from_the_edge(evidence.study, surface, coded)
     return _to_identify(evidence.study, known)
 
@@ -140,22 +134,17 @@ def _check_prior(found: InvertResult) -> Remedy | None:
 def not_identified(evidence: Evidence) -> Iterator[Note]:
     """Yield which factors the measurements leave free."""
     found = evidence.of(InvertResult)
-    known = None if found is None else found.certainty
-    if known is None or not known.not_identified:
-        return
-    text = _not_identified(known)
-    yield Note("not_identified", "warning", text, _to_identify(evidence.study, known))
+    if found is not None and found.certainty.not_identified:
+        text, remedy = _not_identified(found.certainty), _to_identify(evidence.study, found.certainty)
+        yield Note("not_identified", "warning", text, remedy)
 
 
 def _not_identified(known: Certainty) -> str:
     """Return which factors the fit leaves free, and the combination along which it hardly changes."""
     factors = series(known.not_identified)
-    changes = [change(name, size, known.units[name]) for name, size in known.loosest.items()]
+    changes = [change(f"{name} by", size, known.units[name]) for name, size in known.loosest.items()]
     if len(changes) > 1:
-        return (
-            f"The fit does not determine {factors}: a joint change of the parameters ({series(changes)}) has almost no "
-            "effect on the fit."
-        )
+        return f"The fit does not determine {factors}: changing {series(changes)} hardly affects the fitted responses."
     return f"The fit does not determine {factors} because the fitted responses hardly depend on {factors}."
 
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from stemcal.doe.calibration.observations import COARSEST, FINEST
 from stemcal.naming import Names
 from stemcal.note import Note
-from stemcal.numbers import change, fixed, interval, short, significant, tenths, with_unit
+from stemcal.numbers import change, fixed, interval, short, significant, with_unit
 from stemcal.stages.invert.result import Certainty, InvertResult, JointFitted
 from stemcal.words import series
 
@@ -24,8 +24,9 @@ def outcome(stage: InvertResult, names: Names) -> list[str]:
     count = len(joint.rows) + len(joint.further)
     return [
         f"The joint fit to {count} measured values yields {values}.",
-        f"The largest {'error' if len(errors) == 1 else 'errors'} of the response surfaces at the solution "
-        f"{'is' if len(errors) == 1 else 'are'} {missed}.",
+        f"The largest error of the response surfaces is {missed}."
+        if len(errors) == 1
+        else f"The largest errors of the response surfaces are {missed}.",
     ]
 
 
@@ -47,11 +48,8 @@ def known(part: Certainty, stage: InvertResult, names: Names) -> list[str]:
     if part.free:
         said.append(f"The {data} does not determine {names.factors(part.free)}.")
     for found in part.unseen_changes:
-        together = series(change(names.factor(name), size, part.units[name]) for name, size in found.items())
-        said.append(
-            "To first order, the following joint change of the parameters does not affect the "
-            f"{data.removesuffix(' alone')}: {together}."
-        )
+        together = series(change(f"{names.factor(name)} by", size, part.units[name]) for name, size in found.items())
+        said.append(f"Changing {together} has no first-order effect on the {data.removesuffix(' alone')}.")
     return [*said, *assumption(part)]
 
 
@@ -59,13 +57,13 @@ def assumption(part: Certainty) -> list[str]:
     """Return the assumptions of the intervals about measured values and surfaces; none if both are estimated."""
     said = []
     if part.scatter == "surface":
-        said.append("The measured value is treated as exact because no standard deviation is given.")
+        said.append("Without a standard deviation, the measured value is treated as exact.")
     if part.known_sd:
-        said.append("The standard deviation is treated as exact because the number of specimens is not given.")
+        said.append("Without the number of specimens, the standard deviation is treated as exact.")
     if not part.surface_error_known:
         said.append(
-            "The error of the response surfaces cannot be estimated. The intervals assume an error of "
-            f"{100.0 * FINEST:g} to {100.0 * COARSEST:g} % of the response."
+            "The error of the response surfaces cannot be estimated; the intervals assume an error between "
+            f"{100.0 * FINEST:g} and {100.0 * COARSEST:g} % of the response."
         )
     return said
 
@@ -73,31 +71,29 @@ def assumption(part: Certainty) -> list[str]:
 def valid_for(stage: InvertResult) -> list[str]:
     """Return the settings that the values are valid with."""
     settings = series(f"{name} {value}" for name, value in (stage.belongs_to or {}).items())
-    text = f"The parameters are valid only with {settings}. Always report the parameters together with their settings."
+    text = f"The parameters are valid only with {settings}. Report these settings together with the parameters."
     return [text] if settings else []
 
 
 def assumptions(stage: InvertResult) -> list[str]:
     """Return the assumptions of the 95 % intervals."""
-    if stage.certainty is None:
-        return []
     fixed_mesh = stage.belongs_to is not None and "replicates" not in stage.belongs_to
     mesh = (
-        "The intervals do not include the scatter of the force over mesh positions. Add `replicates: 5` to the "
-        "`solver` section to include the scatter over mesh positions."
+        "The intervals do not include the scatter of the force over mesh positions. To include this "
+        "scatter, add `replicates: 5` to the `solver` section."
     )
     return [*assumption(stage.certainty), *([mesh] if fixed_mesh else [])]
 
 
 def range_to_cite(stage: InvertResult, names: Names) -> list[str]:
     """Explain the interval to report, and list the exact solutions of a single target."""
-    if stage.certainty is None or len(stage.point.solution) < 2 or stage.joint is not None:
+    if len(stage.point.solution) < 2 or stage.joint is not None:
         return []
     exact = series(f"{names.factor(name)} {interval(stage.ranges[name])}" for name in stage.point.solution)
     return [
-        "Report the 95 % interval, which covers all parameter values that agree with the measurement.",
+        "Report the 95 % interval of each parameter, which contains all values that agree with the measurement.",
         *assumption(stage.certainty),
-        f"If the error of the response surface is neglected, the surface equals the target for {exact}.",
+        f"If the error of the response surface is neglected, the target is reached for {exact}.",
     ]
 
 
@@ -107,23 +103,21 @@ def range_to_cite(stage: InvertResult, names: Names) -> list[str]:
 def notes_of(stage: InvertResult) -> list[Note]:
     """Return what limits a solution: other solutions, the region, a formula, the intervals."""
     names = Names(stage.naming)
-    found = [*(_of_one(stage, names) if stage.joint is None else _of_many(stage.joint, names))]
-    if stage.certainty is not None:
-        found.append(Note("known", "caution", " ".join(known(stage.certainty, stage, names))))
-    return found
+    found = _of_one(stage, names) if stage.joint is None else _of_many(stage.joint, names)
+    return [*found, Note("known", "caution", " ".join(known(stage.certainty, stage, names)))]
 
 
 def _of_one(stage: InvertResult, names: Names) -> Iterator[Note]:
     point = stage.point
     if len(point.solution) > 1:
         text = (
-            f"A single measured {names.response.long} cannot determine {len(point.solution)} parameters. The rule "
-            f"`{stage.rule}` selects the reported solution from all parameter combinations that fit equally well."
+            f"A single measured {names.response.long} cannot determine {len(point.solution)} parameters. The "
+            f"rule `{stage.rule}` was used to select one of the combinations that fit equally well."
         )
         yield Note("one_of_many", "caution", text)
     if not point.inside:
         text = (
-            "The solution is outside the range of the design, so the response surface is extrapolated (coded radius "
+            "The solution is outside the experimental region, so the response surface is extrapolated (coded radius "
             f"{point.coded_radius:.2f}, limit {stage.radius:.2f})."
         )
         yield Note("solution_outside", "warning", text)
@@ -145,14 +139,14 @@ def _of_many(joint: JointFitted, names: Names) -> Iterator[Note]:
         each = "test" if tests else condition.long if condition is not None and several else "response"
         text = (
             f"If one {each} at a time is left out of the fit, the largest prediction error is "
-            f"{tenths(joint.max_abs_left_out_error_percent)} %."
+            f"{fixed(joint.max_abs_left_out_error_percent, 1)} %."
         )
         yield Note("left_out", "info", text)
     yield from _beside_formula(joint)
     if joint.scatter == "misfit":
         text = (
-            "Because no standard deviations are given, all relative errors have the same weight, and the scatter is "
-            "estimated from the misfit."
+            "Without standard deviations, all values have the same relative weight, and the misfit determines the "
+            "scatter."
         )
         yield Note("weights", "caution", text)
 
@@ -170,15 +164,15 @@ def _beside_formula(joint: JointFitted) -> Iterator[Note]:
 
 def prior_unused(factors: tuple[str, ...]) -> Note:
     """Return that factors with a prior are not varied."""
-    text = f"Priors for factors that the response surface does not vary are not used ({series(factors)})."
+    text = f"A prior has no effect if the factor is not varied in the response surface design: {series(factors)}."
     return Note("prior_unused", "caution", text)
 
 
 def flat_direction(changes: Mapping[str, float], units: Mapping[str, str]) -> Note:
     """Return that a joint fit cannot separate factors; `changes` in their units go together."""
-    together = series(change(name, size, units[name]) for name, size in changes.items())
+    together = series(change(f"{name} by", size, units[name]) for name, size in changes.items())
     text = (
-        f"The measurements cannot separate the parameters: a joint change ({together}) leaves the fit almost "
-        "unchanged. Among all points that fit almost equally well, the point nearest to the centre is reported."
+        f"The measurements cannot separate the parameters: changing {together} hardly affects the fit. Of all points "
+        "with almost the best fit, the point nearest to the centre of the design is reported."
     )
     return Note("flat_direction", "warning", text)

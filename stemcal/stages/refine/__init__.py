@@ -13,8 +13,6 @@ if TYPE_CHECKING:
     from stemcal.stages.refine.options import RefineOptions
     from stemcal.stages.refine.result import RefineResult
     from stemcal.study.model import Study
-    from stemcal.study.rules import Draft
-    from stemcal.study.types.strict_yaml import Finding
 
 
 class Refinement(Stage["RefineResult"]):
@@ -24,11 +22,11 @@ class Refinement(Stage["RefineResult"]):
     pictured = one_by_one = True
     help = """Correct the parameters until the simulation matches the measured value.
 
-        The refinement stops if the error is below `refine.tolerance_percent`, or after `refine.budget` simulations.
-        After a joint fit (`invert.diameters`), every fitted diameter is simulated. `stemcal run` includes the
-        refinement if the spec has a `refine` section, and the validation then uses the refined parameters. With
-        `refine.in`, the refinement follows the validation and uses the program or mesh for which the parameters are
-        intended.
+        The refinement stops when the error is below `refine.tolerance_percent`, or after `refine.budget` simulations.
+        If several diameters were fitted (`invert.diameters`), every fitted diameter is simulated. `stemcal run`
+        includes the refinement if the spec has a `refine` section. The validation is based on the refined parameters.
+        With `refine.in`, the refinement is performed after the validation, with the program or mesh for which the
+        parameters are intended.
         """
     purpose = """Stage 4: correction of the solution by simulation, optionally in another program. A study without this
         section has no refinement."""
@@ -46,9 +44,6 @@ class Refinement(Stage["RefineResult"]):
     def calibrates(self, study: Study) -> bool:
         return self.asked_for(study) and not self._options(study).elsewhere
 
-    def most_there(self, study: Study) -> int:
-        return self._options(study).budget
-
     def _options(self, study: Study) -> RefineOptions:
         from stemcal.stages.refine.options import RefineOptions
 
@@ -63,16 +58,6 @@ class Refinement(Stage["RefineResult"]):
         from stemcal.stages.refine.options import RefineOptions
 
         return RefineOptions
-
-    def rules(self) -> Sequence[Callable[[Draft], Iterator[Finding]]]:
-        from stemcal.stages.refine.options import RULES
-
-        return RULES
-
-    def doubts(self, study: Study) -> Iterator[Finding]:
-        from stemcal.stages.refine.options import doubts
-
-        return doubts(study)
 
     def result(self) -> type[RefineResult]:
         from stemcal.stages.refine.result import RefineResult

@@ -93,7 +93,7 @@ def _result(
         max_abs_error_percent=max(errors, default=None),
         made=Rows(loop.runs),
     )
-    return replace(result, notes=tuple(notes_of(result, work.study)))
+    return replace(result, notes=tuple(notes_of(result)))
 
 
 def _rows(loop: Loop, means: Sequence[Measured]) -> Iterator[RefineRow]:
@@ -168,8 +168,15 @@ def _scatter(target: Target) -> tuple[float, float] | None:
 def later(study: Study) -> Later | None:
     """Return the usual number of rounds and the largest number of runs."""
     options = study.given(RefineOptions)
-    if options is None or options.elsewhere:
+    if options is None:
         return None
+    if options.elsewhere:
+        place = program(study.there.solver.program_name)
+        text = (
+            f"The refinement adds at most {counted(options.budget, 'run')} in {place}, one by one. The estimated time "
+            "excludes these runs."
+        )
+        return Later([], Note("decided_later", "caution", text))
     conditions = [target.condition for target in study.joint_targets] or [study.targets.calibrate_at]
     round_ = [Request("refine", 0, study.midlevels(), condition, True) for condition in conditions]
     text = f"The refinement requires at most {counted(options.budget, 'additional run')}, simulated one after another."
@@ -179,10 +186,10 @@ def later(study: Study) -> Later | None:
 # ---- notes
 
 
-def notes_of(stage: RefineResult, study: Study) -> list[Note]:
+def notes_of(stage: RefineResult) -> list[Note]:
     """Return why the target was not reached, where the surface was wrong, and what is missing in another model."""
     names = Names(stage.naming)
-    there = _in_another_model(stage, study, names) if stage.elsewhere else ()
+    there = _in_another_model(stage, names) if stage.elsewhere else ()
     return [*_not_reached(stage, names), *_first_outside(stage, names), *there]
 
 
@@ -217,15 +224,7 @@ def _first_outside(stage: RefineResult, names: Names) -> Iterator[Note]:
         yield Note("first_outside", "warning", text)
 
 
-def _in_another_model(stage: RefineResult, study: Study, names: Names) -> Iterator[Note]:
-    for one in stage.adjusted:
-        factor = study.factor(one.factor)
-        if not factor.low <= one.value <= factor.high:
-            text = (
-                f"The refined value of {one.factor} ({one.value:.4g}) is outside the range of the study "
-                f"({factor.low:g} to {factor.high:g}). The range of the study applies only to its own model."
-            )
-            yield Note("beyond_range", "warning", text)
+def _in_another_model(stage: RefineResult, names: Names) -> Iterator[Note]:
     if censored := sum(run.outcome.censored for run in stage.made):
         text = (
             f"In {counted(censored, 'run')}, the {names.response.noun} had not fallen at the end of the stroke. The "

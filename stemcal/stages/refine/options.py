@@ -146,12 +146,15 @@ def _the_model_is_possible(draft: Draft) -> Iterator[Finding]:
                 yield finding._replace(path=("refine", "adjust", factor.name))
 
 
-RULES = (_refinement_is_possible, _tests_and_curves_stay_here, _the_model_is_possible)
+RefineOptions.rules = (_refinement_is_possible, _tests_and_curves_stay_here, _the_model_is_possible)
 
 
-def doubts(study: Study) -> Iterator[Finding]:
+def _doubts(study: Study) -> Iterator[Finding]:
     """Question a duration that looks like a slip of its unit."""
     from stemcal.study.rules.plausible import doubt
 
     if duration := study.of(RefineOptions).duration:
         yield from doubt(("refine", "duration"), duration, 1e-5, 1000, "s")
+
+
+RefineOptions.doubts = _doubts

@@ -1,11 +1,11 @@
 """The result of the refinement: the parameters where they are used, the responses there, and every run."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import ClassVar
 
 from stemcal.files.rows import Rows, Table
-from stemcal.files.typed import absent, inline, key
+from stemcal.files.typed import absent, inline
 from stemcal.naming import Names
 from stemcal.note import Note
 from stemcal.runs.record import Outcome
@@ -62,7 +62,7 @@ class RefineResult(StageResult):
 
     head: Head = inline()
     elsewhere: bool
-    model: Model = key("in")
+    model: Model = field(metadata={"alias": "in"})
     condition: float
     aim: float
     tolerance_percent: float
@@ -74,7 +74,7 @@ class RefineResult(StageResult):
     adjusted: Rows[AdjustedFactor]
     rows: Rows[RefineRow]
     max_abs_error_percent: float | None
-    made: Rows[RefineRun] = key("runs")
+    made: Rows[RefineRun] = field(metadata={"alias": "runs"})
     notes: tuple[Note, ...] = ()
 
     @property

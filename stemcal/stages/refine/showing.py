@@ -12,7 +12,7 @@ from stemcal.words import series
 class RefineShowing(Showing[RefineResult]):
     """The words and tables of a refinement."""
 
-    claims = "agreement"
+    claims = True
 
     def outcome(self, result: RefineResult, names: Names) -> list[str]:
         """Return what the refinement changed, and the error that is left."""
@@ -29,9 +29,6 @@ class RefineShowing(Showing[RefineResult]):
     def closing(self, result: RefineResult, setting: Setting) -> list[Table]:
         tables = refine_tables(result, Names(setting.study.naming)) if result.elsewhere else []
         return [table for table in tables if not table.detail]
-
-
-_INSIDE = {True: "inside", False: "outside", None: ""}
 
 
 def refine_tables(stage: RefineResult, names: Names) -> list[Table]:
@@ -84,7 +81,7 @@ def responses(stage: RefineResult, names: Names) -> Table:
             f"({names.quantity(stage.aim)})."
         ]
     where = program(stage.model.kind) if stage.elsewhere else "the model of the study"
-    foot += ["Error = 100·(measured − after)/measured."]
+    foot += ["Error in % = 100·(measured − after)/measured."]
     return Table.of(columns, stage.rows, f"Measured and simulated in {where}", foot)
 
 
@@ -96,14 +93,9 @@ def runs(stage: RefineResult, names: Names) -> Table:
         *condition(names.naming),
         *levels(stage.varied, names),
         Column("predicted", "Predicted", names.response.written, significant),
-        *([] if stage.elsewhere else [Column("interval", "Interval", of=lambda run: _INSIDE[run.inside_interval])]),
         simulated(names.response, "Simulated"),
     ]
-    foot = (
-        f"Predicted: value predicted before the run. Interval: whether the simulated {names.response.long} is inside "
-        "the 95 % prediction interval."
-    )
-    return Table.of(columns, stage.made, "Refinement runs", [foot], detail=True)
+    return Table.of(columns, stage.made, "Refinement runs", detail=True)
 
 
 def _there(stage: RefineResult, names: Names) -> list[str]:

@@ -94,9 +94,10 @@ class SurfaceSteps:
         return Judged(point, worst, self._missed(self.trials[-1]) if self.joint else abs(worst))
 
     def next(self) -> Point | None:
-        """Step from the best point; after a failed run, half-way back to it."""
+        """Step from the best point; after a failed run, half-way back to it, or to the centre of the design."""
         if not self.trials or self.trials[-1].coded is not self.visited[-1]:
-            return self._point(0.5 * (self.visited[-1] + self._simulated_before()), "back")
+            known = min(self.trials, key=self._missed).coded if self.trials else np.zeros(len(self.coding.names))
+            return self._point(0.5 * (self.visited[-1] + known), "back")
         coded, how = self._to_many() if self.joint else self._to_one()
         shortest = min(float(np.linalg.norm(coded - trial.coded)) for trial in self.trials)
         return None if shortest < (_SETTLED if self.joint else _SAME) else self._point(coded, how)
@@ -121,16 +122,6 @@ class SurfaceSteps:
             return joint_surfaces(self.study, self.surface, [(t.coded, t.responses) for t in self.trials])
         further = [(trial.coded, trial.response) for trial in self.trials]
         return [self.surface.refitted(self.surface.design.runs, further) if further else self.surface.fitted]
-
-    def _simulated_before(self) -> Array:
-        """Return a point without failures: the best one, or else the run of the design nearest to the one target."""
-        if self.trials:
-            return min(self.trials, key=self._missed).coded
-        if self.joint:
-            return np.zeros(len(self.coding.names))
-        runs = [run for run in self.surface.design.runs if run.response is not None]
-        trials = [Trial(self.coding.point(run.coded), np.array([run.response])) for run in runs]
-        return best_of(trials, self.solution.target).coded
 
     def _missed(self, trial: Trial) -> float:
         return missed_by(self.fit, trial)

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, fields, replace
 from typing import Any, ClassVar, Literal
 
-from stemcal.doe.effects import Effect, Residual
+from stemcal.doe.effects import Curvature, Effect, Residual
 from stemcal.doe.lenth import Lenth
 from stemcal.doe.regression.least_squares import t_quantile
 from stemcal.files.rows import Rows, Table
@@ -28,6 +28,7 @@ class Screening:
     lenth: Lenth
     residual: Residual
     total_sum_of_squares: float
+    curvature: Curvature | None = absent()
     runs_used: int
     runs_failed: int
     notes: tuple[Note, ...]
@@ -51,6 +52,7 @@ class ScreenResult(StageResult):
     residual: Residual
     total_sum_of_squares: float
     alpha: float = 0.05
+    curvature: Curvature | None = absent()
     runs_used: int
     runs_failed: int
     responses: dict[str, Screening] | None = absent()
@@ -90,10 +92,6 @@ class ScreenResult(StageResult):
         """Return the sign of a significant effect."""
         effect = self.effect(factor).effect if factor in self.significant else 0.0
         return "+" if effect > 0.0 else "-" if effect < 0.0 else None
-
-    def ranked(self) -> list[Effect]:
-        """Return the effects by contribution, the largest first."""
-        return sorted(self.effects, key=lambda effect: -(effect.contribution_percent or 0.0))
 
     @property
     def limit(self) -> float | None:

@@ -3,7 +3,6 @@
 from collections.abc import Mapping
 from functools import partial
 
-from stemcal.doe.effects import Effect
 from stemcal.doe.regression.least_squares import stars
 from stemcal.files.rows import Column, Table
 from stemcal.files.typed import to_json
@@ -30,24 +29,19 @@ class ScreenShowing(Showing[ScreenResult]):
     def outcome(self, result: ScreenResult, names: Names) -> list[str]:
         """Return which factors are significant."""
         effects, response = {effect.factor: effect for effect in result.effects}, names.response.long
-        count = f"The screening varied {len(effects)} factors in {len(result.design.runs)} runs."
+        count = f"In the screening, {len(effects)} factors were varied in {len(result.design.runs)} runs."
         chosen = sorted(result.significant, key=lambda name: -abs(effects[name].effect))
         if chosen:
             shares = (f"{fixed(effects[name].contribution_percent, 1)} % of the variation" for name in chosen)
             found = series(f"{names.factor(name)} ({share})" for name, share in zip(chosen, shares, strict=True))
             verb = "factor is" if len(chosen) == 1 else "factors are"
             return [count, f"For the {response}, the significant {verb} {found}."]
-        if (largest := _largest_untested(result)) is None:
+        if result.lenth.me is not None or not any(one.effect and one.p is None for one in result.effects):
             return [count, f"No factor has a significant effect on the {response}."]
-        effect = names.quantity(largest.effect, "+.4g")
-        return [
-            count,
-            f"The effects on the {response} cannot be tested without an estimate of the error. The largest effect is "
-            f"{effect} ({names.factor(largest.factor)}, {largest.contribution_percent:.1f} % of the variation).",
-        ]
+        return [count, f"The effects on the {response} cannot be tested without an estimate of the error."]
 
     def tables(self, result: ScreenResult, names: Names) -> list[Table]:
-        return [_effects_table(one, names.of(one.naming)) for one in result.all_responses]
+        return [_effects_table(one, Names(one.naming, names.labels)) for one in result.all_responses]
 
     def findings(self, result: ScreenResult, names: Names) -> list[Table]:
         return [_effects_table(result, names)]
@@ -80,7 +74,7 @@ def _effects_table(stage: ScreenResult, names: Names) -> Table:
         Column("lenth_t", "Lenth t", form=fixed),
     ]
     method = "Lenth's method" if stage.by_lenth else "the F test"
-    rule = f"Factors in bold are significant according to {method}."
+    rule = f"The factors in bold are significant by {method}."
     margins = []
     if lenth.pse is not None and lenth.me is not None and lenth.sme is not None:
         pse, me, sme = (names.quantity(value) for value in (lenth.pse, lenth.me, lenth.sme))
@@ -116,11 +110,3 @@ def _signed(effect: float, places: int = 1) -> str:
     ('−8.0', '+74.7')
     """
     return f"{effect:+.{places}f}".replace("-", "−")
-
-
-def _largest_untested(stage: ScreenResult) -> Effect | None:
-    """Return the largest effect where none could be tested; None where some could, or all are zero."""
-    largest = max(stage.effects, key=lambda effect: abs(effect.effect), default=None)
-    if largest is None or largest.effect == 0.0 or any(effect.p is not None for effect in stage.effects):
-        return None
-    return largest if stage.lenth.me is None else None

@@ -16,15 +16,13 @@ if TYPE_CHECKING:
     from stemcal.stages.surface.options import RsmOptions
     from stemcal.stages.surface.result import SurfaceResult
     from stemcal.study.model import Study
-    from stemcal.study.rules import Draft
-    from stemcal.study.types.strict_yaml import Finding
 
 
 class ResponseSurface(Stage["SurfaceResult"]):
     """The runs of a design, and a quadratic surface fitted to them."""
 
     name, title, attribute, reads = "rsm", "Response surface", "surface", ("rsm",)
-    help = "Simulate the response surface design and fit the response surface."
+    help = "Simulate the runs of the design and fit the response surface."
     purpose = "Stage 2: the response surface."
 
     def needs(self, study: Study) -> str | None:
@@ -53,16 +51,6 @@ class ResponseSurface(Stage["SurfaceResult"]):
         from stemcal.stages.surface.options import RsmOptions
 
         return RsmOptions
-
-    def rules(self) -> Sequence[Callable[[Draft], Iterator[Finding]]]:
-        from stemcal.stages.surface.options import RULES
-
-        return RULES
-
-    def doubts(self, study: Study) -> Iterator[Finding]:
-        from stemcal.stages.surface.options import doubts
-
-        return doubts(study)
 
     def result(self) -> type[SurfaceResult]:
         from stemcal.stages.surface.result import SurfaceResult

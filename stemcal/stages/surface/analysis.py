@@ -32,7 +32,7 @@ from stemcal.stages.surface.options import RsmOptions, surface_factors
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.work import Work, a_stage, repeats_itself
 from stemcal.study.model import Study, Target
-from stemcal.words import series
+from stemcal.words import counted, series
 
 _USUAL_FACTORS = 3  # that a screening keeps
 _KEPT_P = 0.1  # terms with a larger p are removed
@@ -213,4 +213,8 @@ def _pure_error_of(design: DesignRuns, names: Names, by_chance: bool) -> Note | 
     df = sum(len(responses) - 1 for responses in repeated)
     square = sum(float(np.sum((responses - responses.mean()) ** 2)) for responses in repeated) / df
     sd = names.quantity(square**0.5, ".3g")
-    return Note("scatter", "caution", f"The standard deviation of the replicate runs is {sd} ({df} df).")
+    return Note(
+        "scatter",
+        "caution",
+        f"The standard deviation of the replicate runs is {sd} ({counted(df, 'degree')} of freedom).",
+    )

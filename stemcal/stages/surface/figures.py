@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from functools import partial
 from itertools import combinations
 from statistics import NormalDist
+from textwrap import fill
 from typing import Any
 
 import numpy as np
@@ -18,7 +19,6 @@ from stemcal.report.figures.style import (
     Axes,
     Figure,
     axis_of,
-    in_lines,
     new_figure,
     plain,
 )
@@ -43,8 +43,8 @@ def plots(rsm: SurfaceResult, solved: Solution | None, labels: Mapping[str, str]
     observed = f"Simulated {rsm.naming.response.long} versus the value predicted by the response surface."
     checks = (
         "Normal plot of the residuals (left), residuals versus the predicted value (middle) and influence of each run "
-        "(right). Normally distributed residuals follow the line. A run with a Cook's distance above 1 strongly "
-        "influences the response surface."
+        "(right). If the residuals are normally distributed, their points follow the line of the normal "
+        "plot. A run with a Cook's distance above 1 strongly influences the response surface."
     )
     plots = [
         Plot("observed-predicted", "rsm", observed, partial(observed_predicted, rsm), detail=True),
@@ -62,11 +62,12 @@ def _pair_plots(
     """Return the contours and the relief over two factors."""
     response = rsm.naming.response
     over = f"versus {Names(rsm.naming, labels).factors(pair)}"
-    held = "" if len(rsm.names) == 2 else f" (other factors at the {'solution' if solved else 'centre'})"
-    unit = f", {response.written}," if response.written else ""
-    met = f" The orange line is the measured {response.long}; the star is the solution." if solved else ""
+    others = "factor" if len(rsm.names) == 3 else "factors"
+    held = "" if len(rsm.names) == 2 else f", with the other {others} at the {'solution' if solved else 'centre'}"
+    unit = f" ({response.written})" if response.written else ""
+    met = f" The orange line is the measured {response.long}; the star marks the solution." if solved else ""
     lines = f"Contours of the {response.long}{unit} {over}{held}.{met} White dots are design points."
-    relieved = f"Response surface of the {response.long} {over}{held}, with contours projected on the base."
+    relieved = f"Response surface of the {response.long} {over}{held}. The contours are projected on the base."
     return [
         Plot(f"contour-{'-'.join(pair)}", "rsm", lines, partial(contours, rsm, pair, solved, labels)),
         Plot(f"surface-{'-'.join(pair)}", "rsm", relieved, partial(relief, rsm, pair, solved, labels)),
@@ -82,8 +83,8 @@ def observed_predicted(rsm: SurfaceResult) -> Figure:
         ends = [min(observed + predicted), max(observed + predicted)]
         axes.plot(ends, ends, color=FAINT, linestyle="--")
         axes.plot(predicted, observed, "o", color=BLUE, alpha=0.85)
-        axes.set_xlabel(plain(rsm.naming.response.axis("predicted by the surface")))
-        axes.set_ylabel(plain(rsm.naming.response.axis("simulated")))
+        axes.set_xlabel(plain(rsm.naming.response.headed("predicted by the surface")))
+        axes.set_ylabel(plain(rsm.naming.response.headed("simulated")))
     return figure
 
 
@@ -99,7 +100,7 @@ def diagnostics(rsm: SurfaceResult) -> Figure:
         _normal_plot(normal, residuals)
         over.axhline(0, color=FAINT, linewidth=1)
         over.plot([row.fitted for row in rows], residuals, "o", color=BLUE, markersize=4)
-        over.set_xlabel(plain(rsm.naming.response.axis("predicted")))
+        over.set_xlabel(plain(rsm.naming.response.headed("predicted")))
         over.set_ylabel("studentised residual")
         influence.bar([row.run for row in rows], [row.cooks_distance or 0.0 for row in rows], color=BLUE, width=0.7)
         influence.axhline(1.0, color=ORANGE, linestyle="--", linewidth=1)
@@ -169,7 +170,7 @@ def relief(
 ) -> Figure:
     """Return the response as height over two factors, the others at the solution (at centre without one).
 
-    Its contours lie on the base; the star is the solution.
+    Its contours lie on the base; the star marks the solution.
     """
     section = _section_of(rsm, pair, solved)
     grid, levels = (section.across, section.up, section.response), levels_of(section.response)
@@ -193,7 +194,7 @@ def relief(
 
 def _height(rsm: SurfaceResult) -> str:
     """Return what is drawn as height."""
-    return plain(rsm.naming.response.axis(rsm.naming.response.noun))
+    return plain(rsm.naming.response.headed(rsm.naming.response.noun))
 
 
 def levels_of(response: Any) -> Any:
@@ -216,7 +217,7 @@ def _label(
     from matplotlib.ticker import MaxNLocator
 
     for axis, setter, name in ((axes.xaxis, axes.set_xlabel, pair[0]), (axes.yaxis, axes.set_ylabel, pair[1])):
-        setter(in_lines(axis_of((labels or {}).get(name, name), rsm.factor(name).unit), longest))
+        setter(fill(axis_of((labels or {}).get(name, name), rsm.factor(name).unit), longest))
         axis.set_major_locator(MaxNLocator(nbins=6, steps=[1, 2, 5, 10]))
 
 

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
 from pydantic import BeforeValidator, Field, WithJsonSchema
 from pydantic_core import PydanticKnownError
 
-from stemcal.errors import UsageError
 from stemcal.note import Note
 from stemcal.registry import surface_designs
 from stemcal.stages.screen.options import is_screened
@@ -229,7 +228,7 @@ def _coding_fits(draft: Draft) -> Iterator[Finding]:
             yield Finding((*path, 0), f"{low:g} is not above 0", "write a larger value")
 
 
-RULES = (
+RsmOptions.rules = (
     _surface_factors_exist,
     _factors_are_found,
     _surface_design_takes_factors,
@@ -238,7 +237,7 @@ RULES = (
 )
 
 
-def doubts(study: Study) -> Iterator[Finding]:
+def _doubts(study: Study) -> Iterator[Finding]:
     """Question factors that no run varies, and exponents that a screening cannot estimate.
 
     At its reference diameter the exponent of a growing parameter has no effect.
@@ -262,10 +261,13 @@ def doubts(study: Study) -> Iterator[Finding]:
             yield Finding(("rsm", "factors"), message, "list the factor, or replace its range by a fixed value")
 
 
+RsmOptions.doubts = _doubts
+
+
 # ---- which factors the surface has
 
 
-def surface_factors(study: Study, solver: Solver, screened: ScreenResult | None) -> tuple[list[str], list[Note]]:
+def surface_factors(study: Study, solver: Solver, screened: ScreenResult) -> tuple[list[str], list[Note]]:
     """Return the factors of the surface, the strongest first, and notes on how they were chosen.
 
     They are the significant factors, or those of largest contribution if the spec or the design requires a number.
@@ -273,11 +275,6 @@ def surface_factors(study: Study, solver: Solver, screened: ScreenResult | None)
     rsm, given = study.of(RsmOptions), solver.given_design("rsm")
     if not isinstance(rsm.factors, str):
         return list(rsm.factors), []
-    if screened is None:
-        raise UsageError(
-            f"rsm.factors: the value `{rsm.factors}` requires the results of the screening. Run `stemcal screen SPEC` "
-            "first."
-        )
     shares, (least, most) = screened.shares, factors_taken(rsm.design)
     ranked = sorted(shares, key=lambda name: -shares[name])
     chosen = significant = [name for name in ranked if name in screened.active_factors]

@@ -57,15 +57,15 @@ def _chosen(study: Study, mean: Measured) -> bool:
 
 def _factor(rsm: SurfaceResult, entry: FactorCoding, values: Mapping[str, float]) -> dict[str, Any]:
     ends = (rsm.coding[entry.factor].natural(coded) for coded in rsm.drawn_between(entry.factor))
-    unit, far = unit_written(entry.unit), entry.half_step * rsm.radius
+    unit = unit_written(entry.unit)
     return {
         "name": entry.factor,
         "label": entry.label or entry.factor,
         "unit": f" {unit}" if unit else "",
         "center": entry.center,
         "half": entry.half_step,
-        "low": entry.center - far if entry.low is None else entry.low,
-        "high": entry.center + far if entry.high is None else entry.high,
+        "low": entry.low,
+        "high": entry.high,
         "ends": list(ends),
         "at": values.get(entry.factor, entry.center),
     }
@@ -75,7 +75,7 @@ def _surface(study: Study, mean: Measured, fit: Surface) -> dict[str, Any]:
     """Return a surface with its error and runs, and what was measured; `error` is the 95 % half-width of that."""
     known, s2 = fit.mean_square is not None and fit.df > 0, fit.mean_square or 0.0
     command = f"stemcal simulate SPEC --diameter {mean.condition:g}"
-    simulated = study.naming == CUTTING and study.naming.condition == DIAMETER and study.kind.force_history
+    simulated = study.naming == CUTTING and study.naming.condition == DIAMETER and study.kind.simulates_stems
     return {
         "label": f"{capital(mean.named.long)}{Names(study.naming).at(mean.condition)}",
         "unit": mean.named.unit_suffix,

@@ -86,13 +86,9 @@ class SurfaceResult(Surfaces):
 
     # ---- what others read
 
-    def coefficient(self, term: str) -> Coefficient | None:
-        """Return a term's coefficient."""
-        return next((row for row in self.coefficients if row.term == term), None)
-
     def sign_of(self, factor: str) -> Literal["+", "-"] | None:
         """Return the sign of the slope at the centre where its 95 % interval excludes 0."""
-        slope = self.coefficient(factor)
+        slope = next((row for row in self.coefficients if row.term == factor), None)
         if slope is None or slope.low is None or slope.high is None or slope.low * slope.high <= 0.0:
             return None
         return "+" if slope.value > 0.0 else "-"
@@ -107,8 +103,8 @@ class SurfaceResult(Surfaces):
         reach, factor, scale = self.radius or 1.0, self.factor(name), self.coding[name]
         runs = [run.levels[name] for run in self.design.runs]
         low, high = scale.natural(-reach), scale.natural(reach)
-        low = min(*runs, low if factor.low is None else max(low, factor.low))
-        high = max(*runs, high if factor.high is None else min(high, factor.high))
+        low = min(*runs, max(low, factor.low))
+        high = max(*runs, min(high, factor.high))
         return (low - scale.center) / scale.half_step, (high - scale.center) / scale.half_step
 
     def symbols(self) -> dict[str, str]:

@@ -169,7 +169,7 @@ def _fit_table(stage: SurfaceResult) -> Table:
         ("PRESS", significant(stage.press, 6)),
         ("Coefficient of variation, %", fixed(stage.cv_percent, 2)),
     )
-    return Table((Column("statistic", "Statistic"), Column("value", "Value", form=str)), rows, "Fit quality")
+    return Table((Column("statistic", "Statistic"), Column("value", "Value", form=str)), rows, "Goodness of fit")
 
 
 def canonical_table(stage: SurfaceResult, shape: Shape, names: Names) -> Table:
@@ -181,16 +181,16 @@ def canonical_table(stage: SurfaceResult, shape: Shape, names: Names) -> Table:
         Column("curvature", "Curvature", names.response.written, significant),
         *levels(stage.names, heads, to_decimals(3)),
     ]
-    point = "The response surface has no single stationary point: the surface is planar or constant in one direction."
+    point = "The response surface has no unique stationary point: the surface is a plane or constant in one direction."
     if shape.natural is not None and shape.predicted is not None:
         point = (
-            f"The stationary point is a {shape.called} ({names.quantity(shape.predicted)}) at "
-            f"{level_list(shape.natural, names)}. The stationary point is {'inside' if shape.inside else 'outside'} "
-            f"the range of the design (coded radius {shape.coded_radius:.2f})."
+            f"The stationary point, a {shape.called}, is {'inside' if shape.inside else 'outside'} the experimental "
+            f"region (coded radius {shape.coded_radius:.2f}). The predicted {names.response.long} "
+            f"at the stationary point is {names.quantity(shape.predicted)} ({level_list(shape.natural, names)})."
         )
     curved = (
-        f"Along an axis with negative curvature, the {names.response.long} decreases on both sides of the stationary "
-        "point. The last columns contain the direction of each axis in coded units."
+        f"Along an axis of negative curvature, the {names.response.long} decreases in both directions from the "
+        "stationary point. The last columns of the table list the direction of each axis in coded units."
     )
     rows = ({"axis": number, "curvature": value, **axis} for number, (value, axis) in axes)
     return Table.of(columns, rows, "Canonical analysis", (point, curved), detail=True)

@@ -85,7 +85,7 @@ def _from_table(study: Study, solver: Solver) -> Iterator[Note]:
     if (given := solver.given_design("validate")) and len(given[0]) < len(study.factors):
         response = study.naming.response.long
         text = (
-            f"The simulated {response} is read from a table, so the values may have been simulated with other "
+            f"The simulated {response} was read from a table, so the values may have been simulated with other "
             "parameter values."
         )
         yield Note("from_table", "warning", text)

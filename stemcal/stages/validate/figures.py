@@ -24,7 +24,7 @@ def plots(study: Study, validate: ValidateResult) -> list[Plot]:
         spread = _spread_of(study, response)
         text = f"Measured and simulated {response.long}"
         if naming.condition is not None:
-            text += "; circled values were fitted" if validate.fitted else ""
+            text += "; the circled values were fitted" if validate.fitted else ""
         text += ". Bars show the standard deviation of the measurements." if spread else "."
         name = "validation" if response is naming.response else f"validation-{response.name}"
         draw = partial(validation, validate, spread, response)
@@ -64,8 +64,8 @@ def validation(
         for row in rows:
             if row.role == "fitted":
                 axes.plot(row.condition, row.measured, "o", color=INK, fillstyle="none", markersize=13)
-        axes.set_xlabel("" if condition is None else plain(condition.axis()))
-        axes.set_ylabel(plain(response.axis()))
+        axes.set_xlabel("" if condition is None else plain(condition.headed(condition.long)))
+        axes.set_ylabel(plain(response.headed(response.long)))
         if response.apart:
             axes.margins(y=0.1)
         else:

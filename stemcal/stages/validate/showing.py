@@ -5,7 +5,7 @@ from dataclasses import replace
 from stemcal.files.rows import Column, Table
 from stemcal.files.typed import to_json
 from stemcal.naming import Names
-from stemcal.numbers import fixed, short, significant, tenths
+from stemcal.numbers import fixed, short, significant
 from stemcal.report.figures.plot import Plot
 from stemcal.report.showing import Setting, Showing
 from stemcal.report.tables.columns import (
@@ -20,21 +20,21 @@ from stemcal.stages.validate import figures
 from stemcal.stages.validate.result import ValidateResult
 
 _LEFT_OUT = Column("left_out_percent", "Left out", "%", fixed)
-_ERROR = "Error = 100·(measured − simulated)/measured"
+_ERROR = "Error in % = 100·(measured − simulated)/measured"
 
 
 class ValidateShowing(Showing[ValidateResult]):
     """The words, tables and figures of a validation."""
 
-    claims = "agreement"
+    claims = True
 
     def outcome(self, result: ValidateResult, names: Names) -> list[str]:
         """Return by how much simulation and measurement differ."""
         if result.worst_percent is None:
             return ["All validation runs failed."]
         responses = "responses" if names.naming.others else names.response.long
-        worst, mean = tenths(result.worst_percent), tenths(result.mean_abs_error_percent)
-        over = f"Over {len(result.rows)} values of the {names.condition.long}, the" if len(result.rows) > 1 else "The"
+        worst, mean = fixed(result.worst_percent, 1), fixed(result.mean_abs_error_percent, 1)
+        over = f"At {len(result.rows)} values of the {names.condition.long}, the" if len(result.rows) > 1 else "The"
         of_all = f" (mean difference {mean} %)" if len(result.rows) > 1 else ""
         return [f"{over} largest difference between simulated and measured {responses} is {worst} %{of_all}."]
 
@@ -79,10 +79,9 @@ def _validation_table(stage: ValidateResult, names: Names) -> Table:
 
 def _errors_in_short(stage: ValidateResult, names: Names) -> str:
     """Return the largest and the mean error, then the largest held-out error next to that of a formula."""
-    of = "all responses" if names.naming.others else "absolute"
-    every = (
-        f"Largest error: {fixed(stage.worst_percent)} %; mean error: {fixed(stage.mean_abs_error_percent)} % ({of})."
-    )
+    of = " (all responses)" if names.naming.others else ""
+    worst, mean = fixed(stage.worst_percent), fixed(stage.mean_abs_error_percent)
+    every = f"Largest absolute error: {worst} %; mean absolute error: {mean} %{of}."
     if stage.worst_held_out_percent is None:
         return every
     formula = stage.formula

@@ -17,8 +17,13 @@ def validation(evidence: Evidence) -> Iterator[Note]:
     if (checked := evidence.of(ValidateResult)) is None:
         return
     if checked.is_given:
-        text = "The validation values are from a sheet, not from simulations with the calibrated parameters."
-        yield Note("validation_from_table", "warning", text, Remedy("Use a solver that runs simulations."))
+        text = (
+            "The simulated values of the validation were read from a table, not computed with the calibrated "
+            "parameters."
+        )
+        yield Note(
+            "validation_from_table", "warning", text, Remedy("For the validation, use a solver that runs simulations.")
+        )
         return
     held_out = [row for row in evidence.judged if not row.fitted]
     failed = tuple(row.condition for row in held_out if row.error_percent is None)

@@ -11,7 +11,7 @@ from stemcal.note import Note, Remedy
 from stemcal.numbers import outwards
 from stemcal.stages.fitting import Surfaces, joint_surfaces, measured_means
 from stemcal.stages.result import StageResult
-from stemcal.stages.verdict.trend import Change, Fitted, remedies_of
+from stemcal.stages.verdict.trend import Fitted, remedies_of
 from stemcal.study.model import PARAMETERS, Factor, Study
 from stemcal.words import series
 
@@ -115,7 +115,7 @@ def from_the_edge(study: Study, surface: Surfaces, coded: Sequence[float]) -> Re
 
 
 def for_trend(study: Study, surface: Surfaces, solution: Mapping[str, float]) -> Remedy:
-    """Return the two changes that remove an error that follows the diameter best, with their predicted errors."""
+    """Return the change that removes an error that follows the diameter best, with its predicted error."""
     means = [(i, mean) for i, mean in enumerate(measured_means(study)) if mean.response == FIRST]
     every = joint_surfaces(study, surface)
     fitted = Fitted(
@@ -134,25 +134,20 @@ def for_trend(study: Study, surface: Surfaces, solution: Mapping[str, float]) ->
             "Check the wall thickness, the clearance of the supports and the stroke, or vary another parameter. No "
             "parameter of the response surface removes the trend within its range."
         )
-    each = [_for_trend(study, surface, one) for one in found]
-    texts = [f"{text}: `{{{', '.join(edit)}}}`." for text, edit in each]
-    second = [f"Alternatively, {text[:1].lower()}{text[1:]}" for text in texts[1:]]
-    return Remedy(" ".join([texts[0], *second]), "\n".join(each[0][1]))
-
-
-def _for_trend(study: Study, surface: Surfaces, found: Change) -> tuple[str, list[str]]:
-    """Return a change in words and as YAML, by section."""
-    at, name = study.calibration_target.condition, f"{found.factor}_growth"
-    half = max(0.5, abs(found.exponent))
-    low, high = (round(found.exponent + side * half, 2) for side in (-1, 1))
+    best, at = found[0], study.calibration_target.condition
+    name, half = f"{best.factor}_growth", max(0.5, abs(best.exponent))
+    low, high = (round(best.exponent + side * half, 2) for side in (-1, 1))
     edit = [
         f"factors: [{{name: {name}, low: {low:g}, high: {high:g}}}]",
-        f"material: {{{found.factor}: {{at: {at:g} mm, exponent: {name}}}}}",
+        f"material: {{{best.factor}: {{at: {at:g} mm, exponent: {name}}}}}",
         "screen: {design: none}",
         f"rsm: {{factors: [{', '.join((*surface.names, name))}]}}",
     ]
-    text = f"Make {found.factor} proportional to the diameter raised to the power {found.exponent:.2f}"
-    return f"{text} (predicted largest error: {found.worst_percent:.1f} %)", edit
+    text = (
+        f"Make {best.factor} proportional to the diameter raised to the power {best.exponent:.2f} (predicted largest "
+        f"error: {best.worst_percent:.1f} %): `{{{', '.join(edit)}}}`."
+    )
+    return Remedy(text, "\n".join(edit))
 
 
 def fit_all(study: Study, over: str, then: str = "") -> Remedy:
@@ -160,7 +155,7 @@ def fit_all(study: Study, over: str, then: str = "") -> Remedy:
     key = "responses" if over == "responses" else "diameters"
     edit = f"invert: {{{key}: all}}"
     many = key if study.naming.condition == DIAMETER or over == "responses" else "conditions"
-    return Remedy(f"Fit all measured {many} together: `{edit}`. {then}".rstrip(), edit)
+    return Remedy(f"Fit all measured {many} together (`{edit}`). {then}".rstrip(), edit)
 
 
 def more_runs(surface: Surfaces) -> Remedy:

@@ -8,12 +8,12 @@ from typing import Any, Literal
 import numpy as np
 
 from stemcal.folder import StudyFolder
+from stemcal.naming import NOWHERE
 from stemcal.note import MOST_DRIFT, MOST_HOURGLASS, MOST_INERTIA, NEGLIGIBLE_MASS, Remedy
 from stemcal.numbers import outwards
 from stemcal.stages.results import Results
 from stemcal.stages.stage import stage_called
 from stemcal.study.model import Study
-from stemcal.study.types.solver_kind import Explicit
 from stemcal.words import series
 
 DoubtKind = Literal["hourglass", "inertia", "drift", "stroke"]
@@ -28,20 +28,16 @@ _DETAILS: dict[DoubtKind, str] = {
 
 @dataclass(frozen=True)
 class Doubt:
-    """One kind of doubt, in how many runs, and the worst of it in percent (None of a stroke that was too short)."""
+    """One kind of doubt, in how many runs, and the worst of it in percent (None of a stroke that was too short).
+
+    That of a run with the calibrated parameters has its condition, and whether the parameters were fitted there.
+    """
 
     kind: DoubtKind
     runs: int
     worst: float | None
-
-
-@dataclass(frozen=True)
-class DoubtAt:
-    """The worst doubt of the run that validates one condition, and whether the parameters were fitted there."""
-
-    condition: float
-    fitted: bool
-    doubt: Doubt
+    condition: float = NOWHERE
+    fitted: bool = False
 
 
 @dataclass(frozen=True)
@@ -54,7 +50,7 @@ class Physics:
     checked: int
     doubtful: int
     doubts: tuple[Doubt, ...]
-    at_solution: tuple[DoubtAt, ...] = ()
+    at_solution: tuple[Doubt, ...] = ()
 
     @property
     def share(self) -> float:
@@ -79,12 +75,12 @@ def physics_of(study: Study, results: Results, folder: StudyFolder) -> Physics:
     )
 
 
-def _at_solution(study: Study, results: Results, every: Mapping[str, Doubts]) -> Iterator[DoubtAt]:
+def _at_solution(study: Study, results: Results, every: Mapping[str, Doubts]) -> Iterator[Doubt]:
     """Yield what is doubtful of each run with the calibrated parameters that was compared."""
     runs = {row.key: row for result in results.done for row in reversed(result.judged(study))}
     for key, row in reversed(runs.items()):
         for kind, size in every.get(key, {}).items():
-            yield DoubtAt(row.condition, row.fitted, Doubt(kind, 1, size))
+            yield Doubt(kind, 1, size, row.condition, row.fitted)
 
 
 def _doubts(details: Mapping[str, Any]) -> Doubts | None:
@@ -119,8 +115,8 @@ _INPUT: dict[DoubtKind, str] = {
 
 def for_physics(study: Study, doubt: Doubt) -> Remedy:
     """Return what would bring a doubt below its limit."""
-    solver = study.solver.explicit
-    if solver is None:
+    solver = study.solver
+    if not study.kind.simulates_stems:
         return Remedy(f"Use {_INPUT[doubt.kind]} in the solver input.")
     match doubt.kind:
         case "inertia":
@@ -150,7 +146,7 @@ def _in_solver(values: Mapping[str, str], effect: str) -> Remedy:
     return Remedy(f"Set {keys} under `solver` {effect}", _edit("solver", **values))
 
 
-def _inertia(solver: Explicit, worst: float) -> Remedy:
+def _inertia(solver: Any, worst: float) -> Remedy:
     """Return mass scaling and time step at which the oscillation that the blade excites is well below the limit.
 
     A body of stiffness k and mass m that is struck at the speed V oscillates with the force V √(k m): the share falls
@@ -168,21 +164,21 @@ def _inertia(solver: Explicit, worst: float) -> Remedy:
     )
 
 
-def _half_the_step(solver: Explicit) -> Remedy:
+def _half_the_step(solver: Any) -> Remedy:
     """Return half the safety factor; a fixed time step, which adds mass, has to be halved as well."""
     safety = outwards(0.5 * solver.time_step_safety, False)
     values = {"time_step_safety": f"{safety:g}", **_time_step(solver, 0.5)}
     return _in_solver(values, "to halve the time step.")
 
 
-def _time_step(solver: Explicit, part: float) -> dict[str, str]:
+def _time_step(solver: Any, part: float) -> dict[str, str]:
     """Return a part of the time step if it is fixed, rounded down."""
     if solver.time_step is None:
         return {}
     return {"time_step": f"{outwards(1e6 * solver.time_step * part, False):g} us"}
 
 
-def _hourglass(solver: Explicit, worst: float) -> Remedy:
+def _hourglass(solver: Any, worst: float) -> Remedy:
     """Return elements so fine that hourglass energy, which falls at least with their size, is below the limit.
 
     Elements finer by a are a³ in number, and their steps 1/a as long; a fixed time step has to follow.

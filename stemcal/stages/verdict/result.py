@@ -16,8 +16,7 @@ MOST_REASONS = 10
 class Use:
     """Where the result may be used: conditions with all errors within the percentage, and the largest error beyond.
 
-    `held_out` is the largest error that was not `fitted`, `formula_percent` that of F = a·d^b through fitted forces;
-    `solver` is the kind of another program that the parameters are used in.
+    `held_out` is the largest error that was not `fitted`, `formula_percent` that of F = a·d^b through fitted forces.
     """
 
     within_percent: float
@@ -26,27 +25,22 @@ class Use:
     held_out: Judged | None = None
     fitted: tuple[float, ...] = ()
     formula_percent: float | None = None
-    solver: str = ""
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """The verdict, where the result may be used (None where no run shows it), and at most ten reasons.
-
-    `there` is the use of the parameters of `refine.in`, in that model.
-    """
+    """The verdict, where the result may be used (None where no run shows it), and at most ten reasons."""
 
     verdict: Word
     use: Use | None
     reasons: tuple[Note, ...]
-    there: Use | None = None
 
     @classmethod
-    def of(cls, reasons: list[Note], use: Use | None, there: Use | None = None) -> Verdict:
+    def of(cls, reasons: list[Note], use: Use | None) -> Verdict:
         """Return the verdict that reasons lead to: an error means not calibrated, anything else a reservation."""
         worst = min((reason.severity for reason in reasons), key=SEVERITIES.index, default=None)
         word: Word = "calibrated" if worst is None else "not_calibrated" if worst == "error" else "with_reservations"
-        return cls(word, use, tuple(reasons[:MOST_REASONS]), there)
+        return cls(word, use, tuple(reasons[:MOST_REASONS]))
 
     @property
     def holds(self) -> bool:

@@ -7,20 +7,19 @@ the kind of its reasons. The rules about all runs are here, those of a stage in 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 from stemcal.folder import StudyFolder
 from stemcal.naming import Names
 from stemcal.note import Note, Remedy, Severity
-from stemcal.stages.refine.result import RefineResult
 from stemcal.stages.result import Judged, R
 from stemcal.stages.results import Results, fresh_results
 from stemcal.stages.stage import stages_of
 from stemcal.stages.validate.options import ValidateOptions
-from stemcal.stages.verdict.physics import LIMITS, Doubt, DoubtAt, DoubtKind, Physics, for_physics, physics_of
+from stemcal.stages.verdict.physics import LIMITS, Doubt, DoubtKind, Physics, for_physics, physics_of
 from stemcal.stages.verdict.result import Use, Verdict
 from stemcal.stages.verdict.words import size_of
 from stemcal.study.model import Study
@@ -98,7 +97,7 @@ def verdict_of(study: Study, folder: StudyFolder, results: Results | None = None
         reasons = [reason for reason in reasons if reason.kind not in ("out_of_reach", "conflict")]
     if any(reason.kind in _ENDS and reason.severity == "error" for reason in reasons):
         reasons = [reason for reason in reasons if reason.kind != "unfinished"]
-    return Verdict.of(reasons, _use(evidence), _use_there(evidence))
+    return Verdict.of(reasons, _use(evidence))
 
 
 def _place(reason: Note) -> int:
@@ -116,33 +115,17 @@ def _use(evidence: Evidence) -> Use | None:
     rows = [row for row in evidence.judged if row.error_percent is not None]
     if not rows or evidence.physics.share > MAJORITY:
         return None
+    off = [row for row in rows if row.size > evidence.equivalent_percent]
+    apart = {row.condition for row in off}
     formulas = (result.formula_percent for result in evidence.results.done)
-    return replace(
-        _use_of(evidence, rows),
+    return Use(
+        evidence.equivalent_percent,
+        good=tuple(dict.fromkeys(row.condition for row in rows if row.condition not in apart)),
+        worst=max(off, key=lambda row: row.size, default=None),
         held_out=max((row for row in rows if not row.fitted), key=lambda row: row.size, default=None),
         fitted=tuple(dict.fromkeys(row.condition for row in rows if row.fitted)),
         formula_percent=next((percent for percent in formulas if percent is not None), None),
     )
-
-
-def _use_there(evidence: Evidence) -> Use | None:
-    """Return at which conditions the refinement in another model agrees."""
-    found = evidence.of(RefineResult)
-    if found is None or not found.elsewhere:
-        return None
-    rows = [
-        Judged(row.response, row.condition, row.error_percent, row.condition == found.condition)
-        for row in found.rows
-        if row.error_percent is not None
-    ]
-    return replace(_use_of(evidence, rows), solver=found.model.kind) if rows else None
-
-
-def _use_of(evidence: Evidence, rows: Sequence[Judged]) -> Use:
-    off = [row for row in rows if row.size > evidence.equivalent_percent]
-    apart = {row.condition for row in off}
-    good = tuple(dict.fromkeys(row.condition for row in rows if row.condition not in apart))
-    return Use(evidence.equivalent_percent, good, max(off, key=lambda row: row.size, default=None))
 
 
 # ---- the rules about all runs
@@ -156,20 +139,20 @@ def physics(evidence: Evidence) -> Iterator[Note]:
         runs = f"{doubt.runs} of {counted(found.checked, 'run')}"
         text = f"The physics of {runs} is doubtful: {_doubtful(doubt, 'up to ')}."
         yield Note("physics", severity, text, for_physics(evidence.study, doubt))
-    worst: dict[DoubtKind, DoubtAt] = {}
+    worst: dict[DoubtKind, Doubt] = {}
     for at in found.at_solution if found.share <= MAJORITY else ():
-        before = worst.get(at.doubt.kind)
-        if before is None or (at.fitted, at.doubt.worst or 0.0) > (before.fitted, before.doubt.worst or 0.0):
-            worst[at.doubt.kind] = at
+        before = worst.get(at.kind)
+        if before is None or (at.fitted, at.worst or 0.0) > (before.fitted, before.worst or 0.0):
+            worst[at.kind] = at
     for kind, at in worst.items():
-        far = at.doubt.worst is None or at.doubt.worst > FAR * LIMITS[kind]
-        text = f"With the calibrated parameters, {_doubtful(at.doubt)}{evidence.names.at(at.condition)}."
+        far = at.worst is None or at.worst > FAR * LIMITS[kind]
+        text = f"With the calibrated parameters, {_doubtful(at)}{evidence.names.at(at.condition)}."
         if kind == "hourglass":
             text += (
                 " Hourglass energy above 10 % of the internal energy may change the force by a third, and above 20 % "
                 "by half."
             )
-        remedy = for_physics(evidence.study, at.doubt)
+        remedy = for_physics(evidence.study, at)
         yield Note("physics_of_solution", "error" if at.fitted and far else "warning", text, remedy)
 
 

@@ -105,7 +105,7 @@ def trend_reason(
 ) -> Iterator[Note]:
     """Yield that the error follows the diameter, if it does; `rows` are diameter, both forces and standard error."""
     study = evidence.study
-    if len(rows) < 3 or not (study.naming.is_force_on_stems and study.naming.is_cutting and study.kind.force_history):
+    if len(rows) < 3 or not (study.naming.is_force_on_stems and study.naming.is_cutting and study.kind.simulates_stems):
         return
     if (law := trend_of(*zip(*rows, strict=True))) is not None:
         how = "faster" if law.exponent > 0.0 else "more slowly"
@@ -117,10 +117,10 @@ def trend_reason(
 
 
 def remedies_of(fitted: Fitted, may_grow: Sequence[str]) -> list[Change]:
-    """Return the best two changes, the smallest predicted error first; none that leaves most of the error."""
+    """Return the changes, the smallest predicted error first; none that leaves most of the error."""
     found = [one for name in may_grow if (one := _growing(fitted, name)) is not None]
     enough = [one for one in found if one.worst_percent <= _BETTER * fitted.worst_percent]
-    return sorted(enough, key=lambda one: one.worst_percent)[:2]
+    return sorted(enough, key=lambda one: one.worst_percent)
 
 
 def _growing(fitted: Fitted, factor: str) -> Change | None:

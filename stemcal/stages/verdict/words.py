@@ -3,7 +3,7 @@
 from dataclasses import asdict
 from typing import Any
 
-from stemcal.naming import Names, program
+from stemcal.naming import Names
 from stemcal.numbers import fixed
 from stemcal.stages.result import Judged
 from stemcal.stages.verdict.result import Use, Verdict
@@ -53,10 +53,8 @@ def verdict_json(verdict: Verdict, names: Names) -> dict[str, Any]:
 
 
 def uses(verdict: Verdict, names: Names) -> list[str]:
-    """Return where the result may be used, here and in the program that the parameters are for, as one line."""
-    said = [use(verdict.use, names)] if verdict.use is not None else []
-    said += [use(verdict.there, names)] if verdict.there is not None else []
-    return [" ".join(said)] if said else []
+    """Return where the result may be used, as one line; nothing without a comparison."""
+    return [use(verdict.use, names)] if verdict.use is not None else []
 
 
 def use(where: Use, names: Names) -> str:
@@ -66,14 +64,11 @@ def use(where: Use, names: Names) -> str:
     The error of the simulation is at most 10 % at 7 and 8 mm.
     The largest error is in the maximum force: 21 % too low at 11 mm.
     """
-    error = (
-        f"In {program(where.solver)}, the error of the simulation" if where.solver else "The error of the simulation"
-    )
     if where.good:
-        within = f"{error} is at most {where.within_percent:g} %{names.at(*where.good)}."
+        within = f"The error of the simulation is at most {where.within_percent:g} %{names.at(*where.good)}."
     else:
         every = f" at every {names.condition.noun}" if names.placed else ""
-        within = f"{error} exceeds {where.within_percent:g} %{every}."
+        within = f"The error of the simulation exceeds {where.within_percent:g} %{every}."
     said = [within]
     if where.worst is not None and where.worst != where.held_out:
         said.append(f"The largest error is in the {_signed(where.worst, names)}.")

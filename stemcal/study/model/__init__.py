@@ -51,13 +51,6 @@ _NO_RATE = {"strain_rate_c": 0.0, "strain_rate_p": 1.0}  # what solvers take for
 F = TypeVar("F", bound=Frozen)
 
 
-class RunsOptions(NamedTuple):
-    """Time limit of a run, s, and the fraction of the runs of a stage that must succeed."""
-
-    time_limit: float | None = None
-    quorum: float = 0.5
-
-
 class OwnSections(Frozen):
     """The keys of a spec that are not of a stage."""
 
@@ -272,11 +265,6 @@ class Study(StudyForm):
         """Return the value of every factor in internal units; those without a level stay at mid-level."""
         chosen = {**self.midlevels(), **levels}
         return {factor.name: factor.internal(chosen[factor.name]) for factor in self.factors}
-
-    @property
-    def runs(self) -> RunsOptions:
-        """How long a run may take, and how many must succeed."""
-        return RunsOptions(time_limit=self.solver.run_limit)
 
     @property
     def replicates(self) -> int:

@@ -7,6 +7,9 @@ from inspect import getsource
 from itertools import pairwise
 from typing import Any
 
+from pydantic.json_schema import GenerateJsonSchema
+from pydantic_core import core_schema
+
 from stemcal.registry import stages
 from stemcal.study.model import SOLVERS, StudyForm
 from stemcal.study.types.field_types import Frozen
@@ -15,67 +18,59 @@ from stemcal.study.types.strict_yaml import NodePath
 _DEFS = "#/$defs/"
 
 
+@functools.cache
 def json_schema() -> dict[str, Any]:
     """Return the JSON schema of the YAML form; quantities are texts with a unit.
 
     Put ``# yaml-language-server: $schema=FILE`` at the top of a spec for completion in editors.
     """
-    schema = _form()
-    schema["$defs"]["TargetRow"]["additionalProperties"] = {
-        "anyOf": [{"type": "string"}, {"type": "number"}]
-    }  # a study's own names
-    return schema
-
-
-def _form() -> dict[str, Any]:
-    """Return the schema of the parts inside the study, which allow only the names of the shear test."""
-    schema = StudyForm.model_json_schema()
+    schema = StudyForm.model_json_schema(schema_generator=_Described)
     rows = schema["$defs"].pop("Targets")
-    schema["properties"]["targets"] = {"type": "array", "items": rows["items"], "minItems": 1}
+    schema["properties"]["targets"] |= {"type": "array", "items": rows["items"], "minItems": 1}
+    del schema["properties"]["targets"]["$ref"]
     schema["$schema"] = "https://json-schema.org/draft/2020-12/schema"
     schema["title"] = "stemcal study"
     results = schema["$defs"]["CommandSolver"]["properties"]["result"]
     several = {key: results.pop(key) for key in ("type", "additionalProperties", "maxProperties")}
     results["anyOf"] = [several["additionalProperties"], several]
-    factor = schema["$defs"]["Factor"]
-    factor["required"] = ["name", "low", "high"]
+    schema["$defs"]["Factor"]["required"] = ["name", "low", "high"]
+    own_names = {"anyOf": [{"type": "string"}, {"type": "number"}]}
+    schema["$defs"]["TargetRow"]["additionalProperties"] = own_names
     for stage in stages().external:
         if (further := stage.section()) is not None:
-            own = further.model_json_schema()
+            own = further.model_json_schema(schema_generator=_Described)
             schema["$defs"] = {**own.pop("$defs", {}), further.__name__: own, **schema["$defs"]}
             schema["properties"][stage.name] = {"$ref": f"{_DEFS}{further.__name__}"}
-    models: list[type[Frozen]] = [StudyForm, *_sections_of(Frozen)]
-    for model in models:
-        section = schema if model is StudyForm else schema["$defs"].get(model.__name__, {})
-        said = _said_by_fields(model) if section else {}
-        for name, field in vars(model)["__pydantic_fields__"].items():
-            key = field.validation_alias or name
-            if key in section.get("properties", {}):
-                node = section["properties"][key]
-                meaning = field.description or said.get(name) or node.get("description", "")
-                node["description"] = " ".join(meaning.split())
     for stage in stages().all:
         if stage.name in schema["properties"]:
             schema["properties"][stage.name]["description"] = " ".join((stage.purpose or stage.title).split())
     return schema
 
 
-def _sections_of(model: type[Frozen]) -> Iterator[type[Frozen]]:
-    for section in model.__subclasses__():
-        yield from (section, *_sections_of(section))
+class _Described(GenerateJsonSchema):
+    """Takes the meaning of a key from the text under its field, read where it is wanted.
+
+    `use_attribute_docstrings` of pydantic would read these texts in every command.
+    """
+
+    def model_schema(self, schema: core_schema.ModelSchema) -> dict[str, Any]:
+        """Return the schema of a class with the meanings of its keys."""
+        found, model = super().model_schema(schema), schema["cls"]
+        said = _said_by_fields(model)
+        for name, field in model.__pydantic_fields__.items():
+            if (node := found.get("properties", {}).get(field.validation_alias or name)) is not None:
+                meaning = field.description or said.get(name) or node.get("description", "")
+                node["description"] = " ".join(meaning.split())
+        return found
 
 
 def _said_by_fields(model: type) -> dict[str, str]:
-    """Return the text under each field of a class, or of those it is made from, by the field's name.
-
-    It is read where it is wanted: `use_attribute_docstrings` of pydantic would read it in every command.
-    """
+    """Return the text under each field of a class, or of those it is made from, by the field's name."""
     said = {}
-    own = [kind for kind in reversed(model.__mro__) if issubclass(kind, Frozen) and kind is not StudyForm]
-    for kind in own:
+    for kind in (kind for kind in reversed(model.__mro__) if issubclass(kind, Frozen)):
         try:
             section = ast.parse(getsource(kind)).body[0]
-        except (OSError, TypeError):  # a class of another package whose source is not at hand has no text
+        except (OSError, TypeError):  # a class that is made by a function, or whose source is not at hand
             continue
         assert isinstance(section, ast.ClassDef)
         for field, below in pairwise(section.body):
@@ -107,14 +102,14 @@ def section_places() -> dict[str, str]:
 @functools.cache
 def _classes() -> tuple[tuple[tuple[str, ...], str], ...]:
     """Return the path and the name of each class in a spec: [] is an entry of a list, =x the kind x, * any name."""
-    return tuple(found for key, node in form()["properties"].items() for found in _below(node, (key,)))
+    return tuple(found for key, node in json_schema()["properties"].items() for found in _below(node, (key,)))
 
 
 def _below(node: dict[str, Any], path: tuple[str, ...]) -> Iterator[tuple[tuple[str, ...], str]]:
     if "$ref" in node:
         name = node["$ref"].removeprefix(_DEFS)
         yield path, name
-        for key, value in form()["$defs"][name].get("properties", {}).items():
+        for key, value in json_schema()["$defs"][name].get("properties", {}).items():
             yield from _below(value, (*path, key))
     kinds = {reference: f"={kind}" for kind, reference in node.get("discriminator", {}).get("mapping", {}).items()}
     for option in (*node.get("anyOf", ()), *node.get("oneOf", ()), *node.get("allOf", ())):
@@ -127,14 +122,14 @@ def _below(node: dict[str, Any], path: tuple[str, ...]) -> Iterator[tuple[tuple[
 def _properties(path: NodePath) -> dict[str, Any]:
     """Return the keys known at `path` with their schemas; a solver's path goes through its kind."""
     if not path:
-        return dict(form()["properties"])
+        return dict(json_schema()["properties"])
     steps = ["[]" if isinstance(step, int) else step for step in path]
     names = [
         name
         for known, name in _classes()
         if len(known) == len(steps) and all(a.removeprefix("=") in (b, "*") for a, b in zip(known, steps, strict=True))
     ]
-    return {key: node for name in names for key, node in form()["$defs"][name]["properties"].items()}
+    return {key: node for name in names for key, node in json_schema()["$defs"][name]["properties"].items()}
 
 
 def keys_of(path: NodePath) -> tuple[str, ...]:
@@ -153,22 +148,16 @@ def meanings() -> dict[str, str]:
     >>> meanings()["screen.alpha"], meanings()["solver.files, kind: command"]
     ('Significance level. Factors with a smaller p-value are significant.', 'Files copied into the folder of each run.')
     """
-    found = {key: node["description"] for key, node in form()["properties"].items()}
+    found = {key: node["description"] for key, node in json_schema()["properties"].items()}
     for name, place in section_places().items():
         path, comma, kind = place.partition(",")
-        keys = form()["$defs"][name]["properties"]
+        keys = json_schema()["$defs"][name]["properties"]
         found |= {f"{path}.{key}{comma}{kind}": node["description"] for key, node in keys.items()}
     return found
 
 
 def section_with(key: str) -> str | None:
     """Return the section that has `key`, if exactly one has it."""
-    sections = [name for name in form()["properties"] if key in keys_of((name,))]
+    sections = [name for name in json_schema()["properties"] if key in keys_of((name,))]
     sections += ["solver"] if any(key in keys_of(("solver", kind.name)) for kind in SOLVERS.built_in) else []
     return sections[0] if len(sections) == 1 else None
-
-
-@functools.cache
-def form() -> dict[str, Any]:
-    """Return the schema, made once."""
-    return _form()

@@ -3,8 +3,6 @@
 import re
 from collections.abc import Callable, Mapping
 from numbers import Real
-from os import PathLike, fspath
-from pathlib import Path
 from typing import Annotated, Any
 
 from pydantic import TypeAdapter, ValidationError
@@ -159,16 +157,6 @@ def checked_number(given: object, name: str) -> float:
     """Return a number of any of Python's kinds, a truth value excepted; raise `UsageError` for another thing."""
     is_number = isinstance(given, Real) and not isinstance(given, bool)
     return float(checked(Number, float(given) if is_number else given, name))  # type: ignore[arg-type]
-
-
-def checked_path(given: object, name: str) -> Path:
-    """Return a path that Python gives; raise `UsageError` for what names no file or folder."""
-    text = fspath(given) if isinstance(given, str | PathLike) else None
-    if not isinstance(text, str):
-        raise UsageError(f"{name}: {type(given).__name__} is not a path; pass a string or a pathlib.Path")
-    if not text.strip() or "\0" in text:
-        raise UsageError(f"{name}: {text!r} is not a path; pass the path of a file or a folder")
-    return Path(text)
 
 
 def level_of(factor: Factor, given: float | str) -> float:

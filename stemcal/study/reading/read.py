@@ -11,7 +11,7 @@ from typing import Any
 import yaml
 
 from stemcal.errors import SpecError, SpecProblem
-from stemcal.files.reading import open_plain
+from stemcal.files.durable import open_plain
 from stemcal.registry import stages
 from stemcal.study.model import Study
 from stemcal.study.reading.sections import Sections, read_sections

@@ -26,7 +26,7 @@ from stemcal.study.types.named import quantity
 from stemcal.study.types.strict_yaml import Finding, NodePath
 from stemcal.words import counted, did_you_mean
 
-_MOST_FILES, _MOST_NAMES = 1000, 10
+_MOST_NAMES = 10
 _WHOLE = CurveOptions(preload=0.0)  # where noisy points pass the preload is found once they are smoothed
 
 
@@ -81,8 +81,6 @@ def _files(patterns: Sequence[str], folder: Path) -> list[Path]:
         if not inside:
             raise UsageError(f"no file matches {pattern[:100]}")
         found |= dict.fromkeys(inside)
-    if len(found) > _MOST_FILES:
-        raise UsageError(f"the patterns match {len(found)} files, but at most {_MOST_FILES} are allowed")
     return list(found)
 
 
@@ -105,20 +103,9 @@ class Rows:
     def read(self, given: Any) -> None:
         """Read all rows."""
         example = _example(self.naming)
-        if not isinstance(given, list):
-            self._find(
-                ("targets",),
-                "the targets are not a list of measured means",
-                f"write a row such as `- {{{example}}}` for each mean",
-            )
-            return
-        if not given or len(given) > _MOST_ROWS:
-            wrong = f"the list has too many rows ({len(given)})" if given else "the list is empty"
-            self._find(
-                ("targets",),
-                wrong,
-                f"keep at most {_MOST_ROWS} rows" if given else f"add a row such as `- {{{example}}}`",
-            )
+        if not isinstance(given, list) or not 0 < len(given) <= _MOST_ROWS:
+            remedy = f"write a row such as `- {{{example}}}` for each mean"
+            self._find(("targets",), f"the targets are not a list of 1 to {_MOST_ROWS} rows", remedy)
             return
         for index, row in enumerate(given):
             if isinstance(row, dict):
@@ -302,6 +289,7 @@ class _Row:
                 remedy = did_you_mean(str(key), known)
                 if not self.with_units and naming.condition is None:
                     remedy += f", or declare the condition with `conditions: [{{name: {str(key)[:60]}, unit: …}}]`"
+                    self.condition = None  # unknown, so that no rule compares the rows
                 self._find((key,), f"unknown key {str(key)[:60]!r}", remedy, at_key=True)
 
     def _find(self, key: tuple[str, ...], message: str, remedy: str, at_key: bool = False) -> None:

@@ -1,8 +1,10 @@
 """Rules on factors, fixed material values and those that follow the diameter."""
 
 from collections.abc import Callable, Iterator, Mapping
+from math import inf
+from operator import itemgetter
 
-from stemcal.study.model import AROUND, EMBEDDED, MOST_EXPONENT, PARAMETERS, Factor, Study, exponents_in
+from stemcal.study.model import AROUND, EMBEDDED, MOST_EXPONENT, PARAMETERS, Factor, Growth, Study, exponents_in
 from stemcal.study.rules import Draft
 from stemcal.study.types import units
 from stemcal.study.types.factor import in_unit
@@ -76,18 +78,19 @@ def _factors_are_known(draft: Draft) -> Iterator[Finding]:
             yield Finding(path, message, error.remedy)
 
 
-def _factors_are_physical(draft: Draft) -> Iterator[Finding]:
-    """Low and high are values a material can have."""
-    for index, factor in draft.factors.items():
-        parameter = draft.kind.parameters.get(factor.name)
-        if parameter is None or not _unit_fits(factor):
-            continue
-        for level in ("low", "high"):
-            given = getattr(factor, level)
-            wrong = parameter.outside(units.from_internal(factor.internal(given), parameter.unit))
-            if wrong:
-                remedy = f"correct `{level}`; the usual range for plants is {parameter.usual}"
-                yield Finding(("factors", index, level), f"`{level}` ({in_unit(given, factor.unit)}) {wrong}", remedy)
+def _values_are_physical(draft: Draft) -> Iterator[Finding]:
+    """Levels, fixed values and those at every diameter of the study are values a material can have."""
+    for name, parameter in draft.kind.parameters.items():
+        told = set[NodePath]()
+        for path, value in _values(draft, name):
+            shown = units.from_internal(value, parameter.unit)
+            if path not in told and (wrong := parameter.outside(shown)):
+                told.add(path)
+                message, remedy = "", f"the usual range for plants is {parameter.usual}"
+                if name in _growing(draft):
+                    message = "at one diameter of this study the value "
+                    remedy = "correct the value, the exponent or the factor ranges"
+                yield Finding(path, f"{message}{in_unit(shown, parameter.unit)} {wrong}", remedy)
 
 
 def wrong_levels(study: Study, levels: Mapping[str, float], diameter: float | None = None) -> Iterator[str]:
@@ -108,22 +111,19 @@ def wrong_levels(study: Study, levels: Mapping[str, float], diameter: float | No
         yield "`tangent_modulus` must be below `elastic_modulus`; reduce `tangent_modulus`"
 
 
-def _material_is_physical(draft: Draft) -> Iterator[Finding]:
-    """Fixed values are values a material can have."""
-    for name, value in draft.study.material.given().items():
-        parameter = PARAMETERS[name]
-        shown = units.from_internal(value, parameter.unit)
-        if wrong := parameter.outside(shown):
-            message = f"{in_unit(shown, parameter.unit)} {wrong}"
-            yield Finding(("material", name), message, f"the usual range for plants is {parameter.usual}")
-
-
 def _material_is_given_once(draft: Draft) -> Iterator[Finding]:
-    """A parameter is a factor or fixed, not both."""
+    """A parameter is a factor or has a value, not both and not neither."""
     for name in draft.study.material.given():
         if name in draft.names:
             remedy = "remove this value, or remove the factor if the value is known"
             yield Finding(("material", name), f"{name} is also a factor", remedy, at_key=True)
+    for name, growth in draft.growing.items():
+        if name in draft.names and growth.value is not None:
+            remedy = "remove this value, or remove the factor"
+            yield Finding(("material", name), f"{name} is also a factor", remedy, at_key=True)
+        elif name not in draft.names and growth.value is None:
+            remedy = f"add `value: …` (usual range: {PARAMETERS[name].usual}), or add {name} to `factors`"
+            yield Finding(("material", name), f"{name} has no value at its reference diameter", remedy, at_key=True)
 
 
 def _sections_are_given_once(draft: Draft) -> Iterator[Finding]:
@@ -166,7 +166,7 @@ def _material_is_complete(draft: Draft) -> Iterator[Finding]:
         message = f"the {draft.study.solver.title} solver requires `{name}` (usual range: {parameter.usual})"
         remedy = "set the parameter in the `material` section, or add the parameter to `factors`"
         if name in RATE and draft.study.solver.rate is not None:
-            remedy += "; alternatively, write `rate_law: none` in the `solver` section to neglect the strain rate"
+            remedy = f"{remedy}; to neglect the strain rate, write `rate_law: none` in the `solver` section"
         yield Finding(("material",), message, remedy)
 
 
@@ -175,26 +175,37 @@ def _tangent_stays_below_elastic(draft: Draft) -> Iterator[Finding]:
     if not draft.kind.parameters:
         return
     for diameter in sorted({*draft.diameters.values()}):
-        tangent = _extreme(draft, "tangent_modulus", "high", diameter)
-        elastic = _extreme(draft, "elastic_modulus", "low", diameter)
-        if tangent and elastic and tangent[1] >= elastic[1]:
-            message = f"the tangent modulus ({tangent[1]:g} MPa) is not below the elastic modulus ({elastic[1]:g} MPa)"
-            yield Finding(tangent[0], message, "reduce `tangent_modulus`, or increase `elastic_modulus`")
+        tangents, elastics = ([*_values(draft, name, diameter)] for name in ("tangent_modulus", "elastic_modulus"))
+        path, tangent = max(tangents, key=itemgetter(1), default=((), 0.0))
+        elastic = min((value for _, value in elastics), default=inf)
+        if tangent >= elastic:
+            message = f"the tangent modulus ({tangent:g} MPa) is not below the elastic modulus ({elastic:g} MPa)"
+            yield Finding(path, message, "reduce `tangent_modulus`, or increase `elastic_modulus`")
             return
 
 
-def _extreme(draft: Draft, name: str, level: str, diameter: float) -> tuple[NodePath, float] | None:
-    if name in draft.growing:
-        values = reached(draft, name, diameter)
-        return (("material", name), max(values) if level == "high" else min(values)) if values else None
-    fixed = draft.study.material.given().get(name)
+def _values(draft: Draft, name: str, diameter: float | None = None) -> Iterator[tuple[NodePath, float]]:
+    """Yield the values that a parameter can have, internal units, with their places in the spec.
+
+    Those of a growing parameter are at one diameter, or at all that the study has.
+    """
+    if name in _growing(draft):
+        yield from ((("material", name), value) for value in _reached(draft, name, diameter))
+        return
     for index, factor in draft.factors.items():
         if factor.name == name and _unit_fits(factor):
-            return ("factors", index, level), factor.internal(getattr(factor, level))
-    return None if fixed is None else (("material", name), fixed)
+            for level in ("low", "high"):
+                yield ("factors", index, level), factor.internal(getattr(factor, level))
+    if (fixed := getattr(getattr(draft.study, "material", None), name, None)) is not None:
+        yield ("material", name), fixed
 
 
-def reached(draft: Draft, name: str, diameter: float | None = None) -> list[float]:
+def _growing(draft: Draft) -> Mapping[str, Growth]:
+    """Return the parameters that follow the diameter; none while the material cannot be read."""
+    return draft.growing if hasattr(draft.study, "material") else {}
+
+
+def _reached(draft: Draft, name: str, diameter: float | None = None) -> list[float]:
     """Return the values, internal units, of a growing parameter at the corners of what the study can ask for.
 
     At one diameter, or at all that the study has.
@@ -228,17 +239,6 @@ def _unit_fits(factor: Factor) -> bool:
     return True
 
 
-def _growth_has_one_value(draft: Draft) -> Iterator[Finding]:
-    """The value at `at` is given, or that of a factor."""
-    for name, growth in draft.growing.items() if draft.kind.parameters else ():
-        path = ("material", name)
-        if name in draft.names and growth.value is not None:
-            yield Finding(path, f"{name} is also a factor", "remove this value, or remove the factor", at_key=True)
-        elif name not in draft.names and growth.value is None:
-            remedy = f"add `value: …` (usual range: {PARAMETERS[name].usual}), or add {name} to `factors`"
-            yield Finding(path, f"{name} has no value at its reference diameter", remedy, at_key=True)
-
-
 def _exponents_are_factors(draft: Draft) -> Iterator[Finding]:
     """An exponent with a name is a factor, a pure number, and not a material parameter."""
     known = {factor.name: index for index, factor in draft.factors.items()}
@@ -258,18 +258,6 @@ def _exponents_are_factors(draft: Draft) -> Iterator[Finding]:
             yield Finding(("factors", known[exponent]), *wrong)
 
 
-def _growth_is_physical(draft: Draft) -> Iterator[Finding]:
-    """At every diameter, for all levels, a growing parameter has a value that a material can have."""
-    for name in draft.growing if draft.kind.parameters else ():
-        parameter = PARAMETERS[name]
-        for value in sorted({units.from_internal(value, parameter.unit) for value in reached(draft, name)}):
-            if wrong := parameter.outside(value):
-                shown = in_unit(float(f"{value:.4g}"), parameter.unit)
-                message = f"the value {shown} at one diameter of this study {wrong}"
-                yield Finding(("material", name), message, "correct the value, the exponent or the factor ranges")
-                break
-
-
 def _wrong_exponent(factor: Factor) -> tuple[str, str] | None:
     """Return what keeps a factor from being an exponent, and the remedy."""
     if factor.unit != "1":
@@ -284,9 +272,8 @@ def _wrong_exponent(factor: Factor) -> tuple[str, str] | None:
 
 
 RULES: tuple[Callable[[Draft], Iterator[Finding]], ...] = (
-    _names_differ, _ranges_rise, _priors_fit, _factors_are_known, _factors_are_physical, _material_is_physical,
-    _material_is_given_once, _sections_are_given_once, _rate_parameters_are_used,
-    _material_is_complete, _growth_has_one_value, _exponents_are_factors, _growth_is_physical,
-    _tangent_stays_below_elastic,
+    _names_differ, _ranges_rise, _priors_fit, _factors_are_known, _values_are_physical, _material_is_given_once,
+    _sections_are_given_once, _rate_parameters_are_used, _material_is_complete,
+    _exponents_are_factors, _tangent_stays_below_elastic,
 )  # fmt: skip
 """The rules of this file."""

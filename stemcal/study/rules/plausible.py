@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator
 from statistics import median
 
-from stemcal.naming import DIAMETER, FORCE, TRAVEL
+from stemcal.naming import DIAMETER, FIRST, FORCE, TRAVEL
 from stemcal.registry import stages
 from stemcal.study.model import EMBEDDED, PARAMETERS, Mesh, Study
 from stemcal.study.types import units
@@ -38,13 +38,14 @@ _POWERS, _FAR = (1.5, 2.5, 3.5), 3.0
 _THROUGH, _THROUGH_THIN, _THIN = 3, 4, 0.6
 # Elements of more than this share of a length do not resolve it.
 _RESOLVED = 0.6
+_LEAST_SCATTER = 3e-4  # of a mean
 _MACHINE, _MOWER = 50.0, 1000.0  # mm/s: the fastest testing machine, the slowest mower
 FALL = "results decrease by up to 10 % if the element size is reduced by a third"
 
 
 def doubts(study: Study) -> list[Finding]:
     """Return what looks like a wrong unit; nothing here is certainly wrong."""
-    virtual, measured = (_sizes, _speed, _tests, _mesh), (_targets, _outliers)
+    virtual, measured = (_sizes, _speed, _tests, _mesh), (_targets, _scatters, _outliers)
     found = (*virtual, *measured, _materials, _factors, _agreement)
     told = [finding for of in found for finding in of(study)]
     return [*told, *(finding for stage in stages().with_(study.further) for finding in stage.doubts(study))]
@@ -143,6 +144,16 @@ def _targets(study: Study) -> Iterator[Finding]:
         if study.naming.is_cutting and travel is not None and travel > stroke:
             message = f"the travel of {travel:g} mm exceeds the simulated blade travel of {stroke:.3g} mm"
             yield Finding((*path, "travel"), message, f"increase `loading.{''.join(study.loading.written)}`")
+
+
+def _scatters(study: Study) -> Iterator[Finding]:
+    """Question a mean whose scatter is not of its size: one of them has slipped."""
+    for target in study.targets.means:
+        for named in study.naming.responses:
+            mean, sd = target.mean_of(FIRST if named == study.naming.response else named.name)
+            if mean and sd and not named.apart and not _LEAST_SCATTER <= sd / mean <= 1.0:
+                message = f"a standard deviation of {named.text(sd)} is not plausible for a mean of {named.text(mean)}"
+                yield Finding(("targets", target.row, named.name), message, "check both values and their units")
 
 
 def _outliers(study: Study) -> Iterator[Finding]:

@@ -25,7 +25,7 @@ def _names_are_free(draft: Draft) -> Iterator[Finding]:
                 yield Finding((section, index, "name"), message, "choose another name")
             taken[one.name] = "another response or condition"
             if index == 0:
-                taken.setdefault(FIRST, "the key of the first response")
+                taken.setdefault(FIRST, "a reserved name")
 
 
 def _conditions_differ(draft: Draft) -> Iterator[Finding]:
@@ -89,7 +89,7 @@ def _tests_are_simulated(draft: Draft) -> Iterator[Finding]:
     """Laboratory tests are for the embedded solver, whose responses they extend."""
     if not draft.tests:
         return
-    if not draft.kind.simulates_tests:
+    if not draft.kind.simulates_stems:
         message = f"the {draft.study.solver.title} solver cannot simulate laboratory tests"
         yield Finding(("tests",), message, "remove the tests, or use the embedded solver", at_key=True)
     for section in ("responses", "conditions"):
@@ -124,7 +124,7 @@ def _tests_differ(draft: Draft) -> Iterator[Finding]:
     for index, test in draft.tests.items():
         key = test.name.casefold()
         if key in seen or key == _CUTTING:
-            taken = "the cutting test of the spec" if key == _CUTTING else "another test"
+            taken = "the cutting test" if key == _CUTTING else "another test"
             yield Finding(
                 ("tests", index, "name"), f"{test.name!r} is already the name of {taken}", "choose another name"
             )

@@ -5,7 +5,7 @@ from typing import Annotated, Literal, NamedTuple
 from pydantic import BeforeValidator, Field, StringConstraints
 
 from stemcal.study.types import units
-from stemcal.study.types.field_types import MOST, ColumnName, FactorName, Frozen, Label, Number, Readable, Seen, Title
+from stemcal.study.types.field_types import MOST, ColumnName, FactorName, Frozen, Label, Number, Readable, Title
 
 
 class Parameter(NamedTuple):
@@ -78,7 +78,7 @@ EMBEDDED = {**PARAMETERS, **{name: parameter for name, (parameter, _, _) in AROU
 MOST_FACTORS = 100
 
 
-Symbol = Annotated[str, StringConstraints(strict=True, min_length=1, max_length=12), Readable, Seen]
+Symbol = Annotated[str, StringConstraints(strict=True, strip_whitespace=True, min_length=1, max_length=12), Readable]
 UnitText = Annotated[
     str,
     BeforeValidator(lambda given: "1" if given == 1 and not isinstance(given, bool) else given),
@@ -94,7 +94,7 @@ class PriorKnowledge(Frozen):
     """Mean of the prior distribution, in the unit of the factor."""
     sd: Annotated[Number, Field(gt=0)]
     """Standard deviation of the factor among the stems of this study, not the standard error of a mean."""
-    source: Annotated[Title, Field(min_length=3), Seen]
+    source: Annotated[Title, Field(min_length=3)]
     """Source of the prior distribution, such as a publication; the report shows the source."""
 
 
@@ -105,7 +105,8 @@ class Factor(Frozen):
     """Name of the factor in tables and files. The factors of the embedded solver are nine material parameters and the
     coefficient of friction `stem_friction`. With other programs, any name is allowed."""
     symbol: Symbol
-    """Symbol of the factor in tables and equations; by default X1 for the first factor, X2 for the second."""
+    """Symbol of the factor in tables and equations; by default X1 for the first factor, X2 for the second, and so
+    on."""
     label: Label
     """Label of the factor in the report and in figures; by default derived from `name`."""
     unit: UnitText = "1"

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path, PureWindowsPath
-from typing import Annotated, Any, Union
+from typing import Annotated, Any, ClassVar, Union
 
 from pydantic import (
     AfterValidator,
@@ -42,9 +42,15 @@ def complain(message: str, remedy: str = "") -> PydanticCustomError:
 
 
 class Frozen(BaseModel):
-    """Immutable, no unknown keys, finite numbers only."""
+    """Immutable, no unknown keys, finite numbers only.
+
+    The section of a stage has `rules`, functions of a draft that yield mistakes, and `doubts`, a function of a study
+    that yields values that are possible but probably mistakes.
+    """
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, defer_build=True)
+    rules: ClassVar[tuple[Callable[[Any], Iterator[Any]], ...]] = ()
+    doubts: ClassVar[Callable[[Any], Iterable[Any]]] = lambda _study: ()
 
 
 @dataclass(frozen=True)
@@ -179,19 +185,11 @@ def _readable(text: str) -> str:
     return text
 
 
-def _seen(text: str) -> str:
-    """Refuse a text that shows nothing, as one of spaces that do not break or have no width."""
-    if not any(letter.isprintable() and not letter.isspace() for letter in text):
-        raise complain("the text is blank", "write a word, or omit the key")
-    return text
-
-
 Readable = AfterValidator(_readable)
-Seen = AfterValidator(_seen)
 Title = Annotated[
     str, StringConstraints(strict=True, max_length=300), AfterValidator(lambda text: _readable(" ".join(text.split())))
 ]
-Label = Annotated[str, StringConstraints(strict=True, min_length=1, max_length=80), Readable, Seen]
+Label = Annotated[str, StringConstraints(strict=True, strip_whitespace=True, min_length=1, max_length=80), Readable]
 
 _RESERVED_COLUMNS = {"run", "row", "response", "condition", "force", "diameter", "status", "key", "reason"}
 
@@ -200,8 +198,6 @@ def _column_name(name: str) -> str:
     if not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", name):
         remedy = "use letters, digits and underscores, as in yield_stress"
         raise complain(f"{name[:60]!r} is not allowed as a column name", remedy)
-    if len(name) > 40:
-        raise complain(f"the name has {len(name)} characters", "use at most 40 characters")
     return name
 
 
@@ -213,12 +209,8 @@ def _factor_name(name: str) -> str:
 
 
 _COLUMN = WithJsonSchema({"type": "string", "pattern": "^[A-Za-z_][A-Za-z0-9_]*$", "maxLength": 40})
-FactorName = Annotated[
-    str, BeforeValidator(lambda name: _factor_name(name) if isinstance(name, str) else name), _COLUMN
-]
-ColumnName = Annotated[
-    str, BeforeValidator(lambda name: _column_name(name) if isinstance(name, str) else name), _COLUMN
-]
+FactorName = Annotated[str, StringConstraints(strict=True, max_length=40), AfterValidator(_factor_name), _COLUMN]
+ColumnName = Annotated[str, StringConstraints(strict=True, max_length=40), AfterValidator(_column_name), _COLUMN]
 
 _DEVICES = {"con", "prn", "aux", "nul"} | {f"{port}{i}" for port in ("com", "lpt") for i in range(10)}
 
@@ -235,7 +227,8 @@ def _study_name(name: str) -> str:
 
 StudyName = Annotated[
     str,
-    BeforeValidator(lambda name: _study_name(name) if isinstance(name, str) else name),
+    StringConstraints(strict=True),
+    AfterValidator(_study_name),
     WithJsonSchema({"type": "string", "maxLength": 64}),
 ]
 
@@ -255,15 +248,6 @@ class Length:
 
     mm: float = 0.0
     divisor: float | None = None
-
-    @classmethod
-    def of(cls, text: str) -> Length:
-        """Read a length as it is written.
-
-        >>> Length.of("d/24"), Length.of("0.5 mm")
-        (Length(mm=0.0, divisor=24.0), Length(mm=0.5, divisor=None))
-        """
-        return TypeAdapter(StemLength).validate_python(text)
 
     def at(self, condition: float) -> float:
         """Return the length at a stem of this outer diameter, mm."""

@@ -11,7 +11,7 @@ from typing import Any
 from pydantic import ValidationInfo
 from pydantic_core import core_schema
 
-from stemcal.files.reading import MIB, read_plain
+from stemcal.files.durable import MIB, read_plain
 from stemcal.naming import CUTTING, DIAMETER, FIRST, FORCE, NOWHERE, Named, Naming
 from stemcal.study.types import units
 from stemcal.study.types.field_types import MOST, Quantity, complain
@@ -143,12 +143,3 @@ def fill(content: bytes, values: Mapping[str, str]) -> bytes:
     b'E = 10.5 \\\\ $(rm)'
     """
     return _PLACEHOLDER.sub(lambda match: values[match[1].decode("utf-8", "replace").strip()].encode(), content)
-
-
-def number(value: float) -> str:
-    """Return the shortest text that reads back as the same number.
-
-    >>> number(17.96), number(1.1e-09), number(1000.0)
-    ('17.96', '1.1e-09', '1000.0')
-    """
-    return repr(float(value))

@@ -6,7 +6,7 @@ Code queries the capabilities of a kind or its options, never a class or a name.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Protocol
+from typing import Annotated, Any, ClassVar, Literal, NamedTuple
 
 from stemcal.note import Remedy
 from stemcal.registry import Registry
@@ -21,15 +21,6 @@ class Mesh(NamedTuple):
 
     element_size: Length
     through_wall: int | None
-
-
-class Explicit(Protocol):
-    """The settings that determine the time step of an explicit solver."""
-
-    element_size: Length
-    mass_scaling: float
-    time_step: float | None
-    time_step_safety: float
 
 
 class SolverOptions(Frozen):
@@ -77,11 +68,6 @@ class SolverOptions(Frozen):
         """Whether its force depends on the lengths over which failure and contact are averaged."""
         return False
 
-    @property
-    def explicit(self) -> Explicit | None:
-        """The settings of its time step, if advice may change them."""
-        return None
-
     def without_curve(self) -> tuple[str, str] | None:
         """Return why a run has no force–travel curve and what to do; None if it has one."""
         return f"the {self.title} solver returns no force–travel curve for the comparison", "fit only the force"
@@ -107,22 +93,15 @@ class SolverKind:
     """Whether its answers depend only on the spec and the code of stemcal."""
     starts_program: ClassVar[bool] = False
     """Whether it requires a program that the spec names."""
-    foresees: ClassVar[bool] = False
-    """Whether it estimates the time and memory of a run."""
-    force_history: ClassVar[bool] = False
-    """Whether a single run gives the whole history of the force, for `simulate`."""
-    travel_and_work: ClassVar[bool] = False
-    """Whether it also returns travel and work up to the maximum of a cut."""
+    simulates_stems: ClassVar[bool] = False
+    """Whether it simulates stems itself: cuts and other laboratory tests, elements of any size, the force over time,
+    travel and work, with an estimate of time and memory."""
     writes_decks: ClassVar[bool] = False
     """Whether it runs a program on decks that stemcal writes."""
     own_responses: ClassVar[bool] = True
     """Whether a study may declare responses and conditions instead of the force on a stem."""
     replicates: ClassVar[Literal["mesh", "seed"] | None] = None
     """The difference between replicates of a run."""
-    any_element_size: ClassVar[bool] = False
-    """Whether a request may ask for elements of another size."""
-    simulates_tests: ClassVar[bool] = False
-    """Whether it simulates other laboratory tests than cutting."""
     parameters: ClassVar[Mapping[str, Parameter]] = {}
     """The parameters that can be factors; empty if factors may have any name."""
     rules: ClassVar[tuple[Callable[[Any, Any], Iterator[Any]], ...]] = ()

@@ -121,7 +121,7 @@ def _read_text(document: Document, text: str) -> None:
         remedy = next((remedy for part, remedy in _REMEDIES.items() if part in problem), "check this line")
         document.note(_place(_mark(error)), f"the file is not valid YAML: {problem}", remedy)
     except RecursionError:
-        document.note(_TOP, "the file is nested too deep", "a spec needs at most four levels; check the brackets")
+        document.note(_TOP, "the file is nested too deeply", "a spec needs at most four levels; check the brackets")
     except (yaml.YAMLError, ValueError, OverflowError):
         here = _place(loader.get_mark() if loader else None)
         document.note(
@@ -230,10 +230,10 @@ def _mark(error: yaml.MarkedYAMLError) -> Any:
 _NO_COLON = "could not find expected ':'"
 _REMEDIES = {
     "cannot start any token": "enclose the text in quotes; indent with spaces, not tabs",
-    "mapping values are not allowed": "enclose a text that contains a colon in quotes; check the indentation",
+    "mapping values": "enclose a text that contains a colon in quotes; check the indentation",
     _NO_COLON: "a colon and a space are missing here: write `key: value`",
     "expected <block end>": "check the indentation of this line and of the lines above",
     "expected ',' or": "add the missing closing bracket",
-    "sequence entries are not allowed": "enclose a single `-` in quotes",
+    "sequence entries": "enclose a single `-` in quotes",
     "unexpected end of stream": "add the missing closing quotation mark",
 }

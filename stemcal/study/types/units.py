@@ -9,12 +9,12 @@ a unit that is not in it is an error with a suggestion, never an expression to b
 1.1e-09
 """
 
-import difflib
 import math
 import re
 from typing import NamedTuple
 
 from stemcal.errors import UsageError
+from stemcal.words import did_you_mean, listed
 
 
 class UnitError(UsageError):
@@ -53,18 +53,7 @@ _TABLE: dict[str, dict[str, tuple[float, float]]] = {
 INTERNAL = {dimension: next(iter(units)) for dimension, units in _TABLE.items()}
 _UNITS = [Unit(name, dimension, *factors) for dimension, units in _TABLE.items() for name, factors in units.items()]
 _BY_NAME = {unit.name: unit for unit in _UNITS}
-_ALIASES = {
-    "tonne": "t",
-    "tonne/mm3": "t/mm3",
-    "sec": "s",
-    "inch": "in",
-    "degree": "deg",
-    "degrees": "deg",
-    "s-1": "1/s",
-    "ms-1": "1/ms",
-    "min-1": "1/min",
-    "-": "1",
-}
+_ALIASES = {"tonne": "t", "tonne/mm3": "t/mm3", "s-1": "1/s", "-": "1"}
 _QUANTITIES = {"rate": "strain rate", "decay": "friction decay", "dimensionless": "a dimensionless quantity"}
 _SIGNS = str.maketrans(
     {"²": "2", "³": "3", "¹": "1", "⁻": "-", "−": "-", "^": "", "µ": "u", "μ": "u", "°": "deg", " ": ""}
@@ -83,11 +72,12 @@ def parse_unit(text: str, dimension: str | None = None) -> Unit:
     """Return the unit called `text`; raise `UnitError` if there is none or it measures something else."""
     name = text.strip().translate(_SIGNS)
     unit = _BY_NAME.get(_ALIASES.get(name, name))
+    possible = units_of(dimension) if dimension else tuple(_BY_NAME)
     if unit is None:
-        raise UnitError(f"unknown unit {_shown(text)}", _suggest(name, dimension))
+        raise UnitError(f"unknown unit {_shown(text)}", did_you_mean(name, possible))
     if dimension is not None and unit.dimension != dimension:
         given, wanted = (_QUANTITIES.get(one, one) for one in (unit.dimension, dimension))
-        raise UnitError(f"{unit.name} is a unit of {given}, not of {wanted}", _use(dimension))
+        raise UnitError(f"{unit.name} is a unit of {given}, not of {wanted}", f"use {listed(possible)}")
     return unit
 
 
@@ -123,21 +113,6 @@ def parse(text: str, dimension: str) -> float:
 def usual_unit(dimension: str) -> str:
     """Return the unit that is meant where none is written: as people write speeds and densities, else the internal."""
     return {"speed": "mm/min", "density": "kg/m3"}.get(dimension, INTERNAL[dimension])
-
-
-def _use(dimension: str) -> str:
-    return "use " + ", ".join(units_of(dimension))
-
-
-def _suggest(name: str, dimension: str | None) -> str:
-    names = units_of(dimension) if dimension else tuple(_BY_NAME)
-    for known in names:
-        if known.lower() == name.lower():
-            return f"did you mean {known}?"
-    near = difflib.get_close_matches(name[:_LONGEST], names, n=1)
-    if near:
-        return f"did you mean {near[0]}?"
-    return _use(dimension) if dimension else "use one of " + ", ".join(names)
 
 
 def _shown(text: str) -> str:

@@ -85,7 +85,7 @@ def test_a_deterministic_solver_has_no_lack_of_fit_test(ccd_runs, coding):
     rows = {row.source: row for row in surface.anova}
     assert not surface.lack_of_fit_testable
     (note,) = (note for note in surface.notes if note.kind == "copies_only")
-    assert "5 runs" in note.text and "5 residual df" in note.text and surface.copies == 5
+    assert "5 runs" in note.text and "5 residual degrees of freedom" in note.text and surface.copies == 5
     assert rows["Lack of fit"].f is None
     assert (rows["Pure error"].sum_of_squares, rows["Pure error"].df) == (0.0, 0)
     assert rows["Lack of fit"].sum_of_squares == pytest.approx(rows["Residual"].sum_of_squares)
@@ -146,7 +146,7 @@ def test_too_many_failed_runs_are_refused_by_name(ccd_runs, coding):
     force[[6, 7]] = np.nan  # both axial runs of X4
     force[np.all(np.abs(ccd_runs.coded) < 1e-9, axis=1)] = np.nan
     force[[5, 19, 14]] = np.nan
-    with pytest.raises(RunsFailed, match="cannot estimate"):
+    with pytest.raises(RunsFailed, match="cannot be estimated"):
         fit_surface(ccd_runs.coded, force, coding.names)
     with pytest.raises(RunsFailed):
         fit_surface(ccd_runs.coded, np.full(20, np.nan), coding.names)

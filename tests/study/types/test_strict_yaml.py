@@ -118,9 +118,9 @@ def test_an_alias_bomb_is_not_walked() -> None:
 
 @pytest.mark.parametrize("text", ["[" * 100_000, "- " * 100_000, "a: [" * 100_000, "{a: " * 100_000, "? " * 100_000])
 def test_100000_nested_brackets_are_refused(text: str) -> None:
-    begin = time.perf_counter()
+    begin = time.process_time()
     document = read(text)
-    assert time.perf_counter() - begin < 5
+    assert time.process_time() - begin < 5
     assert document.problems and not document.complete
 
 
