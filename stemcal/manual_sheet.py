@@ -288,7 +288,7 @@ def _against_record(
 
 
 def _answer_in(record: Mapping[str, Any]) -> Answer:
-    return Answer(**{name: record[name] for name in ("status", FIRST, "reason", "message", "details")}).readable()
+    return Answer(**{name: record[name] for name in ("status", FIRST, "reason", "message", "details")})
 
 
 def _agree(one: Answer, other: Answer) -> bool:

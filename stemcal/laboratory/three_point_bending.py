@@ -41,7 +41,11 @@ class BendingSection(PieceSection):
     def misfits(self, diameter: float) -> Iterator[tuple[str, str, str]]:
         length, span = self.long(diameter), self.span.at(diameter)
         if length <= span:
-            yield "length", f"the piece is {length:g} mm long, but the span is {span:g} mm", "use a longer piece"
+            yield (
+                "length",
+                f"the test piece is {length:g} mm long, but the span is {span:g} mm",
+                "use a longer test piece",
+            )
         yield from super().misfits(diameter)
 
 

@@ -13,9 +13,9 @@ from stemcal.files.typed import Spread, inline
 from stemcal.measured.diameters import checked_diameter
 from stemcal.measured.headings import DIAMETER, FILE, GRADE, MILLIMETRES, millimetres_in, shown
 from stemcal.measured.shear_curves import CurveOptions, ShearCurve, read_curves
-from stemcal.measured.statistics import Summary, summarise
+from stemcal.measured.statistics import Summary, outlier_of, summarise
 from stemcal.measured.tables import columns_of, matching, read_table, scale_of
-from stemcal.note import Note
+from stemcal.note import Note, Remedy
 from stemcal.power_law import PowerLaw, fit_power_law
 from stemcal.words import did_you_mean, listed
 
@@ -64,12 +64,25 @@ class ShearTests:
     notes: tuple[Note, ...] = ()
 
     def all_notes(self) -> list[Note]:
-        """Return the notes on specimens, files and the campaign."""
+        """Return the notes on outliers, specimens, files and the campaign."""
         files: dict[Note, list[str]] = {}
         for specimen in self.specimens:
             for note in specimen.curve.notes:
                 files.setdefault(note, []).append(specimen.name)
-        return [*(note_on(names, note) for note, names in files.items()), *self.notes]
+        outliers = [_outlier(name) for grade in self.grades if (name := self._suspect(grade.diameter))]
+        return [*outliers, *(note_on(names, note) for note, names in files.items()), *self.notes]
+
+    def _suspect(self, grade: float) -> str | None:
+        """Return the specimen of a grade whose force is an outlier; it is still included."""
+        tested = [specimen for specimen in self.specimens if specimen.grade == grade]
+        index = outlier_of([specimen.curve.max_force for specimen in tested])
+        return None if index is None else tested[index].name
+
+
+def _outlier(specimen: str) -> Note:
+    text = f"The maximum force of specimen {specimen} is an outlier (Grubbs' test). The specimen is still included."
+    remedy = Remedy(f"If the laboratory records justify it, exclude the specimen: --exclude {specimen}")
+    return Note("outlier", "caution", text, remedy)
 
 
 def note_on(names: Sequence[str], note: Note) -> Note:

@@ -1,4 +1,4 @@
-"""Samples: mean, standard deviation and their intervals, normality."""
+"""Samples: mean, standard deviation and their intervals, normality, outliers."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -67,3 +67,24 @@ def shapiro_wilk(values: Sequence[float]) -> ShapiroWilk:
 
     result = stats.shapiro(np.asarray(values))
     return ShapiroWilk(float(result.statistic), float(result.pvalue))
+
+
+def outlier_of(values: Sequence[float], alpha: float = 0.05) -> int | None:
+    """Return the index of the value that Grubbs' two-sided test rejects, None without one.
+
+    Source: F. E. Grubbs, Technometrics 11 (1969) 1.
+
+    >>> outlier_of([199.31, 199.53, 200.19, 200.82, 201.92, 201.95, 202.18, 245.57])
+    7
+    """
+    from scipy.special import stdtrit
+
+    n = len(values)
+    sd = float(np.std(values, ddof=1)) if n > 2 else 0.0
+    if sd <= 0.0:
+        return None
+    # G = max |xᵢ − x̄| / s > (n − 1)/√n · √(t²/(n − 2 + t²)), t = t(1 − α/2n; n − 2)
+    distances = np.abs(np.asarray(values) - np.mean(values)) / sd
+    index = int(np.argmax(distances))
+    t2 = float(stdtrit(n - 2, 1.0 - alpha / (2 * n))) ** 2
+    return index if distances[index] > (n - 1) / sqrt(n) * sqrt(t2 / (n - 2 + t2)) else None

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import re
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Field, StringConstraints, ValidationInfo, WithJsonSchema, model_validator
+from pydantic import BeforeValidator, Field, StringConstraints
 
-from stemcal.naming import CUTTING, FIRST, Naming
+from stemcal.naming import FIRST
 from stemcal.note import Remedy
+from stemcal.solvers.result_reader import ResultReader
 from stemcal.study.types.field_types import (
     Flag,
-    Frozen,
     Length,
     Number,
     Quantity,
@@ -19,87 +18,9 @@ from stemcal.study.types.field_types import (
     StemLength,
     Time,
     Whole,
-    complain,
 )
 from stemcal.study.types.solver_kind import Mesh, SolverOptions
 from stemcal.version import __version__
-
-
-def _inside_run_folder(given: object) -> object:
-    """Refuse names that leave the run folder, on any system."""
-    if not isinstance(given, str):
-        return given
-    parts = given.replace("\\", "/").split("/")
-    if not given.strip() or "\0" in given or ":" in given or given[0] in "/\\" or ".." in parts or len(given) > 255:
-        raise complain(f"{given[:60]!r} is not a file in the run folder", "write a file name, such as out.csv")
-    return given
-
-
-def _pattern(given: object, info: ValidationInfo) -> object:
-    if not isinstance(given, str):
-        return given
-    try:
-        groups = re.compile(given).groups
-    except (re.error, OverflowError, RecursionError) as error:
-        raise complain(f"the pattern is not a valid regular expression: {error}", "correct the expression") from None
-    if groups == 0:
-        naming: Naming = (info.context or {}).get("naming", CUTTING)
-        raise complain(
-            "the pattern has no capture group around the number",
-            f"write a pattern such as '{naming.response.name} = (\\S+)'",
-        )
-    return given
-
-
-RunFile = Annotated[
-    str,
-    StringConstraints(strict=True),
-    BeforeValidator(_inside_run_folder),
-    Field(description="Name of a file that the program writes to the run folder."),
-]
-Text = Annotated[str, StringConstraints(strict=True, min_length=1, max_length=500)]
-Pattern = Annotated[Text, BeforeValidator(_pattern), WithJsonSchema({"type": "string", "format": "regex"})]
-
-
-class ResultReader(Frozen):
-    """A file in the run folder, and how a series of numbers in it is reduced to one number.
-
-    The numbers are selected by one of `column` (CSV file with a header), `path` (JSON file) and `pattern` (text file).
-    """
-
-    file: RunFile
-    column: Text | None = None
-    """Column with the numbers in a CSV file with a header."""
-    path: Text | None = None
-    """Path to the numbers in a JSON file: keys and indices separated by dots, such as `history.force` or
-    `rows.0.force`."""
-    pattern: Pattern | None = None
-    """Regular expression that is searched for in each line. The group `y` or, without `y`, the first group contains the
-    number. A group `x` contains the travel of a curve."""
-    along: Text | None = None
-    """Column or path of the blade travel, for `curves` under `targets`."""
-    reduction: Literal["max", "min", "first", "last"] = "last"
-    """Number that is selected from a series: the largest, smallest, first or last number."""
-    scale: Number = 1.0
-    """Factor by which the number is multiplied, such as 4 for a quarter model or 1e-3 for mN."""
-
-    @model_validator(mode="after")
-    def _names_numbers_once(self) -> Self:
-        given = [name for name in ("column", "path", "pattern") if getattr(self, name) is not None]
-        if len(given) != 1:
-            found = (
-                f"the reader has {' and '.join(given)}"
-                if given
-                else "the reader does not specify which numbers to read"
-            )
-            raise complain(found, "use exactly one of `column: …` (CSV), `path: …` (JSON) and `pattern: …` (text)")
-        if self.pattern is not None and self.along is not None:
-            raise complain(
-                "the reader has both `along` and `pattern`",
-                "remove `along`, and use a group named x for the travel in the pattern: `(?P<x>…)`",
-            )
-        return self
-
 
 # The stem counts as broken once elements have failed and the force has dropped by this share of it.
 BREAK_DROP = 0.5
@@ -156,7 +77,7 @@ class EmbeddedSolver(SolverOptions):
     coarsening: Annotated[Number, Field(ge=1, le=10)] = 6.0
     """Ratio of the element length at the ends of the stem to the element length under the edge."""
     coarsening_around: Annotated[Number, Field(ge=1, le=10)] = 2.0
-    """Ratio of the element width at the bottom of the section to the element width under the edge."""
+    """Ratio of the element width at the bottom of the cross-section to the element width under the edge."""
     replicates: Annotated[Whole, Field(ge=2, le=100)] | None = None
     """Number of simulations of each point, each with another position of the mesh along the stem. Every interval
     includes the scatter of the responses. Without this key, each point is simulated once."""

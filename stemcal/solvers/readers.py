@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from stemcal.errors import SimulationFailed
 from stemcal.files.durable import MIB, read_plain
 from stemcal.files.reading import lenient
-from stemcal.solvers.options import ResultReader
+from stemcal.solvers.result_reader import ResultReader
 
 Array = NDArray[np.float64]
 # 1.5, -.5E+3, 1.5D-3, 1.5-101 (an exponent of three digits takes the letter's place). Unlike Python, not:

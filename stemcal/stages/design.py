@@ -100,7 +100,7 @@ def given_design(
     Raises
     ------
     UsageError
-        If a factor is missing; of order 1, if a level is neither low nor high.
+        If a factor is missing; of order 1, if a row has other levels than low and high and is no centre point.
     """
     missing = [name for name in coding.names if name not in given[0]]
     if missing:
@@ -117,8 +117,9 @@ def given_design(
 
 
 def _require_two_levels(coding: Coding, coded: Array, given: Sequence[Mapping[str, float]]) -> None:
-    """Raise `UsageError` if a row is not at low and high levels."""
-    for row, values in enumerate(abs(abs(coded) - 1.0)):
+    """Raise `UsageError` if a row is neither at low and high levels nor a centre point."""
+    off = np.where(np.all(abs(coded) <= _LEVEL_TOLERANCE, axis=1)[:, None], 0.0, abs(abs(coded) - 1.0))
+    for row, values in enumerate(off):
         for name, miss in zip(coding.names, values, strict=True):
             if miss > _LEVEL_TOLERANCE:
                 raise UsageError(

@@ -52,12 +52,12 @@ class Work:
             If the program answers the first of them differently the second time, and no chance was declared.
         """
         if again := second_time(self.study, requests):
-            _require_same(self.study, again, self._answered(again, ignore))
-        return self._answered(requests, self.watch, QUORUM)
+            _require_same(self.study, again, self._answered(again))
+        return self._answered(requests, QUORUM)
 
-    def _answered(self, requests: Sequence[Request], watch: Watch, quorum: float = 0.0) -> list[Outcome]:
-        here = self.solver, self.folder, self.executor
-        return answer_all(requests, *here, watch, self.study.solver.run_limit, quorum)
+    def _answered(self, requests: Sequence[Request], quorum: float = 0.0) -> list[Outcome]:
+        limit = self.study.solver.run_limit
+        return answer_all(requests, self.solver, self.folder, self.executor, self.watch, limit, quorum)
 
     def simulating(self, stage: str, pictured: bool = False) -> SimulateAt:
         """Return what simulates points at some diameters, together; `pictured` runs keep what pictures show."""
@@ -66,7 +66,7 @@ class Work:
             rows = enumerate(points, first)
             asked = [Request(stage, row, levels, d, pictured) for row, levels in rows for d in conditions]
             times = self.study.replicates
-            return merged(self._answered(repeated(asked, times), self.watch), times)
+            return merged(self._answered(repeated(asked, times)), times)
 
         return simulate
 

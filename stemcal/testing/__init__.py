@@ -18,7 +18,7 @@ from stemcal.doe.designs.catalogue import SurfaceDesign
 from stemcal.errors import UsageError
 from stemcal.stages.stage import Stage
 from stemcal.study.model import LaboratoryKind, SolverKind, Study
-from stemcal.testing import checks
+from stemcal.testing import checks, stage_checks
 
 if TYPE_CHECKING:
     import pytest
@@ -33,7 +33,7 @@ AnyStudy = Study | str | Path
 KINDS: dict[type, tuple[Callable[..., Any], tuple[Callable[[Any], None], ...]]] = {
     SurfaceDesign: (checks.DesignAtWork, checks.OF_DESIGNS),
     SolverKind: (checks.SolverAtWork, checks.OF_SOLVERS),
-    Stage: (checks.StageAtWork, checks.OF_STAGES),
+    Stage: (stage_checks.StageAtWork, stage_checks.OF_STAGES),
     LaboratoryKind: (checks.LaboratoryAtWork, checks.OF_TESTS),
 }
 

@@ -6,7 +6,7 @@ import json
 import math
 import os
 import pickle
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import replace
 from functools import cached_property
@@ -23,15 +23,11 @@ from stemcal.doe.regression.least_squares import Array
 from stemcal.errors import UsageError
 from stemcal.folder import StudyFolder
 from stemcal.laboratory.build import build, rounded
-from stemcal.report.showing import Showing, names_of
-from stemcal.runs.answer import Progress, Run, answer_all
+from stemcal.runs.answer import Run, answer_all
 from stemcal.runs.record import Outcome
 from stemcal.solvers.embedded import test_of
 from stemcal.solvers.laboratory_runs import identity, perform
 from stemcal.solvers.protocol import Request, Solver
-from stemcal.stages.fresh import changes_since
-from stemcal.stages.result import read_result
-from stemcal.stages.stage import Stage, stage_called
 from stemcal.stages.work import HERE
 from stemcal.study.model import LaboratoryKind, LaboratorySection, PieceSection, SolverKind, Study
 from stemcal.study.reading import load_study
@@ -40,18 +36,16 @@ from stemcal.study.types.field_types import Length
 _MOST, _FEW = 10, 4  # factors of a design; of one that is made several times
 _ROUNDING = 1e-9
 _COARSE = 3.0  # length of the elements of a laboratory test over the usual one
-_STATISTICS = frozenset({"F", "p", "Lenth t", "Coded", "Value", "Sum of squares", "Mean square"})
-"""Headings of numbers without a unit: ratios, and squares of a response, whose unit is not printed."""
 
 
-def _require(holds: bool, message: str) -> None:
+def require(holds: bool, message: str) -> None:
     """Raise `AssertionError` with the message unless a condition is true, even if Python skips assertions."""
     if not holds:
         raise AssertionError(message)
 
 
 @contextmanager
-def _apart(study: Study) -> Iterator[Path]:
+def apart(study: Study) -> Iterator[Path]:
     """Work in an empty folder and require that no file remains there or in the folder of the spec."""
     before, beside = Path.cwd(), study.source.resolve().parent
     with TemporaryDirectory() as there, TemporaryDirectory() as place:
@@ -63,10 +57,10 @@ def _apart(study: Study) -> Iterator[Path]:
         finally:
             os.chdir(before)
         left = [path for path in left if "__pycache__" not in path.parts]
-        _require(not left, f"files were left outside the folder of the study: {', '.join(path.name for path in left)}")
+        require(not left, f"files were left outside the folder of the study: {', '.join(path.name for path in left)}")
 
 
-class _AtWork:
+class AtWork:
     """An object and a study that uses it, read from its spec on first use."""
 
     def __init__(self, thing: Any, study: Study | str | Path | None = None) -> None:
@@ -83,7 +77,7 @@ class _AtWork:
 # ---- designs
 
 
-class DesignAtWork(_AtWork):
+class DesignAtWork(AtWork):
     """A design and its points for each number of factors that it supports."""
 
     thing: SurfaceDesign
@@ -109,17 +103,17 @@ def _points_are_finite_for_each_number_of_factors(at: DesignAtWork) -> None:
     for k in range(1, _MOST + 1):
         with suppress(*([] if k in at.each else [UsageError])):
             found = at.each[k] if k in at.each else at.points(k)
-            _require(
+            require(
                 found.ndim == 2 and found.shape[1] == k,
                 f"the design points for {k} factors have the shape {found.shape}",
             )
-            _require(bool(np.isfinite(found).all()), f"the design points for {k} factors are not finite")
+            require(bool(np.isfinite(found).all()), f"the design points for {k} factors are not finite")
 
 
 def _same_points_again(at: DesignAtWork) -> None:
     """The points are not random."""
     for k, points in at.few.items():
-        _require(
+        require(
             np.array_equal(points, at.points(k)),
             f"the design points for {k} factors differ when they are computed a second time",
         )
@@ -129,14 +123,14 @@ def _every_term_can_be_estimated(at: DesignAtWork) -> None:
     """The runs determine the (k + 1)(k + 2)/2 terms of a quadratic."""
     for k, points in at.each.items():
         terms, rank = (k + 1) * (k + 2) // 2, int(np.linalg.matrix_rank(term_columns(points)))
-        _require(rank == terms, f"only {rank} of {terms} terms can be estimated from {len(points)} runs of {k} factors")
+        require(rank == terms, f"only {rank} of {terms} terms can be estimated from {len(points)} runs of {k} factors")
 
 
 def _levels_are_balanced(at: DesignAtWork) -> None:
     """The mean level of each factor is 0, unless the design declares otherwise."""
     for k, points in at.each.items() if at.thing.balanced else ():
         off = float(np.abs(points.mean(axis=0)).max())
-        _require(
+        require(
             off < _ROUNDING,
             f"in the design for {k} factors, the mean coded level of a factor is {off:.3g} instead of 0",
         )
@@ -147,12 +141,12 @@ def _points_are_within_reach(at: DesignAtWork) -> None:
     for k, points in at.each.items():
         options = SurfaceOptions(at.thing.name, 3)
         reach, radius = at.thing.reach(k, options), max(at.thing.radius(k, options), k**0.5)
-        _require(
+        require(
             np.abs(points).max() <= reach + _ROUNDING,
             f"in the design for {k} factors, a coded level exceeds `reach` ({reach:g})",
         )
         far = np.linalg.norm(points, axis=1).max()
-        _require(
+        require(
             far <= radius + _ROUNDING,
             f"in the design for {k} factors, the coded radius of a point exceeds `radius` ({radius:g})",
         )
@@ -167,7 +161,7 @@ OF_DESIGNS: tuple[Callable[[DesignAtWork], None], ...] = (
 # ---- solvers
 
 
-class SolverAtWork(_AtWork):
+class SolverAtWork(AtWork):
     """A kind of solver, its solver of a study, and two requests with their answers."""
 
     thing: SolverKind
@@ -197,14 +191,14 @@ class SolverAtWork(_AtWork):
     @cached_property
     def answered(self) -> list[Outcome]:
         """The answers to both requests at once."""
-        with _apart(self.study) as place:
+        with apart(self.study) as place:
             return self.answers(place, self.requests)
 
 
-def _kind_is_declared(at: _AtWork) -> None:
+def _kind_is_declared(at: AtWork) -> None:
     """The key `kind` of the options has the name of the kind as its default, and specs can name it."""
     default = at.thing.options.model_fields["kind"].default
-    _require(
+    require(
         default == at.thing.name, f"the name is {at.thing.name!r}, but the default of the key `kind` is {default!r}"
     )
 
@@ -213,7 +207,7 @@ def _solver_is_picklable(at: SolverAtWork) -> None:
     """A pickled solver has the same identity, made of JSON values."""
     solvers = (at.solver, pickle.loads(pickle.dumps(at.solver)))
     here, there = (json.dumps(one.identity(at.requests[0]), sort_keys=True, allow_nan=False) for one in solvers)
-    _require(here == there, "the identity of the solver changes when the solver is pickled")
+    require(here == there, "the identity of the solver changes when the solver is pickled")
 
 
 def _identity_changes_with_each_factor(at: SolverAtWork) -> None:
@@ -221,19 +215,19 @@ def _identity_changes_with_each_factor(at: SolverAtWork) -> None:
     middle = at.requests[0]
     for factor in at.study.factors:
         other = replace(middle, levels={**middle.levels, factor.name: factor.low})
-        _require(at.key(middle) != at.key(other), f"the identity of a run does not include {factor.name}")
+        require(at.key(middle) != at.key(other), f"the identity of a run does not include {factor.name}")
     if at.study.naming.condition is None:
         return
     other = replace(middle, condition=1.25 * middle.condition)
-    _require(at.key(middle) != at.key(other), "the identity of a run does not include the condition")
+    require(at.key(middle) != at.key(other), "the identity of a run does not include the condition")
 
 
 def _every_response_is_answered(at: SolverAtWork) -> None:
     """An answer has a finite number for each response of the study."""
     for answer in () if at.solver.asks_people else at.answered:
-        _require(answer.ok, f"the run at the mid-levels failed: {answer.reason}: {answer.message}")
+        require(answer.ok, f"the run at the mid-levels failed: {answer.reason}: {answer.message}")
         found = [answer.response, *(answer.of(named.name) for named in at.solver.naming.others)]
-        _require(
+        require(
             all(one is not None and math.isfinite(one) for one in found),
             f"some responses are not finite numbers: {found}",
         )
@@ -242,21 +236,21 @@ def _every_response_is_answered(at: SolverAtWork) -> None:
 def _interrupted_runs_equal_uninterrupted_ones(at: SolverAtWork) -> None:
     """The same request has the same answer, whether both requests are answered together or one after the other."""
     if not at.solver.asks_people:
-        with _apart(at.study) as place:
+        with apart(at.study) as place:
             at.answers(place, at.requests[:1])
             second = at.answers(place, at.requests)
         both = [[(one.response, one.responses) for one in some] for some in (at.answered, second)]
-        _require(both[0] == both[1], f"the responses differ after an interruption: {both[0]} and {both[1]}")
+        require(both[0] == both[1], f"the responses differ after an interruption: {both[0]} and {both[1]}")
 
 
 def _nan_is_a_failed_run(at: SolverAtWork) -> None:
     """A NaN level gives a failed run with a reason, not an answer that is NaN."""
     middle = at.requests[0]
     if not at.solver.asks_people:
-        with _apart(at.study) as place:
+        with apart(at.study) as place:
             wrong = replace(middle, levels=dict.fromkeys(middle.levels, math.nan))
             (answer,) = at.answers(place, [wrong])
-        _require(
+        require(
             not answer.ok and bool(answer.reason),
             f"a run with NaN levels has the status {answer.status!r} and the response {answer.response}",
         )
@@ -268,116 +262,10 @@ OF_SOLVERS: tuple[Callable[[SolverAtWork], None], ...] = (
 )  # fmt: skip
 
 
-# ---- stages
-
-
-class StageAtWork(_AtWork):
-    """A stage, run in a folder after the stages that it needs."""
-
-    thing: Stage[Any]
-
-    def make(self, place: Path, watch: Callable[[Progress], None] = lambda _progress: None) -> StudyFolder:
-        """Run the stage and the stages that it needs in a folder."""
-        order, folder = [self.thing], StudyFolder(place)
-        while (before := order[0].needs(self.study)) is not None:
-            order.insert(0, stage_called(before))
-        for one in order:
-            if one is self.thing or not (place / f"{one.name}.json").is_file():
-                one.making()(self.study, folder, HERE, watch)
-        return folder
-
-    @cached_property
-    def made(self) -> tuple[TemporaryDirectory[str], StudyFolder, Any]:
-        """A folder in which the stage was run, and its result."""
-        kept = TemporaryDirectory()
-        with _apart(self.study):
-            folder = self.make(Path(kept.name))
-        return kept, folder, read_result(folder, self.thing.result())
-
-    def files(self, place: Path) -> Mapping[str, bytes]:
-        """Return the contents of the files that the stage leaves."""
-        names = [f"{self.thing.name}.json", *(f"{name}.csv" for name in self.made[2].tables())]
-        return {name: (place / name).read_bytes() for name in names}
-
-
-def _stage_is_declared(at: StageAtWork) -> None:
-    """A stage has a name, equal to that of its result, a title and a help text."""
-    _require(
-        bool(at.thing.name and at.thing.title and at.thing.help), "the name, title or help of the stage is missing"
-    )
-    name = at.thing.result().name
-    _require(
-        name == at.thing.name, f"the name of the stage is {at.thing.name!r}, but the name of its result is {name!r}"
-    )
-    _require(isinstance(at.thing.showing(), Showing), "`showing` does not return an instance of `Showing`")
-
-
-def _result_is_its_file(at: StageAtWork) -> None:
-    """Result → file → result → file gives the same bytes, and a result is picklable."""
-    _, folder, result = at.made
-    file = json.dumps(folder.read_stage(at.thing.name))
-    _require(json.dumps(result.to_json()) == file, "the result changes when it is read and written again")
-    _require(pickle.loads(pickle.dumps(result)) == result, "the result changes when it is pickled")
-
-
-def _interrupted_stage_equals_uninterrupted_one(at: StageAtWork) -> None:
-    """A stage leaves the same bytes whether or not it is interrupted after its first run."""
-
-    def interrupt(progress: Progress) -> None:
-        if progress.stage == at.thing.name and progress.done > progress.cached:
-            raise KeyboardInterrupt
-
-    with _apart(at.study) as place:
-        with suppress(KeyboardInterrupt):
-            at.make(place, interrupt)
-        at.make(place)
-        found, known = at.files(place), at.files(at.made[1].path)
-        differing = [name for name in known if known[name] != found[name]]
-    _require(not differing, f"these files differ after an interruption: {', '.join(differing)}")
-
-
-def _stage_is_stale_when_an_input_changes(at: StageAtWork) -> None:
-    """A finished stage is up to date, and out of date after a change of a factor range or a number in its section."""
-    first, *rest = at.study.factors
-    wider = first.model_copy(update={"high": first.high + 0.125 * (first.high - first.low)})
-    studies = [at.study.model_copy(update={"factors": (wider, *rest)})]
-    if (own := at.study.further.get(at.thing.name)) is not None:
-        numbers = {name: one for name, one in own if isinstance(one, int | float) and not isinstance(one, bool)}
-        for name, value in numbers.items():
-            changed = own.model_copy(update={name: value + 1})
-            studies.append(at.study.model_copy(update={"further": {**at.study.further, at.thing.name: changed}}))
-    now = [changes_since(study, None, at.made[1], at.thing.name) for study in (at.study, *studies)]
-    _require(now[0] == [], f"a new result is already out of date: {', '.join(now[0])} changed")
-    _require(all(now[1:]), "the result remains up to date although an input has changed")
-
-
-def _tables_have_titles_and_units(at: StageAtWork) -> None:
-    """Every table has a title; a number has a unit in its heading or in a column, unless it is a count or a ratio."""
-    result = at.made[2]
-    for table in at.thing.showing().tables(result, names_of(result)):  # type: ignore[attr-defined]
-        _require(bool(table.title), "a table has no title")
-        has_units = any(row[0] in at.study.names for row in table.rows)  # a factor's, in each row
-        for place, column in enumerate(table.columns):
-            values = [row[place] for row in table.rows]
-            counts = all(isinstance(value, int | str | None) for value in values)
-            named = column.unit or column.name in {*at.study.names, *_STATISTICS} or column.words
-            _require(bool(counts or has_units or named), f"{table.title}: the column {column.name} has no unit")
-    for name, table in result.tables().items():
-        _require(
-            all(len(row) == len(table.columns) for row in table.rows), f"the rows of {name}.csv have different lengths"
-        )
-
-
-OF_STAGES: tuple[Callable[[StageAtWork], None], ...] = (
-    _stage_is_declared, _result_is_its_file, _interrupted_stage_equals_uninterrupted_one,
-    _stage_is_stale_when_an_input_changes, _tables_have_titles_and_units,
-)  # fmt: skip
-
-
 # ---- laboratory tests
 
 
-class LaboratoryAtWork(_AtWork):
+class LaboratoryAtWork(AtWork):
     """A kind of laboratory test, and a test of it on a coarse mesh."""
 
     thing: LaboratoryKind
@@ -402,30 +290,30 @@ def _identity_of_test_changes_with_each_factor(at: LaboratoryAtWork) -> None:
     """A test is picklable; its identity consists of JSON values and changes with each level."""
     test = at.test()
     found = [json.dumps(identity(at.section, one)) for one in (test, pickle.loads(pickle.dumps(test)))]
-    _require(found[0] == found[1], "the identity of the test changes when the test is pickled")
+    require(found[0] == found[1], "the identity of the test changes when the test is pickled")
     for factor in at.study.factors:
         other = json.dumps(identity(at.section, at.test(**{factor.name: factor.low})))
-        _require(other != found[0], f"the identity of a run does not include {factor.name}")
+        require(other != found[0], f"the identity of a run does not include {factor.name}")
 
 
 def _model_is_sound(at: LaboratoryAtWork) -> None:
     """Elements have positive volumes, initial values are finite, and a tool or the driven nodes move."""
     test = at.test()
     model = cutting.build(test) if isinstance(test, cutting.ShearTest) else build(rounded(test))
-    _require(bool((model.mesh.volumes() > 0.0).all()), "an element has zero volume")
+    require(bool((model.mesh.volumes() > 0.0).all()), "an element has zero volume")
     velocity = np.zeros(model.mesh.nodes.shape) if model.velocity is None else model.velocity
-    _require(bool(np.isfinite(velocity).all()), "the initial velocities are not finite")
+    require(bool(np.isfinite(velocity).all()), "the initial velocities are not finite")
     moved = any(tool.speed != 0.0 for tool in model.tools) or bool(np.abs(velocity[model.held]).max(initial=0.0) > 0.0)
-    _require(moved, "neither a tool nor a driven node moves")
+    require(moved, "neither a tool nor a driven node moves")
 
 
 def _responses_are_positive_and_repeatable(at: LaboratoryAtWork) -> None:
     """Each usual response is a positive number that is repeated bit for bit, and no file remains."""
-    with _apart(at.study):
+    with apart(at.study):
         found, again = (perform(at.test()).responses for _ in range(2))
     for name in at.section.usual:
-        _require(0.0 < found.get(name, math.nan) < math.inf, f"the response {name} is {found.get(name)}")
-    _require(again == found, f"the responses differ between two identical runs: {found} and {again}")
+        require(0.0 < found.get(name, math.nan) < math.inf, f"the response {name} is {found.get(name)}")
+    require(again == found, f"the responses differ between two identical runs: {found} and {again}")
 
 
 OF_TESTS: tuple[Callable[[LaboratoryAtWork], None], ...] = (

@@ -23,9 +23,9 @@ from stemcal.files.rows import Column, Table
 from stemcal.folder import StudyFolder
 from stemcal.measured.shear import ShearTests, find_files, measure_shear
 from stemcal.report.export import export_tables
-from stemcal.solvers.options import ResultReader
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.solvers.readers import read_number
+from stemcal.solvers.result_reader import ResultReader
 from stemcal.study.reading import read_study
 
 REPLAY, SMOKE = CONFIGS / "paper-replay.yaml", CONFIGS / "smoke.yaml"

@@ -106,7 +106,10 @@ def test_a_specimen_counts_until_it_is_excluded(tmp_path: Path) -> None:
     for name, peak in peaks.items():
         curve_file(tmp_path / f"8mm-{name}.csv", [0.0, 10.0, peak / 2, peak, 20.0])
     files = find_files(tmp_path)
-    assert measure_shear(files).grades[0].summary.mean == pytest.approx(680 / 6)
+    kept = measure_shear(files)
+    assert kept.grades[0].summary.mean == pytest.approx(680 / 6)
+    (note,) = kept.all_notes()
+    assert note.kind == "outlier" and "8mm-bad" in note.text
     without = measure_shear(files, exclude=["8mm-bad"])
     assert (without.grades[0].summary.n, without.grades[0].summary.mean) == (5, 100.0)
     (note,) = without.all_notes()

@@ -7,8 +7,8 @@ from typing import Any
 import pytest
 
 from stemcal.errors import SimulationFailed
-from stemcal.solvers.options import ResultReader
 from stemcal.solvers.readers import read_curve, read_number
+from stemcal.solvers.result_reader import ResultReader
 
 
 def _left(folder: Path, y: list[float], x: list[float] | None = None) -> Path:

@@ -1,7 +1,7 @@
 """The screening: design rows → responses → effects, and the factors that matter.
 
 One rule chooses the factors: the F test against the residual where that has three or more degrees of freedom,
-otherwise Lenth's method. The residual holds the columns without a factor and repeated runs.
+otherwise Lenth's method. The residual holds the columns without a factor, repeated runs and the scatter of centre runs.
 """
 
 from __future__ import annotations
@@ -13,7 +13,16 @@ from numpy.typing import ArrayLike
 
 from stemcal.doe.designs import catalogue
 from stemcal.doe.designs.aliases import aliases_note
-from stemcal.doe.effects import Effect, Residual, changes_of, effects_of, stands_out
+from stemcal.doe.effects import (
+    Curvature,
+    Effect,
+    centre_runs,
+    changes_of,
+    curvature_of,
+    effects_of,
+    residual_of,
+    stands_out,
+)
 from stemcal.doe.lenth import FEWEST, Lenth, lenth
 from stemcal.doe.regression.coding import Coding
 from stemcal.doe.regression.least_squares import Array, LeastSquares, fit_least_squares, require_estimable
@@ -73,7 +82,8 @@ def screening_design(study: Study, solver: Solver) -> Design:
         chosen = study.of(ScreenOptions)
         if chosen.design == "none":
             raise UsageError("screen.design: the value is `none`. Choose a design for the screening.")
-        coded = catalogue.screening_runs(chosen.design, len(factors), chosen.runs, chosen.fold_over)
+        corners = catalogue.screening_runs(chosen.design, len(factors), chosen.runs, chosen.fold_over)
+        coded = np.vstack([corners, np.zeros((chosen.centre_points, len(factors)))])
         kind = f"{chosen.design}, folded over" if chosen.fold_over else chosen.design
         once = Design("screen", kind, coding, coded, coding.runs(coded, study.midlevels()), order=1)
         return once.repeated(study.replicates)
@@ -102,7 +112,7 @@ def analyse_screening(
     Parameters
     ----------
     coded : array (n, k)
-        Levels −1 and +1.
+        Levels −1 and +1, and 0 at centre points.
     response : array (n,)
         NaN for a failed run; the effects are then least-squares estimates from the runs left.
     names, symbols : sequences of k strings
@@ -116,7 +126,9 @@ def analyse_screening(
     RunsFailed
         If the runs left cannot estimate every effect and its error.
     """
-    design, y = np.asarray(coded, dtype=float), np.asarray(response, dtype=float)
+    whole, responses = np.asarray(coded, dtype=float), np.asarray(response, dtype=float)
+    middle = centre_runs(whole)
+    design, y, centre = whole[~middle], responses[~middle], responses[middle & np.isfinite(responses)]
     present = np.isfinite(y)
     n_failed = int(np.sum(~present))
     matrix = np.column_stack([np.ones(int(present.sum())), design[present]])
@@ -127,22 +139,26 @@ def analyse_screening(
             f"screen: {n_failed} of {len(y)} runs failed, which leaves no residual degrees of freedom. Correct the "
             "cause of the failures and repeat the failed runs with `stemcal run SPEC --retry`."
         )
-    residual, mean_square = Residual(fit.residual_ss, fit.df), None if fit.exact else fit.mean_square
+    residual, mean_square = residual_of(fit, centre)
     changes = changes_of(fit)
     size = lenth(changes, alpha)
     effects = effects_of(fit, residual, mean_square, changes, names, symbols or names, size)
     tested = mean_square is not None and residual.df >= LEAST_DF
     by_lenth = size.me is not None and not tested
     significant = [stands_out(e, size) if by_lenth else e.p is not None and e.p < alpha for e in effects]
-    notes = _screening_notes(fit, effects, size, design[present], n_failed, alpha, tested, written)
+    curvature = curvature_of(y[present], centre, residual, mean_square, alpha)
+    notes = _screening_notes(
+        fit, residual.df, effects, size, design[present], n_failed, alpha, tested, curvature, written
+    )
     return Screening(
         effects=Rows(effects),
         significant=tuple(name for name, chosen in zip(names, significant, strict=True) if chosen),
         lenth=size,
         residual=residual,
         total_sum_of_squares=fit.total_ss,
-        runs_used=int(present.sum()),
-        runs_failed=n_failed,
+        curvature=curvature,
+        runs_used=int(present.sum()) + len(centre),
+        runs_failed=int(np.sum(~np.isfinite(responses))),
         notes=notes,
     )
 
@@ -152,16 +168,18 @@ def analyse_screening(
 
 def _screening_notes(
     fit: LeastSquares,
+    df: int,
     effects: Sequence[Effect],
     size: Lenth,
     design: Array,
     n_failed: int,
     alpha: float,
     tested: bool,
+    curvature: Curvature | None,
     written: Names,
 ) -> tuple[Note, ...]:
     """Return what the choice of the factors depends on; `tested` where the F test makes it."""
-    found = []
+    found = [] if curvature is None else [_curvature(curvature, written)]
     if n_failed:
         text = (
             f"{n_failed} of {len(fit.response) + n_failed} runs failed, so the design is no longer orthogonal. The "
@@ -178,12 +196,23 @@ def _screening_notes(
         )
         found.append(Note("too_few_effects", "caution", text))
     elif not tested:
-        only = f"the residual has only {counted(fit.df, 'degree')} of freedom"
-        few = only if fit.df < LEAST_DF else "the residual is zero"
+        few = f"the residual has only {counted(df, 'degree')} of freedom" if df < LEAST_DF else "the residual is zero"
         text = f"The significant factors are selected by Lenth's method because {few}."
         found.append(Note("lenth_decides", "caution", text))
     found += _disagreements(effects, size, alpha, written)
     return (*found, aliases_note(design, [effect.factor for effect in effects]))
+
+
+def _curvature(found: Curvature, written: Names) -> Note:
+    means = (
+        f"The mean {written.response.long} is {written.quantity(found.corners)} at the corners and "
+        f"{written.quantity(found.centre)} at the centre ({counted(found.runs, 'run')})."
+    )
+    if found.f is None or found.p is None:
+        return Note("curvature", "caution", f"{means} The curvature cannot be tested without an estimate of the error.")
+    significance = "significant" if found.curved else "not significant"
+    test = f"F(1, {found.df}) = {found.f:.3g}, p {signed_probability(found.p)}"
+    return Note("curvature", "caution", f"{means} The curvature is {significance} ({test}).")
 
 
 def _disagreements(effects: Sequence[Effect], size: Lenth, alpha: float, written: Names) -> Iterator[Note]:

@@ -11,7 +11,7 @@ from stemcal.study.types.field_types import Flag, Frozen, Number, Whole
 if TYPE_CHECKING:
     from stemcal.study.model import Study
 
-ScreeningDesign = Literal["plackett-burman", "fractional-factorial", "none"]
+ScreeningDesign = Literal["plackett-burman", "fractional-factorial", "full-factorial", "none"]
 
 
 class ScreenOptions(Frozen):
@@ -22,6 +22,8 @@ class ScreenOptions(Frozen):
 
     design: ScreeningDesign = "plackett-burman"
     """The design of the screening."""
+    centre_points: Annotated[Whole, Field(ge=0, le=50)] = 0
+    """Number of runs at the centre of all ranges, to detect curvature and scatter."""
     runs: Annotated[Whole, Field(ge=4, le=512)] | None = None
     """Number of runs. The default for a Plackett–Burman design is 12 runs for 5 to 11 factors."""
     fold_over: Flag = False

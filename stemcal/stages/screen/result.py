@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, fields, replace
 from typing import Any, ClassVar, Literal
 
-from stemcal.doe.effects import Effect, Residual
+from stemcal.doe.effects import Curvature, Effect, Residual
 from stemcal.doe.lenth import Lenth
 from stemcal.doe.regression.least_squares import t_quantile
 from stemcal.files.rows import Rows, Table
@@ -28,6 +28,7 @@ class Screening:
     lenth: Lenth
     residual: Residual
     total_sum_of_squares: float
+    curvature: Curvature | None = absent()
     runs_used: int
     runs_failed: int
     notes: tuple[Note, ...]
@@ -51,6 +52,7 @@ class ScreenResult(StageResult):
     residual: Residual
     total_sum_of_squares: float
     alpha: float = 0.05
+    curvature: Curvature | None = absent()
     runs_used: int
     runs_failed: int
     responses: dict[str, Screening] | None = absent()

@@ -99,12 +99,13 @@ class PieceSection(LaboratorySection):
     """
 
     length: StemLength | None = None
-    """Length of the piece; the default is 1.2 times the span in bending tests and twice the diameter in other tests."""
+    """Length of the test piece; the default is 1.2 times the span in bending tests and twice the diameter in other
+    tests."""
     stroke: StemLength
     """Stroke of the machine."""
     element_size: StemLength | None = None
-    """Element size: by default d/12 in bending and d/8 in axial tests. In radial compression the default is d/64 at the
-    plates and d/16 elsewhere."""
+    """Element size: by default d/12 in bending and d/8 in axial tests. In radial compression, the default is d/64 at
+    the plates and d/16 elsewhere."""
 
     usual_size: ClassVar[Length] = Length(divisor=8.0)
     """The length of its elements where the spec does not give it."""
@@ -127,7 +128,7 @@ class PieceSection(LaboratorySection):
     def misfits(self, diameter: float) -> Iterator[tuple[str, str, str]]:
         stroke, room = self.stroke_at(diameter), self.room(diameter)
         if stroke >= 0.5 * room:
-            message = f"the stroke of {stroke:g} mm must be less than half the size of the piece ({room:g} mm)"
+            message = f"the stroke of {stroke:g} mm must be less than half the size of the test piece ({room:g} mm)"
             yield "stroke", message, "reduce the stroke"
 
 

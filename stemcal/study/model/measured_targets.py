@@ -37,12 +37,12 @@ class TargetRow(Frozen):
     travel: Size | None = None
     """Mean travel from first contact to the maximum force."""
     work: Annotated[float, Quantity("energy", above=0)] | None = None
-    """Mean work: up to the maximum force in cutting, up to the break or the end of the stroke in other tests."""
+    """Mean work: up to the maximum force in cutting tests, up to the break or the end of the stroke in other tests."""
     slope: Annotated[float, Quantity("force per length", above=0)] | None = None
     """Mean slope of the force–travel curve from 20 to 50 % of the maximum force, in tests other than cutting."""
     sd: Annotated[Any, WithJsonSchema(_SCATTER)] = None
-    """Standard deviation over the specimens; for several responses, a mapping by the names of the responses. Without
-    `sd`, the mean is treated as exact."""
+    """Standard deviation over the specimens; for several responses, a mapping from response names to standard
+    deviations. Without `sd`, the mean is treated as exact."""
     n: Annotated[Whole, Field(ge=1)] | None = None
     """Number of specimens."""
     curves: Patterns | None = None

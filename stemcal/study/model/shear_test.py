@@ -52,7 +52,7 @@ class BladeSection(Frozen):
     """Radius of the edge; 0 mm for a sharp edge."""
     edge_spread: StemLengthOrZero = Length(divisor=9.5)
     """Half-width of the zone over which the contact force of the edge is spread: a length, or a fraction of the
-    diameter such as d/9.5. The calibrated failure strain depends on this half-width. With 0 mm the force depends on
+    diameter such as d/9.5. The calibrated failure strain depends on this half-width. With 0 mm, the force depends on
     the mesh."""
 
 
@@ -113,7 +113,7 @@ class ContactSection(Frozen):
     decay: Annotated[float, Quantity("decay", at_least=0)] = 0.0
     """Decay of the friction from µs to µd with the sliding speed v: µ = µd + (µs − µd)·exp(−decay·|v|)."""
     penalty: Annotated[Number, Field(gt=0, le=1)] = 0.25
-    """Contact stiffness of a node as a fraction of m/Δt²: m is the mass of the node, Δt the stable time step."""
+    """Contact stiffness of a node as a fraction of m/Δt²; m is the mass of the node, and Δt is the stable time step."""
 
 
 class MaterialSection(Frozen):
@@ -143,7 +143,7 @@ class MaterialSection(Frozen):
     """Plastic strain, averaged over the internal length, at which an element is deleted."""
     internal_length: StemLengthOrZero = Length(divisor=4.5)
     """Length over which the plastic strain for failure is averaged: a length, or a fraction of the diameter such as
-    d/4.5. With 0 mm the strain is not averaged, and the force depends on the mesh."""
+    d/4.5. With 0 mm, the strain is not averaged, and the force depends on the mesh."""
 
     def given(self) -> dict[str, float]:
         """Return the parameters that have one value for all stems."""

@@ -105,7 +105,8 @@ class Factor(Frozen):
     """Name of the factor in tables and files. The factors of the embedded solver are nine material parameters and the
     coefficient of friction `stem_friction`. With other programs, any name is allowed."""
     symbol: Symbol
-    """Symbol of the factor in tables and equations; by default X1 for the first factor, X2 for the second."""
+    """Symbol of the factor in tables and equations; by default X1 for the first factor, X2 for the second, and so
+    on."""
     label: Label
     """Label of the factor in the report and in figures; by default derived from `name`."""
     unit: UnitText = "1"

@@ -41,7 +41,7 @@ def test_the_usual_size_is_the_smallest_with_a_prime(k):
 
 def test_sizes_that_do_not_exist_are_refused():
     for runs in (10, 8, 16, 28):
-        with pytest.raises(UsageError, match=f"has {runs} runs for 9 factors; use .* such as 12"):
+        with pytest.raises(UsageError, match=f"has {runs} runs for 9 factors; use .* for example 12"):
             plackett_burman(9, runs)
     with pytest.raises(UsageError, match="unknown design 'taguchi'; choose one of plackett-burman, "):
         screening_runs("taguchi", 3)

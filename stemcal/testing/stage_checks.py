@@ -1,0 +1,125 @@
+"""The checks of stages; each is a function of the stage in use and raises an error if the stage fails."""
+
+from __future__ import annotations
+
+import json
+import pickle
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from functools import cached_property
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from stemcal.folder import StudyFolder
+from stemcal.report.showing import Showing, names_of
+from stemcal.runs.answer import Progress
+from stemcal.stages.fresh import changes_since
+from stemcal.stages.result import read_result
+from stemcal.stages.stage import Stage, stage_called
+from stemcal.stages.work import HERE
+from stemcal.testing.checks import AtWork, apart, require
+
+_STATISTICS = frozenset({"F", "p", "Lenth t", "Coded", "Value", "Sum of squares", "Mean square"})
+"""Headings of numbers without a unit: ratios, and squares of a response, whose unit is not printed."""
+
+
+class StageAtWork(AtWork):
+    """A stage, run in a folder after the stages that it needs."""
+
+    thing: Stage[Any]
+
+    def make(self, place: Path, watch: Callable[[Progress], None] = lambda _progress: None) -> StudyFolder:
+        """Run the stage and the stages that it needs in a folder."""
+        order, folder = [self.thing], StudyFolder(place)
+        while (before := order[0].needs(self.study)) is not None:
+            order.insert(0, stage_called(before))
+        for one in order:
+            if one is self.thing or not (place / f"{one.name}.json").is_file():
+                one.making()(self.study, folder, HERE, watch)
+        return folder
+
+    @cached_property
+    def made(self) -> tuple[TemporaryDirectory[str], StudyFolder, Any]:
+        """A folder in which the stage was run, and its result."""
+        kept = TemporaryDirectory()
+        with apart(self.study):
+            folder = self.make(Path(kept.name))
+        return kept, folder, read_result(folder, self.thing.result())
+
+    def files(self, place: Path) -> Mapping[str, bytes]:
+        """Return the contents of the files that the stage leaves."""
+        names = [f"{self.thing.name}.json", *(f"{name}.csv" for name in self.made[2].tables())]
+        return {name: (place / name).read_bytes() for name in names}
+
+
+def _stage_is_declared(at: StageAtWork) -> None:
+    """A stage has a name, equal to that of its result, a title and a help text."""
+    require(bool(at.thing.name and at.thing.title and at.thing.help), "the name, title or help of the stage is missing")
+    name = at.thing.result().name
+    require(
+        name == at.thing.name, f"the name of the stage is {at.thing.name!r}, but the name of its result is {name!r}"
+    )
+    require(isinstance(at.thing.showing(), Showing), "`showing` does not return an instance of `Showing`")
+
+
+def _result_is_its_file(at: StageAtWork) -> None:
+    """Result → file → result → file gives the same bytes, and a result is picklable."""
+    _, folder, result = at.made
+    file = json.dumps(folder.read_stage(at.thing.name))
+    require(json.dumps(result.to_json()) == file, "the result changes when it is read and written again")
+    require(pickle.loads(pickle.dumps(result)) == result, "the result changes when it is pickled")
+
+
+def _interrupted_stage_equals_uninterrupted_one(at: StageAtWork) -> None:
+    """A stage leaves the same bytes whether or not it is interrupted after its first run."""
+
+    def interrupt(progress: Progress) -> None:
+        if progress.stage == at.thing.name and progress.done > progress.cached:
+            raise KeyboardInterrupt
+
+    with apart(at.study) as place:
+        with suppress(KeyboardInterrupt):
+            at.make(place, interrupt)
+        at.make(place)
+        found, known = at.files(place), at.files(at.made[1].path)
+        differing = [name for name in known if known[name] != found[name]]
+    require(not differing, f"these files differ after an interruption: {', '.join(differing)}")
+
+
+def _stage_is_stale_when_an_input_changes(at: StageAtWork) -> None:
+    """A finished stage is up to date, and out of date after a change of a factor range or a number in its section."""
+    first, *rest = at.study.factors
+    wider = first.model_copy(update={"high": first.high + 0.125 * (first.high - first.low)})
+    studies = [at.study.model_copy(update={"factors": (wider, *rest)})]
+    if (own := at.study.further.get(at.thing.name)) is not None:
+        numbers = {name: one for name, one in own if isinstance(one, int | float) and not isinstance(one, bool)}
+        for name, value in numbers.items():
+            changed = own.model_copy(update={name: value + 1})
+            studies.append(at.study.model_copy(update={"further": {**at.study.further, at.thing.name: changed}}))
+    now = [changes_since(study, None, at.made[1], at.thing.name) for study in (at.study, *studies)]
+    require(now[0] == [], f"a new result is already out of date: {', '.join(now[0])} changed")
+    require(all(now[1:]), "the result remains up to date although an input has changed")
+
+
+def _tables_have_titles_and_units(at: StageAtWork) -> None:
+    """Every table has a title; a number has a unit in its heading or in a column, unless it is a count or a ratio."""
+    result = at.made[2]
+    for table in at.thing.showing().tables(result, names_of(result)):  # type: ignore[attr-defined]
+        require(bool(table.title), "a table has no title")
+        has_units = any(row[0] in at.study.names for row in table.rows)  # a factor's, in each row
+        for place, column in enumerate(table.columns):
+            values = [row[place] for row in table.rows]
+            counts = all(isinstance(value, int | str | None) for value in values)
+            named = column.unit or column.name in {*at.study.names, *_STATISTICS} or column.words
+            require(bool(counts or has_units or named), f"{table.title}: the column {column.name} has no unit")
+    for name, table in result.tables().items():
+        require(
+            all(len(row) == len(table.columns) for row in table.rows), f"the rows of {name}.csv have different lengths"
+        )
+
+
+OF_STAGES: tuple[Callable[[StageAtWork], None], ...] = (
+    _stage_is_declared, _result_is_its_file, _interrupted_stage_equals_uninterrupted_one,
+    _stage_is_stale_when_an_input_changes, _tables_have_titles_and_units,
+)  # fmt: skip
