@@ -177,7 +177,7 @@ class Table:
         if error is not None:
             rest = sorted(range(first, len(self.rows)), key=lambda i: -abs(self.rows[i][error] or 0.0))
             kept += sorted(rest[: most - first])
-            words += f": the first {first} and the {most - first} with the largest errors"
+            words = f"{words}: the first {first} and the {most - first} with the largest errors"
         rows, strong = tuple(self.rows[i] for i in kept), frozenset(kept.index(i) for i in self.strong if i in kept)
         return replace(self, rows=rows, strong=strong, foot=(*self.foot, f"{words}. {whole} contains all rows."))
 

@@ -131,8 +131,9 @@ def lower_bound_notes(outcomes: Sequence[Outcome]) -> list[Note]:
     if not rows:
         return []
     remedy = Remedy("Increase the stroke (`loading.stroke` or `loading.duration`).")
+    noun = "run" if len(rows) == 1 else "runs"
     text = (
-        f"In run{'s' * (len(rows) > 1)} {series(rows)}, the response had not fallen when the stroke ended, so the "
+        f"In {noun} {series(rows)}, the response had not fallen when the stroke ended, so the "
         "recorded maximum is a lower bound."
     )
     return [Note("lower_bound", "warning", text, remedy)]

@@ -14,6 +14,7 @@ from stemcal.solvers.laboratory_runs import laboratory_test, measured_at
 from stemcal.solvers.protocol import Request
 from stemcal.study.model import Study
 from stemcal.study.reading import load_study
+from stemcal.study.types.field_types import Length
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 
@@ -104,7 +105,7 @@ def test_a_slope_needs_no_maximum(study: Study) -> None:
     from stemcal.laboratory.perform import perform
     from stemcal.solvers.laboratory_runs import doubts
 
-    pull = study.tests[1].model_copy(update={"stroke": study.tests[1].stroke.of("0.1 mm")})
+    pull = study.tests[1].model_copy(update={"stroke": Length(0.1)})
     result = perform(laboratory_test(pull, shear_test(study, study.midlevels(), 8.0)))
     assert [warning.kind for warning in result.warnings] == ["maximum_not_passed"]
     result = replace(result, warnings=(*result.warnings, buckles(40.0), hourglass_energy(20.0)))

@@ -297,8 +297,8 @@ def _surface_notes(
         )
     if copies:
         text = (
-            f"The solver is deterministic: {counted(copies, 'run')} exactly {'repeats' if copies == 1 else 'repeat'} "
-            f"earlier results. Each point is counted once, which leaves {fit.df} residual degrees of freedom."
+            f"The solver is deterministic: {counted(copies, 'run')} returned the same results as "
+            f"earlier runs. Each point is counted once, which leaves {fit.df} residual degrees of freedom."
         )
         yield Note("copies_only", "info", text)
     yield from _lack_of_fit_notes(split)

@@ -86,11 +86,12 @@ def _values_are_physical(draft: Draft) -> Iterator[Finding]:
             shown = units.from_internal(value, parameter.unit)
             if path not in told and (wrong := parameter.outside(shown)):
                 told.add(path)
-                message, remedy = "", f"the usual range for plants is {parameter.usual}"
+                message = f"{in_unit(shown, parameter.unit)} {wrong}"
+                remedy = f"the usual range for plants is {parameter.usual}"
                 if name in _growing(draft):
-                    message = "at one diameter of this study the value "
+                    message = f"at one diameter of this study, the value {message}"
                     remedy = "correct the value, the exponent or the factor ranges"
-                yield Finding(path, f"{message}{in_unit(shown, parameter.unit)} {wrong}", remedy)
+                yield Finding(path, message, remedy)
 
 
 def wrong_levels(study: Study, levels: Mapping[str, float], diameter: float | None = None) -> Iterator[str]:

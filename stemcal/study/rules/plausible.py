@@ -137,7 +137,7 @@ def _targets(study: Study) -> Iterator[Finding]:
         if study.naming.response == FORCE:
             yield from doubt((*path, "force"), target.response, 1, 1e5, "N")
         if 0.0 in (target.sd, *(mean.sd for mean in target.further.values())):
-            message = "this mean has a standard deviation of 0 and therefore dominates a joint fit"
+            message = "the mean has a standard deviation of 0 and therefore dominates a joint fit"
             yield Finding((*path, "sd"), message, "omit `sd` if the standard deviation is unknown")
         travel, _ = target.mean_of(TRAVEL.name)
         stroke = study.loading.stroke_at(target.condition)

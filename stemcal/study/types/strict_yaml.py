@@ -92,7 +92,7 @@ def read_yaml(content: bytes) -> Document:
     if len(content) > MAX_BYTES:
         document.note(_TOP, "the file is larger than 1 MiB", "check whether this file is a spec")
     elif text is None:
-        document.note(_TOP, "the file is not a text in UTF-8, UTF-16 or GBK", "save the file as UTF-8")
+        document.note(_TOP, "the file is not encoded in UTF-8, UTF-16 or GBK", "save the file as UTF-8")
     else:
         _read_text(document, text)
     return document

@@ -236,7 +236,7 @@ def test_elements_too_small_for_any_mesh_are_refused(size: str) -> None:
     [
         ("1100 kg/m3", "1100 g/cm3", "6:12: material.density: 1.1e+06 kg/m3 is outside"),
         ("1000 MPa", "1000 kPa", "7:20: material.elastic_modulus: 1 MPa is outside"),
-        ("force: 159.2 N", "force: 159.2 N, sd: 0 N", "targets[1].sd: this mean has a standard deviation of 0"),
+        ("force: 159.2 N", "force: 159.2 N, sd: 0 N", "targets[1].sd: the mean has a standard deviation of 0"),
         ("low: 10, high: 20", "low: 1e4, high: 2e4", "3:53: factors.yield_stress.high: 20000 MPa is outside"),
         ("targets:", "loading: {speed: 1 mm/min}\ntargets:", ""),
         ("targets:", "loading: {duration: 1e6 s}\ntargets:", "13:21: loading.duration: 1e+06 s is outside"),

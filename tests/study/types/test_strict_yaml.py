@@ -146,7 +146,7 @@ def test_encodings_of_chinese_windows_are_read(content: bytes) -> None:
 
 def test_bytes_of_no_encoding_are_refused() -> None:
     assert decode(b"name: \xff\xff\xff") is None
-    assert messages(read_yaml(b"name: \xff\xff\xff")) == ["the file is not a text in UTF-8, UTF-16 or GBK"]
+    assert messages(read_yaml(b"name: \xff\xff\xff")) == ["the file is not encoded in UTF-8, UTF-16 or GBK"]
 
 
 def test_windows_line_ends_count_once() -> None:
