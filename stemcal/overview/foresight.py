@@ -58,7 +58,7 @@ def excess(demand: Demand, workers: int, memory: float | None) -> list[Note]:
         remedy = "Use larger elements (`solver.element_size`) or a shorter specimen."
         if fitting:
             text += f", and {at_a_time} parallel runs need {in_bytes(at_a_time * demand.memory)}"
-            remedy = f"Use fewer workers (--workers {fitting})."
+            remedy = f"Use fewer workers (`--workers {fitting}`)."
         text += f", but this machine has only {in_bytes(memory)}."
         found.append(Note("too_much_memory", "error", text, Remedy(remedy)))
     hours = demand.seconds / 3600.0 / at_a_time

@@ -109,7 +109,7 @@ class StudyResults:
         plots = {plot.name: plot for plot in gallery(self.study, self._results, self.records)}
         found = next((plot for one, plot in plots.items() if name == one or one.startswith(f"{name}-")), None)
         if found is None:
-            raise UsageError(f"figure: {name!r} is not a figure; {did_you_mean(str(name), plots)}")
+            raise UsageError(f"figure: no figure is named {name!r}; {did_you_mean(str(name), plots)}")
         return found.figure
 
     # ---- how they show themselves
