@@ -79,7 +79,7 @@ def test_take_the_parameters_to_another_mesh(clone: Path) -> None:
     printed = give(commands(page), clone)
     are_printed(outputs(page), printed.values())
     planned = printed["stemcal check configs/wild-chrysanthemum-transfer.yaml"]
-    assert "runs in its own model and at most 8 in the other model (stage refine)." in " ".join(planned.split())
+    assert "The refinement adds at most 8 runs in the other model" in " ".join(planned.split())
     written = json.loads((clone / "material" / "material.json").read_text("utf-8"))
     assert written["valid"] and written["files"] == ["material.k", "material.json"]
 
