@@ -71,7 +71,7 @@ def assumption(part: Certainty) -> list[str]:
 def valid_for(stage: InvertResult) -> list[str]:
     """Return the settings that the values are valid with."""
     settings = series(f"{name} {value}" for name, value in (stage.belongs_to or {}).items())
-    text = f"The parameters are valid only with {settings}. Report these settings together with the parameters."
+    text = f"The parameters are valid only with {settings}. Always report the parameters together with their settings."
     return [text] if settings else []
 
 
