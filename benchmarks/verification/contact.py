@@ -40,9 +40,9 @@ def rebound() -> Topic:
     text = (
         "A block falls on a rigid table. The contact is so soft that the block is effectively rigid. Without damping, "
         "the falling block must rebound at its impact speed. With damping, the rebound speed must equal that of a "
-        "damped oscillator that transmits no tension. In another case, a spinning elastic-plastic block is caught "
-        "between the table and a moving wedge, with friction. The change in momentum of the spinning block must equal "
-        "the impulse on the table and the wedge."
+        "damped oscillator that transmits no tension. In the case with two tools, a spinning elastic-plastic block is "
+        "caught between a table and a moving wedge, with friction. The change in momentum of the spinning block must "
+        "equal the impulse on the table and the wedge."
     )
     return Topic("Rebound and momentum", text, tuple(cases))
 

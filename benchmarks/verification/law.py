@@ -69,7 +69,8 @@ def rate() -> Topic:
         "One element without hardening (σy = 10 MPa) is stretched at a constant strain rate and constant volume. "
         "According to the Cowper–Symonds law, the yield stress is multiplied by 1 + (ε̇/C)^(1/P). According to the "
         "law printed in the paper, the yield stress is multiplied by 1 + (ε̇/C)^P. The strain rate in both rate laws "
-        "is ε̇ = √(ε̇:ε̇). At the speed of the shear test, the factor of the printed law is almost exactly 1."
+        "is ε̇ = √(ε̇:ε̇). At the speed of the shear test, the law printed in the paper does not change the yield "
+        "stress."
     )
     caption = "Yield stress versus axial strain rate for C = 80 1/s and P = 4: computed (points) and formula (lines)."
     return Topic(

@@ -79,9 +79,10 @@ def _effects_table(stage: ScreenResult, names: Names) -> Table:
     if lenth.pse is not None and lenth.me is not None and lenth.sme is not None:
         pse, me, sme = (names.quantity(value) for value in (lenth.pse, lenth.me, lenth.sme))
         margins.append(
-            f"Lenth's method: pseudo standard error {pse}, margin of error {me}, simultaneous margin of error {sme}."
+            f"Lenth's method yields a pseudo standard error of {pse}, a margin of error of {me} and a simultaneous "
+            f"margin of error of {sme}."
         )
-    shares = "** p < 0.01, * p < 0.05. Share: percentage of the total sum of squares."
+    shares = "** p < 0.01, * p < 0.05. The share of a factor is its percentage of the total sum of squares."
     strong = frozenset(i for i, e in enumerate(effects) if e.factor in stage.significant)
     return Table.of(columns, rows, f"Effects on the {response.long}", (rule, *margins, shares), strong=strong)
 
