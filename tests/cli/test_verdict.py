@@ -79,7 +79,7 @@ def test_no_interval_is_shown_where_nothing_is_calibrated(
     page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
     body = page[page.index("<main>") :]
     assert body.index("Not calibrated") < body.index("Outcome")
-    for claim in ("95 % range", "Identifiability", "Equal within", "95 % confidence interval"):
+    for claim in ("95 % range", "Identifiability", "Equal within", "The 95 % confidence interval"):
         assert claim not in body
     assert "parameter intervals and agreement with the measurements are not reported" in body
 
