@@ -177,8 +177,14 @@ CUTTING = Naming()
 
 
 def small(label: str) -> str:
-    """Return a label with a small first letter, unless it begins with an abbreviation."""
-    return label if label[1:2].isupper() else label[:1].lower() + label[1:]
+    """Return a label with a small first letter, unless it begins with a symbol, an abbreviation or a possessive name.
+
+    >>> small("Yield stress"), small("Poisson's ratio"), small("CO2 content"), small("E")
+    ('yield stress', "Poisson's ratio", 'CO2 content', 'E')
+    """
+    first = label.partition(" ")[0]
+    kept = len(first) == 1 or first[1:2].isupper() or first.endswith(("'s", "’s"))
+    return label if kept else label[:1].lower() + label[1:]
 
 
 def capital(label: str) -> str:
@@ -225,13 +231,22 @@ class Names:
         """
         return re.sub(r"[^:^]+", lambda found: self.labels.get(found[0]) or found[0], name)
 
+    def in_text(self, name: str) -> str:
+        """Return the name of a factor inside a sentence.
+
+        >>> Names(labels={"yield_stress": "Yield stress"}).in_text("yield_stress"), Names().in_text("Dose")
+        ('yield stress', 'Dose')
+        """
+        label = self.labels.get(name)
+        return small(label) if label else name
+
     def factors(self, names: Iterable[str]) -> str:
-        """List factors.
+        """List factors inside a sentence.
 
         >>> Names().factors(["a", "b", "c"])
         'a, b and c'
         """
-        return series(self.factor(name) for name in names)
+        return series(map(self.in_text, names))
 
     def quantity(self, value: float, form: str = ".4g") -> str:
         """Return a value of the response with its unit.

@@ -78,7 +78,7 @@ def stemcal(
 ) -> None:
     """Calibrate finite-element models of plant stems against measured forces.
 
-    A study is defined by one YAML file, called the spec. The command `stemcal init` writes a template of the spec. The
+    A study is defined by one YAML file, called the spec. The command `stemcal init` writes a template for the spec. The
     command `stemcal run` runs all stages of the study.
     """
 

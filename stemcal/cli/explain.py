@@ -98,14 +98,14 @@ Term = Annotated[
     list[str] | None,
     typer.Argument(metavar="TERM", help="Term of the glossary or key of the spec."),
 ]
-Schema = Annotated[bool, typer.Option("--schema", help="Print the JSON schema of the spec, for use in an editor.")]
+Schema = Annotated[bool, typer.Option("--schema", help="Print the JSON schema of the spec for use in an editor.")]
 
 
 def explain(term: Term = None, schema: Schema = False, as_json: AsJson = False) -> None:
-    """Explain a term or a key of the spec.
+    """Explain a glossary term or a key of the spec.
 
-    If no term is given, all terms are listed. Terms can be given in English or Chinese. To enable key completion in an
-    editor, save the schema as `stemcal.schema.json` and start each spec with the line
+    If no term is given, all terms are listed. Terms can be given in English or Chinese. To enable completion of spec
+    keys in an editor, save the schema as `stemcal.schema.json` and begin each spec with the line
     `# yaml-language-server: $schema=stemcal.schema.json`.
 
     Example: [bold]stemcal explain lack of fit[/bold]

@@ -25,7 +25,9 @@ TableFormat = Annotated[
 ]
 Names = Annotated[
     list[str] | None,
-    typer.Argument(metavar="NAME", help="Names or prefixes of figures; `list` prints all names.", show_default="all"),
+    typer.Argument(
+        metavar="NAME", help="Names or prefixes of figures; `list` prints all figure names.", show_default="all"
+    ),
 ]
 FigureFormat = Annotated[
     Literal["svg", "png", "pdf", "eps", "tiff"] | None,
@@ -52,7 +54,8 @@ def tables(spec: Spec, kind: TableFormat = "csv", out: Out = None, as_json: AsJs
     """Write the tables of a study in a format for publication.
 
     The tables are saved in the subfolder `tables` of the study folder. The tables contain the factors, the runs and
-    results of each stage, and the calibrated parameters. With `--format docx`, the file also contains the figures.
+    results of each stage, and the calibrated parameters. With `--format docx`, the
+    Word file also contains the figures.
 
     Example: [bold]stemcal export tables configs/smoke.yaml --format docx[/bold]
     """
@@ -83,8 +86,8 @@ def figures(
 
     The figures are saved in the subfolder `figures` of the study folder. A prefix such as `contour`
     selects all figures whose names start with this prefix. The name `animation` selects a GIF
-    animation of the cut at the calibration diameter. The name `animation-7mm` selects a GIF animation of the cut at a
-    diameter of 7 mm.
+    animation of the cutting simulation at the calibration diameter. The name `animation-7mm` selects a GIF animation of
+    the cutting simulation at a diameter of 7 mm.
 
     Example: [bold]stemcal export figures configs/smoke.yaml contour --format pdf --width 90[/bold]
     """

@@ -30,7 +30,7 @@ DeckFile = Annotated[
 ]
 Program = Annotated[
     Literal["lsdyna", "openradioss"] | None,
-    typer.Option("--for", help="Program for which the deck is written.", show_default="from study or file name"),
+    typer.Option("--for", help="Finite-element program that reads the deck.", show_default="from study or file name"),
 ]
 
 
@@ -46,10 +46,9 @@ def export_deck(
 ) -> None:
     """Write the shear test as a deck for LS-DYNA or OpenRadioss.
 
-    The deck contains the calibrated factor values, or mid-range values if the study is not calibrated. The internal
-    length and the edge spread of the study are converted to cards for the program. If the deck file has the extension
-    `.rad`, the starter and engine files of OpenRadioss are also written. The units of the deck are mm, tonne, s, N and
-    MPa.
+    The deck contains the calibrated value of each factor, or the mid-range value if the study is not calibrated. For a
+    deck file with the extension `.rad`, the command also writes the starter and engine files of OpenRadioss. The units
+    of the deck are mm, tonne, s, N and MPa.
 
     Example: [bold]stemcal export deck configs/wild-chrysanthemum.yaml run.k --for lsdyna[/bold]
     """
@@ -152,7 +151,7 @@ _COARSEST = 0.5  # of the diameter
 Folder = Annotated[Path, typer.Argument(metavar="FOLDER", help="Folder for the output files.", show_default=False)]
 Card = Annotated[
     Literal["lsdyna", "openradioss"],
-    typer.Option("--for", help="Target program: `lsdyna` (*MAT_003) or `openradioss` (*MAT_024).", show_default=False),
+    typer.Option("--for", help="Program that reads the material card.", show_default=False),
 ]
 Size = Annotated[
     str,
@@ -176,8 +175,8 @@ def export_material(
     """Write a material card for a model with the given element size.
 
     If each element fails independently of its neighbours, the simulated force depends on the element size and the mesh
-    position. The failure strain is adjusted until the mean force over several mesh positions equals the target force.
-    Before you use this command, calibrate the study with `stemcal run SPEC`.
+    position. The command adjusts the failure strain until the mean simulated force over several mesh positions equals
+    the target force. Before you use this command, calibrate the study with `stemcal run SPEC`.
 
     Example: [bold]stemcal export material configs/smoke.yaml material --for lsdyna --element-size "2 mm"[/bold]
     """

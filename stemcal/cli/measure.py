@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 app = typer.Typer(
     no_args_is_help=True,
-    help="Convert laboratory files to diameter grades or calibration targets.\n\n"
+    help="Convert laboratory measurements to diameter grades or calibration targets.\n\n"
     "Example: [bold]stemcal measure diameters stems.csv[/bold]",
 )
 
@@ -38,8 +38,8 @@ Separator = Annotated[
 Decimal = Annotated[
     str | None, typer.Option(metavar="NAME", help="Decimal mark: a point or a comma.", show_default="detected")
 ]
-SheetName = Annotated[str | None, typer.Option("--sheet", metavar="NAME", help="Worksheet to read from a workbook.")]
-Preload = Annotated[float, typer.Option(metavar="N", min=0, help="Force at which each measured curve starts.")]
+SheetName = Annotated[str | None, typer.Option("--sheet", metavar="NAME", help="Name of the worksheet to read.")]
+Preload = Annotated[float, typer.Option(metavar="N", min=0, help="Preload at which each measured curve starts.")]
 ForceColumn = Annotated[
     str | None, typer.Option(metavar="COLUMN,...", help="Name or number of the force column.", show_default="by name")
 ]
@@ -58,12 +58,13 @@ DisplacementUnit = Annotated[
 @app.command()
 def diameters(
     file: Annotated[
-        Path, typer.Argument(metavar="FILE", help="Table of diameters with one row per stem or per reading.")
+        Path, typer.Argument(metavar="FILE", help="Table of stem diameters with one row per stem or reading.")
     ],
     grades: Annotated[
-        str | None, typer.Option(metavar="MM,...", help="Nominal diameters of the grades.", show_default="proposed")
+        str | None,
+        typer.Option(metavar="MM,...", help="Nominal stem diameters of the grades.", show_default="proposed"),
     ] = None,
-    step: Annotated[float, typer.Option(metavar="MM", help="Width of each grade.")] = 1.0,
+    step: Annotated[float, typer.Option(metavar="MM", help="Width of each diameter grade.")] = 1.0,
     diameter_column: Annotated[
         str | None,
         typer.Option(metavar="COLUMN,...", help="Name or number of the diameter column.", show_default="by name"),
@@ -105,9 +106,11 @@ def shear(
     exclude: Annotated[
         list[str] | None, typer.Option(metavar="NAME", help="Specimen to exclude (repeatable option).")
     ] = None,
-    spec: Annotated[Path | None, typer.Option(metavar="SPEC", help="Spec into which the targets are written.")] = None,
+    spec: Annotated[
+        Path | None, typer.Option(metavar="SPEC", help="Spec to which the calibration targets are written.")
+    ] = None,
     travel_and_work: Annotated[
-        bool, typer.Option("--travel-and-work", help="Add travel and work at peak force to the targets.")
+        bool, typer.Option("--travel-and-work", help="Also write targets for travel and work at peak force.")
     ] = False,
     force_column: ForceColumn = None,
     displacement_column: DisplacementColumn = None,
@@ -123,7 +126,8 @@ def shear(
 ) -> None:
     """Convert files of shear tests to peak forces and calibration targets.
 
-    Diameters are read from file names (`7mm-1.csv`), header lines, or the table given by `--index`.
+    Specimen diameters are read from the file names (for example, `7mm-1.csv`), from the header rows, or from the table
+    specified with `--index`.
 
     Example: [bold]stemcal measure shear configs/data/measured-shear[/bold]
     """
@@ -159,15 +163,15 @@ def shear(
 
 @app.command()
 def tests(
-    spec: Annotated[Path, typer.Argument(metavar="SPEC", help="Spec with a section for each test.")],
+    spec: Annotated[Path, typer.Argument(metavar="SPEC", help="Spec with a section for each laboratory test.")],
     folder: Annotated[
-        Path, typer.Argument(metavar="FOLDER", help="Folder with one subfolder of measured files for each test.")
+        Path, typer.Argument(metavar="FOLDER", help="Folder with one subfolder of measured curves for each test.")
     ],
     preload: Preload = 5.0,
     exclude: Annotated[
         list[str] | None, typer.Option(metavar="TEST/NAME", help="Specimen to exclude (repeatable option).")
     ] = None,
-    write: Annotated[bool, typer.Option("--write", help="Write the targets into the spec.")] = False,
+    write: Annotated[bool, typer.Option("--write", help="Write the calibration targets to the spec.")] = False,
     force_column: ForceColumn = None,
     displacement_column: DisplacementColumn = None,
     force_unit: ForceUnit = None,
@@ -179,10 +183,10 @@ def tests(
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
-    """Convert files of the laboratory tests in a spec to calibration targets.
+    """Convert measured curves of laboratory tests to calibration targets.
 
-    For each test, the responses listed under its targets are calculated. If a test has no targets, the default
-    responses of this kind of test are calculated.
+    For each test in the spec, the command calculates the responses that have targets. If a test has no targets, the
+    command calculates the default responses for the kind of test.
 
     Example: [bold]stemcal measure tests study.yaml lab --write[/bold]
     """

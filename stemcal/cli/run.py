@@ -26,11 +26,11 @@ Until = Annotated[
     typer.Option(
         "--until",
         metavar="STAGE",
-        help="Last stage to run.",
+        help="Stage after which the study stops.",
         show_default="all stages",
     ),
 ]
-Retry = Annotated[bool, typer.Option("--retry", help="Repeat failed runs first.")]
+Retry = Annotated[bool, typer.Option("--retry", help="Repeat the failed runs before any other runs.")]
 
 
 def run(
@@ -45,8 +45,8 @@ def run(
 ) -> None:
     """Run all stages of a study and write the report.
 
-    The stages are `screen`, `rsm`, `invert` and `validate`. The stages `climb` and `refine` are included if the spec
-    contains sections with these names. You can interrupt a study at any time: the same command resumes the study and
+    By default, the stages are `screen`, `rsm`, `invert` and `validate`. The optional stages `climb` and `refine` are
+    included if the spec contains sections with these names. You can interrupt a study at any time: the same command resumes the study and
     keeps the finished runs.
 
     Example: [bold]stemcal run configs/smoke.yaml --out runs/first --workers 2[/bold]
@@ -181,7 +181,7 @@ def report(
         say_whole(f"Report: {page}", f"Figures: {drawn}")
 
 
-Sheet = Annotated[Path, typer.Argument(metavar="SHEET", help="Sheet with the results (`.csv` or `.xlsx`).")]
+Sheet = Annotated[Path, typer.Argument(metavar="SHEET", help="Run sheet with the results (`.csv` or `.xlsx`).")]
 Replace = Annotated[
     str, typer.Option("--replace", metavar="WHY", help="Reason for replacing recorded results.", show_default=False)
 ]
@@ -197,9 +197,9 @@ def enter(
 ) -> None:
     """Record the results of manual runs and continue the study.
 
-    Valid rows of the sheet are recorded; rows with errors are listed. If a run was not possible, write
-    `failed: REASON` in the row of the run. With `--replace`, a row marked as failed removes an earlier result of the
-    same run.
+    The command records the valid rows of the run sheet and lists the rows with errors. If a run could not be performed,
+    enter `failed: REASON` in its row of the run sheet. With `--replace`, a row of the run sheet that is
+    marked as failed removes the recorded result of its run.
 
     Example: [bold]stemcal enter my-study.yaml my-sheet.xlsx[/bold]
     """

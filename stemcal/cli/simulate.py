@@ -63,7 +63,7 @@ def simulate(
     """Simulate the virtual shear test or another test defined in the spec.
 
     If the study uses an external simulation program, the command runs this program once. Factors that are not set
-    with `--set` have mid-range values.
+    with `--set` are set to the middle of their range.
 
     Example: [bold]stemcal simulate configs/smoke.yaml --diameter 7 --set yield_stress=18[/bold]
     """

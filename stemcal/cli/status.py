@@ -39,8 +39,8 @@ def status(
 ) -> None:
     """Show the progress, the failed runs and the verdict of a study.
 
-    You can use this command while the study is running. To repeat failed runs, use
-    `stemcal run SPEC --retry`. Runs with damaged records are repeated automatically.
+    You can use this command while the study is running. To repeat failed runs, use `stemcal run SPEC --retry`. Runs
+    with damaged records are repeated automatically by `stemcal run SPEC`.
 
     Example: [bold]stemcal status configs/smoke.yaml --failed[/bold]
     """

@@ -60,8 +60,8 @@ def test_words_come_first(page: str) -> None:
     text = re.sub(r"\s+", " ", re.sub(r"<[^>]+>", " ", page[page.index("<body") :]))
     place = text.index("Outcome", text.index("Which parameters reproduce the measured"))
     assert place < text.index("Confidence") < text.index("Effects on the maximum")
-    assert "159.2 N at Yield stress = 18.37" in text
-    assert "of the combinations that fit equally well" in text
+    assert "159.2 N at yield stress = 18.37" in text
+    assert "of the parameter combinations that fit equally well" in text
     assert "was read from a table" in text
 
 
@@ -73,7 +73,7 @@ def test_the_first_screen_has_question_verdict_next_step_parameters_and_comparis
     assert places == sorted(places)
     verdict = first[places[1] :].partition("</section>")[0]
     assert verdict.count("<p>") == 1 and len(re.sub("<[^>]*>", "", verdict)) < 300
-    assert page.count("Measured and simulated maximum force; the circled values were fitted.<") == 1
+    assert page.count("Measured and simulated maximum force; the circled values were used in the fit.<") == 1
 
 
 def test_commands_and_keys_stand_as_code_and_no_mark_is_left(page: str) -> None:

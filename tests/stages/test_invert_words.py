@@ -45,13 +45,13 @@ def kinds(stage: InvertResult) -> dict[str, str]:
 def test_one_force_does_not_determine_two_factors(results: Any) -> None:
     stage = results.of(InvertResult)
     assert words.outcome(stage, LABELLED)[0].startswith(
-        "The response surface equals the measured value of 159.2 N at Yield stress = 18.37"
+        "The response surface equals the measured value of 159.2 N at yield stress = 18.37"
     )
     kept, free, *unseen, assumed = words.known(stage.certainty, stage, LABELLED)
-    assert kept.startswith("The maximum force at 8 mm alone constrains Yield stress to between 15.")
+    assert kept.startswith("The maximum force at 8 mm alone constrains yield stress to between 15.")
     assert free.endswith(" does not determine failure_strain and strain_rate_c.")
     assert len(unseen) == 2 and all("no first-order effect" in text for text in unseen)
-    assert assumed == "Without a standard deviation, the measured value is treated as exact."
+    assert assumed == "If no standard deviation is given, the measured value is treated as exact."
     assert kinds(stage)["one_of_many"] == "caution"
     point = replace(stage.point, inside=False, coded_radius=2.0)
     assert kinds(replace(stage, point=point))["solution_outside"] == "warning"

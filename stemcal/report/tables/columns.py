@@ -34,8 +34,8 @@ def levels(factors: Iterable[str], names: Names, form: Form = significant) -> tu
 
 
 def level_list(levels: Mapping[str, float], names: Names) -> str:
-    """List levels of factors."""
-    return ", ".join(f"{names.factor(name)} {significant(value)}" for name, value in levels.items())
+    """List levels of factors inside a sentence."""
+    return ", ".join(f"{names.in_text(name)} {significant(value)}" for name, value in levels.items())
 
 
 def simulated(named: Named, label: str = "", key: str = FIRST) -> Column:

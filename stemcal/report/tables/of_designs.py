@@ -32,7 +32,7 @@ def design_tables(result: StageResult, symbols: Mapping[str, str]) -> list[Table
         simulated(naming.response),
         *map(_other, naming.others),
     ]
-    foot = ["The table of factors defines the symbols."] if crowded and any(symbols.values()) else []
+    foot = ["The symbols are defined in the table of factors."] if crowded and any(symbols.values()) else []
     return [Table.of(columns, design.runs, f"{stage_called(result.name).title} runs", foot, detail=True)]
 
 

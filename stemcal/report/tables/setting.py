@@ -75,7 +75,7 @@ def _measured(study: Study) -> Table:
         foot = ["The parameters are fitted jointly to all measurements."]
     elif naming.condition is not None:
         strong = frozenset(i for i, target in enumerate(targets) if target.condition in fitted)
-        foot = [f"The fit uses the values in bold ({Names(naming).conditions(fitted)})."]
+        foot = [f"The values in bold ({Names(naming).conditions(fitted)}) were used in the fit."]
     responses = [one.long for one in (naming.response, *naming.others)]
     title = f"Measured {series(responses) if len(responses) <= MOST_LISTED else f'{len(responses)} responses'}"
     return Table.of(columns, targets, title, foot, strong=strong).shortened("The spec")

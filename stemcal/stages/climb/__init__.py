@@ -19,16 +19,16 @@ class Climbing(Stage["ClimbResult"]):
 
     name, title, reads = "climb", "Climb", ("climb", "rsm", "targets")
     one_by_one = True
-    help = """Move the centre of the design towards the target response.
+    help = """Move the centre of the design to the target by steepest ascent.
 
         All significant factors are changed simultaneously until the response passes the target. The screening effects
-        determine the direction of the climb. The key `climb.steps` limits the number of steps. The best step becomes
-        the centre of the design for the response surface. `stemcal run` includes the climb if the spec has a
-        `climb` section.
+        determine the direction of steepest ascent. The key `climb.steps` limits the number of steps. The step closest
+        to the target becomes the centre of the response surface design. `stemcal run` includes the steepest ascent if
+        the spec has a `climb` section.
         """
     purpose = (
-        "Climb between stages 1 and 2: steps along the path of steepest ascent towards the target. A study without "
-        "this section has no climb."
+        "Steepest ascent between stages 1 and 2: steps towards the target response. If a spec has no `climb` section, "
+        "the study has no steepest ascent."
     )
     by_section = True
 

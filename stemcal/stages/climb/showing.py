@@ -16,7 +16,7 @@ class ClimbShowing(Showing[ClimbResult]):
         """Return how near the steps came to the target."""
         moved = "was changed" if len(result.names) == 1 else "were changed together"
         runs = counted(len(result.rows), "run")
-        stepped = f"In the climb, {names.factors(result.names)} {moved} in {runs}."
+        stepped = f"In the steepest ascent, {names.factors(result.names)} {moved} in {runs}."
         reached = "passed" if result.passed else "did not reach"
         error = f"{fixed(abs(result.error_percent), 1)} %"
         return [
@@ -32,7 +32,7 @@ def _climb_table(stage: ClimbResult, names: Names) -> Table:
     """Return every step towards the target with its relative error."""
     columns = [Column("step", "Step", form=format), *levels(stage.names, names), simulated(names.response), ERROR]
     centres = ", ".join(
-        f"{names.factor(name)} {significant(scale.center)} ± {significant(scale.half_step)}"
+        f"{names.in_text(name)} {significant(scale.center)} ± {significant(scale.half_step)}"
         for name, scale in stage.coding.items()
     )
     foot = (

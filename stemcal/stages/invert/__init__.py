@@ -19,7 +19,7 @@ class Calibration(Stage["InvertResult"]):
 
     name, title, attribute, reads = "invert", "Calibration", "inversion", ("invert", "targets")
     simulates = False
-    help = "Determine the parameters and their intervals from the measured response."
+    help = "Determine the parameters and their intervals from the measurements."
     purpose = "Stage 3: calibration of the parameters to the measured values."
 
     def needs(self, study: Study) -> str | None:

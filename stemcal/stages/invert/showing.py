@@ -54,7 +54,7 @@ class InvertShowing(Showing[InvertResult]):
         units = {name: setting.study.factor(name).unit for name in result.point.solution}
         labels = {name: axis_of(setting.labels.get(name, name), unit) for name, unit in units.items()}
         text = (
-            "Misfit versus each factor, with the other factors refitted. In the 95 % interval (shaded), the misfit is "
+            "Misfit as a function of each factor, minimized over the other factors. In the 95 % interval (shaded), the misfit is "
             "below the dashed line. The vertical line marks the calibrated value."
         )
         return [Plot("profiles", "invert", text, partial(profiles, result, labels), claims=True)]
@@ -127,14 +127,14 @@ def calibration_table(stage: InvertResult, names: Names, refined: Mapping[str, f
     ]
     rule = f"the rule `{stage.rule}`" if stage.joint is None else "least squares over all fitted values"
     where = (
-        f"The target is {names.quantity(stage.target, '.6g')}, and the predicted value is "
-        f"{names.quantity(point.predicted)}. The solution, determined by {rule}, has a coded radius of "
+        f"The target is {names.quantity(stage.target, '.6g')}, and the value predicted at the calibrated point is "
+        f"{names.quantity(point.predicted)}. The calibrated point, determined by {rule}, has a coded radius of "
         f"{point.coded_radius:.3f}."
     )
     response = names.response.long
     ends = (
-        f"The 95 % confidence interval of the mean {response} is {_ends(point.mean_interval, names)}. The prediction "
-        f"interval of one run is {_ends(point.prediction_interval, names)}."
+        f"The 95 % confidence interval of the mean {response} is {_ends(point.mean_interval, names)}. The 95 % "
+        f"prediction interval of a single run is {_ends(point.prediction_interval, names)}."
     )
     claimed = (ends, *range_to_cite(stage, names))
     return Table.of(columns, rows, "Calibrated parameters", (where, *valid_for(stage)), claimed=claimed)

@@ -185,9 +185,9 @@ def _to_identify(study: Study, known: Certainty) -> Remedy:
     )
     left_out = [name for name in ("travel", "work", *study.own_further) if name not in study.fitted_responses]
     if any(study.calibration_target.mean_of(name)[0] is not None for name in left_out):
-        return advice.fit_all(study, "responses", f"If {widest} is still undetermined, {measure}")
+        return advice.fit_all(study, "responses", f"If {widest} remains undetermined, {measure}")
     if len(study.targets.means) > max(len(study.joint_targets), 1) and not chose_conditions(study):
-        return advice.fit_all(study, "conditions", f"If {widest} is still undetermined, {measure}")
+        return advice.fit_all(study, "conditions", f"If {widest} remains undetermined, {measure}")
     return Remedy(measure[:1].upper() + measure[1:])
 
 

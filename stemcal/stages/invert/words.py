@@ -14,7 +14,7 @@ from stemcal.words import series
 
 def outcome(stage: InvertResult, names: Names) -> list[str]:
     """Return the calibrated values and, for a joint fit, the largest error of the surfaces for each response."""
-    values = series(f"{names.factor(name)} = {significant(value)}" for name, value in stage.point.solution.items())
+    values = series(f"{names.in_text(name)} = {significant(value)}" for name, value in stage.point.solution.items())
     if stage.joint is None:
         return [f"The response surface equals the measured value of {names.quantity(stage.target, '.6g')} at {values}."]
     joint, errors = stage.joint, dict[str, float]()
@@ -33,13 +33,13 @@ def known(part: Certainty, stage: InvertResult, names: Names) -> list[str]:
     """Return the intervals of the factors, the factors that are not determined, and the assumptions."""
     data = "joint fit" if part.source == "joint" else f"{names.response.long}{names.at(stage.condition)} alone"
     kept = [
-        f"{names.factor(factor)} to between {significant(low)} and {with_unit(significant(high), part.units[factor])} "
+        f"{names.in_text(factor)} to between {significant(low)} and {with_unit(significant(high), part.units[factor])} "
         f"({100.0 * part.share[factor]:.0f} % of the factor range)"
         for factor, (low, high) in part.intervals.items()
         if factor not in part.free
     ]
     said = [
-        f"The prior for {names.factor(prior.factor)} is {short(prior.mean)} ± {with_unit(short(prior.sd), prior.unit)} "
+        f"The prior for {names.in_text(prior.factor)} is {short(prior.mean)} ± {with_unit(short(prior.sd), prior.unit)} "
         f"({prior.source})."
         for prior in stage.priors
     ]
@@ -47,7 +47,7 @@ def known(part: Certainty, stage: InvertResult, names: Names) -> list[str]:
     if part.free:
         said.append(f"The {data} does not determine {names.factors(part.free)}.")
     for found in part.unseen_changes:
-        together = series(change(f"{names.factor(name)} by", size, part.units[name]) for name, size in found.items())
+        together = series(change(f"{names.in_text(name)} by", size, part.units[name]) for name, size in found.items())
         said.append(f"Changing {together} has no first-order effect on the {data.removesuffix(' alone')}.")
     return [*said, *assumption(part)]
 
@@ -56,9 +56,9 @@ def assumption(part: Certainty) -> list[str]:
     """Return the assumptions of the intervals about measured values and surfaces; none if both are estimated."""
     said = []
     if part.scatter == "surface":
-        said.append("Without a standard deviation, the measured value is treated as exact.")
+        said.append("If no standard deviation is given, the measured value is treated as exact.")
     if part.known_sd:
-        said.append("Without the number of specimens, the standard deviation is treated as exact.")
+        said.append("If the number of specimens is not given, the standard deviation is treated as exact.")
     if not part.surface_error_known:
         said.append(
             "The error of the response surfaces cannot be estimated; the intervals assume an error between "
@@ -70,7 +70,7 @@ def assumption(part: Certainty) -> list[str]:
 def valid_for(stage: InvertResult) -> list[str]:
     """Return the settings that the values are valid with."""
     settings = series(f"{name} {value}" for name, value in (stage.belongs_to or {}).items())
-    text = f"The parameters are valid only with {settings}. Always report the parameters together with their settings."
+    text = f"The parameters are valid only with {settings}. Always report the parameters together with these settings."
     return [text] if settings else []
 
 
@@ -88,11 +88,11 @@ def range_to_cite(stage: InvertResult, names: Names) -> list[str]:
     """Explain the interval to report, and list the exact solutions of a single target."""
     if len(stage.point.solution) < 2 or stage.joint is not None:
         return []
-    exact = series(f"{names.factor(name)} {interval(stage.ranges[name])}" for name in stage.point.solution)
+    exact = series(f"{names.in_text(name)} {interval(stage.ranges[name])}" for name in stage.point.solution)
     return [
-        "Report the 95 % interval of each parameter, which contains all values that agree with the measurement.",
+        "Report the 95 % interval of each parameter: this interval contains all values consistent with the measurement.",
         *assumption(stage.certainty),
-        f"If the error of the response surface is neglected, the target is reached for {exact}.",
+        f"If the error of the response surface is neglected, the target can be reached within these ranges: {exact}.",
     ]
 
 
@@ -111,7 +111,7 @@ def _of_one(stage: InvertResult, names: Names) -> Iterator[Note]:
     if len(point.solution) > 1:
         text = (
             f"A single measured {names.response.long} cannot determine {len(point.solution)} parameters. The "
-            f"rule `{stage.rule}` was used to select one of the combinations that fit equally well."
+            f"rule `{stage.rule}` was used to select one of the parameter combinations that fit equally well."
         )
         yield Note("one_of_many", "caution", text)
     if not point.inside:

@@ -22,14 +22,14 @@ class Refinement(Stage["RefineResult"]):
     pictured = one_by_one = True
     help = """Correct the parameters until the simulation matches the measured value.
 
-        The refinement stops when the error is below `refine.tolerance_percent`, or after `refine.budget` simulations.
-        If several diameters were fitted (`invert.diameters`), every fitted diameter is simulated. `stemcal run`
-        includes the refinement if the spec has a `refine` section. The validation is based on the refined parameters.
-        With `refine.in`, the refinement is performed after the validation, with the program or mesh for which the
-        parameters are intended.
+        The refinement stops when the error of the simulated response is below `refine.tolerance_percent`, or after
+        `refine.budget` simulations. If forces at several diameters were fitted (`invert.diameters`), the refinement
+        includes all these diameters. `stemcal run` includes the refinement if the spec has a `refine` section. The
+        validation uses the refined parameters. If the spec has the key `refine.in`, the refinement follows the
+        validation and uses the finite-element program or mesh specified in this key.
         """
-    purpose = """Stage 4: correction of the solution by simulation, optionally in another program. A study without this
-        section has no refinement."""
+    purpose = """Stage 4: correction of the calibrated parameters by simulation, optionally in another finite-element
+        program. If a spec has no `refine` section, the study has no refinement."""
     by_section = True
 
     def needs(self, study: Study) -> str | None:

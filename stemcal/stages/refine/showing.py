@@ -21,7 +21,10 @@ class RefineShowing(Showing[RefineResult]):
         count = len(result.made)
         done = "checked in 1 run" if count == 1 else f"corrected in {count} runs"
         tolerance = f"{'is within' if result.converged else 'exceeds'} the tolerance of {result.tolerance_percent:g} %"
-        return [f"The solution was {done}. The error of {abs(result.error_percent):.2f} % at the solution {tolerance}."]
+        return [
+            f"The calibrated parameters were {done}. The error of {abs(result.error_percent):.2f} % at the calibrated "
+            f"values {tolerance}."
+        ]
 
     def tables(self, result: RefineResult, names: Names) -> list[Table]:
         return refine_tables(result, names)
@@ -103,7 +106,7 @@ def _there(stage: RefineResult, names: Names) -> list[str]:
     if row.after is None:
         return []
     moved = [one for one in stage.adjusted if one.value != one.calibrated]
-    values = series(f"{names.factor(one.factor)} = {significant(one.value)}" for one in moved)
+    values = series(f"{names.in_text(one.factor)} = {significant(one.value)}" for one in moved)
     given = f"refined parameters ({values})" if moved else "calibrated parameters"
     return [
         f"The simulated {names.response.long} in {there} with the {given} is {names.quantity(row.after)}. The target "

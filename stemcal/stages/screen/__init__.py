@@ -20,7 +20,7 @@ class Screening(Stage["ScreenResult"]):
     """A design with two levels of every factor, and the effects found in it."""
 
     name, title, reads = "screen", "Screening", ("screen",)
-    help = "Find the factors that affect the response."
+    help = "Identify the factors that significantly affect the response."
     purpose = "Stage 1: screening of the factors."
 
     def asked_for(self, study: Study) -> bool:

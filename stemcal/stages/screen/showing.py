@@ -33,7 +33,7 @@ class ScreenShowing(Showing[ScreenResult]):
         chosen = sorted(result.significant, key=lambda name: -abs(effects[name].effect))
         if chosen:
             shares = (f"{fixed(effects[name].contribution_percent, 1)} % of the variation" for name in chosen)
-            found = series(f"{names.factor(name)} ({share})" for name, share in zip(chosen, shares, strict=True))
+            found = series(f"{names.in_text(name)} ({share})" for name, share in zip(chosen, shares, strict=True))
             verb = "factor is" if len(chosen) == 1 else "factors are"
             return [count, f"For the {response}, the significant {verb} {found}."]
         if result.lenth.me is not None or not any(one.effect and one.p is None for one in result.effects):
@@ -49,8 +49,8 @@ class ScreenShowing(Showing[ScreenResult]):
     def figures(self, result: ScreenResult, setting: Setting) -> list[Plot]:
         response = result.naming.response.noun
         text = (
-            f"Pareto chart of the effects. Blue effects increase the {response}; orange effects decrease the "
-            f"{response}. Effects that extend beyond the dashed line are significant."
+            f"Pareto chart of the effects. A blue bar is an effect that increases the {response}; an orange bar is an "
+            f"effect that decreases the {response}. Effects with bars beyond the dashed line are significant."
         )
         return [Plot("pareto", "screen", text, partial(pareto, result, setting.labels))]
 

@@ -22,7 +22,7 @@ class ResponseSurface(Stage["SurfaceResult"]):
     """The runs of a design, and a quadratic surface fitted to them."""
 
     name, title, attribute, reads = "rsm", "Response surface", "surface", ("rsm",)
-    help = "Simulate the runs of the design and fit the response surface."
+    help = "Simulate an experimental design and fit a response surface to the runs."
     purpose = "Stage 2: the response surface."
 
     def needs(self, study: Study) -> str | None:

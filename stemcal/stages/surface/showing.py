@@ -41,8 +41,8 @@ class SurfaceShowing(Showing[SurfaceResult]):
         responses = [run.response for run in result.design.runs if run.response is not None]
         count = len(result.runs_diagnostics)
         text = (
-            f"A quadratic response surface in {names.factors(result.names)} was fitted to {count} runs (responses from "
-            f"{names.quantity(min(responses))} to {names.quantity(max(responses))})."
+            f"A quadratic response surface in {names.factors(result.names)} was fitted to {count} runs with responses "
+            f"from {names.quantity(min(responses))} to {names.quantity(max(responses))}."
         )
         copies = len(responses) - count
         if result.deterministic and copies > 0:
@@ -190,7 +190,7 @@ def canonical_table(stage: SurfaceResult, shape: Shape, names: Names) -> Table:
         )
     curved = (
         f"Along an axis of negative curvature, the {names.response.long} decreases in both directions from the "
-        "stationary point. The last columns of the table list the direction of each axis in coded units."
+        "stationary point. The last columns of the table contain the direction of each axis in coded units."
     )
     rows = ({"axis": number, "curvature": value, **axis} for number, (value, axis) in axes)
     return Table.of(columns, rows, "Canonical analysis", (point, curved), detail=True)

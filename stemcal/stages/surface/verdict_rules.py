@@ -211,8 +211,8 @@ def sign_against_expectation(evidence: Evidence) -> Iterator[Note]:
     )
     if against:
         names = series(against)
-        text = f"The sign of the effect of {names} is opposite to the expected sign in the spec."
-        remedy = Remedy(f"Check the units of {names}, the material law and the key `expected_sign` in the spec.")
+        text = f"The sign of the effect of {names} is opposite to the sign specified in the spec (`expected_sign`)."
+        remedy = Remedy(f"Check the units of {names}, the material law and the key `expected_sign`.")
         yield Note("sign_against_expectation", "warning", text, remedy)
 
 

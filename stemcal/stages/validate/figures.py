@@ -24,7 +24,7 @@ def plots(study: Study, validate: ValidateResult) -> list[Plot]:
         spread = _spread_of(study, response)
         text = f"Measured and simulated {response.long}"
         if naming.condition is not None:
-            text += "; the circled values were fitted" if validate.fitted else ""
+            text += "; the circled values were used in the fit" if validate.fitted else ""
         text += ". Bars show the standard deviation of the measurements." if spread else "."
         name = "validation" if response is naming.response else f"validation-{response.name}"
         draw = partial(validation, validate, spread, response)

@@ -22,7 +22,10 @@ def validation(evidence: Evidence) -> Iterator[Note]:
             "parameters."
         )
         yield Note(
-            "validation_from_table", "warning", text, Remedy("For the validation, use a solver that runs simulations.")
+            "validation_from_table",
+            "warning",
+            text,
+            Remedy("For the validation, use a solver that computes new results, not a table of stored results."),
         )
         return
     held_out = [row for row in evidence.judged if not row.fitted]

@@ -154,8 +154,9 @@ def fit_all(study: Study, over: str, then: str = "") -> Remedy:
     """Return the remedy to fit all ``responses``, or all ``conditions``, together."""
     key = "responses" if over == "responses" else "diameters"
     edit = f"invert: {{{key}: all}}"
-    many = key if study.naming.condition == DIAMETER or over == "responses" else "conditions"
-    return Remedy(f"Fit all measured {many} together (`{edit}`). {then}".rstrip(), edit)
+    many = key if study.naming.condition == DIAMETER else "conditions"
+    what = "all measured responses" if over == "responses" else f"the responses measured at all {many}"
+    return Remedy(f"Fit {what} jointly (`{edit}`). {then}".rstrip(), edit)
 
 
 def more_runs(surface: Surfaces) -> Remedy:
