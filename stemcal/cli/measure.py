@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 app = typer.Typer(
     no_args_is_help=True,
-    help="Convert laboratory measurements to diameter grades or calibration targets.\n\n"
+    help="Convert measurements to diameter grades or calibration targets.\n\n"
     "Example: [bold]stemcal measure diameters stems.csv[/bold]",
 )
 
@@ -124,7 +124,7 @@ def shear(
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
-    """Convert files of shear tests to peak forces and calibration targets.
+    """Convert shear test curves to peak forces and calibration targets.
 
     Specimen diameters are read from the file names (for example, `7mm-1.csv`), from the header rows, or from the table
     specified with `--index`.

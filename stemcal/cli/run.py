@@ -46,8 +46,8 @@ def run(
     """Run all stages of a study and write the report.
 
     By default, the stages are `screen`, `rsm`, `invert` and `validate`. The optional stages `climb` and `refine` are
-    included if the spec contains sections with these names. You can interrupt a study at any time: the same command resumes the study and
-    keeps the finished runs.
+    included if the spec contains sections with these names. You can interrupt a study at any time: the same command
+    resumes the study and keeps the finished runs.
 
     Example: [bold]stemcal run configs/smoke.yaml --out runs/first --workers 2[/bold]
     """

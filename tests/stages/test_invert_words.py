@@ -45,7 +45,7 @@ def kinds(stage: InvertResult) -> dict[str, str]:
 def test_one_force_does_not_determine_two_factors(results: Any) -> None:
     stage = results.of(InvertResult)
     assert words.outcome(stage, LABELLED)[0].startswith(
-        "The response surface equals the measured value of 159.2 N at yield stress = 18.37"
+        "The predicted maximum force equals the measured value of 159.2 N at yield stress = 18.37"
     )
     kept, free, *unseen, assumed = words.known(stage.certainty, stage, LABELLED)
     assert kept.startswith("The maximum force at 8 mm alone constrains yield stress to between 15.")

@@ -25,7 +25,7 @@ class ClimbOptions(Frozen):
     """Number of steps from the centre to the limits of the factor ranges."""
     at_once: Flag = False
     """Whether all steps are simulated at once, including steps beyond the target. The mean response of the screening
-    then determines the direction of steepest ascent. Use this key if runs are done by hand or many cores are available."""
+    then determines the direction of steepest ascent. Use this key for manual runs, or if many cores are available."""
 
 
 def _follows_a_slope(draft: Draft) -> Iterator[Finding]:

@@ -54,8 +54,8 @@ class InvertShowing(Showing[InvertResult]):
         units = {name: setting.study.factor(name).unit for name in result.point.solution}
         labels = {name: axis_of(setting.labels.get(name, name), unit) for name, unit in units.items()}
         text = (
-            "Misfit as a function of each factor, minimized over the other factors. In the 95 % interval (shaded), the misfit is "
-            "below the dashed line. The vertical line marks the calibrated value."
+            "Misfit as a function of each factor, minimized over the other factors. In the 95 % interval (shaded), "
+            "the misfit is below the dashed line. The vertical line marks the calibrated value."
         )
         return [Plot("profiles", "invert", text, partial(profiles, result, labels), claims=True)]
 
@@ -127,9 +127,9 @@ def calibration_table(stage: InvertResult, names: Names, refined: Mapping[str, f
     ]
     rule = f"the rule `{stage.rule}`" if stage.joint is None else "least squares over all fitted values"
     where = (
-        f"The target is {names.quantity(stage.target, '.6g')}, and the value predicted at the calibrated point is "
-        f"{names.quantity(point.predicted)}. The calibrated point, determined by {rule}, has a coded radius of "
-        f"{point.coded_radius:.3f}."
+        f"The target of the calibration is {names.quantity(stage.target, '.6g')}, and the value predicted at the "
+        f"calibrated point is {names.quantity(point.predicted)}. The calibrated point, determined by {rule}, "
+        f"has a coded radius of {point.coded_radius:.3f}."
     )
     response = names.response.long
     ends = (

@@ -16,7 +16,8 @@ def outcome(stage: InvertResult, names: Names) -> list[str]:
     """Return the calibrated values and, for a joint fit, the largest error of the surfaces for each response."""
     values = series(f"{names.in_text(name)} = {significant(value)}" for name, value in stage.point.solution.items())
     if stage.joint is None:
-        return [f"The response surface equals the measured value of {names.quantity(stage.target, '.6g')} at {values}."]
+        target = names.quantity(stage.target, ".6g")
+        return [f"The predicted {names.response.long} equals the measured value of {target} at {values}."]
     joint, errors = stage.joint, dict[str, float]()
     for row in joint.rows:
         errors[row.response] = max(errors.get(row.response, 0.0), abs(row.error_percent))
@@ -39,8 +40,8 @@ def known(part: Certainty, stage: InvertResult, names: Names) -> list[str]:
         if factor not in part.free
     ]
     said = [
-        f"The prior for {names.in_text(prior.factor)} is {short(prior.mean)} ± {with_unit(short(prior.sd), prior.unit)} "
-        f"({prior.source})."
+        f"The prior for {names.in_text(prior.factor)} is {short(prior.mean)} ± "
+        f"{with_unit(short(prior.sd), prior.unit)} ({prior.source})."
         for prior in stage.priors
     ]
     said += [f"The {data} constrains {series(kept)}."] if kept else []
@@ -90,7 +91,7 @@ def range_to_cite(stage: InvertResult, names: Names) -> list[str]:
         return []
     exact = series(f"{names.in_text(name)} {interval(stage.ranges[name])}" for name in stage.point.solution)
     return [
-        "Report the 95 % interval of each parameter: this interval contains all values consistent with the measurement.",
+        "Report the 95 % interval of each parameter; the interval contains all values consistent with the measurement.",
         *assumption(stage.certainty),
         f"If the error of the response surface is neglected, the target can be reached within these ranges: {exact}.",
     ]

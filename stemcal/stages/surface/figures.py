@@ -42,9 +42,9 @@ def plots(rsm: SurfaceResult, solved: Solution | None, labels: Mapping[str, str]
     """Return the figures of a surface; with a solution they show it."""
     observed = f"Simulated {rsm.naming.response.long} of each run versus the value predicted by the response surface."
     checks = (
-        "Normal plot of the residuals (left), residuals versus the predicted value (middle) and influence of each run "
-        "(right). If the residuals are normally distributed, the points in the normal plot lie close "
-        "to the line. A run with a Cook's distance above 1 strongly influences the response surface."
+        "Normal plot of the residuals (left), residuals versus the predicted value (middle) and Cook's distance of "
+        "each run (right). If the residuals are normally distributed, the points in the normal plot lie close "
+        "to the dashed line. A run with a Cook's distance above 1 strongly influences the response surface."
     )
     plots = [
         Plot("observed-predicted", "rsm", observed, partial(observed_predicted, rsm), detail=True),
@@ -67,7 +67,7 @@ def _pair_plots(
     value = f"{whose} {'calibrated' if solved else 'centre'} {'value' if one else 'values'}"
     held = "" if len(rsm.names) == 2 else f", with the other {others} at {value}"
     unit = f" ({response.written})" if response.written else ""
-    met = f" The orange line is the measured {response.long}; the star marks the calibrated point." if solved else ""
+    met = f" The orange line marks the measured {response.long}; the star marks the calibrated point." if solved else ""
     lines = f"Contours of the {response.long}{unit} {over}{held}.{met} The white dots are design points."
     relieved = (
         f"Response surface of the {response.long} {over}{held}. The contours are projected onto the base of the plot."

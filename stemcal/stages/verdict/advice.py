@@ -155,7 +155,7 @@ def fit_all(study: Study, over: str, then: str = "") -> Remedy:
     key = "responses" if over == "responses" else "diameters"
     edit = f"invert: {{{key}: all}}"
     many = key if study.naming.condition == DIAMETER else "conditions"
-    what = "all measured responses" if over == "responses" else f"the responses measured at all {many}"
+    what = "all measured responses" if over == "responses" else f"the responses at all measured {many}"
     return Remedy(f"Fit {what} jointly (`{edit}`). {then}".rstrip(), edit)
 
 
