@@ -106,11 +106,9 @@ def shear(
     exclude: Annotated[
         list[str] | None, typer.Option(metavar="NAME", help="Specimen to exclude (repeatable option).")
     ] = None,
-    spec: Annotated[
-        Path | None, typer.Option(metavar="SPEC", help="Spec to which the calibration targets are written.")
-    ] = None,
+    spec: Annotated[Path | None, typer.Option(metavar="SPEC", help="Spec to which the targets are written.")] = None,
     travel_and_work: Annotated[
-        bool, typer.Option("--travel-and-work", help="Also write targets for travel and work at peak force.")
+        bool, typer.Option("--travel-and-work", help="Also write targets for travel and work.")
     ] = False,
     force_column: ForceColumn = None,
     displacement_column: DisplacementColumn = None,
@@ -126,8 +124,7 @@ def shear(
 ) -> None:
     """Convert shear test curves to peak forces and calibration targets.
 
-    Specimen diameters are read from the file names (for example, `7mm-1.csv`), from the header rows, or from the table
-    specified with `--index`.
+    The command reads the diameters from file names (`7mm-1.csv`), header rows or the `--index` table.
 
     Example: [bold]stemcal measure shear configs/data/measured-shear[/bold]
     """
