@@ -38,11 +38,11 @@ def rebound() -> Topic:
     text = "remaining momentum, spinning block between two tools"
     cases.append(Case(text, momentum_error(), 0.0, SINGLE, "Newton's third law", relative=False))
     text = (
-        "A block falls on a rigid table. The contact is so soft that the block is effectively rigid. Without damping, "
-        "the falling block must rebound at its impact speed. With damping, the rebound speed must equal that of a "
-        "damped oscillator that transmits no tension. In the case with two tools, a spinning elastic-plastic block is "
-        "caught between a table and a moving wedge, with friction. The change in momentum of the spinning block must "
-        "equal the impulse on the table and the wedge."
+        "A block falls on a rigid table. The contact is so compliant that the block is effectively rigid. Without "
+        "damping, the falling block must rebound at its impact speed. With damping, the rebound speed must equal that "
+        "of a damped oscillator that transmits no tension. In the case with two tools, a spinning elastic-plastic "
+        "block is in frictional contact with a table and a moving wedge. The change in momentum of the spinning block "
+        "must equal the impulse on the table and the wedge."
     )
     return Topic("Rebound and momentum", text, tuple(cases))
 
@@ -91,13 +91,17 @@ def sliding() -> Topic:
                     "μd + (μs − μd) exp(−DC·v)")  # fmt: skip
         cases.append(case)
     text = (
-        "A block that slides on a table with the initial speed v must stop after the distance v²/2μg. A block that is "
-        "pulled with a force below the friction limit must move only by the elastic deflection of its contact. If the "
-        "force exceeds the friction limit, the block must accelerate. If the static coefficient of friction exceeds "
-        "the dynamic coefficient, the friction force must increase as the block slows down."
+        "A block that slides on a table with the initial speed v and the friction coefficient μ must stop after the "
+        "distance v²/2μg. A block that is pulled with a force below the friction limit must move only by the elastic "
+        "deflection of its contact. If the pulling force exceeds the friction limit, the block must accelerate. If the "
+        "static coefficient of friction exceeds the dynamic coefficient, the friction force must increase as the block "
+        "slows down."
     )
     drawing = figures.sliding(thrown, (speed, friction, law))
-    caption = "Speed of a sliding block versus time, and friction versus speed: computed (points) and exact (lines)."
+    caption = (
+        "Speed of a sliding block versus time, and friction versus speed: "
+        "computed values (points) and exact values (lines)."
+    )
     return Topic("Sliding block", text, tuple(cases), (Drawing("sliding", drawing, caption),))
 
 
@@ -140,12 +144,12 @@ def taylor() -> Topic:
         f"A copper rod with a length of {LENGTH:g} mm and a radius of {RADIUS:g} mm hits a rigid wall at "
         f"{1e-3 * SPEED:g} m/s (Wilkins and Guinan 1973). The shape of the rod 80 µs after the impact is compared with "
         "published results. The copper has E = 117 GPa, ν = 0.35, σy = 400 MPa, Et = 100 MPa and ρ = 8930 kg/m³. The "
-        "Taylor bar has no closed-form solution. The reference values for the Taylor bar are the mean results of "
-        "published explicit codes (Hallquist; Zhu and Cescotto 1995). The tolerances for the Taylor bar are half the "
-        "range of the published results, with two exceptions. On the coarser mesh, the tolerance for the foot radius "
-        "of the Taylor bar exceeds half the published range by 0.05 mm. The maximum plastic strain in the Taylor bar "
-        "occurs in a single element and increases with mesh refinement. On the finer mesh, the tolerance for the "
-        "maximum plastic strain therefore exceeds half the published range by 0.4."
+        "Taylor bar has no closed-form solution. The reference values for the Taylor bar are the means of results "
+        "published for other explicit codes (Hallquist; Zhu and Cescotto 1995). The tolerances for the Taylor bar are "
+        "half the range of the published results, with two exceptions. On the coarser mesh, the tolerance for the foot "
+        "radius of the Taylor bar exceeds half the published range by 0.05 mm. The maximum plastic strain in the "
+        "Taylor bar occurs in a single element and increases with mesh refinement. On the finer mesh, the tolerance "
+        "for the maximum plastic strain therefore exceeds half the published range by 0.4."
     )
     caption = "Largest radius along the Taylor bar after 80 µs on both meshes, and initial radius (dashed)."
     drawing = Drawing("taylor", figures.taylor(profiles, LENGTH, RADIUS), caption)

@@ -37,11 +37,9 @@ def tension() -> Topic:
         "The cyclic tension test uses one element under uniaxial stress with E = 1000 MPa, σy = 10 MPa and Et = 50 "
         "MPa. In the cyclic tension test, the element is strained first to 5 % and then to −3 %. With the hardening "
         "parameter β = 0, the width of the elastic range is constant; with β = 1, the centre of the elastic range is "
-        "constant. Stresses are accumulated over 1,200 steps in single precision."
+        "constant."
     )
-    caption = (
-        "Stress versus strain over one loading cycle: computed values and closed-form solution (corners and lines)."
-    )
+    caption = "Stress versus strain over one loading cycle: computed values (points) and closed-form solution (lines)."
     return Topic("Cyclic tension", text, tuple(cases), (Drawing("loops", figures.loops(loops), caption),))
 
 
@@ -68,11 +66,13 @@ def rate() -> Topic:
     text = (
         "One element without hardening (σy = 10 MPa) is stretched at a constant strain rate and constant volume. "
         "According to the Cowper–Symonds law, the yield stress is multiplied by 1 + (ε̇/C)^(1/P). According to the "
-        "law printed in the paper, the yield stress is multiplied by 1 + (ε̇/C)^P. The strain rate in both rate laws "
-        "is ε̇ = √(ε̇:ε̇). At the speed of the shear test, the law printed in the paper does not change the yield "
-        "stress."
+        "rate law printed in the paper, the yield stress is multiplied by 1 + (ε̇/C)^P. The strain rate ε̇ in both "
+        "rate laws is the norm of the strain-rate tensor. At the speed of the shear test, the rate law printed in the "
+        "paper does not change the yield stress."
     )
-    caption = "Yield stress versus axial strain rate for C = 80 1/s and P = 4: computed (points) and formula (lines)."
+    caption = (
+        "Yield stress versus axial strain rate for C = 80 1/s and P = 4: computed values (points) and formula (lines)."
+    )
     return Topic(
         "Yield stress versus strain rate", text, tuple(cases), (Drawing("rate", figures.rate(curves), caption),)
     )

@@ -83,9 +83,9 @@ def _parts(topics: list[Topic]) -> Iterator[str]:
     )
     yield _summary(topics)
     yield (
-        "For each topic, the table lists the largest difference as a percentage of the tolerance. The units are mm, "
-        "tonne, s, N, MPa and mJ. The automated tests in `tests/verification` and `tests/test_cutting.py` solve the "
-        "same problems. The report of each study compares the model with measured forces."
+        "For each topic, the table lists the largest difference between a computed and an exact value as a percentage "
+        "of the tolerance. The units are mm, tonne, s, N, MPa and mJ. The automated tests in `tests/verification` and "
+        "`tests/test_cutting.py` solve the same problems."
     )
     for topic in topics:
         yield f"## {topic.title}"
@@ -103,7 +103,7 @@ def _cases(topics: list[Topic]) -> Iterator[str]:
     yield (
         "This page lists every computed value with its exact value, for readers of the page "
         "[*Verification*](../verification.md). A difference in % is relative to the exact value, unless the value "
-        "itself is in %. For errors and drifts, the exact value is 0 and the tolerance is the allowed limit."
+        "itself is in %. For errors and energy drifts, the exact value is 0, and the tolerance is the allowed limit."
     )
     yield _provenance()
     yield _table(topics)

@@ -40,12 +40,15 @@ def wave() -> Topic:
     cases.append(Case("fixed end: velocity over v", velocity / V, 0.0, 0.02, source, relative=False))
     text = (
         f"A bar of {test_wave.LENGTH} cubic elements with ν = 0 is pushed at one end with the constant speed v. Behind "
-        "the wave front, the compressive stress in the bar is ρcv. Reflection at a free end removes the stress and "
-        "doubles the velocity. Reflection at a fixed end doubles the stress and stops the bar. Bulk viscosity widens "
-        "the wave front to a few elements. Mass scaling divides the wave speed by the square root of the scaling "
-        "factor."
+        "the wave front, the compressive stress in the bar is ρcv, where ρ is the density and c is the wave speed. "
+        "Reflection at a free end removes the stress and doubles the velocity. Reflection at a fixed end doubles the "
+        "stress and stops the bar. Bulk viscosity spreads the wave front over a few elements. Mass scaling divides the "
+        "wave speed by the square root of the scaling factor."
     )
-    caption = "Stress along the bar before and after the wave front reaches its far end: computed and exact (dashed)."
+    caption = (
+        "Stress along the bar before and after the wave front reaches its far end: "
+        "computed stress and exact stress (dashed)."
+    )
     drawing = Drawing("wave", figures.wave({end: bar(end) for end in ("free", "fixed")}, STRESS_BEHIND), caption)
     return Topic("Wave in a bar", text, tuple(cases), (drawing,))
 
@@ -68,10 +71,10 @@ def beams() -> Topic:
     cases.append(Case(text, bent(1, 1.0 / 6.0 / 0.304)[0], 1.0, 0.01, "FL³/3EI + FL/κGA, Timoshenko 1921"))
     text = (
         "A cantilever of length 40 mm and height 4 mm under a suddenly applied load oscillates about its static "
-        "equilibrium position. The mean of the oscillation is the static deflection of the cantilever. The period of "
-        "the oscillation yields the first natural frequency. With an hourglass coefficient of 0.548, a mesh with only "
-        "one cubic element over the height of the cantilever reproduces the deflection from beam theory. The other "
-        "cantilever cases use an hourglass coefficient of 0.15."
+        "equilibrium position. The mean of the oscillation is the static deflection of the cantilever. The first "
+        "natural frequency is computed from the period of the oscillation. With an hourglass coefficient of 0.548, a "
+        "mesh with only one cubic element over the height of the cantilever reproduces the deflection from beam "
+        "theory. The other cantilever cases use an hourglass coefficient of 0.15."
     )
     return Topic("Cantilever", text, tuple(cases))
 
@@ -82,9 +85,9 @@ def cylinder() -> Topic:
     source = "FL³/48EI + FL/4κGA, κ of Cowper 1966"
     case = Case("deflection at mid-span", 1e3 * found, 1e3 * exact, 0.01, source, "µm")
     text = (
-        "A stem with a diameter of 8 mm and a diameter ratio of 0.41 is bent over a span of 48 mm. The simulation "
-        "uses a quarter model with elements of 1 mm. The load and the supports of the hollow cylinder act on whole "
-        "cross-sections. Shear contributes a tenth of the deflection at mid-span."
+        "A stem with a diameter of 8 mm and a diameter ratio of 0.41 is bent over a span of 48 mm. The simulation uses "
+        "a quarter model with an element size of 1 mm. The load and the supports of the hollow cylinder act on whole "
+        "cross-sections. Shear deformation contributes one tenth of the deflection at mid-span."
     )
     return Topic("Hollow cylinder in three-point bending", text, (case,))
 
@@ -129,8 +132,8 @@ def convergence() -> Topic:
     curves[name] = (heights := np.array([2, 4, 8])), np.array([abs(bent(int(n))[0] - 1.0) for n in heights])
     cases.append(_rate(name, curves[name], 0.25, "Timoshenko 1921"))
     text = (
-        "For problems with smooth exact solutions, the error must decrease with the square of the element size. The "
-        "rate of convergence is computed from the two finest meshes."
+        "For problems with smooth exact solutions, the error must be proportional to the square of the element size. "
+        "The rate of convergence is computed from the errors on the two finest meshes."
     )
     caption = "Relative error versus the number of elements per side; the grey line has a slope of −2."
     drawing = Drawing("convergence", figures.convergence(curves), caption)
