@@ -93,12 +93,15 @@ def sliding() -> Topic:
     text = (
         "A block that slides on a table with the initial speed v and the friction coefficient μ must stop after the "
         "distance v²/2μg. A block that is pulled with a force below the friction limit must move only by the elastic "
-        "deflection of its contact. If the force exceeds the friction limit, the block must accelerate. If the static "
-        "coefficient of friction exceeds the dynamic coefficient, the friction force must increase as the block slows "
-        "down."
+        "deflection of its contact. If the pulling force exceeds the friction limit, the block must accelerate. If the "
+        "static coefficient of friction exceeds the dynamic coefficient, the friction force must increase as the block "
+        "slows down."
     )
     drawing = figures.sliding(thrown, (speed, friction, law))
-    caption = "Speed of a sliding block versus time, and friction versus speed: computed (points) and exact (lines)."
+    caption = (
+        "Speed of a sliding block versus time, and friction versus speed: "
+        "computed values (points) and exact values (lines)."
+    )
     return Topic("Sliding block", text, tuple(cases), (Drawing("sliding", drawing, caption),))
 
 

@@ -70,7 +70,9 @@ def rate() -> Topic:
         "rate laws is the norm of the strain-rate tensor. At the speed of the shear test, the rate law printed in the "
         "paper does not change the yield stress."
     )
-    caption = "Yield stress versus axial strain rate for C = 80 1/s and P = 4: computed (points) and formula (lines)."
+    caption = (
+        "Yield stress versus axial strain rate for C = 80 1/s and P = 4: computed values (points) and formula (lines)."
+    )
     return Topic(
         "Yield stress versus strain rate", text, tuple(cases), (Drawing("rate", figures.rate(curves), caption),)
     )

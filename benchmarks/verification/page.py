@@ -83,9 +83,9 @@ def _parts(topics: list[Topic]) -> Iterator[str]:
     )
     yield _summary(topics)
     yield (
-        "For each topic, the table lists the largest difference as a percentage of the tolerance. The units are mm, "
-        "tonne, s, N, MPa and mJ. The automated tests in `tests/verification` and `tests/test_cutting.py` solve the "
-        "same problems."
+        "For each topic, the table lists the largest difference between a computed and an exact value as a percentage "
+        "of the tolerance. The units are mm, tonne, s, N, MPa and mJ. The automated tests in `tests/verification` and "
+        "`tests/test_cutting.py` solve the same problems."
     )
     for topic in topics:
         yield f"## {topic.title}"

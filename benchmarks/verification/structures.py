@@ -42,10 +42,13 @@ def wave() -> Topic:
         f"A bar of {test_wave.LENGTH} cubic elements with ν = 0 is pushed at one end with the constant speed v. Behind "
         "the wave front, the compressive stress in the bar is ρcv, where ρ is the density and c is the wave speed. "
         "Reflection at a free end removes the stress and doubles the velocity. Reflection at a fixed end doubles the "
-        "stress and stops the bar. Bulk viscosity widens the wave front to a few elements. Mass scaling divides the "
+        "stress and stops the bar. Bulk viscosity spreads the wave front over a few elements. Mass scaling divides the "
         "wave speed by the square root of the scaling factor."
     )
-    caption = "Stress along the bar before and after the wave front reaches its far end: computed and exact (dashed)."
+    caption = (
+        "Stress along the bar before and after the wave front reaches its far end: "
+        "computed stress and exact stress (dashed)."
+    )
     drawing = Drawing("wave", figures.wave({end: bar(end) for end in ("free", "fixed")}, STRESS_BEHIND), caption)
     return Topic("Wave in a bar", text, tuple(cases), (drawing,))
 

@@ -163,6 +163,9 @@ def test_further_responses_are_named_with_their_units(moist: Told) -> None:
     assert measured.heads == ("Moisture, %", "Angle of repose, °", "SD, °", "Bulk density, kg/m³", "SD, kg/m³", "n")
     assert measured.cells[1] == ("16", "33", "0.9", "741", "6", "5")
     assert tables["Effects on the bulk density"].heads[2] == "Effect, kg/m³"
+    surface = tables["Response surface in coded units: bulk density at moisture 16 %"]
+    assert surface.heads[1] == "Coefficient, kg/m³" and surface.foot[0].startswith("ρ = ")
+    assert "Analysis of variance: bulk density at moisture 16 %" in tables
     surfaces = tables["Fit quality of all response surfaces"]
     assert [row[:2] for row in surfaces.cells[2:]] == [("angle of repose", "16"), ("bulk density", "16")]
     assert tables["Screening runs"].heads[-2:] == ("Angle of repose, °", "Bulk density, kg/m³")

@@ -1,6 +1,7 @@
 """How a response surface is shown: analysis of variance, coefficients, fit and shape; its design; its figures."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 from stemcal.doe.calibration.level_set_solutions import Assessment
@@ -51,7 +52,7 @@ class SurfaceShowing(Showing[SurfaceResult]):
         return [text]
 
     def tables(self, result: SurfaceResult, names: Names) -> list[Table]:
-        return [*_surface_tables(result, names), *_fits_table(result, names)]
+        return [*_surface_tables(result, names), *_further_tables(result, names), *_fits_table(result, names)]
 
     def figures(self, result: SurfaceResult, setting: Setting) -> list[Plot]:
         settled = (one.settles for one in setting.results.done)  # the first lie on the surface, refined ones do not
@@ -194,6 +195,21 @@ def canonical_table(stage: SurfaceResult, shape: Shape, names: Names) -> Table:
     )
     rows = ({"axis": number, "curvature": value, **axis} for number, (value, axis) in axes)
     return Table.of(columns, rows, "Canonical analysis", (point, curved), detail=True)
+
+
+def _further_tables(stage: SurfaceResult, names: Names) -> list[Table]:
+    """Return the analysis of variance and the coefficients of each further response that the study names itself."""
+    tables: list[Table] = []
+    for part in stage.conditions:
+        for name in (response.name for response in stage.naming.others if response.name in (part.responses or {})):
+            fit = stage.refitted(part.runs, response=name)
+            seen = replace(stage, anova=fit.anova, coefficients=fit.coefficients, pure_error=None,
+                           lack_of_fit_testable=fit.lack_of_fit_testable)  # fmt: skip
+            its = replace(names, naming=stage.naming.with_primary(name))
+            title = f"{its.response.long}{its.at(part.condition)}"
+            both = anova_table(seen), _coefficient_table(seen, its)
+            tables += [replace(table, title=f"{table.title}: {title}") for table in both]
+    return tables
 
 
 def _fits_table(stage: SurfaceResult, names: Names) -> list[Table]:
