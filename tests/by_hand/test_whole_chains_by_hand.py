@@ -61,10 +61,10 @@ def angle(levels: dict[str, float]) -> float:
 
 
 def test_the_path_of_a_climb_stands_on_one_sheet(tmp_path: Path) -> None:
-    """By the example for EDEM: 12 + 6 + 15 runs, then the solution; without `at_once` a sheet for each step."""
+    """By the example for EDEM: 12 + 3 + 6 + 15 runs, then the solution; without `at_once` a sheet for each step."""
     study, folder = begun(tmp_path, "edem/edem-heap.yaml"), StudyFolder(tmp_path / "out")
     sheets = stages_of_sheets(study, folder, angle)
-    assert [one for one in sheets if one[0] != "refine"] == [("screen", 12), ("climb", 6), ("rsm", 15), ("validate", 1)]
+    assert [one for one in sheets if one[0] != "refine"] == [("screen", 15), ("climb", 6), ("rsm", 15), ("validate", 1)]
     rows = folder.read_stage("climb")["rows"]
     assert [row["step"] for row in rows] == [0, 1, 2, 3, 4, 5]
     found = folder.read_stage("climb")["best_step"]

@@ -116,7 +116,7 @@ def test_centre_points_really_run_again_and_their_scatter_is_the_pure_error(tmp_
     assert 0.4**2 * 3.483 / 15 < pure.sum_of_squares / pure.df < 0.4**2 * 37.70 / 15
     assert surface.lack_of_fit_testable
     assert surface.pure_error is not None and surface.pure_error.kind == "scatter"
-    assert f"({pure.df} df)" in surface.pure_error.text
+    assert f"({pure.df} degrees of freedom)" in surface.pure_error.text
 
 
 def test_effects_are_tested_against_the_scatter_of_replicates(tmp_path):

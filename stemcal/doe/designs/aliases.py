@@ -8,6 +8,9 @@ import numpy as np
 from stemcal.doe.regression.least_squares import Array
 from stemcal.note import Note
 
+# Long lists of aliases are not read: the first ones are listed, the others counted.
+_SHOWN_FACTORS, _SHOWN_ALIASES = 6, 3
+
 
 def alias_matrix(coded: Array) -> Array:
     """Return A = (XᵀX)⁻¹XᵀZ without the row of the mean: X the main effects, Z the two-factor interactions.
@@ -34,7 +37,7 @@ def aliases_note(coded: Array, names: Sequence[str]) -> Note:
         clear = f"In the {n} runs of the design, no main effect is aliased with a two-factor interaction."
         return Note("clear_of_interactions", "caution", clear)
     if largest > 1.0 - 1e-9:
-        return _fully_aliased(weights, names, n)
+        return _fully_aliased(n, _full_aliases(weights, names))
     text = (
         f"In the {n} runs of the design, main effects are partly aliased with interactions (alias coefficients of up "
         f"to {largest:.2g})."
@@ -42,9 +45,22 @@ def aliases_note(coded: Array, names: Sequence[str]) -> Note:
     return Note("partly_aliased", "caution", text)
 
 
-def _fully_aliased(weights: Array, names: Sequence[str], n: int) -> Note:
-    """Return the note that some main effects cannot be distinguished from interactions, with one of these for each."""
-    pairs, whole = [f"{a}:{b}" for a, b in combinations(names, 2)], np.abs(weights) > 1.0 - 1e-9
-    hidden = [f"{name} with {pairs[int(np.argmax(row))]}" for name, row in zip(names, whole, strict=True) if row.any()]
-    text = f"In the {n} runs of the design, main effects are fully aliased with interactions: {'; '.join(hidden)}."
+def _fully_aliased(n: int, hidden: dict[str, tuple[str, ...]]) -> Note:
+    """Return the note that some main effects cannot be distinguished from these interactions."""
+    listed = [f"{factor} with {_first(pairs)}" for factor, pairs in list(hidden.items())[:_SHOWN_FACTORS]]
+    if (more := len(hidden) - _SHOWN_FACTORS) > 0:
+        listed.append(f"{more} more")
+    text = f"In the {n} runs of the design, main effects are fully aliased with interactions: {'; '.join(listed)}."
     return Note("fully_aliased", "caution", text)
+
+
+def _first(pairs: tuple[str, ...]) -> str:
+    more = len(pairs) - _SHOWN_ALIASES
+    return ", ".join(pairs[:_SHOWN_ALIASES]) + (f" and {more} more" if more > 0 else "")
+
+
+def _full_aliases(weights: Array, names: Sequence[str]) -> dict[str, tuple[str, ...]]:
+    """Return the main effects that cannot be distinguished from an interaction at all, with those interactions."""
+    pairs = [f"{a}:{b}" for a, b in combinations(names, 2)]
+    rows = ((name, np.flatnonzero(np.abs(row) > 1.0 - 1e-9)) for name, row in zip(names, weights, strict=True))
+    return {name: tuple(pairs[c] for c in columns) for name, columns in rows if columns.size}

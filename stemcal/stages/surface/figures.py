@@ -1,5 +1,6 @@
 """The figures of a response surface: how well it fits its runs, and itself over each pair of factors."""
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -209,10 +210,13 @@ def levels_of(response: Any) -> Any:
 
 
 def _draw_runs(axes: Axes, rsm: SurfaceResult, pair: tuple[str, str]) -> None:
-    """Draw the points of the design."""
-    points = sorted({(run.levels[pair[0]], run.levels[pair[1]]) for run in rsm.design.runs})
+    """Draw the points of the design, with the number of runs where there are several."""
+    counts = Counter((run.levels[pair[0]], run.levels[pair[1]]) for run in rsm.design.runs)
     dots: Any = {"color": "white", "markersize": 5.5, "markeredgecolor": "black", "markeredgewidth": 0.6}
-    axes.plot(*zip(*points, strict=True), "o", **dots, label="runs", clip_on=False, zorder=5)
+    axes.plot(*zip(*sorted(counts), strict=True), "o", **dots, label="runs", clip_on=False, zorder=5)
+    for point, count in counts.items():
+        if count > 1:
+            axes.annotate(str(count), point, (5, 4), textcoords="offset points", size=8, color="white")
 
 
 def _label(
