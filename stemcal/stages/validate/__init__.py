@@ -23,7 +23,7 @@ class Validating(Stage["ValidateResult"]):
     name, title, attribute, reads = "validate", "Validation", "validation", ("targets", "validate")
     pictured = True
     help = "Simulate all measured conditions with the calibrated parameters."
-    purpose = "Stage 5: comparison of simulation and measurement at every measured diameter."
+    purpose = "Stage 5: comparison of simulated and measured responses at every measured diameter."
 
     def needs(self, study: Study) -> str | None:
         """Return the last stage at the solution that the study asks for."""
