@@ -29,7 +29,7 @@ def commands() -> str:
     root: Any = get_command(app)
     parts = [
         "# Commands",
-        "This page lists all commands and options, for users of the command line. Results are printed to stdout; "
+        "For users of the command line, this page lists all commands and options. Results are printed to stdout; "
         "progress and notes are printed to stderr.",
     ]
     for name, command in sorted(root.commands.items()):
@@ -70,7 +70,7 @@ def spec() -> str:
     head = ("Key", "Meaning", "Value", "Default")
     parts = [
         "# Spec",
-        "This page lists all sections and keys of a spec, for users who write a study. Quantities have a unit (`8 "
+        "For users who write a study, this page lists all sections and keys of a spec. Quantities have a unit (`8 "
         "mm`); pure numbers have no unit. `stemcal check` lists every mistake with its line number. `stemcal explain "
         "--schema` prints the schema of a spec for editors. Defaults of quantities are in mm, s, N, MPa and degrees. "
         "The symbol `[]` denotes each entry of a list.",
@@ -136,7 +136,7 @@ def glossary() -> str:
     return "\n\n".join(
         [
             "# Glossary",
-            "This page explains terms in English and Chinese, for readers of reports. The command `stemcal explain "
+            "For readers of reports, this page explains terms in English and Chinese. The command `stemcal explain "
             "TERM` explains a term or a key of a [spec](spec.md).",
             _table(("Term", "Chinese", "Meaning", "Source"), rows),
         ]
@@ -149,8 +149,9 @@ def stages() -> str:
 
     parts = [
         "# Stage files",
-        "This page lists the keys of `configs/paper-replay.yaml`, the published study, for developers of programs "
-        "that read results. The symbol `[]` denotes each element of a list, and `*` denotes the name of a factor. "
+        "For developers of programs that read results, this page lists the keys of the stage files of the published "
+        "study (`configs/paper-replay.yaml`). The symbol `[]` denotes each element of a list, and `*` "
+        "denotes the name of a factor. "
         "Forces are in N, lengths in mm, and factors in the unit of the spec. A value that could not be computed is "
         "`null`. The files of joint fits, climbs and refinements have additional keys. `schema_version` increases "
         "when a key changes or is removed.",

@@ -77,8 +77,8 @@ def _parts(topics: list[Topic]) -> Iterator[str]:
     yield NOTICE
     yield "# Verification"
     yield (
-        "This page compares the embedded solver with known solutions, for readers who assess the correctness of the "
-        f"solver. {'All' if inside == count else f'{inside} of the'} {count} computed values are within their "
+        "For readers who assess the correctness of the solver, this page compares the embedded solver with known "
+        f"solutions. {'All' if inside == count else f'{inside} of the'} {count} computed values are within their "
         f"tolerances. The page [*Verification cases*]({CASES}) lists all computed values."
     )
     yield _summary(topics)

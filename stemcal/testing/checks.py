@@ -225,7 +225,7 @@ def _identity_changes_with_each_factor(at: SolverAtWork) -> None:
 def _every_response_is_answered(at: SolverAtWork) -> None:
     """An answer has a finite number for each response of the study."""
     for answer in () if at.solver.asks_people else at.answered:
-        require(answer.ok, f"the run at the mid-levels failed: {answer.reason}: {answer.message}")
+        require(answer.ok, f"the run with all factors at mid-range failed: {answer.reason}: {answer.message}")
         found = [answer.response, *(answer.of(named.name) for named in at.solver.naming.others)]
         require(
             all(one is not None and math.isfinite(one) for one in found),

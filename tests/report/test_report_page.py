@@ -58,7 +58,7 @@ def page(replayed: tuple[Any, Any]) -> str:
 
 def test_words_come_first(page: str) -> None:
     text = re.sub(r"\s+", " ", re.sub(r"<[^>]+>", " ", page[page.index("<body") :]))
-    place = text.index("Outcome", text.index("Which parameters reproduce the measured"))
+    place = text.index("Outcome", text.index("Which parameter values reproduce the measured"))
     assert place < text.index("Confidence") < text.index("Effects on the maximum")
     assert "159.2 N at yield stress = 18.37" in text
     assert "of the parameter combinations that fit equally well" in text
@@ -67,7 +67,7 @@ def test_words_come_first(page: str) -> None:
 
 def test_the_first_screen_has_question_verdict_next_step_parameters_and_comparison(page: str) -> None:
     first = page[page.index("<main>") : page.index('id="prediction"')]
-    order = ("Which parameters reproduce the measured", "Calibrated, with reservations", "<strong>Next:</strong>",
+    order = ("Which parameter values reproduce the measured", "Calibrated, with reservations", "<strong>Next:</strong>",
              "<span>15.35 to 19.96 MPa", "Copy parameters", "<svg", "Measured and simulated maximum force")  # fmt: skip
     places = [first.index(text) for text in order]
     assert places == sorted(places)
@@ -239,4 +239,4 @@ def test_what_the_values_belong_to_stands_below_them(replayed: tuple[Any, Any]) 
     found["invert"] = replace(found["invert"], belongs_to={"element_size": "d/16 (0.5 mm)"})  # type: ignore[type-var]
     first = render(study, folder, replace(what, results=Results(tuple(found.values()))))
     sentence = "The parameters are valid only with element_size d/16 (0.5 mm)"
-    assert first.index("95 % range") < first.index(sentence) < first.index('id="outcome"')
+    assert first.index("95 % interval") < first.index(sentence) < first.index('id="outcome"')

@@ -83,7 +83,7 @@ def question(study: Study) -> str:
     if naming.condition is not None:
         conditions = names.conditions(target.condition for target in targets)
         place = f" of stems with a diameter of {conditions}" if naming.is_cutting else f" at {conditions}"
-    return f"Which parameters reproduce the measured {series(_fitted(study))}{place}?"
+    return f"Which parameter values reproduce the measured {series(_fitted(study))}{place}?"
 
 
 def _fitted(study: Study) -> list[str]:

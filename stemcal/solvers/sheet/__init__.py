@@ -183,6 +183,6 @@ def _gaps(source: str, rows: Mapping[str, Sequence[_KnownRow]]) -> list[str]:
         columns = [set[str](row.levels) for row in of_stage.values()]
         if partial := sorted(set().union(*columns) - columns[0].intersection(*columns)):
             wrong.append(
-                f"{source}: only some rows of {stage} have levels of {', '.join(partial)}; complete these rows"
+                f"{source}: some rows of {stage} have no levels of {', '.join(partial)}; fill in the missing levels"
             )
     return wrong

@@ -46,7 +46,7 @@ def _parameters(stage: RefineResult, names: Names) -> Table:
         factor(names),
         Column("calibrated", "Calibrated", form=significant),
         Column("value", "Other", form=significant),
-        *([Column("interval", "95 % range", form=interval, claims=True)] if known else []),
+        *([Column("interval", "95 % interval", form=interval, claims=True)] if known else []),
         Column("between", "Range", form=interval, of=lambda one: (one.low, one.high)),
     ]
     foot = [
@@ -54,7 +54,7 @@ def _parameters(stage: RefineResult, names: Names) -> Table:
         "tolerance, so other parameter values may fit equally well."
     ]
     foot += (
-        ["95 % range: computed from the scatter of the measured mean, with the other parameters fixed."]
+        ["95 % interval: computed from the scatter of the measured mean, with the other parameters fixed."]
         if known
         else []
     )

@@ -66,7 +66,7 @@ def _pair_plots(
     one = len(rsm.names) == 3
     others, whose = ("factor", "its") if one else ("factors", "their")
     value = f"{whose} {'calibrated' if solved else 'centre'} {'value' if one else 'values'}"
-    held = "" if len(rsm.names) == 2 else f", with the other {others} at {value}"
+    held = "" if len(rsm.names) == 2 else f", with the remaining {others} fixed at {value}"
     unit = f" ({response.written})" if response.written else ""
     met = f" The orange line marks the measured {response.long}; the star marks the calibrated point." if solved else ""
     lines = f"Contours of the {response.long}{unit} {over}{held}.{met} The white dots are design points."

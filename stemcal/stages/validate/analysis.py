@@ -85,8 +85,8 @@ def _from_table(study: Study, solver: Solver) -> Iterator[Note]:
     if (given := solver.given_design("validate")) and len(given[0]) < len(study.factors):
         response = study.naming.response.long
         text = (
-            f"The simulated {response} was read from a table, so the values may have been simulated with other "
-            "parameter values."
+            f"The simulated {response} was read from a table, so it may have been calculated with parameter values "
+            "that differ from the calibrated values."
         )
         yield Note("from_table", "warning", text)
 
