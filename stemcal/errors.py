@@ -23,7 +23,7 @@ EXIT_CODES = {
     2: ("wrong", "mistake in the spec or the command line"),
     3: ("runs_failed", "runs failed"),
     4: ("unreachable", "the target is out of reach"),
-    5: ("in_use", "another process uses the study folder"),
+    5: ("in_use", "another process is using the study folder"),
     6: ("waiting", "results of runs by hand are pending"),
     130: ("interrupted", "interrupted by Ctrl-C"),
     143: ("terminated", "terminated by SIGTERM"),

@@ -64,10 +64,10 @@ def objectivity() -> Topic:
             cases.append(Case(text, value, exact, 1e-4, "Dienes 1979", relative=False))
     text = (
         "If a strained body is rotated by 90°, the stress tensor must rotate with the body. The rotation is simulated "
-        "in steps of half a degree. The error of the rotated stress is relative to the largest deviatoric stress. If "
-        "the rotation step is halved, the error of the stress must decrease to a quarter of its value. With the "
+        "in steps of half a degree. The error in the rotated stress is relative to the largest deviatoric stress. If "
+        "the rotation step is halved, the error in the stress must decrease to a quarter of its value. With the "
         "Jaumann rate and the shear modulus G, the exact stresses in simple shear are τ = G sin γ and σxx = G (1 − cos "
-        "γ). The computed stresses in simple shear are extrapolated from two step sizes."
+        "γ). The stresses in simple shear are computed with two step sizes and extrapolated to a step size of zero."
     )
     return Topic("Rigid rotation", text, tuple(cases))
 

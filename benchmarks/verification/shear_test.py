@@ -70,12 +70,12 @@ def energy() -> Topic:
     )
     text = (
         "The kinetic, internal, hourglass, eroded and contact energies, including friction and damping, must add up to "
-        "the work of the blade. The energy drift is the largest error of the energy balance divided by the largest "
+        "the work of the blade. The energy drift is the largest error in the energy balance divided by the largest "
         f"work. In the shear test with an element size of 1 mm, the peak force is {result.peak_force:.1f} N at a "
         f"travel of {result.peak_travel:.3f} mm. Up to the peak force, the hourglass energy is at most "
         f"{result.hourglass_ratio_percent:.1f} % of the internal energy."
     )
-    caption = "Energies and error of the energy balance versus blade travel (quarter model, element size of 1 mm)."
+    caption = "Energies and error in the energy balance versus blade travel (quarter model, element size of 1 mm)."
     return Topic("Energy balance of the shear test", text, tuple(cases),
                  (Drawing("energy", figures.energy(result.history), caption),))  # fmt: skip
 

@@ -41,9 +41,9 @@ def wave() -> Topic:
     text = (
         f"A bar of {test_wave.LENGTH} cubic elements with ν = 0 is pushed at one end with the constant speed v. Behind "
         "the wave front, the compressive stress in the bar is ρcv, where ρ is the density and c is the wave speed. "
-        "Reflection at a free end removes the stress and doubles the velocity. Reflection at a fixed end doubles the "
-        "stress and stops the bar. Bulk viscosity spreads the wave front over a few elements. Mass scaling divides the "
-        "wave speed by the square root of the scaling factor."
+        "Reflection at a free end cancels the stress and doubles the particle velocity. Reflection at a fixed end "
+        "doubles the stress and stops the bar. Bulk viscosity spreads the wave front over a few elements. Mass scaling "
+        "divides the wave speed by the square root of the scaling factor."
     )
     caption = (
         "Stress along the bar before and after the wave front reaches its far end: "

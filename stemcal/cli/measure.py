@@ -183,7 +183,7 @@ def tests(
     """Convert measured curves of laboratory tests to calibration targets.
 
     For each test in the spec, the command calculates the responses that have targets. If a test has no targets, the
-    command calculates the default responses for the kind of test.
+    command calculates the default responses for that kind of test.
 
     Example: [bold]stemcal measure tests study.yaml lab --write[/bold]
     """

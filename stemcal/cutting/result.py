@@ -71,7 +71,7 @@ class CuttingResult:
     stroke_was_enough : bool
         Whether the stem has broken, or the force has fallen clearly below its peak by the end of the stroke.
     energy_drift_percent : float
-        Largest error of the energy balance against the largest work done.
+        Largest error in the energy balance against the largest work done.
     kinetic_ratio_percent : float
         Largest kinetic over internal energy before the first element fails (or over the stroke if none does), after
         the first tenth of the work.

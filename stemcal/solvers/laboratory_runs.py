@@ -97,7 +97,7 @@ def perform(test: AnyTest, inspect: Inspect | None = None) -> LaboratoryResult:
 def distrusted(result: CuttingResult) -> SimulationFailed | None:
     """Return why a run is no answer: energy that its numbers have lost or created."""
     if result.energy_drift_percent > _WORST_DRIFT:
-        message = f"the error of the energy balance is {result.energy_drift_percent:.1f} %"
+        message = f"the error in the energy balance is {result.energy_drift_percent:.1f} %"
         return SimulationFailed("energy_drift", message)
     if result.contact_energy_percent < _LEAST_CONTACT:
         message = f"the contact created energy equal to {-result.contact_energy_percent:.1f} % of the work of the tool"

@@ -123,7 +123,7 @@ def _command_names_deck(_draft: Draft, solver: DeckSolver) -> Iterator[Finding]:
     if solver.program != "lsdyna":
         return
     if not solver.command:
-        yield Finding(("solver",), "the command of LS-DYNA is missing", 'add `command: [ls-dyna, "i={{deck}}"]`')
+        yield Finding(("solver",), "no command is specified for LS-DYNA", 'add `command: [ls-dyna, "i={{deck}}"]`')
         return
     names = [name for argument in solver.command[1:] for _, name in placeholders(argument.encode())]
     for name in names:

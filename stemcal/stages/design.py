@@ -105,8 +105,8 @@ def given_design(
     missing = [name for name in coding.names if name not in given[0]]
     if missing:
         raise UsageError(
-            f"rsm.factors: the solver table does not vary {', '.join(missing)}. List only factors that are columns "
-            "of the table."
+            f"rsm.factors: the solver table has no columns for {', '.join(missing)}. List only factors that "
+            "are columns of the table."
         )
     coded = coding.to_coded([[row[name] for name in coding.names] for row in given])
     if order == 1:

@@ -196,7 +196,7 @@ def _kept(names: Sequence[str], terms: Sequence[str] | None) -> list[int]:
     if terms is None:
         return list(range(len(known)))
     if unknown := [term for term in terms if term not in known]:
-        raise UsageError(f"response surface: unknown term {unknown[0]!r}; the terms are {', '.join(known)}")
+        raise UsageError(f"response surface: unknown term {unknown[0]!r}; the available terms are {', '.join(known)}")
     return [i for i, term in enumerate(known) if i == 0 or term in terms]
 
 

@@ -22,7 +22,7 @@ class Refinement(Stage["RefineResult"]):
     pictured = one_by_one = True
     help = """Correct the parameters until the simulation matches the measured value.
 
-        The refinement stops when the error of the simulated response is below `refine.tolerance_percent`, or after
+        The refinement stops when the error in the simulated response is below `refine.tolerance_percent`, or after
         `refine.budget` simulations. If forces at several diameters were fitted (`invert.diameters`), the refinement
         includes all these diameters. `stemcal run` includes the refinement if the spec has a `refine` section. The
         validation uses the refined parameters. If the spec has the key `refine.in`, the refinement follows the

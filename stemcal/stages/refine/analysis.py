@@ -121,7 +121,7 @@ def _path(work: Work, there: Work, options: RefineOptions, start: Mapping[str, f
     surface = work.result(Surfaces)
     if unknown := [name for name in options.adjust if name not in surface.names]:
         known = f"Choose {listed(surface.names)}."
-        raise UsageError(f"refine.adjust: the response surface does not vary {', '.join(unknown)}. {known}")
+        raise UsageError(f"refine.adjust: the response surface does not include {', '.join(unknown)}. {known}")
     point = surface.scales.to_coded([start[name] for name in surface.names])
     relative = surface.fitted.gradient(point) / float(surface.fitted.predict(point)[0])
     slopes = dict(zip(surface.names, relative.tolist(), strict=True))

@@ -54,7 +54,7 @@ class RefineOptions(Frozen):
     failure strain if the response surface varies it, otherwise the strongest factor. A factor without limits has the
     range of the study; the range of the failure strain extends from a tenth of its lower limit to 1."""
     tolerance_percent: Annotated[Number, Field(gt=0, le=50)] = 1.0
-    """Largest allowed error of the simulated response at the calibrated values, in percent."""
+    """Largest allowed error in the simulated response at the calibrated values, in percent."""
     budget: Annotated[Whole, Field(ge=1, le=1000)] = 10
     """Maximum number of runs. With `in`, the remaining runs are used to simulate the other measured conditions."""
 

@@ -49,8 +49,8 @@ class ScreenShowing(Showing[ScreenResult]):
     def figures(self, result: ScreenResult, setting: Setting) -> list[Plot]:
         response = result.naming.response.noun
         text = (
-            f"Pareto chart of the effects. A blue bar is an effect that increases the {response}; an orange bar is an "
-            f"effect that decreases the {response}. Effects with bars beyond the dashed line are significant."
+            f"Pareto chart of the effects. Blue bars show effects that increase the {response}; orange bars show "
+            f"effects that decrease the {response}. Effects whose bars extend beyond the dashed line are significant."
         )
         return [Plot("pareto", "screen", text, partial(pareto, result, setting.labels))]
 
