@@ -105,7 +105,10 @@ def energy_drifts(percent: float) -> Note:
     """Return the warning that the energy balance is off by a share of the work."""
     remedy = Remedy("Reduce `solver.time_step_safety` and `solver.time_step`.")
     return Note(
-        "energy_drifts", "warning", f"The energy balance drifts by {percent:.1f} % of the work of the blade.", remedy
+        "energy_drifts",
+        "warning",
+        f"The error in the energy balance is {percent:.1f} % of the work done by the blade.",
+        remedy,
     )
 
 

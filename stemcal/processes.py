@@ -131,14 +131,15 @@ def _ending(code: int | None) -> str:
     """Return how a process ended.
 
     >>> _ending(3), _ending(-9)
-    ('exit code 3', 'signal SIGKILL, usually because memory ran out')
+    ('exit code 3', 'signal SIGKILL, usually because the system ran out of memory')
     """
     if code is None:
         return "no exit code"
     if code < 0:
         with suppress(ValueError):
             name = signal.Signals(-code).name
-            return f"signal {name}, usually because memory ran out" if name == "SIGKILL" else f"signal {name}"
+            cause = ", usually because the system ran out of memory" if name == "SIGKILL" else ""
+            return f"signal {name}{cause}"
     return f"exit code {code}"
 
 

@@ -108,10 +108,10 @@ def hourglass() -> Topic:
     text = (
         "A hexahedral element must resist all of its 24 modes of motion except the 6 rigid-body modes. Without "
         "hourglass control, the one-point element has twelve additional zero-energy modes. Hourglass control must "
-        "resist each of the four hourglass modes of a cube. In a cube of edge length h, an hourglass mode of amplitude "
-        "a must cause corner forces of 8 · 0.038 c (λ+2μ) h a, where c is the hourglass coefficient. A uniform "
-        "deformation must not cause hourglass forces. With an hourglass coefficient of 0.548 and ν = 0, the hourglass "
-        "energy of a cube in bending must equal its bending energy in beam theory."
+        "resist each of the four hourglass patterns of a cubic element. In a cube of edge length h, an hourglass mode "
+        "of amplitude a must cause corner forces of 8 · 0.038 c (λ+2μ) h a, where c is the hourglass coefficient. A "
+        "uniform deformation must not cause hourglass forces. With an hourglass coefficient of 0.548 and ν = 0, the "
+        "hourglass energy of a cube in bending must equal its bending energy in beam theory."
     )
     return Topic("Hourglass modes", text, tuple(cases))
 

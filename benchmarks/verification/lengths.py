@@ -31,8 +31,9 @@ def edge() -> Topic:
     drift = pressed(0.5).drift_percent()
     cases.append(Case("elements of a/2: energy drift", drift, 0.0, 0.5, "energy", "%", relative=False))
     text = (
-        f"An edge whose load is spread over a half-width a = {SPREAD:g} mm is pressed into an elastic block. The slope "
-        "of the force–travel curve must equal the stiffness of the block under the same pressure distribution. The "
+        f"The load of an edge is spread over a strip of half-width a = {SPREAD:g} mm, and the edge is pressed into an "
+        "elastic block. The slope of the force–travel curve must equal the stiffness of the block under the same "
+        "pressure distribution. The "
         "reference stiffness is computed by an independent static finite-element program. The slope of the "
         "force–travel curve must not depend on the mesh position or on added mass. With one-point elements of size "
         "a/2, the computed stiffness of the block is too low."

@@ -100,7 +100,7 @@ def shear(
         Path, typer.Argument(metavar="FOLDER", help="File with a force–travel curve, or a folder of such files.")
     ],
     index: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Table with the specimen diameter of each file.")
+        Path | None, typer.Option(metavar="FILE", help="Table that lists the specimen diameter for each file.")
     ] = None,
     preload: Preload = 5.0,
     exclude: Annotated[
@@ -180,7 +180,7 @@ def tests(
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
-    """Convert measured curves of laboratory tests to calibration targets.
+    """Convert curves measured in laboratory tests to calibration targets.
 
     For each test in the spec, the command calculates the responses that have targets. If a test has no targets, the
     command calculates the default responses for that kind of test.

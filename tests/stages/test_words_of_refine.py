@@ -40,10 +40,10 @@ def test_the_tables_state_what_they_refer_to() -> None:
     parameters, responses, runs = refine_tables(THERE, STEM)
     assert parameters.title == "Parameters for OpenRadioss" and len(parameters.foot) == 1
     known = replace(THERE, adjusted=Rows([replace(THERE.adjusted[0], interval=(0.2, 0.3))]))
-    assert refine_tables(known, STEM)[0].foot[1].startswith("95 % interval: computed from the scatter")
+    assert refine_tables(known, STEM)[0].foot[1].startswith("95 % interval: computed from the standard error")
     assert responses.foot == (
         "The error at the target is below 2 % after 2 of at most 8 runs.",
-        "Error in % = 100·(measured − after)/measured.",
+        "Error in % = 100·(measured − refined)/measured.",
     )
     assert [row[1] for row in runs.cells] == ["solution", "path"]
     after_a_joint_fit = refine_tables(replace(THERE, aim=150.0, converged=False), STEM)[1].foot

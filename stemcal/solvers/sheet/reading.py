@@ -153,7 +153,9 @@ def filled(content: bytes, source: str, study: Study, *, partial: bool = False) 
         If it is neither, or has not the columns of this study.
     """
     if len(content) > MAX_BYTES:
-        raise UsageError(f"{source} is larger than {MAX_BYTES // MIB} MiB; save only the sheet of runs")
+        raise UsageError(
+            f"{source} is larger than {MAX_BYTES // MIB} MiB; save the worksheet with the runs as a separate file"
+        )
     if is_workbook(content, source):
         return _of_workbook(content, source, study, partial)
     text = decoded(content, None, Path(source))[0]

@@ -100,7 +100,7 @@ class Inversion(InvertResult):
         names = self._surface.names
         if missing := [name for name in names if name not in levels]:
             raise UsageError(
-                f"log_likelihood: no level is given for {', '.join(missing)}. Pass a level of every factor."
+                f"log_likelihood: no level is given for {', '.join(missing)}. Pass a level for every factor."
             )
         each = np.broadcast_arrays(*(np.asarray(levels[name], dtype=float) for name in names))
         points = self._surface.scales.to_coded(np.stack([one.ravel() for one in each], axis=-1))

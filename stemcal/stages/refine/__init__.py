@@ -20,7 +20,7 @@ class Refinement(Stage["RefineResult"]):
 
     name, title, attribute, reads = "refine", "Refinement", "refinement", ("refine", "targets")
     pictured = one_by_one = True
-    help = """Correct the parameters until the simulation matches the measured value.
+    help = """Adjust the parameters until the simulation agrees with the measurement.
 
         The refinement stops when the error in the simulated response is below `refine.tolerance_percent`, or after
         `refine.budget` simulations. If forces at several diameters were fitted (`invert.diameters`), the refinement

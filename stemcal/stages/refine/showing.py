@@ -54,7 +54,7 @@ def _parameters(stage: RefineResult, names: Names) -> Table:
         "tolerance, so other parameter values may fit equally well."
     ]
     foot += (
-        ["95 % interval: computed from the scatter of the measured mean, with the other parameters fixed."]
+        ["95 % interval: computed from the standard error of the measured mean, with the other parameters fixed."]
         if known
         else []
     )
@@ -84,7 +84,7 @@ def responses(stage: RefineResult, names: Names) -> Table:
             f"({names.quantity(stage.aim)})."
         ]
     where = program(stage.model.kind) if stage.elsewhere else "the model of the study"
-    foot += ["Error in % = 100·(measured − after)/measured."]
+    foot += ["Error in % = 100·(measured − refined)/measured."]
     return Table.of(columns, stage.rows, f"Measured and simulated in {where}", foot)
 
 

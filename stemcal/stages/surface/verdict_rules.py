@@ -212,7 +212,7 @@ def sign_against_expectation(evidence: Evidence) -> Iterator[Note]:
     if against:
         names = series(against)
         text = f"The sign of the effect of {names} is opposite to the sign specified in the spec (`expected_sign`)."
-        remedy = Remedy(f"Check the units of {names}, the material law and the key `expected_sign`.")
+        remedy = Remedy(f"Check the material law, the key `expected_sign` and the units of {names}.")
         yield Note("sign_against_expectation", "warning", text, remedy)
 
 

@@ -161,7 +161,7 @@ def _doubtful(doubt: Doubt, up_to: str = "") -> str:
     return {
         "hourglass": f"the hourglass energy is {worst} of the internal energy",
         "inertia": f"inertia contributes {worst} of the force",
-        "drift": f"the energy balance drifts by {worst}",
+        "drift": f"the error in the energy balance is {worst}",
         "stroke": "the stroke is too short to capture the peak force",
     }[doubt.kind]
 
