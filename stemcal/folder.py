@@ -6,7 +6,6 @@ that does not match, or holds something else than a record, is set aside in ``ru
 Stage files are sealed in the same way.
 """
 
-import json
 import logging
 import os
 import platform
@@ -23,20 +22,11 @@ from typing import Any, Self
 from filelock import FileLock, Timeout
 
 from stemcal.errors import FolderLocked, StemcalError, UsageError
-from stemcal.files.durable import (
-    Broken,
-    key_of,
-    make_folder,
-    opened,
-    plain,
-    read_plain,
-    refuse_link,
-    remove_leftovers,
-    sealed,
-    write_atomic,
-)
+from stemcal.files.durable import key_of, make_folder, read_plain, refuse_link, remove_leftovers, write_atomic
+from stemcal.files.log import append, now
 from stemcal.files.reading import in_a_line
 from stemcal.files.rows import Table
+from stemcal.files.sealed import Broken, opened, sealed
 
 logger = logging.getLogger(__name__)
 
@@ -264,14 +254,7 @@ class StudyFolder:
 
     def log(self, event: str, **facts: Any) -> None:
         """Append a line to ``log.jsonl``; a log that cannot be written stops nothing."""
-        path = self.path / "log.jsonl"
-        line = json.dumps({"time": now(), "event": event, **plain(facts)}, ensure_ascii=False, allow_nan=False)
-        try:
-            refuse_link(path)
-            with path.open("ab") as file:
-                file.write(f"{line}\n".encode("utf-8", "backslashreplace"))
-        except (OSError, StemcalError) as error:
-            logger.warning("log.jsonl: %s", error)
+        append(self.path / "log.jsonl", event, facts)
 
 
 # ---- records: what one must hold, and that its key follows from it
@@ -296,11 +279,6 @@ def _file_lock(path: Path, patience: float) -> FileLock:
     kernel_only = {"fallback_to_soft": False} if "fallback_to_soft" in signature(FileLock.__init__).parameters else {}
     made: Callable[..., FileLock] = FileLock
     return made(path, timeout=patience, poll_interval=0.02, **kernel_only)
-
-
-def now() -> str:
-    """Return the time, UTC, ISO 8601."""
-    return datetime.now(UTC).isoformat(timespec="milliseconds")
 
 
 def provenance() -> dict[str, str]:

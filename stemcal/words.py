@@ -52,11 +52,11 @@ def counted(count: int, noun: str) -> str:
     return f"{count} {noun}{'' if count == 1 else 's'}"
 
 
-def series(words: Iterable[object]) -> str:
+def series(words: Iterable[object], joint: str = "and") -> str:
     """Return several things as a sentence lists them.
 
-    >>> series(["a"]), series(["a", "b"]), series(["a", "b", "c"])
-    ('a', 'a and b', 'a, b and c')
+    >>> series(["a"]), series(["a", "b"], "or"), series(["a", "b", "c"])
+    ('a', 'a or b', 'a, b and c')
     """
     *first, last = [str(word) for word in words] or [""]
-    return f"{', '.join(first)} and {last}" if first else last
+    return f"{', '.join(first)} {joint} {last}" if first else last

@@ -10,7 +10,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from stemcal.files.durable import MAX_BYTES, digest, open_plain, read_plain
+from stemcal.files.durable import digest, open_plain, read_plain
+from stemcal.files.sealed import MAX_BYTES
 from stemcal.files.typed import to_json
 from stemcal.folder import StudyFolder
 from stemcal.registry import code_version

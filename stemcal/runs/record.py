@@ -1,4 +1,4 @@
-"""What a stage stores of a run: whether its record is final, how the record counts, the mean of replicates.
+"""The record of a run: its key, whether it is final, how a stage counts it; the mean of replicates.
 
 Accidents are tried again; a stroke that ended too early gives a lower bound.
 """
@@ -12,15 +12,27 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from stemcal.files.durable import key_of
 from stemcal.files.typed import absent
 from stemcal.naming import FIRST
 from stemcal.note import Note, Remedy
-from stemcal.solvers.protocol import RESPONSES
+from stemcal.registry import code_of
+from stemcal.solvers.protocol import RESPONSES, Request, Solver
 from stemcal.solvers.replicates import Replicates
 from stemcal.words import series
 
 ACCIDENTS = frozenset({"worker_died", "exception"})
 TIMEOUT = "timeout"
+
+
+def identity_and_key(solver: Solver, request: Request) -> tuple[dict[str, Any], str]:
+    """Return what determines the answer to a request, and a hash of that, the key of its record.
+
+    The identity of a solver of another package includes its code.
+    """
+    code = code_of(type(solver).__module__)
+    identity = {**solver.identity(request), **({"code of package": code} if code else {})}
+    return identity, key_of(identity)
 
 
 def stands(record: Mapping[str, Any], time_limit: float | None) -> bool:

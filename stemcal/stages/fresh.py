@@ -18,8 +18,9 @@ from stemcal.files.durable import digest, holds
 from stemcal.folder import SCHEMA_VERSION, StudyFolder
 from stemcal.naming import FIRST
 from stemcal.registry import code_version
-from stemcal.runs.answer import Progress, Run, Watch, ignore
+from stemcal.runs.answer import Progress, Watch, ignore
 from stemcal.runs.record import outcome_of, stands
+from stemcal.runs.retries import Run
 from stemcal.solvers import make_solver
 from stemcal.solvers.program import file_hash
 from stemcal.solvers.protocol import Request, Solver

@@ -23,8 +23,9 @@ from stemcal.doe.regression.least_squares import Array
 from stemcal.errors import UsageError
 from stemcal.folder import StudyFolder
 from stemcal.laboratory.build import build, rounded
-from stemcal.runs.answer import Run, answer_all
+from stemcal.runs.answer import answer_all
 from stemcal.runs.record import Outcome
+from stemcal.runs.retries import Run
 from stemcal.solvers.embedded import test_of
 from stemcal.solvers.laboratory_runs import identity, perform
 from stemcal.solvers.protocol import Request, Solver

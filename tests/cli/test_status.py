@@ -10,7 +10,7 @@ import pytest
 from commanding import REPLAY, command
 from fakes import SPEC, SpecSolver, force, lines
 
-from stemcal.files.durable import sealed
+from stemcal.files.sealed import sealed
 from stemcal.folder import StudyFolder
 from stemcal.registry import code_version
 from stemcal.study.model import SOLVERS

@@ -15,7 +15,7 @@ from trying import CONFIGS, POINTS, POSIX, command, finished, results, trials
 from stemcal import folder as module_of_folders
 from stemcal.errors import StemcalError
 from stemcal.executors import InlineExecutor
-from stemcal.files.durable import sealed
+from stemcal.files.sealed import sealed
 from stemcal.folder import StudyFolder
 from stemcal.overview.status import inspect, status
 from stemcal.report.export import study_tables

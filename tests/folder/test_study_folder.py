@@ -18,8 +18,9 @@ from hypothesis import strategies as st
 
 from stemcal.errors import FolderLocked, StemcalError, UsageError
 from stemcal.files import durable
-from stemcal.files.durable import as_json, canonical, digest, sealed
+from stemcal.files.durable import as_json, canonical, digest
 from stemcal.files.rows import Table
+from stemcal.files.sealed import sealed
 from stemcal.folder import StudyFolder
 
 IDENTITY = {"solver": "known", "levels": {"a": 1.5}}
@@ -114,7 +115,7 @@ def test_junk_is_damage(folder: StudyFolder, junk: bytes) -> None:
 
 def test_a_record_that_has_grown_beyond_reason_is_damage(folder: StudyFolder, monkeypatch: pytest.MonkeyPatch) -> None:
     folder.save(record())
-    monkeypatch.setattr("stemcal.files.durable.MAX_BYTES", 100)
+    monkeypatch.setattr("stemcal.files.sealed.MAX_BYTES", 100)
     assert folder.peek(KEY) is None
 
 
@@ -215,7 +216,7 @@ def test_tables_are_the_same_on_every_system(folder: StudyFolder) -> None:
 LOCKER = """
 import sys, time
 from stemcal.files.rows import Table
-from stemcal.files.durable import sealed
+from stemcal.files.sealed import sealed
 from stemcal.folder import StudyFolder
 with StudyFolder(sys.argv[1]):
     print("locked", flush=True)

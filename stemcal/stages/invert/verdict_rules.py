@@ -141,10 +141,11 @@ def not_identified(evidence: Evidence) -> Iterator[Note]:
 
 def _not_identified(known: Certainty) -> str:
     """Return which factors the fit leaves free, and the combination along which it hardly changes."""
-    factors = series(known.not_identified)
+    factors = series(known.not_identified, "or")
     changes = [change(f"{name} by", size, known.units[name]) for name, size in known.loosest.items()]
     if len(changes) > 1:
-        return f"The fit does not determine {factors}: changing {series(changes)} hardly affects the fitted responses."
+        together = f"Changing {series(changes)} together hardly affects the fitted responses."
+        return f"The fit does not determine {factors}. {together}"
     return f"The fit does not determine {factors} because the fitted responses hardly depend on {factors}."
 
 

@@ -49,7 +49,7 @@ def known(part: Certainty, stage: InvertResult, names: Names) -> list[str]:
         said.append(f"The {data} does not determine {names.factors(part.free)}.")
     for found in part.unseen_changes:
         together = series(change(f"{names.in_text(name)} by", size, part.units[name]) for name, size in found.items())
-        said.append(f"Changing {together} has no first-order effect on the {data.removesuffix(' alone')}.")
+        said.append(f"Changing {together} together has no first-order effect on the {data.removesuffix(' alone')}.")
     return [*said, *assumption(part)]
 
 
@@ -93,7 +93,8 @@ def range_to_cite(stage: InvertResult, names: Names) -> list[str]:
     return [
         "Report the 95 % interval of each parameter; the interval contains all values consistent with the measurement.",
         *assumption(stage.certainty),
-        f"If the error of the response surface is neglected, the target can be reached within these ranges: {exact}.",
+        "If the error of the response surface is neglected, all parameter values that reach the target are within "
+        f"these ranges: {exact}.",
     ]
 
 

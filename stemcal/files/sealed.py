@@ -1,0 +1,76 @@
+"""Sealed files: JSON objects that carry the SHA-256 of their content, so that a changed digit is seen."""
+
+import hashlib
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from stemcal.files.durable import MIB, as_json, digest, read_plain
+
+SEAL = "sha256"
+MAX_BYTES = 64 * MIB
+# SHA-256 of the bytes that agreed with their seal: a file is read many times in a command, but worked out anew once.
+_AGREED: set[bytes] = set()
+
+
+class Broken(Exception):
+    """A file that contains no JSON object, or not the one that was sealed; the message is the reason."""
+
+
+def sealed(content: Mapping[str, Any]) -> str:
+    """Return the text of a file with its seal.
+
+    >>> sealed({"a": 1}).splitlines()[1][:20]
+    '  "sha256": "015abd7'
+    """
+    return as_json({SEAL: digest(content), **content})
+
+
+def opened(path: Path) -> dict[str, Any]:
+    """Return the content of a sealed file without its seal.
+
+    Raises
+    ------
+    FileNotFoundError
+        If there is no file.
+    Broken
+        If a bit of it has changed since it was sealed, or it never held a JSON object with a seal.
+    """
+    try:
+        blob = read_plain(path, MAX_BYTES)
+    except FileNotFoundError:
+        raise
+    except OSError as error:  # a folder or a device in its place, a file that may not be read, or is too large
+        why = error.strerror or ""
+        raise Broken(why if why.startswith("is ") else f"cannot be read: {why}") from None
+    content = _parsed(blob)
+    if SEAL not in content:
+        raise Broken("has no SHA-256 checksum")
+    if not _agrees(blob, content, content.pop(SEAL)):
+        raise Broken("does not match its SHA-256 checksum")
+    return content
+
+
+def _parsed(blob: bytes) -> dict[str, Any]:
+    try:
+        content = json.loads(blob.decode("utf-8"))
+    except (ValueError, RecursionError):
+        content = None
+    if not isinstance(content, dict):
+        raise Broken("contains no JSON object")
+    return content
+
+
+def _agrees(blob: bytes, content: Mapping[str, Any], seal: object) -> bool:
+    """Return whether a seal matches a content and the file has no further byte."""
+    same = hashlib.sha256(blob).digest()
+    if same in _AGREED:
+        return True
+    try:
+        agrees = digest(content) == seal and as_json({SEAL: seal, **content}).encode("utf-8") == blob
+    except (ValueError, RecursionError):
+        return False
+    if agrees:
+        _AGREED.add(same)
+    return agrees
