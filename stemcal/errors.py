@@ -9,26 +9,13 @@
     ├── Waiting                 6   runs are done by hand, and their results are not entered yet: no failure
     └── SimulationFailed        1   one simulation cannot be trusted (NaN, inverted element, no contact)
 
-They are caught once, in `stemcal.cli.guard`.
+They are caught once, in `stemcal.cli.exit_codes`.
 """
 
 import copyreg
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
-
-EXIT_CODES = {
-    0: ("done", "success"),
-    1: ("fault", "system error: disk, memory, damaged file or internal error"),
-    2: ("wrong", "mistake in the spec or the command line"),
-    3: ("runs_failed", "runs failed"),
-    4: ("unreachable", "the target is out of reach"),
-    5: ("in_use", "another process is using the study folder"),
-    6: ("waiting", "results of runs by hand are pending"),
-    130: ("interrupted", "interrupted by Ctrl-C"),
-    143: ("terminated", "terminated by SIGTERM"),
-}
-"""The exit codes: the `status` in the JSON envelope, and what each means."""
 
 
 class StemcalError(Exception):

@@ -23,8 +23,8 @@ from filelock import FileLock, Timeout
 
 from stemcal.errors import FolderLocked, StemcalError, UsageError
 from stemcal.files.durable import key_of, make_folder, read_plain, refuse_link, remove_leftovers, write_atomic
+from stemcal.files.encodings import in_a_line
 from stemcal.files.log import append, now
-from stemcal.files.reading import in_a_line
 from stemcal.files.rows import Table
 from stemcal.files.sealed import Broken, opened, sealed
 

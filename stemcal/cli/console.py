@@ -14,7 +14,7 @@ from rich.console import Console, ConsoleOptions, RenderableType
 from rich.segment import Segment
 from rich.text import Text
 
-from stemcal.files.reading import visible
+from stemcal.files.encodings import visible
 
 if TYPE_CHECKING:
     from stemcal.files.rows import Table
@@ -72,7 +72,7 @@ class _Envelope:
         """Print it on stdout, in ASCII so that every terminal can show it; a number that is none becomes null."""
         if not self.command:
             return
-        from stemcal.errors import EXIT_CODES
+        from stemcal.cli.exit_codes import EXIT_CODES
         from stemcal.files.durable import plain
 
         status = EXIT_CODES.get(code, EXIT_CODES[1])[0]

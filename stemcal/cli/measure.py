@@ -12,7 +12,7 @@ from stemcal.cli.console import note, say_json, say_tables, say_whole, warn
 from stemcal.cli.session import AsJson, Quiet
 from stemcal.errors import UsageError
 from stemcal.files.durable import read_plain
-from stemcal.files.reading import decode
+from stemcal.files.encodings import decode
 from stemcal.files.typed import to_json
 
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ from stemcal.cli.console import note, say, say_json, waiting, warn
 from stemcal.cli.session import AsJson, Quiet, Spec, read_study
 from stemcal.errors import RunsFailed, UsageError
 from stemcal.files.durable import write_atomic
-from stemcal.files.reading import csv_text
+from stemcal.files.encodings import csv_text
 from stemcal.files.typed import from_json, to_json
 from stemcal.words import did_you_mean
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, is_dataclass, replace
 from typing import TYPE_CHECKING, Any, TypeVar, get_args
 
-from stemcal.files.reading import csv_text
+from stemcal.files.encodings import csv_text
 from stemcal.files.typed import to_json
 
 if TYPE_CHECKING:

@@ -2,13 +2,12 @@
 
 import csv
 import io
-import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
 from stemcal.errors import UsageError
-from stemcal.files import reading
+from stemcal.files import encodings
 from stemcal.measured.headings import shown
 
 _MODERN = b"PK\x03\x04"  # xlsx, and ods
@@ -56,25 +55,16 @@ def decoded(content: bytes, encoding: str | None, path: Path) -> tuple[str, str]
     ('力/N', 'gb18030')
     """
     try:
-        found = reading.decoded(content, [encoding] if encoding else _guesses(content))
+        found = encodings.decoded(content, [encoding] if encoding else encodings.guesses(content))
     except (LookupError, ValueError):
         raise UsageError(
             f"--encoding {shown(encoding or '')[1:-1]}: unknown encoding; use utf-8, utf-16, gbk or another "
             "encoding of Python"
         ) from None
     if found is None:
-        named = encoding or next(_guesses(content))
+        named = encoding or next(encodings.guesses(content))
         raise UsageError(f"{path} is not encoded in {named}; omit `--encoding` or choose another encoding")
     return found
-
-
-def _guesses(content: bytes) -> Iterator[str]:
-    """Yield Unicode, then, unless it is UTF-16, GB18030 and the encodings of Western Europe."""
-    yield from (unicode := list(reading.unicodes(content)))
-    if unicode == ["utf-8"]:
-        # letters of Western Europe are isolated among ASCII, Chinese ones come together
-        yield from ("gb18030", "cp1252") if re.search(rb"[\x80-\xff]{2}", content) else ("cp1252",)
-        yield "latin-1"
 
 
 def is_workbook(content: bytes, source: object) -> bool:

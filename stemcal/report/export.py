@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from stemcal.files.durable import make_folder, write_atomic
-from stemcal.files.reading import csv_text, in_a_line
+from stemcal.files.encodings import csv_text, in_a_line
 from stemcal.files.rows import Column, Table, visible
 from stemcal.numbers import significant
 from stemcal.report.figures.plot import Plot

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, ClassVar
 
-from stemcal.files.reading import in_a_line, visible
+from stemcal.files.encodings import in_a_line, visible
 from stemcal.naming import CUTTING, Naming
 
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from stemcal.errors import SimulationFailed
 from stemcal.files.durable import MIB, read_plain
-from stemcal.files.reading import lenient
+from stemcal.files.encodings import lenient
 from stemcal.solvers.result_reader import ResultReader
 
 Array = NDArray[np.float64]

@@ -7,7 +7,7 @@ import pytest
 
 from stemcal.doe.calibration.region import Region
 from stemcal.doe.regression.coding import Coding
-from stemcal.stages.verdict.trend import Fitted, remedies_of, trend_of
+from stemcal.stages.verdict.trend_advice import Fitted, remedies_of, trend_of
 
 DIAMETERS = np.array([7.0, 8.0, 9.0, 10.0, 11.0])
 CODING = Coding.from_ranges(("yield_stress", "failure_strain"), [10.0, 0.01], [20.0, 0.05])

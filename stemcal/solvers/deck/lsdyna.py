@@ -9,7 +9,7 @@ import numpy as np
 
 from stemcal.errors import SimulationFailed
 from stemcal.files.durable import open_plain
-from stemcal.files.reading import lenient
+from stemcal.files.encodings import lenient
 from stemcal.processes import Ended
 from stemcal.solvers.deck.contact_card import BLADE_CONTACT
 from stemcal.solvers.deck.peak import ContactForce

@@ -11,7 +11,7 @@ from stemcal.stages.invert.result import Certainty, Contradicted, InvertResult, 
 from stemcal.stages.refine.options import refined_here
 from stemcal.stages.verdict import advice, words
 from stemcal.stages.verdict.rules import BEYOND_DOUBT, Evidence
-from stemcal.stages.verdict.trend import standard_error, trend_reason
+from stemcal.stages.verdict.trend_advice import for_trend, standard_error, trend_reason
 from stemcal.study.model import Study
 from stemcal.words import series
 
@@ -30,7 +30,7 @@ def trend(evidence: Evidence) -> Iterator[Note]:
         if row.response == FORCE.name
     ]
     worst, solution = found.joint.max_abs_error_percent, found.point.solution
-    yield from trend_reason(evidence, rows, worst, lambda: advice.for_trend(study, surface, solution))
+    yield from trend_reason(evidence, rows, worst, lambda: for_trend(study, surface, solution))
 
 
 def conflict(evidence: Evidence) -> Iterator[Note]:

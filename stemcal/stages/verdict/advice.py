@@ -6,13 +6,12 @@ from dataclasses import replace
 import numpy as np
 
 from stemcal.doe.regression.least_squares import Array
-from stemcal.naming import DIAMETER, FIRST
+from stemcal.naming import DIAMETER
 from stemcal.note import Note, Remedy
 from stemcal.numbers import outwards
-from stemcal.stages.fitting import Surfaces, joint_surfaces, measured_means
+from stemcal.stages.fitting import Surfaces
 from stemcal.stages.result import StageResult
-from stemcal.stages.verdict.trend import Fitted, remedies_of
-from stemcal.study.model import PARAMETERS, Factor, Study
+from stemcal.study.model import Factor, Study
 from stemcal.words import series
 
 # A range is widened by at most this multiple of its width, and beyond the target by this part of the missing distance.
@@ -112,42 +111,6 @@ def from_the_edge(study: Study, surface: Surfaces, coded: Sequence[float]) -> Re
             return _widened(factor, up, 0.5)
     end = surface.names[order[0]]
     return Remedy(f"Add another factor because the range of {end} cannot be widened.")
-
-
-def for_trend(study: Study, surface: Surfaces, solution: Mapping[str, float]) -> Remedy:
-    """Return the change that removes an error that follows the diameter best, with its predicted error."""
-    means = [(i, mean) for i, mean in enumerate(measured_means(study)) if mean.response == FIRST]
-    every = joint_surfaces(study, surface)
-    fitted = Fitted(
-        np.array([mean.condition for _, mean in means]),
-        np.array([mean.value for _, mean in means]),
-        [every[i] for i, _ in means],
-        surface.scales,
-        replace(surface.region, radius=None),  # levels inside the ranges, corners included
-        study.calibration_target.condition,
-        np.asarray(surface.scales.to_coded([solution[name] for name in surface.names])),
-    )
-    may_grow = [name for name in surface.names if name in PARAMETERS and name not in study.material.growing()]
-    found = remedies_of(fitted, may_grow)
-    if not found:
-        return Remedy(
-            "Check the wall thickness, the clearance of the supports and the stroke, or vary another parameter. No "
-            "parameter of the response surface removes the trend within its range."
-        )
-    best, at = found[0], study.calibration_target.condition
-    name, half = f"{best.factor}_growth", max(0.5, abs(best.exponent))
-    low, high = (round(best.exponent + side * half, 2) for side in (-1, 1))
-    edit = [
-        f"factors: [{{name: {name}, low: {low:g}, high: {high:g}}}]",
-        f"material: {{{best.factor}: {{at: {at:g} mm, exponent: {name}}}}}",
-        "screen: {design: none}",
-        f"rsm: {{factors: [{', '.join((*surface.names, name))}]}}",
-    ]
-    text = (
-        f"Make {best.factor} proportional to the diameter raised to the power {best.exponent:.2f} (predicted largest "
-        f"error: {best.worst_percent:.1f} %): `{{{', '.join(edit)}}}`."
-    )
-    return Remedy(text, "\n".join(edit))
 
 
 def fit_all(study: Study, over: str, then: str = "") -> Remedy:

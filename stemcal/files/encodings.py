@@ -38,6 +38,15 @@ def unicodes(content: bytes) -> Iterator[str]:
         yield "utf-8"
 
 
+def guesses(content: bytes) -> Iterator[str]:
+    """Yield Unicode, then, unless it is UTF-16, GB18030 and the encodings of Western Europe."""
+    yield from (unicode := list(unicodes(content)))
+    if unicode == ["utf-8"]:
+        # letters of Western Europe are isolated among ASCII, Chinese ones come together
+        yield from ("gb18030", "cp1252") if re.search(rb"[\x80-\xff]{2}", content) else ("cp1252",)
+        yield "latin-1"
+
+
 def lenient(content: bytes) -> str:
     """Return the text of a program, which should be UTF-8; what is not becomes the replacement character."""
     return content.decode("utf-8", "replace").removeprefix("\ufeff")

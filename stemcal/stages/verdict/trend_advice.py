@@ -6,8 +6,8 @@ every level stays inside the ranges.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -15,9 +15,12 @@ from stemcal.doe.calibration.region import Region
 from stemcal.doe.regression.coding import Coding
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface
+from stemcal.naming import FIRST
 from stemcal.note import Note, Remedy
 from stemcal.power_law import PowerLaw, fit_power_law
+from stemcal.stages.fitting import Surfaces, joint_surfaces, measured_means
 from stemcal.stages.verdict.rules import Evidence
+from stemcal.study.model import PARAMETERS, Study
 
 # A trend changes the force by at least this over the diameters; less is not worth a parameter.
 _LEAST_CHANGE = 0.03
@@ -168,3 +171,39 @@ def _forces(fitted: Fitted, at: Array) -> Array:
 
 def _worst(forces: Array, measured: Array) -> float:
     return float(100.0 * np.max(np.abs(1.0 - forces / measured)))
+
+
+def for_trend(study: Study, surface: Surfaces, solution: Mapping[str, float]) -> Remedy:
+    """Return the change that removes an error that follows the diameter best, with its predicted error."""
+    means = [(i, mean) for i, mean in enumerate(measured_means(study)) if mean.response == FIRST]
+    every = joint_surfaces(study, surface)
+    fitted = Fitted(
+        np.array([mean.condition for _, mean in means]),
+        np.array([mean.value for _, mean in means]),
+        [every[i] for i, _ in means],
+        surface.scales,
+        replace(surface.region, radius=None),  # levels inside the ranges, corners included
+        study.calibration_target.condition,
+        np.asarray(surface.scales.to_coded([solution[name] for name in surface.names])),
+    )
+    may_grow = [name for name in surface.names if name in PARAMETERS and name not in study.material.growing()]
+    found = remedies_of(fitted, may_grow)
+    if not found:
+        return Remedy(
+            "Check the wall thickness, the clearance of the supports and the stroke, or vary another parameter. No "
+            "parameter of the response surface removes the trend within its range."
+        )
+    best, at = found[0], study.calibration_target.condition
+    name, half = f"{best.factor}_growth", max(0.5, abs(best.exponent))
+    low, high = (round(best.exponent + side * half, 2) for side in (-1, 1))
+    edit = [
+        f"factors: [{{name: {name}, low: {low:g}, high: {high:g}}}]",
+        f"material: {{{best.factor}: {{at: {at:g} mm, exponent: {name}}}}}",
+        "screen: {design: none}",
+        f"rsm: {{factors: [{', '.join((*surface.names, name))}]}}",
+    ]
+    text = (
+        f"Make {best.factor} proportional to the diameter raised to the power {best.exponent:.2f} (predicted largest "
+        f"error: {best.worst_percent:.1f} %): `{{{', '.join(edit)}}}`."
+    )
+    return Remedy(text, "\n".join(edit))
