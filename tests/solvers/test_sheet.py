@@ -105,7 +105,7 @@ def test_encodings_and_separators(tmp_path: Path, encoding: str, separator: str)
         (RSM.replace("122", "failed"), "rsm 1 is marked as failed without a reason"),
         (RSM.replace("rsm 2", "2"), "'2' is not a run; write a stage and a number"),
         (RSM.replace("rsm 2", "rsm 5"), "the rows of rsm are not numbered from 1 to 3"),
-        (RSM.replace("20,0.03,", "20,,"), "only some rows of rsm have levels of failure_strain"),
+        (RSM.replace("20,0.03,", "20,,"), "some rows of rsm have no levels of failure_strain"),
         (RSM + "\0", "is not a text file"),
     ],
 )

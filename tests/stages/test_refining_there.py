@@ -247,7 +247,7 @@ def test_a_failed_run_is_begun_again_by_its_own_program(tmp_path: Path) -> None:
 def test_people_run_one_program_only(tmp_path: Path) -> None:
     spec = tmp_path / "study.yaml"
     spec.write_text(f"{published(tmp_path)}refine: {{in: {{kind: sheet}}}}\n", encoding="utf-8")
-    with pytest.raises(SpecError, match="a sheet can be used for only one program"):
+    with pytest.raises(SpecError, match="a run sheet can contain the results of only one program"):
         load_study(spec)
 
 
