@@ -9,7 +9,7 @@
     ├── Waiting                 6   runs are done by hand, and their results are not entered yet: no failure
     └── SimulationFailed        1   one simulation cannot be trusted (NaN, inverted element, no contact)
 
-They are caught once, in `stemcal.cli.exit_codes`.
+They are caught once, in `stemcal.cli.guard`.
 """
 
 import copyreg

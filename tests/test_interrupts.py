@@ -15,7 +15,7 @@ import typer
 from fakes import ENVIRONMENT
 
 import stemcal
-from stemcal.cli.exit_codes import exit_codes
+from stemcal.cli.guard import exit_codes
 from stemcal.interrupts import Terminated, check, heard, next_of, put_off, wait_until
 
 BOTH = pytest.mark.parametrize(("number", "kind"), [(signal.SIGINT, KeyboardInterrupt), (signal.SIGTERM, Terminated)])

@@ -17,7 +17,7 @@ from typer.testing import CliRunner, Result
 
 from stemcal import __version__
 from stemcal.cli.app import app
-from stemcal.cli.exit_codes import exit_codes
+from stemcal.cli.guard import exit_codes
 from stemcal.errors import (
     FolderLocked,
     RunsFailed,
@@ -166,7 +166,7 @@ def test_output_that_the_terminal_cannot_encode(tmp_path: Path) -> None:
 SLOW = """
 import sys, time
 import typer
-from stemcal.cli.exit_codes import exit_codes
+from stemcal.cli.guard import exit_codes
 app = typer.Typer()
 @app.command()
 def wait():
