@@ -6,7 +6,7 @@
     designs       which runs to make, by name (`catalogue`); `aliases` finds the interactions that main effects are
                   aliased with
     effects       of factors at two levels, with their tests; `lenth` for Lenth's method
-    calibration   all solutions for one target value and the ranges of the factors over them (`level_set_solutions`), or
+    calibration   all solutions for one target value and the ranges of the factors over them (`level_set_ranges`), or
                   the fit to several measured values (`likelihood`) with its `confidence_intervals`; `region` has the
                   bounds, `search_path` chooses the next simulation
     comparison    measured against simulated under every condition, and against a formula

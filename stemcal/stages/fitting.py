@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 
-from stemcal.doe.calibration.level_set_solutions import Assessment, assess_point
+from stemcal.doe.calibration.level_set_ranges import Assessment, assess_point
 from stemcal.doe.calibration.likelihood import Fit, Prior, fit
 from stemcal.doe.calibration.observations import Observation
 from stemcal.doe.calibration.region import Region

@@ -21,7 +21,7 @@ from stemcal.doe.calibration.confidence_intervals import (
     settled,
     unseen_directions,
 )
-from stemcal.doe.calibration.level_set_solutions import solve_target
+from stemcal.doe.calibration.level_set_ranges import solve_target
 from stemcal.doe.calibration.likelihood import Fit
 from stemcal.doe.comparison import formula_left_out
 from stemcal.doe.regression.coding import Coding

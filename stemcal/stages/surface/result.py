@@ -9,7 +9,7 @@ from typing import Any, ClassVar, Literal
 
 import numpy as np
 
-from stemcal.doe.calibration.level_set_solutions import Assessment, assess_point
+from stemcal.doe.calibration.level_set_ranges import Assessment, assess_point
 from stemcal.doe.regression.anova import AnovaRow, Coefficient, RunDiagnostics
 from stemcal.doe.regression.backward_elimination import ReductionStep
 from stemcal.doe.regression.canonical import Shape

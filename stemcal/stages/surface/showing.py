@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from stemcal.doe.calibration.level_set_solutions import Assessment
+from stemcal.doe.calibration.level_set_ranges import Assessment
 from stemcal.doe.regression.anova import Coefficient
 from stemcal.doe.regression.canonical import Shape
 from stemcal.errors import UsageError

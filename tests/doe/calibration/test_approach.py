@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from stemcal.doe.calibration.level_set_solutions import solve_target
+from stemcal.doe.calibration.level_set_ranges import solve_target
 from stemcal.doe.calibration.region import Region
 from stemcal.doe.designs.catalogue import central_composite
 from stemcal.doe.regression.least_squares import Array
