@@ -314,7 +314,7 @@ def _said(answer: Answer) -> str:
 
 
 def _record(key: str, result: _Result, solver: Solver, folder: StudyFolder, because: str) -> None:
-    """Save a result with who entered it and when; an earlier one stays in the record."""
+    """Save a result with who entered it and when; an earlier one is in the log."""
     before, filled, time = folder.peek(key), result.filled, now()
     told: dict[str, Any] = {"entered": time, "entered_by": filled.said.get(WHO) or _user_name()}
     told |= {name: text for name, text in (("done", filled.said.get(WHEN)), ("remark", filled.remark)) if text}

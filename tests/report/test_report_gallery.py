@@ -10,6 +10,7 @@ import pytest
 from stemcal.cli.explain import glossary, look_up
 from stemcal.report.figures import curves as laboratory
 from stemcal.report.figures.curves import energies
+from stemcal.report.figures.style import resize, styled
 from stemcal.stages.surface.figures import Solution, contours, relief
 from stemcal.stages.validate.figures import validation
 
@@ -21,6 +22,25 @@ def test_relief_has_the_measured_force_at_the_solution(stages: dict[str, Any]) -
     assert star.get_data_3d()[2][0] == pytest.approx(159.2)
     assert axes.get_xlabel() == "yield_stress, MPa"
     assert axes.get_zlim()[0] < min(axes.get_zticks())
+
+
+@pytest.mark.parametrize("name", ["Equivalent plastic strain at which elements are eroded, averaged", "单元失效" * 8])
+@pytest.mark.parametrize("width", [80.0, 160.0])
+def test_long_names_in_space_lie_within_the_figure(stages: dict[str, Any], name: str, width: float) -> None:
+    pair = ("yield_stress", "failure_strain")
+    figure = relief(
+        stages["rsm"], pair, Solution(stages["invert"].parameters, stages["invert"].target), dict.fromkeys(pair, name)
+    )
+    for size in (None, width):
+        if size is not None:
+            resize(figure, size)
+        with styled():
+            figure.draw_without_rendering()
+        axes: Any = figure.axes[0]
+        for axis in (axes.xaxis, axes.yaxis):
+            assert axis.get_label_text().replace("\n", "").replace(" ", "").startswith(name.replace(" ", ""))
+            box = axis.label.get_window_extent()
+            assert box.x0 >= 0.0 and box.y0 >= 0.0 and box.x1 <= figure.bbox.x1 and box.y1 <= figure.bbox.y1
 
 
 def test_contours_end_with_the_ranges(stages: dict[str, Any]) -> None:

@@ -160,7 +160,7 @@ def readings(figure: Figure) -> list[dict[str, Any]]:
     """
     wide, high = (72.0 * inches for inches in figure.get_size_inches())
     found: list[dict[str, Any]] = []
-    panels: list[Any] = figure.axes
+    panels: list[Any] = figure.axes  # flat ones and such in space
     for axes in panels:
         if axes.name != "3d" and axes.get_xscale() in _SCALED and (series := list(_series(axes))):
             box = axes.get_position()

@@ -5,6 +5,7 @@ In the page, figures take the page's text colour and fonts, so one drawing serve
 
 import io
 import logging
+import textwrap
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -102,6 +103,26 @@ def axis_of(called: str, unit: str | None) -> str:
     return plain(f"{called}, {written}" if (written := unit_written(unit or "1")) else called)
 
 
+def in_lines(text: str, most: int) -> str:
+    """Return text in lines of at most `most` cells, of which a Chinese character takes two.
+
+    >>> in_lines("yield stress along the fibre, MPa", 20), in_lines("茎秆屈服应力", 8)
+    ('yield stress along\\nthe fibre, MPa', '茎秆屈服\\n应力')
+    """
+    from rich.cells import chop_cells
+
+    lines = textwrap.wrap(text, most, break_long_words=False)
+    return "\n".join(piece for line in lines for piece in chop_cells(line, most))
+
+
+def frame_in_space(axes: Any, share: float = 1.0) -> None:
+    """Set a view in space so far off that names of several lines next to its edges are not cut off."""
+    further = max(axis.get_label_text().count("\n") for axis in (axes.xaxis, axes.yaxis))
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.labelpad = 4.0 + 8.0 * axis.get_label_text().count("\n") * share
+    axes.set_box_aspect((1.0, 1.0, 0.85), zoom=0.98 * share / (1.0 + 0.2 * further))
+
+
 @contextmanager
 def new_figure(width: float = 4.7, height: float = 3.3) -> Iterator[Figure]:
     """Yield an empty figure to be drawn in stemcal's style within this block; sizes in inches.
@@ -169,7 +190,10 @@ def resize(figure: Figure, width: float) -> None:
     now_wide, now_high = figure.get_size_inches()
     wide = width / _INCH
     figure.set_size_inches(wide, now_high * (wide / now_wide) ** 0.7)
-    for axes in figure.axes:
+    panels: list[Any] = figure.axes  # flat ones and such in space
+    for axes in panels:
+        if axes.name == "3d":
+            frame_in_space(axes, min(1.0, wide / now_wide) ** 0.6)
         if axes.get_legend() is not None:
             with styled():
                 legend_above(axes, most=6)

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from functools import partial
 from itertools import combinations
 from statistics import NormalDist
-from textwrap import fill
 from typing import Any
 
 import numpy as np
@@ -20,6 +19,8 @@ from stemcal.report.figures.style import (
     Axes,
     Figure,
     axis_of,
+    frame_in_space,
+    in_lines,
     new_figure,
     plain,
 )
@@ -189,11 +190,13 @@ def relief(
             axes.plot(*([one] for one in point), "*", color=ORANGE, markeredgecolor="white", markersize=14, zorder=9)
         _label(axes, rsm, pair, labels, _LONGEST_IN_SPACE)
         axes.set_zlabel(_height(rsm))
+        for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
+            axis.label.set_size(8)
         axes.set_zlim(base, levels[-1])
         axes.set_zticks([level for level in levels[::2] if level > base])
         axes.tick_params(labelsize=7, pad=0)
         axes.view_init(elev=24, azim=-128)
-        axes.set_box_aspect((1.0, 1.0, 0.85), zoom=0.85)
+        frame_in_space(axes)
     return figure
 
 
@@ -225,7 +228,7 @@ def _label(
     from matplotlib.ticker import MaxNLocator
 
     for axis, setter, name in ((axes.xaxis, axes.set_xlabel, pair[0]), (axes.yaxis, axes.set_ylabel, pair[1])):
-        setter(fill(axis_of((labels or {}).get(name, name), rsm.factor(name).unit), longest))
+        setter(in_lines(axis_of((labels or {}).get(name, name), rsm.factor(name).unit), longest))
         axis.set_major_locator(MaxNLocator(nbins=6, steps=[1, 2, 5, 10]))
 
 
