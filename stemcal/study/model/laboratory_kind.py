@@ -145,7 +145,6 @@ class FurtherCutSection(LaboratorySection):
 
     is_further_cut = True
     usual = ("force",)
-    plausible: ClassVar[Mapping[str, tuple[float, float]]] = {}  # questioned as the first cut is
 
     def stroke_at(self, diameter: float) -> float:
         return 0.0 if self.stroke is None else self.stroke.at(diameter)

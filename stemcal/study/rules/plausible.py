@@ -45,7 +45,7 @@ FALL = "results decrease by up to 10 % if the element size is reduced by a third
 
 def doubts(study: Study) -> list[Finding]:
     """Return what looks like a wrong unit; nothing here is certainly wrong."""
-    virtual, measured = (_sizes, _speed, _tests, _mesh), (_targets, _scatters, _outliers)
+    virtual, measured = (_sizes, _speeds, _tests, _mesh), (_targets, _scatters, _outliers)
     found = (*virtual, *measured, _materials, _factors, _agreement)
     told = [finding for of in found for finding in of(study)]
     return [*told, *(finding for stage in stages().with_(study.further) for finding in stage.doubts(study))]
@@ -60,12 +60,14 @@ def _sizes(study: Study) -> Iterator[Finding]:
             yield from doubt(path, value, low, high, unit)
 
 
-def _speed(study: Study) -> Iterator[Finding]:
-    """Question a speed above that of a testing machine and below that of a mower: mm/min may be meant."""
-    speed = study.loading.speed
-    if _MACHINE < speed < _MOWER:
-        message = f"the speed of {speed:g} mm/s exceeds the speeds of testing machines (up to {_MACHINE:g} mm/s)"
-        yield Finding(("loading", "speed"), message, "check the unit; speeds of testing machines are usually in mm/min")
+def _speeds(study: Study) -> Iterator[Finding]:
+    """Question speeds above that of a testing machine and below that of a mower: mm/min may be meant."""
+    speeds: dict[NodePath, float] = {("loading", "speed"): study.loading.speed}
+    speeds |= {("tests", index, "speed"): test.speed for index, test in enumerate(study.tests)}
+    for path, speed in speeds.items():
+        if _MACHINE < speed < _MOWER:
+            message = f"the speed of {speed:g} mm/s exceeds the speeds of testing machines (up to {_MACHINE:g} mm/s)"
+            yield Finding(path, message, "check the unit; speeds of testing machines are usually in mm/min")
 
 
 def _tests(study: Study) -> Iterator[Finding]:
@@ -74,9 +76,9 @@ def _tests(study: Study) -> Iterator[Finding]:
         if test.is_further_cut and (late := sorted({"travel", "work"} & set(test.measured))):
             yield Finding(("tests", index), f"{' and '.join(late)}: {FALL}", "fit only the maximum force")
         for key, (low, high) in test.plausible.items():
-            length = getattr(test, key)
-            mm = length.at(study.targets.calibrate_at) if isinstance(length, Length) else length
-            yield from doubt(("tests", index, key), mm, low, high, "mm")
+            if (length := getattr(test, key)) is not None:
+                mm = length.at(study.targets.calibrate_at) if isinstance(length, Length) else length
+                yield from doubt(("tests", index, key), mm, low, high, "mm")
 
 
 def _mesh(study: Study) -> Iterator[Finding]:
