@@ -186,7 +186,7 @@ class StudyFolder:
         return (None, problem) if problem else (record, "")
 
     def _set_aside(self, path: Path, problem: str) -> None:
-        logger.warning("%s %s; the record was moved to runs/damaged, and its run is repeated", path, problem)
+        logger.warning("%s %s; the record was moved to `runs/damaged`, and its run will be repeated", path, problem)
         with suppress(OSError, StemcalError):
             damaged = make_folder(self.runs / "damaged")
             stamp = datetime.now(UTC).strftime("%Y%m%dT%H%M%S%f")
@@ -270,7 +270,7 @@ def _problem_of(record: Mapping[str, Any], key: str) -> str:
     if status not in ("ok", "failed") or (status == "ok") != (response is not None):
         return f"is not the record of a run: status {status!r:.20} contradicts response {response!r:.20}"
     if record.get("key") != key or key_of(record["identity"]) != key:
-        return "the name of the file does not match the request in it"
+        return "has a file name that does not match its content"
     return ""
 
 

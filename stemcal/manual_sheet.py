@@ -227,7 +227,7 @@ def require_sheet(study: Study) -> None:
     if study.by_hand.kind.answers != "asks_people":
         kind = study.by_hand.solver.kind
         raise UsageError(
-            f"solver.kind: the solver kind `{kind}` computes all runs; write `solver: {{kind: sheet}}` to enter results"
+            f"solver.kind: the `{kind}` solver computes all runs; write `solver: {{kind: sheet}}` to enter results"
         )
 
 
@@ -284,8 +284,8 @@ def _against_record(
     raise RowRefused(
         filled,
         "known_otherwise",
-        f"{filled.run} already has the result {_said(before)} ({' '.join(told).strip()}), not "
-        f'{_said(result.answer)}; to replace the result, enter the sheet with --replace "why"',
+        f"{filled.run} already has the result {_said(before)} ({' '.join(told).strip()}), but the new "
+        f'result is {_said(result.answer)}; to replace the result, enter the sheet with `--replace "why"`',
     )
 
 

@@ -24,8 +24,8 @@ _WRITTEN = {"1": "", "deg": "°", "degC": "°C", "kg/m3": "kg/m³", "g/cm3": "g/
 _NOUNS = {
     "Maximum force": "force",
     "Stem diameter": "diameter",
-    "Travel to the maximum force": "travel",
-    "Work to the maximum force": "work",
+    "Travel at maximum force": "travel",
+    "Work up to maximum force": "work",
 }
 
 
@@ -111,8 +111,8 @@ class Named:
 
 
 FORCE = Named("force", "Maximum force", "F", "N")
-TRAVEL = Named("travel", "Travel to the maximum force", "u", "mm")
-WORK = Named("work", "Work to the maximum force", "W", "mJ")
+TRAVEL = Named("travel", "Travel at maximum force", "u", "mm")
+WORK = Named("work", "Work up to maximum force", "W", "mJ")
 DIAMETER = Named("diameter", "Stem diameter", "D", "mm")
 
 

@@ -75,7 +75,7 @@ _LONGER = Remedy("Increase `loading.stroke` or `loading.duration`.")
 def stroke_too_short(peak: float, peak_travel: float, end: float, stroke: float) -> Note:
     """Return the warning that the peak force may lie beyond the stroke: forces in N, travels in mm."""
     text = (
-        f"A larger peak may follow after the end of the stroke ({stroke:.3g} mm). The largest recorded force was "
+        f"A higher peak may occur after the end of the stroke ({stroke:.3g} mm). The largest recorded force was "
         f"{peak:.1f} N at {peak_travel:.3g} mm; at the end, the force was still {end:.1f} N."
     )
     return Note(STROKE_TOO_SHORT, "warning", text, _LONGER)
@@ -141,7 +141,7 @@ def force_after_break(travel: float, force: float, peak: float) -> Note:
 def nothing_deleted() -> Note:
     """Return the warning that the material deletes no elements."""
     text = (
-        "The material has no failure criterion: elements lose their shear stress at the failure strain but are not "
+        "The material has no failure criterion: elements lose their shear strength at the failure strain but are not "
         "deleted."
     )
     return Note("nothing_deleted", "warning", text)

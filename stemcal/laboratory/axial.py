@@ -23,7 +23,7 @@ class AxialSection(PieceSection):
     """Two ends that move along the axis."""
 
     ends: Literal["held", "lubricated"] = "held"
-    """Ends of the test piece: a `held` end cannot expand; a `lubricated` end can expand around its fixed centre."""
+    """Ends of the specimen: a `held` end cannot expand; a `lubricated` end can expand around its fixed centre."""
 
 
 class CompressionSection(AxialSection):

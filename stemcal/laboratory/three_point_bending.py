@@ -43,8 +43,8 @@ class BendingSection(PieceSection):
         if length <= span:
             yield (
                 "length",
-                f"the test piece is {length:g} mm long, but the span is {span:g} mm",
-                "use a longer test piece",
+                f"the specimen is {length:g} mm long, but the span is {span:g} mm",
+                "use a longer specimen",
             )
         yield from super().misfits(diameter)
 

@@ -243,7 +243,7 @@ def _curve(table: TextTable, across: int, up: int, how: CurveOptions, notes: lis
         notes.append(Note("pressing_is_positive", "info", text))
     begin = contact_begins(force, how.preload)
     if int(np.argmax(force)) == len(force) - 1:
-        text = "The force is largest at the last point. The test may have ended before the peak force."
+        text = "The force is largest at the last point. The test may have ended before the peak force was reached."
         notes.append(Note("largest_at_end", "warning", text))
     travel = np.abs(travel[begin:] - travel[begin])
     return ShearCurve(table.source, travel, force[begin:], begin, None, table.synthetic, tuple(notes))

@@ -109,7 +109,7 @@ def _short_stroke(study: Study) -> Iterator[Note]:
         share = stroke / thickest
         text = (
             f"The stroke of {stroke:.3g} mm is only {share:.2g} times the largest diameter ({thickest:g} mm). If a run "
-            "stops before the peak force, the simulated force is too low."
+            "stops before the peak force is reached, the simulated force is too low."
         )
         yield Note("short_stroke", "warning", text, lasting(study, LEAST_STROKE * thickest, thickest))
 

@@ -73,7 +73,7 @@ def measure_tests(
     if unknown := [one for one in asked if one[0] not in {test.name for test in there}]:
         raise UsageError(
             f"--exclude {''.join(unknown[0])[:60]!r}: no test has this name; write TEST/SPECIMEN, as in "
-            f"{there[0].name}/8mm-1"
+            f"`{there[0].name}/8mm-1`"
         )
     left_out = {test.name: [specimen for name, _, specimen in asked if name == test.name] for test in there}
     read = {name: measure_shear(find_files(folder / name), how, None, names) for name, names in left_out.items()}

@@ -156,7 +156,7 @@ class Curve:
         return force_travel({"force": DrawnCurve(tuple(self.travel), tuple(self.force), self.broke)}, ["force"])
 
     def __repr__(self) -> str:
-        return f"Curve of {len(self.travel)} points (maximum force {self.force.max():.4g} N)"
+        return f"Curve with {len(self.travel)} points (maximum force {self.force.max():.4g} N)"
 
 
 @dataclass(frozen=True, eq=False, repr=False)

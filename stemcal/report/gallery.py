@@ -60,8 +60,8 @@ def _run_plots(study: Study, records: Records) -> list[Plot]:
         if (label := f"{short(condition)} mm") in curves and records[label].at_solution:
             text = (
                 "Measured force, and force simulated with the calibrated parameters, versus relative travel up to the "
-                "peak force. The lower panel shows the difference between the two forces in standard deviations of the "
-                "specimens."
+                "peak force. The lower panel shows the difference between the two forces in units of the standard "
+                "deviation between specimens."
             )
             name = "measured-curves" if label == calibrated else f"measured-curves-{short(condition)}mm"
             plots.append(Plot(name, "runs", text, partial(measured_band, modes, curves[label])))
@@ -80,7 +80,7 @@ def _run(label: str, details: Details, on_page: bool, hollow: bool) -> list[Plot
         draw = partial(energies, details.energies)
         plots.append(Plot(f"energies-{name}", "runs", text, draw, on_page, detail=True))
     if details.shape:
-        bore = " (the bore between the walls)" if hollow else ""
+        bore = " (the bore lies between the walls)" if hollow else ""
         text = (
             f"The {label} stem at the end of the simulation: side view and section{bore}. The simulation stops after "
             "the peak force, before the stem is cut through. Colours show the plastic strain; failed elements are "

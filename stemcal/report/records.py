@@ -121,7 +121,7 @@ def provenance_rows(records: Records) -> list[tuple[str, str]]:
         ends = sorted(made["finished"] for made in distinct if made.get("finished"))
         rows.append(("Computed", f"{_moment(starts[0])} to {_moment(ends[-1])} UTC"))
     seconds = sum(made.get("wall_seconds") or 0.0 for made in distinct)
-    rows.append(("Computing time of all runs", duration(seconds)))
+    rows.append(("Computing time for all runs", duration(seconds)))
     return rows
 
 

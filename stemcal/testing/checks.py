@@ -58,7 +58,7 @@ def apart(study: Study) -> Iterator[Path]:
         finally:
             os.chdir(before)
         left = [path for path in left if "__pycache__" not in path.parts]
-        require(not left, f"files were left outside the folder of the study: {', '.join(path.name for path in left)}")
+        require(not left, f"files were left outside the study folder: {', '.join(path.name for path in left)}")
 
 
 class AtWork:
@@ -200,7 +200,7 @@ def _kind_is_declared(at: AtWork) -> None:
     """The key `kind` of the options has the name of the kind as its default, and specs can name it."""
     default = at.thing.options.model_fields["kind"].default
     require(
-        default == at.thing.name, f"the name is {at.thing.name!r}, but the default of the key `kind` is {default!r}"
+        default == at.thing.name, f"the name is {at.thing.name!r}, but the default of the `kind` key is {default!r}"
     )
 
 

@@ -99,7 +99,7 @@ def _stage_is_stale_when_an_input_changes(at: StageAtWork) -> None:
             studies.append(at.study.model_copy(update={"further": {**at.study.further, at.thing.name: changed}}))
     now = [changes_since(study, None, at.made[1], at.thing.name) for study in (at.study, *studies)]
     require(now[0] == [], f"a new result is already out of date: {', '.join(now[0])} changed")
-    require(all(now[1:]), "the result remains up to date although an input has changed")
+    require(all(now[1:]), "the result is still considered up to date although an input has changed")
 
 
 def _tables_have_titles_and_units(at: StageAtWork) -> None:

@@ -104,7 +104,7 @@ def scores(names: Names) -> list[str]:
     """Return what the values are that count from their measured mean."""
     text = (
         "A score is the signed deviation of a curve from the mean measured curve along one mode. The error of a score "
-        "is a percentage of the maximum force."
+        "is given as a percentage of the maximum force."
     )
     return [text] if any(named.apart for named in names.naming.responses) else []
 

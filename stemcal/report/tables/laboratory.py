@@ -84,4 +84,4 @@ def _growth(law: PowerLaw | None) -> list[str]:
         return []
     ends = "" if law.exponent_interval is None else f" (95 % {interval(law.exponent_interval, 3)})"
     formula = f"F = {significant(law.factor, 3)}·d^{law.exponent:.2f}{ends}"
-    return [f"{formula} with F in N and d in mm (R² = {law.r2:.3f} for the logarithms)."]
+    return [f"{formula} with F in N and d in mm (R² = {law.r2:.3f} for the log–log fit)."]

@@ -33,7 +33,7 @@ def grown_table(study: Study, levels: Mapping[str, float]) -> Table:
     return Table.of(
         columns,
         sorted(target.condition for target in study.targets.means),
-        "Calibrated material of each stem",
+        "Calibrated material parameters for each stem",
         claims=True,
     )
 

@@ -99,7 +99,7 @@ class PieceSection(LaboratorySection):
     """
 
     length: StemLength | None = None
-    """Length of the test piece; the default is 1.2 times the span in bending tests and twice the diameter in other
+    """Length of the specimen; the default is 1.2 times the span in bending tests and twice the diameter in other
     tests."""
     stroke: StemLength
     """Stroke of the machine."""
@@ -128,7 +128,7 @@ class PieceSection(LaboratorySection):
     def misfits(self, diameter: float) -> Iterator[tuple[str, str, str]]:
         stroke, room = self.stroke_at(diameter), self.room(diameter)
         if stroke >= 0.5 * room:
-            message = f"the stroke of {stroke:g} mm must be less than half the size of the test piece ({room:g} mm)"
+            message = f"the stroke of {stroke:g} mm must be less than half the specimen size ({room:g} mm)"
             yield "stroke", message, "reduce the stroke"
 
 

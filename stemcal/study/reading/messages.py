@@ -22,10 +22,10 @@ _KINDS = {
     "int_from_float": ("a whole number", "write a whole number without a decimal point or unit"),
     "tuple_type": ("a list", "write each entry on a separate line that begins with `-`"),
     "list_type": ("a list", "write each entry on a separate line that begins with `-`"),
-    "dict_type": ("a mapping", "write lines such as `key: value` below this key"),
-    "model_type": ("a mapping", "write lines such as `key: value` below this key"),
-    "model_attributes_type": ("a mapping", "write lines such as `key: value` below this key"),
-    "dataclass_type": ("a mapping", "write lines such as `key: value` below this key"),
+    "dict_type": ("a mapping", "write lines of the form `key: value` below this key"),
+    "model_type": ("a mapping", "write lines of the form `key: value` below this key"),
+    "model_attributes_type": ("a mapping", "write lines of the form `key: value` below this key"),
+    "dataclass_type": ("a mapping", "write lines of the form `key: value` below this key"),
 }
 _BOUNDS = {
     "greater_than": ("must be above", "gt"),

@@ -36,7 +36,7 @@ def read_sections(data: Any, folder: Path) -> Sections:
     """Read each section of a spec's tree by itself; files are found next to the spec."""
     sections = Sections(folder, data if isinstance(data, dict) else {})
     if not isinstance(data, dict):
-        message = "the file is empty" if data is None else "a spec must consist of lines such as `key: value`"
+        message = "the file is empty" if data is None else "a spec must consist of lines of the form `key: value`"
         sections.findings.append(Finding((), message, "create a new spec with `stemcal init`"))
         return sections
     sections.read_further()
@@ -44,7 +44,7 @@ def read_sections(data: Any, folder: Path) -> Sections:
         if spelled(name) in data:
             _READ.get(name, Sections.read)(sections, name, data[spelled(name)])
         elif key.is_required():
-            sections.findings.append(Finding((), f"{name!r} is missing", f"add the section `{name}:`"))
+            sections.findings.append(Finding((), f"{name!r} is missing", f"add `{name}: …`"))
         else:
             sections.good[name] = key.get_default(call_default_factory=True)
         if name == "conditions":  # what follows is written under the names declared by now
@@ -73,9 +73,7 @@ class Sections:
         """Read a section; of one that is wrong, what is good of it."""
         reported: Collection[NodePath] = ()
         if given is None:
-            self.findings.append(
-                Finding((spelled(name),), "the section is empty", "fill in the section, or remove the section")
-            )
+            self.findings.append(Finding((spelled(name),), "the section is empty", "fill in or remove the section"))
             return
         if "tests" not in self.good and "responses" in getattr(_kind(name), "model_fields", ()):
             reported = [(spelled(name), "responses")]  # unknown while a test is wrong
@@ -209,7 +207,7 @@ def _unknown_section(key: str, known: Collection[str]) -> Finding:
     if near or section:
         remedy = f"did you mean {near}?" if near else f"move the key to the `{section}` section"
     if (broken := stages().broken.get(key)) is not None:
-        remedy = f"the stage {key[:60]} cannot be loaded: {broken}"
+        remedy = f"the {key[:60]} stage cannot be loaded: {broken}"
     return Finding((key,), f"unknown key {key[:60]!r}", remedy, at_key=True)
 
 

@@ -47,7 +47,7 @@ def _curves_in(patterns: Sequence[str], folder: Path, path: NodePath) -> tuple[l
     try:
         files = _files(patterns, folder)
     except UsageError as error:
-        return read, [Finding(path, str(error), "list files with force–travel curves in the folder of the spec")]
+        return read, [Finding(path, str(error), "list force–travel files from the folder of the spec")]
     for file in files:
         try:
             read += [smoothed(curve.travel, curve.force) for curve in read_curves(file, _WHOLE)]
@@ -115,16 +115,16 @@ class Rows:
         if not self.means and not self.findings:
             self._find(
                 ("targets",),
-                f"no row contains the measured {self.naming.response.noun}",
+                f"no row contains a measured {self.naming.response.noun}",
                 f"add a row such as `- {{{example}}}`",
             )
 
     def _read_row(self, index: int, row: Mapping[str, Any]) -> None:
         test = row.get("test")
         if "test" in row and test not in self.tests:
-            absent = "remove the key `test`, or add the test to the `tests` section"
+            absent = "remove the `test` key, or add the test to the `tests` section"
             remedy = did_you_mean(str(test), self.tests) if self.tests else absent
-            self._find(("targets", index, "test"), f"this study has no test {str(test)[:60]!r}", remedy)
+            self._find(("targets", index, "test"), f"this study has no test named {str(test)[:60]!r}", remedy)
             return
         if test is None:
             self._read_main(index, self._with_curves(index, row))

@@ -89,7 +89,7 @@ def _values_are_physical(draft: Draft) -> Iterator[Finding]:
                 message = f"{in_unit(shown, parameter.unit)} {wrong}"
                 remedy = f"the usual range for plants is {parameter.usual}"
                 if name in _growing(draft):
-                    message = f"at one diameter of this study, the value {message}"
+                    message = f"at one of the diameters in this study, the value {message}"
                     remedy = "correct the value, the exponent or the factor ranges"
                 yield Finding(path, message, remedy)
 
@@ -132,7 +132,7 @@ def _sections_are_given_once(draft: Draft) -> Iterator[Finding]:
     for name, (_, section, keys) in AROUND.items():
         for key in keys if name in draft.names else ():
             if key in getattr(draft.study, section).model_fields_set:
-                message = f"the factor `{name}` replaces this key"
+                message = f"this value is set by the factor `{name}`"
                 yield Finding((section, key), message, "remove this key, or remove the factor", at_key=True)
     if {"duration", "stroke"} <= draft.study.loading.model_fields_set:
         message = "`duration` also sets the stroke"
@@ -167,7 +167,7 @@ def _material_is_complete(draft: Draft) -> Iterator[Finding]:
         message = f"the {draft.study.solver.title} solver requires `{name}` (usual range: {parameter.usual})"
         remedy = "set the parameter in the `material` section, or add the parameter to `factors`"
         if name in RATE and draft.study.solver.rate is not None:
-            remedy = f"{remedy}; to neglect the strain rate, write `rate_law: none` in the `solver` section"
+            remedy = f"{remedy}; to neglect strain-rate effects, write `rate_law: none` in the `solver` section"
         yield Finding(("material",), message, remedy)
 
 
@@ -248,10 +248,8 @@ def _exponents_are_factors(draft: Draft) -> Iterator[Finding]:
         if not isinstance(exponent, str):
             continue
         if exponent in EMBEDDED:
-            free = [factor for factor in draft.names if factor not in EMBEDDED]
-            yield Finding(
-                path, f"the exponent {exponent!r} is a material parameter", did_you_mean(exponent, free or ["growth"])
-            )
+            remedy = did_you_mean(exponent, [factor for factor in draft.names if factor not in EMBEDDED] or ["growth"])
+            yield Finding(path, f"the exponent cannot be the material parameter {exponent!r}", remedy)
         elif exponent not in draft.names:
             message = f"the exponent {exponent[:60]!r} is neither a number nor a factor of this study"
             yield Finding(path, message, f"add `{{name: {exponent[:40]}, low: -1, high: 2}}` to `factors`")

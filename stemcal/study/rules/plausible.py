@@ -103,7 +103,7 @@ def _mesh(study: Study) -> Iterator[Finding]:
         coarse = [d for d in conditions if mesh.element_size.at(d) > _RESOLVED * length.at(d) * (1.0 + 1e-9)]
         if coarse:
             whole = f"`{'.'.join(path)}` ({length}) at a diameter of {coarse[0]:g} mm"
-            message = f"elements of {mesh.element_size} are longer than {_RESOLVED:g} times {whole}"
+            message = f"the element size {mesh.element_size} exceeds {_RESOLVED:g} times {whole}"
             remedy = f"use at most {_RESOLVED * length.at(coarse[0]):.2g} mm; otherwise, the force depends on the mesh"
             yield Finding(("solver", "element_size"), message, remedy)
 
@@ -119,7 +119,7 @@ def _wall(study: Study, mesh: Mesh) -> Iterator[Finding]:
         count = mesh.through_wall or max(1, math.ceil(elements - 1e-9))
         if count < (_THROUGH_THIN if ratio > _THIN else _THROUGH):
             message = (
-                f"the wall of {wall:.3g} mm has only {counted(count, 'element')} through its thickness, so the force "
+                f"the {wall:.3g} mm wall has only {counted(count, 'element')} through its thickness, so the force "
                 "depends on the mesh"
             )
             remedy = f"write `elements_through_wall: {_THROUGH_THIN}` in the `solver` section"

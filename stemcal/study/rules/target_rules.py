@@ -77,7 +77,7 @@ def _friction_falls(draft: Draft) -> Iterator[Finding]:
     contact = draft.study.contact
     if contact.dynamic_friction > contact.static_friction:
         dynamic, static = contact.dynamic_friction, contact.static_friction
-        message = f"the dynamic friction ({dynamic:g}) exceeds the static friction ({static:g})"
+        message = f"the coefficient of dynamic friction ({dynamic:g}) exceeds that of static friction ({static:g})"
         yield Finding(("contact", "dynamic_friction"), message, "exchange the two coefficients")
 
 
@@ -177,7 +177,7 @@ def _test_targets_stand_beside_forces(draft: Draft) -> Iterator[Finding]:
         for means in test.targets:
             place = ("targets", means.row, "diameter")
             if any(isclose(means.diameter, other) for other in seen):
-                message = f"the test {test.name} has two rows for the diameter {means.diameter:g} mm"
+                message = f"the `{test.name}` test has two rows for a diameter of {means.diameter:g} mm"
                 yield Finding(place, message, "keep one row with the mean and `n`")
             if not any(isclose(means.diameter, other) for other in cut):
                 listed = ", ".join(f"{other:g}" for other in cut[:20])

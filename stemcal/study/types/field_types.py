@@ -151,7 +151,7 @@ def _resolve_file(given: Any, info: core_schema.ValidationInfo) -> Any:
         path = (folder / given).resolve()
         found = path.is_file()
     except (OSError, RuntimeError, ValueError):
-        raise complain(f"the file {given!r} cannot be opened", "check the name of the file") from None
+        raise complain(f"the file {given!r} cannot be opened", "check the file name") from None
     if not path.is_relative_to(folder.resolve()):
         raise outside
     if not found:
@@ -196,7 +196,7 @@ _RESERVED_COLUMNS = {"run", "row", "response", "condition", "force", "diameter",
 
 def _column_name(name: str) -> str:
     if not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", name):
-        remedy = "use letters, digits and underscores, as in yield_stress"
+        remedy = "use letters, digits and underscores, as in `yield_stress`"
         raise complain(f"{name[:60]!r} is not allowed as a column name", remedy)
     return name
 
@@ -267,7 +267,7 @@ def _reader(millimetres: Quantity) -> BeforeValidator:
         if not 0.1 <= float(share[1]) <= 1000.0:
             raise complain(
                 f"{given} is not a plausible fraction of a diameter",
-                "divide the diameter by a number from 0.1 to 1000, as in d/8",
+                "divide the diameter by a number from 0.1 to 1000, as in `d/8`",
             )
         return Length(divisor=float(share[1]))
 

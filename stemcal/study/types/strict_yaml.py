@@ -127,7 +127,7 @@ def _read_text(document: Document, text: str) -> None:
         document.note(
             here,
             "the file is not valid YAML at this position",
-            "check the escape sequences and the lines that begin with %",
+            "check the escape sequences and the lines that begin with `%`",
         )
     except _Stopped:
         pass
@@ -157,7 +157,7 @@ class _Loader(yaml.SafeLoader):
         if event.tag is not None:
             self._complain(event, f"{event.tag[:40]} is a tag", "remove the tag")
         if any("\ud800" <= letter <= "\udfff" for letter in getattr(event, "value", "")):
-            self._complain(event, "half of a surrogate pair is not a valid character", "write the character itself")
+            self._complain(event, "an unpaired surrogate is not a valid character", "write the character itself")
         self.anchors.clear()  # each is refused, repeated or not
         return super().compose_node(parent, index)
 
@@ -178,7 +178,7 @@ class _Loader(yaml.SafeLoader):
         found: dict[str, Any] = {}
         for key_node, value in node.value:
             if not isinstance(key_node, yaml.ScalarNode):
-                remedy = "use a plain word as a key; enclose {braces} in quotes"
+                remedy = "use a plain word as a key; enclose `{braces}` in quotes"
                 self.stop(key_node, "a list or mapping cannot be a key", remedy)
             key, below = key_node.value, (*path, key_node.value)
             first = self._document.keys.setdefault(below, _place(key_node.start_mark))
@@ -230,7 +230,7 @@ def _mark(error: yaml.MarkedYAMLError) -> Any:
 _NO_COLON = "could not find expected ':'"
 _REMEDIES = {
     "cannot start any token": "enclose the text in quotes; indent with spaces, not tabs",
-    "mapping values": "enclose a text that contains a colon in quotes; check the indentation",
+    "mapping values": "put quotes around text that contains a colon; check the indentation",
     _NO_COLON: "a colon and a space are missing here: write `key: value`",
     "expected <block end>": "check the indentation of this line and of the lines above",
     "expected ',' or": "add the missing closing bracket",

@@ -94,7 +94,7 @@ def test_equal_keys_in_different_mappings_are_fine() -> None:
         ("a: b: c", "the file is not valid YAML: mapping values are not allowed here"),
         ("a: \0", "character U+0000 is not allowed"),
         ("a: \x07", "character U+0007 is not allowed"),
-        ('a: "\\uD800"', "half of a surrogate pair is not a valid character"),
+        ('a: "\\uD800"', "an unpaired surrogate is not a valid character"),
         ('a: "\\UFFFFFFFF"', "the file is not valid YAML at this position"),
         ("%YAML 1." + "9" * 5000 + "\n--- a", "the file is not valid YAML at this position"),
         ("%YAML 9.9\n--- a", "the file is not valid YAML: found incompatible YAML document (version 1.* is required)"),
