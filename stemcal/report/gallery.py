@@ -80,7 +80,7 @@ def _run(label: str, details: Details, on_page: bool, hollow: bool) -> list[Plot
         draw = partial(energies, details.energies)
         plots.append(Plot(f"energies-{name}", "runs", text, draw, on_page, detail=True))
     if details.shape:
-        bore = " (the bore lies between the walls)" if hollow else ""
+        bore = " (the bore is between the walls)" if hollow else ""
         text = (
             f"The {label} stem at the end of the simulation: side view and section{bore}. The simulation stops after "
             "the peak force, before the stem is cut through. Colours show the plastic strain; failed elements are "
