@@ -20,7 +20,6 @@ from stemcal.fem.kernels.compile import entry, kernel
 from stemcal.fem.kernels.contact import push_faces_out, push_nodes_out, push_skin_out
 from stemcal.fem.kernels.element import add_internal_forces, follow_smooth_rates
 from stemcal.fem.kernels.erosion import erode
-from stemcal.fem.kernels.ghosts import mirror_ghosts
 from stemcal.fem.kernels.llvm import add_together, give_way, read_together
 from stemcal.fem.kernels.nodes import (
     add_chunks,
@@ -73,7 +72,6 @@ class Body(NamedTuple):
     state: Array
     scratch: Array
     element_mass: Array
-    ghosts: NDArray[np.int32]  # (G, 2) massless nodes and the nodes they mirror in x = 0
 
 
 class Clock(NamedTuple):
@@ -160,12 +158,6 @@ def renew_time_step(body: Floats, topology: Floats, clock: Floats, settings: Flo
 
 
 @kernel
-def _begin_step(until: float, body: Floats, topology: Floats, clock: Floats, settings: Floats) -> int:
-    """See to the time step, unless the time is reached; returns why the march must end, or GOING_ON."""
-    return renew_time_step(body, topology, clock, settings) if clock.time[0] < until else REACHED
-
-
-@kernel
 def fail_in_the_mean(body: Floats, topology: Floats, exchange: Floats, clock: Floats) -> bool:
     """Every `STEP_LIFE` steps, mark as failed what has failed by its mean strain; returns whether anything has."""
     if exchange.passes == 0 or clock.steps[0] % STEP_LIFE != 0:
@@ -231,7 +223,7 @@ def _add_contact_forces(
     faces, count = candidates.faces, candidates.face_count[0]
     if edge.tool >= 0:
         corner_mass = candidates.corner_mass
-        push_faces_out(tools, edge, faces, corner_mass, count, x, v, body.mass, body.pushes, dt0, dt, friction)
+        push_faces_out(tools, edge, faces, corner_mass, count, x, v, body.pushes, dt0, dt, friction)
     if spread.tool >= 0:
         push_spread_edge(spread, tools, body, _mean_step(clock), dt, friction)
 
@@ -294,7 +286,6 @@ def finish_step(body: Floats, tools: Floats, clock: Floats, ledger: Floats) -> i
     """Do what follows the motion of the nodes: books, tools, time; returns why the march must end, or GOING_ON."""
     dt, kick = clock.step[0], _mean_step(clock)
     work, fastest = add_chunks(ledger.node_sums)
-    mirror_ghosts(body)
     leave_pushes(body, kick, tools.speed, ledger.held)
     ledger.external_work[0] += work
     clock.reach[0] += dt * (fastest + _move_tools(tools, ledger, kick, dt))
@@ -327,7 +318,7 @@ def march(
     while True:
         if leads:
             if outcome == GOING_ON:
-                outcome = _begin_step(until, body, topology, clock, settings)
+                outcome = renew_time_step(body, topology, clock, settings) if clock.time[0] < until else REACHED
             if outcome == GOING_ON:
                 apart = fail_in_the_mean(body, topology, exchange, clock)
             team.outcome[0] = outcome
