@@ -22,8 +22,7 @@ from stemcal.naming import FIRST
 from stemcal.overview.plan import asked, missing
 from stemcal.overview.status import SHEET, ledger
 from stemcal.runs.answer import Watch, ignore, keep
-from stemcal.runs.record import stands
-from stemcal.runs.retries import Run
+from stemcal.runs.record import Run, stands
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import RESPONSES, Answer, Request, Solver
 from stemcal.solvers.replicates import seed_of

@@ -19,8 +19,7 @@ from stemcal.files.rows import Rows
 from stemcal.folder import StudyFolder
 from stemcal.note import Note, Remedy
 from stemcal.numbers import duration, in_bytes
-from stemcal.runs.record import stands
-from stemcal.runs.retries import Run
+from stemcal.runs.record import Run, stands
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Request, Solver
 from stemcal.stages.design import Asked, Design
