@@ -235,7 +235,7 @@ def _surface(fit: LeastSquares, runs: _Runs, written: Names) -> Surface:
         adequate_precision=precision,
         press=missed,
         cv_percent=cv_percent(fit),
-        lack_of_fit_testable=split.testable,
+        lack_of_fit_testable=split.f is not None,
         runs_diagnostics=Rows(diagnostics),
         runs_failed=runs.failed,
         notes=tuple(notes),
