@@ -5,7 +5,7 @@ Accidents are tried again; a stroke that ended too early gives a lower bound.
 
 import math
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from statistics import fmean
 from typing import Any
@@ -61,6 +61,14 @@ class Run:
         answer = validated(self.solver.solve(self.request), self.solver.naming)
         wall = time.perf_counter() - clock
         return answer, {**provenance(), "started": started, "finished": now(), "wall_seconds": wall}
+
+
+def by_key(solver: Solver, requests: Iterable[Request]) -> dict[str, Request]:
+    """Return the distinct runs among requests by their keys: the first request of each."""
+    found: dict[str, Request] = {}
+    for request in requests:
+        found.setdefault(Run.of(solver, request).key, request)
+    return found
 
 
 def validated(answer: Answer, naming: Naming = CUTTING) -> Answer:
