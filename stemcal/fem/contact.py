@@ -125,14 +125,10 @@ def edge_arrays(tools: tuple[Tool, ...], x: NDArray[np.float64], size: float) ->
     They lie symmetric about y = 0 and reach one element past the body.
     """
     tool = next((t for t, tool in enumerate(tools) if tool.edge is not None and tool.spread == 0.0), -1)
-    spacing = size / POINTS_PER_FACE
-    first = int(np.floor((x[:, 1].min() - size) / spacing)) if tool >= 0 else 0
-    last = int(np.ceil((x[:, 1].max() + size) / spacing)) if tool >= 0 else 1
-    y = np.asarray((np.arange(first, last) + 0.5) * spacing, dtype=np.float64)
-    edge = tools[tool].edge if tool >= 0 else None
+    y = _places((x[:, 1].min() - size, x[:, 1].max() + size), size / POINTS_PER_FACE)
     return EdgeArrays(
         tool=tool,
-        x=0.0 if edge is None else float(edge),
+        x=float(tools[tool].edge or 0.0) if tool >= 0 else 0.0,
         y=y,
         per_face=float(POINTS_PER_FACE),
         traction=np.zeros((2 * y.size, 3)),

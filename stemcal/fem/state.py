@@ -112,7 +112,7 @@ def start(model: Model) -> State:
     body = _body(model, material, lanes, topology, volumes)
     tools = with_skin(tool_arrays(model.tools, len(body.x)), topology, body.mass)
     size = float(np.cbrt(np.median(volumes)))
-    first, _, volume = stable_step(body, topology.slots, model.material.lame_modulus, model.material.shear_modulus)
+    first, _, volume = stable_step(body, model.material.lame_modulus, model.material.shear_modulus)
     if not volume > 0.0:
         raise SimulationFailed("inverted", "an element of the initial mesh has zero or negative volume")
     return State(

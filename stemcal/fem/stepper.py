@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stemcal.errors import SimulationFailed
+from stemcal.fem.kernels import block
 from stemcal.fem.kernels.block import ALIVE, HOURGLASS_ENERGY, INTERNAL_ENERGY
 from stemcal.fem.kernels.march import COLLAPSED, GOING_ON, INVERTED, NOT_FINITE, REACHED, Share, Team, march
 from stemcal.fem.kernels.nodes import CHUNK, KINDS, kinetic_energy, see
@@ -87,8 +88,6 @@ class History:
 
     def row(self, name: str) -> Array:
         """Return one row of the elements' state as (E,), in the order of the mesh."""
-        from stemcal.fem.kernels import block
-
         return np.asarray(self.state[:, getattr(block, name)].copy())
 
 
@@ -242,7 +241,8 @@ def _in_strides(advance: March, state: State) -> March:
 def _check(outcome: int, state: State) -> None:
     if outcome == REACHED:
         return
-    element, time = f"element {state.clock.trouble[0]}", f"at t = {state.clock.time[0]:.6g} s"
+    number = np.flatnonzero(state.topology.slots == state.clock.trouble[0])
+    element, time = f"element {number[0]}", f"at t = {state.clock.time[0]:.6g} s"
     raise {
         INVERTED: SimulationFailed("inverted", f"{element} was inverted {time}"),
         COLLAPSED: SimulationFailed("time_step", f"the time step of {element} fell below the limit of {time}"),

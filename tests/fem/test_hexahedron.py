@@ -148,7 +148,7 @@ def estimate(model: Model) -> tuple[float, int, float]:
     state = start(model)
     body, m = state.body, model.material
     lame = m.bulk_modulus - 2.0 / 3.0 * m.shear_modulus
-    found = stable_step(body, state.topology.slots, lame, m.shear_modulus)
+    found = stable_step(body, lame, m.shear_modulus)
     return float(found[0]), int(found[1]), float(found[2])
 
 

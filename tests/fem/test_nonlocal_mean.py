@@ -120,7 +120,7 @@ def test_what_stands_beside_a_gap_fails_as_if_there_were_none() -> None:
     state = states(strain)
     state[20 // LANES, ALIVE, 20 % LANES] = 0.0
     topology.standing[20] = False
-    spread = exchange(mesh, topology.neighbours, np.ones(40), 0.038, 4.0, np.zeros_like(state[:, PLASTIC_STRAIN]))
+    spread = exchange(mesh, topology.neighbours, 0.038, 4.0, np.zeros_like(state[:, PLASTIC_STRAIN]))
     assert called(nonlocal_mean.fail_by_mean_strain)(spread, topology, state)
     assert np.flatnonzero(state[:, ALIVE].ravel()[:40] == 0.0).tolist() == [19, 20, 21]
 
@@ -129,7 +129,7 @@ def test_elements_fail_by_their_mean_strain_alone() -> None:
     """One strained slice of many does not fail at a strain far above the limit, a wide field does just at it."""
     mesh = brick((40.0, 1.0, 1.0), (40, 1, 1))
     topology = mesh.topology()
-    spread = exchange(mesh, topology.neighbours, np.ones(40), 0.05, 4.0, states(np.zeros(40))[:, PLASTIC_STRAIN])
+    spread = exchange(mesh, topology.neighbours, 0.05, 4.0, states(np.zeros(40))[:, PLASTIC_STRAIN])
     single, wide = np.zeros(40), np.full(40, 0.05)
     single[20] = 0.3  # mean 0.3/(4√π) = 0.0423
     assert not called(nonlocal_mean.fail_by_mean_strain)(spread, topology, states(single))
@@ -138,7 +138,7 @@ def test_elements_fail_by_their_mean_strain_alone() -> None:
 
 def test_no_length_leaves_each_element_to_itself() -> None:
     alone, one = np.full((1, 6), -1, dtype=np.int32), np.ones(1)
-    spread = exchange(brick((1.0, 1.0, 1.0), (1, 1, 1)), alone, one, 0.1, 0.0, states(one)[:, PLASTIC_STRAIN])
+    spread = exchange(brick((1.0, 1.0, 1.0), (1, 1, 1)), alone, 0.1, 0.0, states(one)[:, PLASTIC_STRAIN])
     assert spread.passes == 0
     assert Material(1e-9, 1000.0, 0.3, failure_strain=0.1).own_failure_strain == 0.1
     nonlocal_ = Material(1e-9, 1000.0, 0.3, failure_strain=0.1, internal_length=1.0)

@@ -183,14 +183,12 @@ class Coefficient:
     vif: float | None
 
 
-def coefficients_of(
-    fit: LeastSquares, terms: Sequence[str], mean_square: float | None, df: int
-) -> tuple[Coefficient, ...]:
-    """Return the coefficients with standard errors and 95 % intervals from an error and its df."""
+def coefficients_of(fit: LeastSquares, terms: Sequence[str]) -> tuple[Coefficient, ...]:
+    """Return the coefficients with standard errors and 95 % intervals from the residual."""
     # VIF = Σ(x − x̄)²·(XᵀX)⁻¹ⱼⱼ; 1 of a column orthogonal to all others
     inflation = np.sum((fit.matrix - np.mean(fit.matrix, axis=0)) ** 2, axis=0) * np.diag(fit.unscaled_covariance)
-    errors = None if mean_square is None else np.sqrt(mean_square * np.diag(fit.unscaled_covariance))
-    t = t_quantile(0.95, df) if df else 0.0
+    errors = None if fit.mean_square is None else np.sqrt(fit.mean_square * np.diag(fit.unscaled_covariance))
+    t = t_quantile(0.95, fit.df) if fit.df else 0.0
     out = []
     for i, term in enumerate(terms):
         value, error = float(fit.coefficients[i]), None if errors is None else float(errors[i])

@@ -82,7 +82,7 @@ class Clock(NamedTuple):
     step_before: Array
     steps: NDArray[np.int64]
     reach: Array  # how far things may have moved since the candidates were listed
-    trouble: NDArray[np.int64]  # element where the march broke off, −1 none
+    trouble: NDArray[np.int64]  # slot of the element that sets the step, or has broken it off
 
 
 class Ledger(NamedTuple):
@@ -145,12 +145,11 @@ def meet(team: Floats) -> None:
 
 
 @kernel
-def renew_time_step(body: Floats, topology: Floats, clock: Floats, settings: Floats) -> int:
+def renew_time_step(body: Floats, clock: Floats, settings: Floats) -> int:
     """Work out the time step anew every `STEP_LIFE` steps; returns why the march must end, or GOING_ON."""
     if clock.steps[0] % STEP_LIFE != 0:
         return GOING_ON
-    stable, element, volume = stable_step(body, topology.slots, settings.lame, settings.shear)
-    clock.trouble[0] = element
+    stable, clock.trouble[0], volume = stable_step(body, settings.lame, settings.shear)
     if not volume > 0.0:
         return INVERTED
     clock.step[0] = settings.safety * stable
@@ -318,7 +317,7 @@ def march(
     while True:
         if leads:
             if outcome == GOING_ON:
-                outcome = renew_time_step(body, topology, clock, settings) if clock.time[0] < until else REACHED
+                outcome = renew_time_step(body, clock, settings) if clock.time[0] < until else REACHED
             if outcome == GOING_ON:
                 apart = fail_in_the_mean(body, topology, exchange, clock)
             team.outcome[0] = outcome
