@@ -161,8 +161,8 @@ def opened(
 
             sheet, count = hand_out(study, folder, waiting)
             folder.remember_spec(study.source)
-            to_do, code = f"{counted(count, 'result')} of the stage {waiting.stage}; fill in {sheet}", waiting.exit_code
-    await_(f"Waiting for {to_do}, then run `stemcal run {spec}`")
+            what, code = f"{counted(count, 'result')} of the {waiting.stage} stage", waiting.exit_code
+    await_(f"Waiting for {what}; fill in {sheet}, then run `stemcal run {spec}`")
     raise typer.Exit(code)
 
 
