@@ -104,7 +104,7 @@ def shear(
     ] = None,
     preload: Preload = 5.0,
     exclude: Annotated[
-        list[str] | None, typer.Option(metavar="NAME", help="Specimen to exclude (repeatable option).")
+        list[str] | None, typer.Option(metavar="NAME", help="Specimen to exclude (can be repeated).")
     ] = None,
     spec: Annotated[Path | None, typer.Option(metavar="SPEC", help="Spec to which the targets are written.")] = None,
     travel_and_work: Annotated[
@@ -166,7 +166,7 @@ def tests(
     ],
     preload: Preload = 5.0,
     exclude: Annotated[
-        list[str] | None, typer.Option(metavar="TEST/NAME", help="Specimen to exclude (repeatable option).")
+        list[str] | None, typer.Option(metavar="TEST/NAME", help="Specimen to exclude (can be repeated).")
     ] = None,
     write: Annotated[bool, typer.Option("--write", help="Write the calibration targets to the spec.")] = False,
     force_column: ForceColumn = None,

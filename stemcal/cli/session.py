@@ -159,10 +159,10 @@ def opened(
         except Waiting as waiting:
             from stemcal.manual_sheet import hand_out
 
-            sheet, count = hand_out(study, folder, waiting)
+            sheet, n = hand_out(study, folder, waiting)
             folder.remember_spec(study.source)
-            what, code = f"{counted(count, 'result')} of the {waiting.stage} stage", waiting.exit_code
-    await_(f"Waiting for {what}; fill in {sheet}, then run `stemcal run {spec}`")
+            to_do, code = f"{counted(n, 'result')} from the {waiting.stage} stage; fill in {sheet}", waiting.exit_code
+    await_(f"Waiting for {to_do}, then run `stemcal run {spec}`")
     raise typer.Exit(code)
 
 

@@ -29,9 +29,7 @@ Diameter = Annotated[
 ]
 Settings = Annotated[
     list[str] | None,
-    typer.Option(
-        "--set", metavar="FACTOR=VALUE", help="Factor value in the unit given in the spec (repeatable option)."
-    ),
+    typer.Option("--set", metavar="FACTOR=VALUE", help="Factor value in the unit given in the spec (can be repeated)."),
 ]
 CsvFile = Annotated[
     Path | None, typer.Option("--csv", metavar="FILE", help="CSV file for the time history of the simulation.")
