@@ -62,7 +62,7 @@ def tables(spec: Spec, kind: TableFormat = "csv", out: Out = None, as_json: AsJs
     from stemcal.report.export import export_tables, study_tables
     from stemcal.report.gallery import gallery
     from stemcal.report.records import read_records
-    from stemcal.stages.verdict.rules import verdict_of
+    from stemcal.stages.verdict.verdict_rules import verdict_of
 
     study, folder, results = finished_work(spec, out)
     holds = verdict_of(study, folder, results).holds

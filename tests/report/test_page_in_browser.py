@@ -28,7 +28,7 @@ from stemcal.stages.results import Results
 from stemcal.stages.surface.analysis import fit_response_surface
 from stemcal.stages.surface.profiler import profiler_data
 from stemcal.stages.surface.result import SurfaceResult
-from stemcal.stages.verdict.rules import verdict_of
+from stemcal.stages.verdict.verdict_rules import verdict_of
 from stemcal.study.reading import load_study
 
 playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed (extra test-browser)")

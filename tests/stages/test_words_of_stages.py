@@ -21,7 +21,7 @@ from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.results import fresh_results
 from stemcal.stages.validate.result import ValidateResult
 from stemcal.stages.verdict.result import Verdict
-from stemcal.stages.verdict.rules import verdict_of
+from stemcal.stages.verdict.verdict_rules import verdict_of
 from stemcal.stages.verdict.words import lines, verdict_json
 from stemcal.study.model import SOLVERS, Study
 from stemcal.study.reading import load_study

@@ -18,7 +18,7 @@ from stemcal.stages.fitting import joint_surfaces, measured_means
 from stemcal.stages.stage import stages_of
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.verdict import advice
-from stemcal.stages.verdict.rules import Evidence
+from stemcal.stages.verdict.verdict_rules import Evidence
 from stemcal.stages.work import SAME
 from stemcal.study.model import Study
 from stemcal.words import counted, series
@@ -36,9 +36,9 @@ _RETRY = (
 def undeclared_scatter(evidence: Evidence) -> Iterator[Note]:
     """Yield that a program gave two answers to the same levels, without replicates in the spec."""
     study = evidence.study
-    if study.replicates or evidence.of(SurfaceResult) is not None:
+    if study.solver.repeats or evidence.of(SurfaceResult) is not None:
         return
-    drawn = {stage.name for stage in stages_of(study) if stage.seen(study).replicates}
+    drawn = {stage.name for stage in stages_of(study) if stage.seen(study).solver.repeats}
     found: dict[str, list[float]] = defaultdict(list)
     for record in evidence.records:
         request = record["request"]
@@ -225,9 +225,11 @@ def _sign_found(evidence: Evidence, factor: str) -> str | None:
 def rough_response(evidence: Evidence) -> Iterator[Note]:
     """Yield that a surface without scatter misses its own runs."""
     surface = evidence.of(SurfaceResult)
-    if surface is None or not surface.without_scatter:
+    if surface is None:
         return
-    if (cv := surface.cv_percent) is not None and abs(cv) > ROUGH_PERCENT:
+    repeats = surface.pure_error  # None: no runs are repeated
+    exact = surface.deterministic if repeats is None else repeats.kind == "equal_repeats"
+    if exact and (cv := surface.cv_percent) is not None and abs(cv) > ROUGH_PERCENT:
         text = (
             f"The response is not smooth or not quadratic: the response surface deviates from the runs by "
             f"{abs(cv):.1f} %, although the simulation is deterministic."

@@ -155,8 +155,8 @@ def to_smooth(study: Study, surface: Surfaces, levels: Mapping[str, float] | Non
         text = "Halve the factor ranges around the solution, or add `refine: {}`."
         found = Remedy(text, f"factors: [{', '.join(edits)}]")
     by_mesh = study.kind.replicates == "mesh"
-    if not (study.replicates or by_mesh):
+    if not (study.solver.repeats or by_mesh):
         return found
-    replicates, over = min(max(5, 2 * study.replicates), _MOST_AVERAGED), "mesh positions" if by_mesh else "seeds"
+    replicates, over = min(max(5, 2 * study.solver.repeats), _MOST_AVERAGED), "mesh positions" if by_mesh else "seeds"
     average = f"If the response is rough, average over {over} with `replicates: {replicates}`."
     return replace(found, text=f"{found.text} {average}")

@@ -19,7 +19,7 @@ from stemcal.naming import FIRST
 from stemcal.note import Note, Remedy
 from stemcal.power_law import PowerLaw, fit_power_law
 from stemcal.stages.fitting import Surfaces, joint_surfaces, measured_means
-from stemcal.stages.verdict.rules import Evidence
+from stemcal.stages.verdict.verdict_rules import Evidence
 from stemcal.study.model import PARAMETERS, Study
 
 # A trend changes the force by at least this over the diameters; less is not worth a parameter.
