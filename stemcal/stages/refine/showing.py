@@ -78,7 +78,7 @@ def responses(stage: RefineResult, names: Names) -> Table:
         f"The error at the target is {'below' if stage.converged else 'above'} {stage.tolerance_percent:g} % after "
         f"{len(stage.made)} of at most {stage.budget} runs."
     ]
-    if not stage.aims_at_measured:
+    if stage.aim != stage.fitted.measured:
         foot += [
             "After a joint fit, the target is the value predicted by the model of the study "
             f"({names.quantity(stage.aim)})."

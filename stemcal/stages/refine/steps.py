@@ -108,13 +108,13 @@ class SurfaceSteps:
 
     def _point(self, coded: Array, how: How) -> Point:
         (levels,) = self.coding.runs([coded], self.solution.parameters)
-        first = [(mean.condition, i) for i, mean in enumerate(self.means) if mean.response == FIRST]
-        predicted = {condition: self._predicted(coded, self.surfaces[i]) for condition, i in first}
-        return Point(levels, how, coded, {c: predicted.get(c, NOTHING) for c in self.conditions})
-
-    def _predicted(self, coded: Array, surface: Surface) -> Predicted:
-        low, high = map(float, surface.prediction_interval(coded)[0])
-        return float(surface.predict(coded)[0]), (low, high) if isfinite(low) and isfinite(high) else None
+        predicted: dict[float, Predicted] = dict.fromkeys(self.conditions, NOTHING)
+        for mean, surface in zip(self.means, self.surfaces, strict=True):
+            if mean.response == FIRST:
+                low, high = map(float, surface.prediction_interval(coded)[0])
+                interval = (low, high) if isfinite(low) and isfinite(high) else None
+                predicted[mean.condition] = float(surface.predict(coded)[0]), interval
+        return Point(levels, how, coded, predicted)
 
     def _refitted(self) -> list[Surface]:
         """Return the surface of every measured mean, fitted to the design and the points so far."""
@@ -124,7 +124,10 @@ class SurfaceSteps:
         return [self.surface.refitted(self.surface.design.runs, further) if further else self.surface.fitted]
 
     def _missed(self, trial: Trial) -> float:
-        return missed_by(self.fit, trial)
+        """Return the misfit of what was simulated: rᵀWr, r = measured − simulated."""
+        gap = self.fit.measured - trial.responses
+        m = len(gap)
+        return float(gap @ self.fit.precision[:m, :m] @ gap)
 
     def _to_one(self) -> tuple[Array, How]:
         target = self.solution.target
@@ -208,13 +211,6 @@ def _between(best: Trial, other: Trial, target: float) -> Array:
 
 
 # ---- several responses together
-
-
-def missed_by(fit: Fit, trial: Trial) -> float:
-    """Return the misfit of what was simulated: rᵀWr, r = measured − simulated."""
-    gap = fit.measured - trial.responses
-    m = len(gap)
-    return float(gap @ fit.precision[:m, :m] @ gap)
 
 
 def through(fit: Fit, surfaces: Sequence[Surface], trial: Trial) -> Fit:

@@ -68,7 +68,7 @@ def _validation_table(stage: ValidateResult, names: Names) -> Table:
         *condition(names.naming),
         Column("role", "Role", form=lambda role: role.replace("_", " "), words=True),
         Column("measured", "Measured", unit, short),
-        simulated(names.response, "Simulated", "simulated"),
+        simulated(names.response, "Simulated"),
         ERROR,
         *([_LEFT_OUT] if any(row.left_out_percent is not None for row in stage.compared) else []),
     ]
