@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 
-from stemcal.doe.calibration.level_set_ranges import Assessment, assess_point
 from stemcal.doe.calibration.likelihood import Fit, Prior, fit
 from stemcal.doe.calibration.observations import Observation
 from stemcal.doe.calibration.region import Region
@@ -184,10 +183,6 @@ class Surfaces(StageResult):
         written = Names(self.naming.with_primary(response))
         found = fit_surface(coded, values, self.names, [row.term for row in self.coefficients], written)
         return replace(found, deterministic=True) if self.deterministic else found
-
-    def assess(self, coded: Array) -> Assessment:
-        """Return the surface's prediction at a coded point, and whether it is in ranges and design."""
-        return assess_point(self.fitted, coded, self.region.low, self.region.high, self.radius)
 
     @cached_property
     def region(self) -> Region:

@@ -65,7 +65,7 @@ def inputs_of(study: Study, solver: Solver | None, folder: StudyFolder, stage: s
         parts |= {"package": package, stage: whole.further[stage].model_dump()}
     if of.simulates:
         parts |= _solver_parts(study, solver, stage)
-        parts["solver.replicates"] = study.replicates
+        parts["solver.replicates"] = study.solver.repeats
     if (before := of.needs(whole)) is not None:
         parts[f"{before}.json"] = folder.read_stage(before)
     return {CODE: code_version()} | {name: digest(part)[:_SHORT] for name, part in parts.items()}

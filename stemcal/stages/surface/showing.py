@@ -15,7 +15,6 @@ from stemcal.report.figures.plot import Plot
 from stemcal.report.showing import Setting, Showing
 from stemcal.report.tables.columns import (
     condition,
-    level_list,
     levels,
     ratio,
     response_decimals,
@@ -184,10 +183,11 @@ def canonical_table(stage: SurfaceResult, shape: Shape, names: Names) -> Table:
     ]
     point = "The response surface has no unique stationary point: the surface is a plane or constant in one direction."
     if shape.natural is not None and shape.predicted is not None:
+        place = ", ".join(f"{names.in_text(name)} {significant(value)}" for name, value in shape.natural.items())
         point = (
             f"The stationary point, a {shape.called}, is {'inside' if shape.inside else 'outside'} the experimental "
             f"region (coded radius {shape.coded_radius:.2f}). The predicted {names.response.long} "
-            f"at the stationary point is {names.quantity(shape.predicted)} ({level_list(shape.natural, names)})."
+            f"at the stationary point is {names.quantity(shape.predicted)} ({place})."
         )
     curved = (
         f"Along an axis of negative curvature, the {names.response.long} decreases in both directions from the "
