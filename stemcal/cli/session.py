@@ -152,9 +152,9 @@ def opened(
         except Waiting as waiting:
             from stemcal.manual_sheet import hand_out
 
-            sheet, count = hand_out(study, folder, waiting)
+            sheet, n = hand_out(study, folder, waiting)
             folder.remember_spec(study.source)
-            to_do, code = f"{counted(count, 'result')} of the stage {waiting.stage}; fill in {sheet}", waiting.exit_code
+            to_do, code = f"{counted(n, 'result')} from the {waiting.stage} stage; fill in {sheet}", waiting.exit_code
     await_(f"Waiting for {to_do}, then run `stemcal run {spec}`")
     raise typer.Exit(code)
 
