@@ -8,14 +8,7 @@ from stemcal.naming import Names
 from stemcal.numbers import fixed, short, significant
 from stemcal.report.figures.plot import Plot
 from stemcal.report.showing import Setting, Showing
-from stemcal.report.tables.columns import (
-    ERROR,
-    condition,
-    from_means,
-    measured_of,
-    scores,
-    simulated,
-)
+from stemcal.report.tables.columns import ERROR, condition, from_means, measured_of, scores, simulated
 from stemcal.stages.validate import figures
 from stemcal.stages.validate.result import ValidateResult
 
