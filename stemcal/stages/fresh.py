@@ -172,22 +172,12 @@ def calibrated_parameters(study: Study, solver: Solver, folder: StudyFolder) -> 
 # ---- a stage made, or read where it is fresh
 
 
-def make(
-    stage: Stage[R],
-    study: Study,
-    folder: StudyFolder,
-    executor: RunExecutor,
-    watch: Watch,
-    solver: Solver | None = None,
-) -> R:
-    """Run a stage, or read it where it is fresh; its result then is in the folder.
-
-    With a `solver` it is always run.
-    """
+def make(stage: Stage[R], study: Study, folder: StudyFolder, executor: RunExecutor, watch: Watch) -> R:
+    """Run a stage, or read it where it is fresh; its result then is in the folder."""
     with folder:
-        if solver is None and (known := fresh(stage.result(), study, folder)) is not None:
+        if (known := fresh(stage.result(), study, folder)) is not None:
             return _told(known, watch)
-        return stage.making()(study, folder, executor, watch, solver)
+        return stage.making()(study, folder, executor, watch)
 
 
 def make_all(
@@ -195,7 +185,6 @@ def make_all(
     folder: StudyFolder,
     executor: RunExecutor,
     watch: Watch = ignore,
-    solver: Solver | None = None,
     done: Callable[[StageResult], None] = lambda _result: None,
     until: str | None = None,
 ) -> list[StageResult]:
@@ -206,7 +195,7 @@ def make_all(
     made = []
     with folder:
         for stage in stages_of(study):
-            made.append(make(stage, study, folder, executor, watch, solver))
+            made.append(make(stage, study, folder, executor, watch))
             done(made[-1])
             if stage.name == until:
                 break

@@ -28,7 +28,7 @@ from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface
 from stemcal.naming import FIRST
 from stemcal.runs.record import Outcome
-from stemcal.stages.fitting import Surfaces, fit_over, joint_surfaces, measured_means, measured_of, priors_of
+from stemcal.stages.fitting import Surfaces, fit_over, fitted_surfaces, measured_means, priors_of
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.loop import NOTHING, How, Judged, Point, Predicted, Stopped
 from stemcal.study.model import Study
@@ -63,9 +63,7 @@ class SurfaceSteps:
         self.study, self.surface, self.solution = study, surface, solution
         self.coding, self.region = surface.scales, surface.region
         self.joint = bool(study.joint_targets)
-        self.means = (
-            measured_means(study) if self.joint else measured_of(study.calibration_target, [FIRST], study.naming)
-        )
+        self.means = measured_means(study)
         self.conditions = list(dict.fromkeys(mean.condition for mean in self.means))
         self.visited: list[Array] = []
         self.trials: list[Trial] = []
@@ -118,10 +116,7 @@ class SurfaceSteps:
 
     def _refitted(self) -> list[Surface]:
         """Return the surface of every measured mean, fitted to the design and the points so far."""
-        if self.joint:
-            return joint_surfaces(self.study, self.surface, [(t.coded, t.responses) for t in self.trials])
-        further = [(trial.coded, trial.response) for trial in self.trials]
-        return [self.surface.refitted(self.surface.design.runs, further) if further else self.surface.fitted]
+        return fitted_surfaces(self.study, self.surface, [(t.coded, t.responses) for t in self.trials])
 
     def _missed(self, trial: Trial) -> float:
         """Return the misfit of what was simulated: rᵀWr, r = measured − simulated."""

@@ -18,7 +18,7 @@ from stemcal.doe.regression.surface import Surface
 from stemcal.naming import FIRST
 from stemcal.note import Note, Remedy
 from stemcal.power_law import PowerLaw, fit_power_law
-from stemcal.stages.fitting import Surfaces, joint_surfaces, measured_means
+from stemcal.stages.fitting import Surfaces, fitted_surfaces, measured_means
 from stemcal.stages.verdict.verdict_rules import Evidence
 from stemcal.study.model import PARAMETERS, Study
 
@@ -176,7 +176,7 @@ def _worst(forces: Array, measured: Array) -> float:
 def for_trend(study: Study, surface: Surfaces, solution: Mapping[str, float]) -> Remedy:
     """Return the change that removes an error that follows the diameter best, with its predicted error."""
     means = [(i, mean) for i, mean in enumerate(measured_means(study)) if mean.response == FIRST]
-    every = joint_surfaces(study, surface)
+    every = fitted_surfaces(study, surface)
     fitted = Fitted(
         np.array([mean.condition for _, mean in means]),
         np.array([mean.value for _, mean in means]),
