@@ -107,10 +107,7 @@ _SPECIAL: dict[str, Callable[[Mapping[str, Any], NodePath, NodePath], Finding]] 
     "missing": _missing,
     "extra_forbidden": _unknown_key,
     "literal_error": _choice,
-    "too_short": _length,
-    "too_long": _length,
-    "string_too_short": _length,
-    "string_too_long": _length,
+    **dict.fromkeys(("too_short", "too_long", "string_too_short", "string_too_long"), _length),
 }
 
 
