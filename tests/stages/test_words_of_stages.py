@@ -131,7 +131,7 @@ def test_no_file_or_sentence_speaks_of_stems(case: str, tmp_path: Path, monkeypa
     told = texts(place)
     assert {"screen.json", "rsm.json", "invert.json", "validate.json", "validate.csv"} <= set(told)
     results = fresh_results(study, place)
-    said = [*(label for label, _ in results.runs()), *(repr(result) for result in results.done)]
+    said = [text for result in results.done for text in (*(label for label, _ in result.runs()), repr(result))]
     said.append(json.dumps(verdict_json(verdict, Names(study.naming))))
     planned = [str(note) for note in plan(study, place).notes]
     said += [repr(study), *planned, *(entry.message for entry in ledger(study, place))]

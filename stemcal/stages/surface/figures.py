@@ -49,9 +49,7 @@ def plots(rsm: SurfaceResult, solved: Solution | None, labels: Mapping[str, str]
         "each run (right). If the residuals are normally distributed, the points in the normal plot lie close "
         "to the dashed line. A run with a Cook's distance above 1 strongly influences the response surface."
     )
-    plots = [
-        Plot("observed-predicted", "rsm", observed, partial(observed_predicted, rsm), detail=True),
-    ]
+    plots = [Plot("observed-predicted", "rsm", observed, partial(observed_predicted, rsm), detail=True)]
     if rsm.runs_diagnostics:
         plots.append(Plot("diagnostics", "rsm", checks, partial(diagnostics, rsm), wide=True, detail=True))
     for pair in combinations(rsm.names, 2):
