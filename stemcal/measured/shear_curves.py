@@ -45,8 +45,7 @@ class CurveOptions:
     displacement_unit: str | None = None
     preload: float = PRELOAD
 
-    def check(self) -> None:
-        """Raise `UsageError` if the preload is not a possible force."""
+    def __post_init__(self) -> None:
         if not 0.0 <= self.preload < math.inf:
             raise UsageError(f"--preload {self.preload:g}: write a force of at least 0 N")
 
@@ -91,7 +90,6 @@ class ShearCurve:
 
 def read_curves(path: Path, how: CurveOptions = CurveOptions()) -> list[ShearCurve]:
     """Return the curves of all specimens in a file, side by side or on separate sheets."""
-    how.check()
     tables = read_tables(path, how.form)
     curves: list[ShearCurve] = []
     skipped: list[Note] = []
