@@ -154,7 +154,7 @@ def write_film(study: Study, records: Records, folder: StudyFolder, name: str) -
     wanted = f"{name}-{short(study.targets.calibrate_at)}mm" if name == ANIMATION else name
     known = films(records)
     if wanted not in known:
-        remedy = "the stages refine and validate store the frames; run `stemcal run SPEC` first"
+        remedy = "the `refine` and `validate` stages store the frames; run `stemcal run SPEC` first"
         raise UsageError(
             f"no figure is named {wanted!r}; the animations are {', '.join(known)}" if known else f"{wanted}: {remedy}"
         )

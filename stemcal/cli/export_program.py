@@ -123,7 +123,7 @@ def _diameter(study: Study, given: str | None) -> float:
     size = 0.0 if mesh is None else mesh.element_size.at(chosen)
     if chosen < 2 * size:
         raise UsageError(
-            f"--diameter {chosen:g}: the diameter is less than two elements of {size:g} mm; use a larger diameter"
+            f"--diameter {chosen:g}: less than twice the element size of {size:g} mm; use a larger diameter"
         )
     return chosen
 

@@ -155,7 +155,7 @@ def shear(
         _leave_files(out, content, table, drawn, section)
     _show(content, tests.synthetic, tables.shear_tables(tests), tests.all_notes(), as_json, quiet, section)
     if spec and not quiet:
-        note(f"wrote the targets into {spec}; check the spec with `stemcal check {spec}`")
+        note(f"wrote the targets to {spec}; check the spec with `stemcal check {spec}`")
 
 
 @app.command()
@@ -203,7 +203,7 @@ def tests(
         _rewrite(spec, lambda text: with_rows(text, found.targets))
     _show(content, found.synthetic, [tests_table(found)], found.notes, as_json, quiet, section)
     if write and not quiet:
-        note(f"wrote the targets of the tests into {spec}; check the spec with `stemcal check {spec}`")
+        note(f"wrote the targets of the tests to {spec}; check the spec with `stemcal check {spec}`")
 
 
 def _rewrite(spec: Path, change: Callable[[str], str]) -> None:

@@ -198,8 +198,8 @@ def _one_run(
 
     if study.kind.answers != "computes":
         raise UsageError(
-            f"`simulate` requires `solver: {{kind: embedded}}` or an external program; this spec has the solver kind "
-            f"`{study.solver.kind}`"
+            f"`simulate` requires `solver: {{kind: embedded}}` or an external program; the solver kind of this spec "
+            f"is `{study.solver.kind}`"
         )
     solver = make_solver(study)
     solver.prepare()

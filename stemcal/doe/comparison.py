@@ -164,7 +164,7 @@ def _error_trend(rows: Sequence[ValidationRow]) -> tuple[float | None, tuple[Not
     size = minus(f"{slope:+.1f}")
     text = (
         f"The relative error changes by {size} percentage points per mm of diameter. A constant scale factor for the "
-        "force would not remove this trend of the error."
+        "force would not remove this trend in the error."
     )
     return slope, (Note("error_trend", "warning", text),)
 

@@ -193,7 +193,7 @@ def test_another_version_is_refused(
     request.addfinalizer(code_version.cache_clear)
     monkeypatch.setattr("stemcal.registry.__version__", "0.1.0")
     code_version.cache_clear()
-    with pytest.raises(UsageError, match=r"the study uses 0\.1\.0\+\w+; install the same version and code"):
+    with pytest.raises(UsageError, match=r"the study uses 0\.1\.0\+\w+; install the same version of stemcal"):
         DaskExecutor(cluster.address)
 
 

@@ -221,7 +221,7 @@ def test_sentences_speak_of_no_stem(angle: Told, moist: Told) -> None:
     assert of_stems(notes) == []
     validation, joint = angle[2].of(ValidateResult), moist[2].of(InvertResult)
     assert validation is not None and joint is not None
-    difference = r"The largest absolute difference between simulated and measured angle of repose is [\d.]+ %\."
+    difference = r"The largest absolute error in the simulated angle of repose is [\d.]+ %\."
     assert re.fullmatch(difference, outcome_of(validation)[0])
     missed = r".* response surfaces are [\d.]+ % \(angle of repose\) and [\d.]+ % \(bulk density\)\."
     assert re.fullmatch(missed, outcome_of(joint)[1])

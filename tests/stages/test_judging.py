@@ -273,4 +273,4 @@ def test_a_misfit_beyond_the_measured_scatter(tmp_path: Path, judged: Judge) -> 
     verdict = judged(load_study(study.source), tmp_path)
     assert verdict.verdict == "with_reservations"
     (reason,) = (reason for reason in verdict.reasons if reason.kind == "conflict")
-    assert "at 11 mm" in reason.text
+    assert "at a diameter of 11 mm" in reason.text

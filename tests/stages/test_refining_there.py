@@ -134,7 +134,11 @@ def test_the_budget_is_kept_and_the_nearest_conditions_come_first(tmp_path: Path
     assert [run["condition"] for run in stage["runs"]] == [8.0, 8.0, 8.0, 7.0, 9.0, 10.0]
     assert [row["after"] is None for row in stage["rows"]] == [False, False, False, False, True]
     note = stage["notes"][-1]
-    assert note["kind"] == "not_run_there" and "at 11 mm" in note["text"] and "budget" in note["remedy"]["text"]
+    assert (
+        note["kind"] == "not_run_there"
+        and "at a diameter of 11 mm" in note["text"]
+        and "budget" in note["remedy"]["text"]
+    )
 
 
 def test_a_spent_budget_is_told(tmp_path: Path) -> None:

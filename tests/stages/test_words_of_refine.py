@@ -73,7 +73,7 @@ def test_notes() -> None:
     rose = replace(THERE, made=Rows([replace(run, outcome=replace(run.outcome, censored=True)) for run in THERE.made]))
     assert "In 2 runs" in kinds(rose)["still_rose"]
     outside = replace(HERE, made=Rows([replace(RUN, prediction_interval=(150.0, 160.0))]))
-    assert "at 8 mm" in kinds(outside)["first_outside"]
+    assert "at a diameter of 8 mm" in kinds(outside)["first_outside"]
 
 
 @pytest.mark.parametrize("stopped", ["budget", "settled", "out_of_reach"])

@@ -39,8 +39,8 @@ def aliases_note(coded: Array, names: Sequence[str]) -> Note:
     if largest > 1.0 - 1e-9:
         return _fully_aliased(n, _full_aliases(weights, names))
     text = (
-        f"In the {n} runs of the design, main effects are partly aliased with interactions (alias coefficients of up "
-        f"to {largest:.2g})."
+        f"In the {n} runs of the design, main effects are partially aliased with interactions (alias coefficients of "
+        f"up to {largest:.2g})."
     )
     return Note("partly_aliased", "caution", text)
 

@@ -90,7 +90,7 @@ def _mask(word: str) -> int:
 def full_factorial(k: int) -> Array:
     """Return every combination of the levels −1 and +1, the first factor fastest."""
     if not 1 <= k <= _MOST_FACTORS:
-        raise UsageError(f"full factorial: {k} factors are not possible; use 1 to {_MOST_FACTORS} factors")
+        raise UsageError(f"full factorial: {k} factors are not supported; use 1 to {_MOST_FACTORS} factors")
     from pyDOE3 import ff2n
 
     return np.asarray(ff2n(k), dtype=float)[:, ::-1]

@@ -81,8 +81,8 @@ def question(study: Study) -> str:
     targets = study.joint_targets or (study.calibration_target,)
     place = ""
     if naming.condition is not None:
-        conditions = names.conditions(target.condition for target in targets)
-        place = f" of stems with a diameter of {conditions}" if naming.is_cutting else f" at {conditions}"
+        place = names.at(*(target.condition for target in targets))
+        place = place.replace(" at ", " of stems with ", 1) if naming.is_cutting else place
     return f"Which parameter values reproduce the measured {series(_fitted(study))}{place}?"
 
 

@@ -1,6 +1,6 @@
 """Columns and tables that several stages share, and how their values are written."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -31,11 +31,6 @@ def level(value: float) -> str:
 def levels(factors: Iterable[str], names: Names, form: Form = significant) -> tuple[Column, ...]:
     """Return a column for the level of each factor."""
     return tuple(Column(name, names.factor(name), form=form) for name in factors)
-
-
-def level_list(levels: Mapping[str, float], names: Names) -> str:
-    """List levels of factors inside a sentence."""
-    return ", ".join(f"{names.in_text(name)} {significant(value)}" for name, value in levels.items())
 
 
 def simulated(named: Named, label: str = "", key: str = FIRST) -> Column:

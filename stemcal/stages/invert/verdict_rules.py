@@ -142,9 +142,9 @@ def not_identified(evidence: Evidence) -> Iterator[Note]:
 def _not_identified(known: Certainty) -> str:
     """Return which factors the fit leaves free, and the combination along which it hardly changes."""
     factors = series(known.not_identified, "or")
-    changes = [change(f"{name} by", size, known.units[name]) for name, size in known.loosest.items()]
+    changes = [change(f"{name} changes by", size, known.units[name]) for name, size in known.loosest.items()]
     if len(changes) > 1:
-        together = f"Changing {series(changes)} together hardly affects the fitted responses."
+        together = f"If {series(changes)}, the fitted responses hardly change."
         return f"The fit does not determine {factors}. {together}"
     return f"The fit does not determine {factors} because the fitted responses hardly depend on {factors}."
 

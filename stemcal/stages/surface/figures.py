@@ -44,9 +44,9 @@ def plots(rsm: SurfaceResult, solved: Solution | None, labels: Mapping[str, str]
     """Return the figures of a surface; with a solution they show it."""
     observed = f"Simulated {rsm.naming.response.long} of each run versus the value predicted by the response surface."
     checks = (
-        "Normal plot of the residuals (left), residuals versus the predicted value (middle) and Cook's distance of "
-        "each run (right). If the residuals are normally distributed, the points in the normal plot lie close "
-        "to the dashed line. A run with a Cook's distance above 1 strongly influences the response surface."
+        "Normal probability plot of the residuals (left), residuals versus predicted values (middle) and Cook's "
+        "distance of each run (right). If the residuals are normally distributed, the points in the left plot lie "
+        "close to the dashed line. A run with a Cook's distance above 1 strongly influences the response surface."
     )
     plots = [
         Plot("observed-predicted", "rsm", observed, partial(observed_predicted, rsm), detail=True),

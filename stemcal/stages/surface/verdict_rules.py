@@ -211,8 +211,8 @@ def sign_against_expectation(evidence: Evidence) -> Iterator[Note]:
     )
     if against:
         names = series(against)
-        text = f"The sign of the effect of {names} is opposite to the sign specified in the spec (`expected_sign`)."
-        remedy = Remedy(f"Check the material law, the key `expected_sign` and the units of {names}.")
+        text = f"The sign of the effect of {names} is opposite to the expected sign (`expected_sign`)."
+        remedy = Remedy(f"Check the material law, the `expected_sign` key and the units of {names}.")
         yield Note("sign_against_expectation", "warning", text, remedy)
 
 

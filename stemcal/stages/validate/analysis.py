@@ -160,7 +160,7 @@ def _growth(stage: ValidateResult) -> Iterator[Note]:
     lab, model = stage.measured_exponent, stage.simulated_exponent
     if lab is not None and model is not None:
         text = (
-            f"The measured force increases with the diameter d as d^{lab.value:.2f}, and the simulated force as "
+            f"The measured force increases with diameter d as d^{lab.value:.2f}, and the simulated force as "
             f"d^{model.value:.2f}."
         )
         yield Note("growth", "info", text)
@@ -171,8 +171,8 @@ def _beside_formula(stage: ValidateResult, names: Names) -> Iterator[Note]:
     formula, model = stage.formula, stage.worst_held_out_percent
     if formula is not None and model is not None:
         text = (
-            f"At the held-out diameters, the largest error is {formula.worst_held_out_percent:.1f} % with the formula "
-            f"F = a·d^{formula.exponent:.3g}, fitted at {names.conditions(stage.fitted)}, and {model:.1f} % with the "
-            "model."
+            f"The largest error at the held-out diameters is {model:.1f} % for the model and "
+            f"{formula.worst_held_out_percent:.1f} % for the formula F = a·d^{formula.exponent:.3g} fitted"
+            f"{names.at(*stage.fitted)}."
         )
         yield Note("beside_formula", "info" if model < formula.worst_held_out_percent else "warning", text)

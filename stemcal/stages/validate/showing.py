@@ -34,9 +34,9 @@ class ValidateShowing(Showing[ValidateResult]):
             return ["All validation runs failed."]
         responses = "responses" if names.naming.others else names.response.long
         worst, mean = fixed(result.worst_percent, 1), fixed(result.mean_abs_error_percent, 1)
-        over = f"Over {len(result.rows)} values of the {names.condition.long}, the" if len(result.rows) > 1 else "The"
-        of_all = f" (mean {mean} %)" if len(result.rows) > 1 else ""
-        return [f"{over} largest absolute difference between simulated and measured {responses} is {worst} %{of_all}."]
+        over = f" (mean over {len(result.rows)} values of the {names.condition.long}: {mean} %)"
+        of_all = over if len(result.rows) > 1 else ""
+        return [f"The largest absolute error in the simulated {responses} is {worst} %{of_all}."]
 
     def tables(self, result: ValidateResult, names: Names) -> list[Table]:
         return _validation_tables(result, names)

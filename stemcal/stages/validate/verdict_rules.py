@@ -18,7 +18,7 @@ def validation(evidence: Evidence) -> Iterator[Note]:
         return
     if checked.is_given:
         text = (
-            "The simulated values of the validation were read from a table, not computed with the calibrated "
+            "The simulated values used for the validation were read from a table, not computed with the calibrated "
             "parameters."
         )
         yield Note(
