@@ -77,7 +77,7 @@ def awaited_runs(study: Study, folder: StudyFolder, waiting: Waiting) -> list[Re
         if part.stage == waiting.stage and part.settled and wanted.keys() <= left.keys():
             wanted = left
     rows = list(wanted.values())
-    if study.replicates:
+    if study.solver.repeats:
         rows.sort(key=lambda row: seed_of(row))
     return rows
 
@@ -137,7 +137,7 @@ def _named(study: Study, runs: Sequence[Request]) -> Iterator[tuple[str, Request
     several = len({run.condition for run in runs}) > 1
     for run in runs:
         at = f"-at-{run.condition:g}" if several else ""
-        replicate = f"-replicate-{run.replicate}" if study.replicates > 1 else ""
+        replicate = f"-replicate-{run.replicate}" if study.solver.repeats > 1 else ""
         yield f"{run_name(run).replace(' ', '-')}{at}{replicate}", run
 
 

@@ -61,7 +61,7 @@ def tables(spec: Spec, kind: TableFormat = "csv", out: Out = None, as_json: AsJs
     from stemcal.report.export import export_tables, study_tables
     from stemcal.report.gallery import gallery
     from stemcal.report.records import read_records
-    from stemcal.stages.verdict.rules import verdict_of
+    from stemcal.stages.verdict.verdict_rules import verdict_of
 
     study, folder, results = finished_work(spec, out)
     holds = verdict_of(study, folder, results).holds
@@ -137,10 +137,10 @@ def chosen(plots: list[Plot], name: str) -> list[Plot]:
     return found
 
 
-def films(records: Records) -> list[str]:
-    """Return the names of the animations that can be written."""
+def films(records: Records) -> dict[str, str]:
+    """Return the names of the animations that can be written, with the labels of their runs."""
     kept = (label for label, record in records.items() if record.details.film and record.at_solution)
-    return [f"{ANIMATION}-{label.replace(' ', '')}" for label in kept]
+    return {f"{ANIMATION}-{label.replace(' ', '')}": label for label in kept}
 
 
 def write_film(study: Study, records: Records, folder: StudyFolder, name: str) -> Path:
@@ -158,8 +158,7 @@ def write_film(study: Study, records: Records, folder: StudyFolder, name: str) -
         raise UsageError(
             f"no figure is named {wanted!r}; the animations are {', '.join(known)}" if known else f"{wanted}: {remedy}"
         )
-    label = next(label for label in records if wanted == f"{ANIMATION}-{label.replace(' ', '')}")
-    details = records[label].details
+    details = records[known[wanted]].details
     curve = None if details.curve is None else (details.curve.travel, details.curve.force)
     frames = frames_of(Shape.unpacked(details.shape), details.film)
     return write_animation(frames, make_folder(folder.path / "figures") / f"{wanted}.gif", curve)

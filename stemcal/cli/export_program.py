@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from stemcal.cli.console import note, say_json, say_tables, warn
-from stemcal.cli.session import AsJson, ExecutorName, Out, Quiet, Spec, Workers, folder_of, opened, read_study
+from stemcal.cli.session import AsJson, ExecutorName, Out, Quiet, Spec, Workers, opened, read_study
 from stemcal.cli.simulate import Diameter, Settings, chosen_levels, require_material
 from stemcal.errors import RunsFailed, UsageError
 from stemcal.files.durable import make_folder, write_atomic
@@ -96,11 +96,11 @@ def _program_of(study: Study, path: Path, asked: str | None) -> Literal["lsdyna"
 
 def _calibrated(study: Study, program: str, out: Path | None) -> tuple[Study, dict[str, float]]:
     """Return the calibrated values for a program and the study as it sees them; else mid-levels, and warn."""
-    from stemcal.folder import StudyFolder
+    from stemcal.folder import StudyFolder, place_of
     from stemcal.stages.refine.result import RefineResult
     from stemcal.stages.results import fresh_results
 
-    place = folder_of(study, out)
+    place = place_of(study.name, out)
     if place.is_dir():
         results = fresh_results(study, StudyFolder(place))
         for sentence in results.stale:

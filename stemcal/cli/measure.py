@@ -138,7 +138,6 @@ def shear(
 
     form = Form(encoding, separator, decimal, sheet)
     how = CurveOptions(form, force_column, displacement_column, force_unit, displacement_unit, preload)
-    how.check()
     listed = read_index(index) if index else {}
     files = [path for path in find_files(folder) if index is None or path.resolve() != index.resolve()]
     tests = measure_shear(files, how, listed, exclude or [])

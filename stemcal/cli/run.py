@@ -89,7 +89,7 @@ def _go_through(work: Session, until: str | None = None) -> Callable[..., None]:
     from stemcal.report.drawing import draw
     from stemcal.stages.fresh import make_all
     from stemcal.stages.results import fresh_results
-    from stemcal.stages.verdict.rules import verdict_of
+    from stemcal.stages.verdict.verdict_rules import verdict_of
 
     unreachable: TargetUnreachable | None = None
     made: list[StageResult] = []
@@ -139,7 +139,7 @@ def command_of(stage: Stage[Any], example: str = "configs/smoke.yaml") -> Callab
     ) -> None:
         from stemcal.cli.show import show_stage
         from stemcal.stages.fresh import make
-        from stemcal.stages.verdict.rules import verdict_of
+        from stemcal.stages.verdict.verdict_rules import verdict_of
 
         with opened(spec, out, workers, executor, quiet) as work:
             if stage.simulates:
@@ -167,7 +167,7 @@ def report(
     Example: [bold]stemcal report configs/smoke.yaml[/bold]
     """
     from stemcal.report.drawing import draw
-    from stemcal.stages.verdict.rules import verdict_of
+    from stemcal.stages.verdict.verdict_rules import verdict_of
 
     study, folder, results = finished_work(spec, out, quiet)
     verdict = verdict_of(study, folder, results)

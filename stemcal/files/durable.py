@@ -67,9 +67,9 @@ def refuse_link(path: Path) -> None:
         )
 
 
+_FULL = {errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC)}
 _REMEDIES = {
-    errno.ENOSPC: "free some disk space, then repeat the command; finished runs are kept",
-    getattr(errno, "EDQUOT", errno.ENOSPC): "free some disk space, then repeat the command; finished runs are kept",
+    **dict.fromkeys(_FULL, "free some disk space, then repeat the command; finished runs are kept"),
     errno.EROFS: "make the folder writable or choose another folder with `--out`",
     errno.EACCES: "make the folder writable or choose another folder with `--out`",
     errno.ENOENT: "the folder was deleted or moved; repeat the command to create the folder again",

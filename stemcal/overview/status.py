@@ -21,7 +21,7 @@ from stemcal.stages.fresh import CODE, changed_tables, changes_since
 from stemcal.stages.result import read_result
 from stemcal.stages.stage import STAGES, stage_called, stages_known, stages_of
 from stemcal.stages.verdict.result import Verdict
-from stemcal.stages.verdict.rules import verdict_of
+from stemcal.stages.verdict.verdict_rules import verdict_of
 from stemcal.study.model import Study
 
 SCHEMA_VERSION = 2

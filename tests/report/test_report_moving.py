@@ -132,7 +132,7 @@ def with_film(replayed: tuple[Any, Any], filmed: tuple[Any, Film], tmp_path: Pat
 def test_what_a_record_with_a_film_can_show(with_film: tuple[Any, StudyFolder]) -> None:
     study, folder = with_film
     records = read_records(fresh_results(study, folder), folder)
-    assert films(records) == ["animation-8mm"]
+    assert list(films(records)) == ["animation-8mm"]
     path = write_film(study, records, folder, "animation")
     assert path.name == "animation-8mm.gif" and path.stat().st_size > 50_000
     with pytest.raises(UsageError, match="figures: animation-8mm"):

@@ -14,23 +14,9 @@ from stemcal.files.typed import to_json
 from stemcal.naming import Names
 from stemcal.numbers import MISSING, fixed, interval, short, significant, unit_written
 from stemcal.report.figures.plot import Plot
-from stemcal.report.figures.style import (
-    BLUE,
-    FAINT,
-    INK,
-    Figure,
-    axis_of,
-    new_figure,
-)
+from stemcal.report.figures.style import BLUE, FAINT, INK, Figure, axis_of, new_figure
 from stemcal.report.showing import RANGE, Setting, Showing
-from stemcal.report.tables.columns import (
-    ERROR,
-    factor,
-    from_means,
-    measured_of,
-    scores,
-    to_decimals,
-)
+from stemcal.report.tables.columns import ERROR, factor, from_means, measured_of, scores, to_decimals
 from stemcal.stages.fitting import Surfaces, fit_of_study
 from stemcal.stages.invert import words
 from stemcal.stages.invert.result import Certainty, InvertResult, JointFitted

@@ -10,8 +10,8 @@ from stemcal.stages.invert.options import chose_conditions
 from stemcal.stages.invert.result import Certainty, Contradicted, InvertResult, JointFitted
 from stemcal.stages.refine.options import refined_here
 from stemcal.stages.verdict import advice, words
-from stemcal.stages.verdict.rules import BEYOND_DOUBT, Evidence
 from stemcal.stages.verdict.trend_advice import for_trend, standard_error, trend_reason
+from stemcal.stages.verdict.verdict_rules import BEYOND_DOUBT, Evidence
 from stemcal.study.model import Study
 from stemcal.words import series
 

@@ -37,7 +37,7 @@ from stemcal.solvers.protocol import Solver
 from stemcal.stages.design import Asked, Design, given_design, runs_of
 from stemcal.stages.result import Head
 from stemcal.stages.screen.options import ScreenOptions
-from stemcal.stages.screen.result import LEAST_DF, Screening, ScreenResult, fields_of
+from stemcal.stages.screen.result import LEAST_DF, Screening, ScreenResult
 from stemcal.stages.work import Work, a_stage
 from stemcal.study.model import Study
 from stemcal.words import counted
@@ -65,7 +65,7 @@ def screen(work: Work, head: Head) -> ScreenResult:
         )
     notes = (*first.notes, *lower_bound_notes(outcomes))
     further = dict(zip(study.own_further, others, strict=True)) or None
-    found = fields_of(first) | {"notes": notes, "responses": further}
+    found = vars(first) | {"notes": notes, "responses": further}
     return ScreenResult(head=head, design=runs, alpha=options.alpha, **found)
 
 
@@ -85,7 +85,7 @@ def screening_design(study: Study, solver: Solver) -> Design:
         coded = np.vstack([corners, np.zeros((chosen.centre_points, len(factors)))])
         kind = f"{chosen.design}, folded over" if chosen.fold_over else chosen.design
         once = Design("screen", kind, coding, coded, coding.runs(coded, study.midlevels()), order=1)
-        return once.repeated(study.replicates)
+        return once.repeated(study.solver.repeats)
     return given_design("screen", study, coding, given, order=1)
 
 

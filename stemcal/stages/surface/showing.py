@@ -13,15 +13,7 @@ from stemcal.naming import FIRST, FORCE, Named, Names
 from stemcal.numbers import fixed, short, significant, with_unit
 from stemcal.report.figures.plot import Plot
 from stemcal.report.showing import Setting, Showing
-from stemcal.report.tables.columns import (
-    condition,
-    levels,
-    ratio,
-    response_decimals,
-    squares,
-    starred,
-    to_decimals,
-)
+from stemcal.report.tables.columns import condition, levels, ratio, response_decimals, squares, starred, to_decimals
 from stemcal.stages.surface import figures
 from stemcal.stages.surface.figures import Solution
 from stemcal.stages.surface.profiler import profiler_data

@@ -6,8 +6,8 @@ from stemcal.note import Note, Remedy, Severity
 from stemcal.stages.invert.options import chose_conditions
 from stemcal.stages.validate.result import ValidateResult
 from stemcal.stages.verdict import advice
-from stemcal.stages.verdict.rules import Evidence
 from stemcal.stages.verdict.trend_advice import standard_error, trend_reason
+from stemcal.stages.verdict.verdict_rules import Evidence
 from stemcal.stages.verdict.words import miss
 
 
