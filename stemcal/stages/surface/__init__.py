@@ -22,7 +22,7 @@ class ResponseSurface(Stage["SurfaceResult"]):
     """The runs of a design, and a quadratic surface fitted to them."""
 
     name, title, attribute, reads = "rsm", "Response surface", "surface", ("rsm",)
-    help = "Simulate an experimental design and fit a response surface to the runs."
+    help = "Run an experimental design and fit a response surface to the results."
     purpose = "Stage 2: simulation of an experimental design and fit of a response surface."
 
     def needs(self, study: Study) -> str | None:
