@@ -16,8 +16,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+from interval_coverage import holds
 
-from stemcal.doe.calibration.confidence_intervals import holds, profiles_of
+from stemcal.doe.calibration.confidence_intervals import profiles_of
 from stemcal.doe.calibration.likelihood import Fit, fit
 from stemcal.doe.calibration.observations import Observation
 from stemcal.doe.calibration.region import Region

@@ -13,8 +13,7 @@ from stemcal.folder import SCHEMA_VERSION as FILE_VERSION
 from stemcal.folder import StudyFolder
 from stemcal.overview.plan import asked
 from stemcal.runs.answer import Watch, answer_all, ignore
-from stemcal.runs.record import outcome_of, stands
-from stemcal.runs.retries import Run
+from stemcal.runs.record import Run, outcome_of, stands
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Request, Solver
 from stemcal.stages.design import Asked

@@ -252,7 +252,7 @@ def _discretisation(study: Study, diameter: float) -> cutting.Discretisation:
     return cutting.Discretisation(
         element_size=solver.element_size.at(diameter),
         through_wall=solver.elements_through_wall,
-        symmetry="quarter" if study.blade.bevel == "both" else "half",
+        symmetry="quarter" if study.blade.bevel == "both" and solver.edge_over == "nodes" else "half",
         edge_over=solver.edge_over,
         hourglass=solver.hourglass,
         integration=Integration(

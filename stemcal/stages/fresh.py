@@ -19,8 +19,7 @@ from stemcal.folder import SCHEMA_VERSION, StudyFolder
 from stemcal.naming import FIRST
 from stemcal.registry import code_version
 from stemcal.runs.answer import Progress, Watch, ignore
-from stemcal.runs.record import outcome_of, stands
-from stemcal.runs.retries import Run
+from stemcal.runs.record import Run, outcome_of, stands
 from stemcal.solvers import make_solver
 from stemcal.solvers.program import file_hash
 from stemcal.solvers.protocol import Request, Solver

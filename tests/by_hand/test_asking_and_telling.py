@@ -189,6 +189,15 @@ def test_replicates_are_rows_of_their_own(tmp_path: Path) -> None:
     assert len(folder.read_stage("validate")["rows"][0]["replicates"]["values"]) == 2
 
 
+def test_equal_runs_are_entered_by_the_name_on_the_sheet(tmp_path: Path) -> None:
+    """Of three equal runs in the middle of the design the sheet has the first one."""
+    study, folder = stemcal.load_study(spec_of(tmp_path, replicates="")), StudyFolder(tmp_path / "study")
+    head, *rows = awaited(study, folder)
+    for row in rows:
+        row[4] = str(angle(dict(zip(head[1:4], map(float, row[1:4]), strict=True))))
+    assert len(entered(study, folder, text_of([head, *rows])).taken) == 13
+
+
 def test_order_is_drawn_by_chance_where_there_is_chance(tmp_path: Path) -> None:
     def order(name: str, line: str) -> list[str]:
         (tmp_path / name).mkdir()

@@ -21,9 +21,10 @@ from test_local import Prepared
 
 import stemcal
 from stemcal.errors import UsageError
-from stemcal.executors import ClusterLost, InlineExecutor, RunTimedOut, WorkerDied
+from stemcal.executors import ClusterLost, InlineExecutor, WorkerDied
 from stemcal.folder import StudyFolder
 from stemcal.registry import code_version
+from stemcal.time_limit import RunTimedOut
 
 pytest.importorskip("distributed", reason="needs Dask: pip install 'stemcal[dask]'")
 

@@ -147,7 +147,7 @@ def test_the_page_shows_energies_and_cut(with_film: tuple[Any, StudyFolder]) -> 
 
 
 def test_without_a_film_the_remedy_is_told(replayed: tuple[Any, Any]) -> None:
-    with pytest.raises(UsageError, match=r"refine and validate store the frames; run"):
+    with pytest.raises(UsageError, match=r"stages store the frames; run"):
         write_film(replayed[0], {}, replayed[1], "animation")
 
 

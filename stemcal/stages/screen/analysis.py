@@ -17,13 +17,12 @@ from stemcal.doe.effects import (
     Curvature,
     Effect,
     centre_runs,
-    changes_of,
     curvature_of,
     effects_of,
     residual_of,
     stands_out,
 )
-from stemcal.doe.lenth import FEWEST, Lenth, lenth
+from stemcal.doe.lenth import FEWEST, Lenth
 from stemcal.doe.regression.coding import Coding
 from stemcal.doe.regression.least_squares import Array, LeastSquares, fit_least_squares, require_estimable
 from stemcal.doe.regression.surface import flat_response
@@ -140,9 +139,7 @@ def analyse_screening(
             "cause of the failures and repeat the failed runs with `stemcal run SPEC --retry`."
         )
     residual, mean_square = residual_of(fit, centre)
-    changes = changes_of(fit)
-    size = lenth(changes, alpha)
-    effects = effects_of(fit, residual, mean_square, changes, names, symbols or names, size)
+    effects, size = effects_of(fit, residual, mean_square, names, symbols or names, alpha)
     tested = mean_square is not None and residual.df >= LEAST_DF
     by_lenth = size.me is not None and not tested
     significant = [stands_out(e, size) if by_lenth else e.p is not None and e.p < alpha for e in effects]
