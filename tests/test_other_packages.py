@@ -99,7 +99,7 @@ def test_the_example_of_a_design_is_a_choice_where_it_is_installed(
     between = np.linalg.norm(coded[:, None] - coded[None], axis=2)[~np.eye(13, dtype=bool)]
     assert between.min() == pytest.approx(1.0) and np.linalg.norm(coded, axis=1)[:-1] == pytest.approx(1.0)
     assert str(stage_called("rsm").inputs(study)["package"]).startswith("stemcal_doehlert:Doehlert+")
-    with pytest.raises(SpecError, match="the design `doehlert` requires 2 to 8 factors, not 9"):
+    with pytest.raises(SpecError, match="the `doehlert` design requires 2 to 8 factors, not 9"):
         make_study(tmp_path, extra.replace("[density, yield_stress, failure_strain]", str(list(study.names))))
 
 

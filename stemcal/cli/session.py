@@ -162,7 +162,7 @@ def opened(
             sheet, count = hand_out(study, folder, waiting)
             folder.remember_spec(study.source)
             to_do, code = f"{counted(count, 'result')} of the stage {waiting.stage}; fill in {sheet}", waiting.exit_code
-    await_(f"Waiting for {to_do}, then run `stemcal run {spec}`")
+    await_(f"Waiting for {to_do}. Once this is done, run `stemcal run {spec}`")
     raise typer.Exit(code)
 
 

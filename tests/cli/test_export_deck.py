@@ -31,7 +31,7 @@ def test_deck_is_written_with_the_values_as_they_are(tmp_path: Path) -> None:
     assert f"{1000.0:>10}{0.3:>10}{17.96:>10}{0.5:>10}{0.03:>10}{0.0:>10}\n" in text
     assert "outer diameter 7 mm" in text
     result = json.loads(done.stdout)["result"]
-    assert sum("is omitted, because it changes" in sentence for sentence in result["otherwise"]) == 1
+    assert sum("is omitted because it changes" in sentence for sentence in result["otherwise"]) == 1
     assert str(path) in result["files"]
 
 

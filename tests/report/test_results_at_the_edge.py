@@ -38,7 +38,7 @@ def test_two_diameters_have_a_power_law_without_an_interval(tmp_path: Path, monk
     targets = study.targets.model_copy(update={"means": study.targets.means[:2]})
     two = study.model_copy(update={"targets": targets})
     page = reported(two, SpecSolver(), StudyFolder(tmp_path / "s"), monkeypatch)
-    assert "The measured force increases with the diameter d as d^2.00, and the simulated force as d^2.00." in page
+    assert "The measured force increases with diameter d as d^2.00, and the simulated force as d^2.00." in page
 
 
 def test_a_saturated_surface_has_no_standard_errors(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

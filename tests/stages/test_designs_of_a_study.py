@@ -61,7 +61,7 @@ def test_surface_designs_by_name(tmp_path: Path, options: str, runs: int, reach:
     [
         (
             "rsm: {factors: [density, yield_stress], design: box-behnken}\n",
-            "the design `box-behnken` requires 3 to 7 factors, not 2",
+            "the `box-behnken` design requires 3 to 7 factors, not 2",
         ),
         (
             THREE.format("design: latin-hypercube, runs: 9"),
@@ -69,7 +69,7 @@ def test_surface_designs_by_name(tmp_path: Path, options: str, runs: int, reach:
         ),
         (
             THREE.format("runs: 30"),
-            "the number of runs of the design `central-composite` is determined",
+            "the number of runs of the `central-composite` design is determined",
         ),
         ("screen: {design: taguchi}\n", "screen.design"),
         ("screen: {fold_over: 1}\n", "screen.fold_over"),

@@ -134,7 +134,7 @@ def test_a_stroke_that_is_a_share_of_the_diameter() -> None:
 
 
 def test_box_behnken_requires_three_factors(tmp_path):
-    with pytest.raises(SpecError, match="the design `box-behnken` requires 3 to 7 factors, not 2"):
+    with pytest.raises(SpecError, match="the `box-behnken` design requires 3 to 7 factors, not 2"):
         study_of(tmp_path, "rsm: {design: box-behnken}", "ab")
 
 

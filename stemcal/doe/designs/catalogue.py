@@ -78,7 +78,7 @@ class SurfaceDesign(Checked):
         """Return the runs (n, k); raise `UsageError` for a number of factors that the design does not support."""
         least, most = self.factors
         if not (1 if least == 2 else least) <= k <= most:  # a spec may name a single factor
-            raise UsageError(f"rsm.factors: the design `{self.name}` requires {least} to {most} factors, not {k}")
+            raise UsageError(f"rsm.factors: the `{self.name}` design requires {least} to {most} factors, not {k}")
         return np.asarray(self.points(k, options))
 
     def reach(self, k: int, options: SurfaceOptions) -> float:

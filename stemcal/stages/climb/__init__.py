@@ -22,7 +22,7 @@ class Climbing(Stage["ClimbResult"]):
     help = """Move the centre of the design to the target by steepest ascent.
 
         All significant factors are changed simultaneously until the response passes the target. The screening effects
-        determine the direction of steepest ascent. The key `climb.steps` limits the number of steps. The step closest
+        determine the direction of steepest ascent. The `climb.steps` key limits the number of steps. The step closest
         to the target becomes the centre of the response surface design. `stemcal run` includes the steepest ascent if
         the spec has a `climb` section.
         """

@@ -125,7 +125,7 @@ def calibration_table(stage: InvertResult, names: Names, refined: Mapping[str, f
         Column("range", RANGE, form=str, claims=True),
         Column("coded", "Coded", form=to_decimals(3)),
     ]
-    rule = f"the rule `{stage.rule}`" if stage.joint is None else "least squares over all fitted values"
+    rule = f"the `{stage.rule}` rule" if stage.joint is None else "least squares over all fitted values"
     where = (
         f"The target of the calibration is {names.quantity(stage.target, '.6g')}, and the value predicted at the "
         f"calibrated point is {names.quantity(point.predicted)}. The calibrated point, determined by {rule}, "

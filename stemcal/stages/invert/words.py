@@ -113,7 +113,7 @@ def _of_one(stage: InvertResult, names: Names) -> Iterator[Note]:
     if len(point.solution) > 1:
         text = (
             f"A single measured {names.response.long} cannot determine {len(point.solution)} parameters. The "
-            f"rule `{stage.rule}` was used to select one of the parameter combinations that fit equally well."
+            f"`{stage.rule}` rule was used to select one of the parameter combinations that fit equally well."
         )
         yield Note("one_of_many", "caution", text)
     if not point.inside:
@@ -146,8 +146,8 @@ def _of_many(joint: JointFitted, names: Names) -> Iterator[Note]:
     yield from _beside_formula(joint)
     if joint.scatter == "misfit":
         text = (
-            "Without standard deviations, all values have the same relative weight, and the misfit determines the "
-            "scatter."
+            "Without standard deviations, all values have the same relative weight, and the scatter is "
+            "estimated from the misfit."
         )
         yield Note("weights", "caution", text)
 
@@ -174,6 +174,6 @@ def flat_direction(changes: Mapping[str, float], units: Mapping[str, str]) -> No
     together = series(change(f"{name} by", size, units[name]) for name, size in changes.items())
     text = (
         f"The measurements cannot separate the parameters: changing {together} hardly affects the fit. Of all points "
-        "with almost the best fit, the point nearest to the centre of the design is reported."
+        "that fit almost equally well, the point nearest to the centre of the design is reported."
     )
     return Note("flat_direction", "warning", text)

@@ -25,8 +25,8 @@ class Refinement(Stage["RefineResult"]):
         The refinement stops when the error in the simulated response is below `refine.tolerance_percent`, or after
         `refine.budget` simulations. If forces at several diameters were fitted (`invert.diameters`), the refinement
         includes all these diameters. `stemcal run` includes the refinement if the spec has a `refine` section. The
-        validation uses the refined parameters. If the spec has the key `refine.in`, the refinement follows the
-        validation and uses the finite-element program or mesh specified in this key.
+        validation uses the refined parameters. If the spec contains `refine.in`, the refinement follows the
+        validation and uses the finite-element program or mesh specified there.
         """
     purpose = """Stage 4: correction of the calibrated parameters by simulation, optionally in another finite-element
         program. If a spec has no `refine` section, the study has no refinement."""

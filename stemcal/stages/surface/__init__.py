@@ -22,8 +22,8 @@ class ResponseSurface(Stage["SurfaceResult"]):
     """The runs of a design, and a quadratic surface fitted to them."""
 
     name, title, attribute, reads = "rsm", "Response surface", "surface", ("rsm",)
-    help = "Simulate an experimental design and fit a response surface to the runs."
-    purpose = "Stage 2: simulation of an experimental design and fit of a response surface."
+    help = "Simulate the design points and fit a response surface to the results."
+    purpose = "Stage 2: simulation of the design points and fitting of a response surface."
 
     def needs(self, study: Study) -> str | None:
         """Return a climb if there is one, else the screening; a surface of named factors needs neither."""

@@ -189,7 +189,7 @@ def _surface_design_takes_factors(draft: Draft) -> Iterator[Finding]:
         path, remedy = ("rsm", "design"), "write `central-composite`"
         if rsm.strongest:
             path, remedy = ("rsm", "factors"), f"write `strongest {fewest}`"
-        yield Finding(path, f"the design `{rsm.design}` requires {fewest} to {most} factors, not {k}", remedy)
+        yield Finding(path, f"the `{rsm.design}` design requires {fewest} to {most} factors, not {k}", remedy)
     least = (k + 1) * (k + 2) // 2
     if listed and rsm.design == LATIN_HYPERCUBE and rsm.runs is not None and rsm.runs < least:
         message = f"{rsm.runs} runs cannot determine the {least} coefficients of a response surface in {k} factors"
@@ -200,7 +200,7 @@ def _runs_are_used(draft: Draft) -> Iterator[Finding]:
     """`rsm.runs` is for the design whose size is free."""
     rsm = draft.study.of(RsmOptions)
     if rsm.runs is not None and rsm.design != LATIN_HYPERCUBE:
-        message = f"the number of runs of the design `{rsm.design}` is determined by the number of factors"
+        message = f"the number of runs of the `{rsm.design}` design is determined by the number of factors"
         yield Finding(("rsm", "runs"), message, f"omit `runs` or write `design: {LATIN_HYPERCUBE}`")
 
 
@@ -258,7 +258,7 @@ def _doubts(study: Study) -> Iterator[Finding]:
             message = (
                 f"no run varies the factor {factor.name} because it is neither screened nor listed in `rsm.factors`"
             )
-            yield Finding(("rsm", "factors"), message, "list the factor, or replace its range by a fixed value")
+            yield Finding(("rsm", "factors"), message, "list the factor, or replace its range with a fixed value")
 
 
 RsmOptions.doubts = _doubts

@@ -182,7 +182,7 @@ def canonical_table(stage: SurfaceResult, shape: Shape, names: Names) -> Table:
         Column("curvature", "Curvature", names.response.written, significant),
         *levels(stage.names, heads, to_decimals(3)),
     ]
-    point = "The response surface has no unique stationary point: the surface is a plane or constant in one direction."
+    point = "The response surface has no unique stationary point: the surface is planar or constant in one direction."
     if shape.natural is not None and shape.predicted is not None:
         point = (
             f"The stationary point, a {shape.called}, is {'inside' if shape.inside else 'outside'} the experimental "

@@ -65,7 +65,7 @@ def probable_unit(evidence: Evidence) -> Iterator[Note]:
             named, (value, low, high) = evidence.study.naming.named(response), values[0]
             measured, ends = f"{value:g}{named.unit_suffix}", f"{low:.3g} to {high:.3g}{named.unit_suffix}"
             text = (
-                f"Two units are probably confused ({name}). The measured {named.long} is {measured}, about {size:.4g} "
+                f"Two units were probably confused ({name}). The measured {named.long} is {measured}, about {size:.4g} "
                 f"times the simulated values ({ends})."
             )
             remedy = Remedy(
@@ -212,7 +212,7 @@ def sign_against_expectation(evidence: Evidence) -> Iterator[Note]:
     if against:
         names = series(against)
         text = f"The sign of the effect of {names} is opposite to the sign specified in the spec (`expected_sign`)."
-        remedy = Remedy(f"Check the material law, the key `expected_sign` and the units of {names}.")
+        remedy = Remedy(f"Check the material law, the `expected_sign` key and the units of {names}.")
         yield Note("sign_against_expectation", "warning", text, remedy)
 
 

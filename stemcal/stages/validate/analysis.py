@@ -160,7 +160,7 @@ def _growth(stage: ValidateResult) -> Iterator[Note]:
     lab, model = stage.measured_exponent, stage.simulated_exponent
     if lab is not None and model is not None:
         text = (
-            f"The measured force increases with the diameter d as d^{lab.value:.2f}, and the simulated force as "
+            f"The measured force increases with diameter d as d^{lab.value:.2f}, and the simulated force as "
             f"d^{model.value:.2f}."
         )
         yield Note("growth", "info", text)
