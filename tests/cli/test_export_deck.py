@@ -98,7 +98,7 @@ def test_refusals(tmp_path: Path) -> None:
         SMOKE.read_text(encoding="utf-8").replace("element_size: d/10", "element_size: 0.8 mm"), encoding="utf-8"
     )
     for args, said in (
-        ((REPLAY, tmp_path / "x.k", *dyna), "the kind `sheet`"),
+        ((REPLAY, tmp_path / "x.k", *dyna), "uses kind `sheet`"),
         ((SMOKE, tmp_path / "x.k"), "add `--for lsdyna` or `--for openradioss`"),
         ((SMOKE, tmp_path / "x.rad", *dyna), "LS-DYNA cannot read .rad files"),
         ((SMOKE, tmp_path / "no" / "x.k", *dyna), "does not exist"),
