@@ -241,7 +241,7 @@ def time_step(
 ):
     """Renew the time step."""
     for _ in range(n):
-        march.renew_time_step(body, topology, clock, material, settings)
+        march.renew_time_step(body, clock, settings)
         clock.steps[0] += 1
 
 

@@ -24,8 +24,9 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
+from interval_coverage import holds
 
-from stemcal.doe.calibration.confidence_intervals import holds, profiles_of
+from stemcal.doe.calibration.confidence_intervals import profiles_of
 from stemcal.doe.calibration.likelihood import Fit, fit
 from stemcal.doe.calibration.observations import Observation
 from stemcal.doe.calibration.region import Region
@@ -170,7 +171,7 @@ def finer(runs: list[Runs], setting: Setting) -> tuple[Array, Array, Array]:
         coarse, fine = (fitted_to(runs, setting, truth, seed, every) for every in (2, 1))
         usual.append(widths(coarse))
         ratio.append(widths(fine) / usual[-1])
-        alone.append(widths(coarse.only([0])))
+        alone.append(widths(coarse.without(*range(1, len(coarse.observations)))))
     return np.mean(usual, axis=0), np.exp(np.mean(np.log(ratio), axis=0)), np.mean(alone, axis=0)
 
 

@@ -33,7 +33,7 @@ from functools import partial
 import numpy as np
 from scipy.stats.qmc import LatinHypercube
 
-from stemcal.doe.calibration.confidence_intervals import holds
+from stemcal.doe.calibration.confidence_intervals import _CLOUD, _held_at
 from stemcal.doe.calibration.likelihood import Fit, Prior, fit
 from stemcal.doe.calibration.observations import Observation
 from stemcal.doe.calibration.region import Region
@@ -53,6 +53,13 @@ REGION = Region(np.full(2, -SIDE), np.full(2, SIDE), None)
 BOX = Region(np.full(2, -1.0), np.full(2, 1.0), None)
 KNOWN = 1e-5
 Law = Callable[[Array, float], float]
+
+
+def holds(fit: Fit, point: Array) -> list[bool]:
+    """Return for each factor whether its interval holds the value at a point."""
+    cloud, axes = fit.region.cloud(_CLOUD), np.eye(fit.region.k)
+    rises = (fit.rise(_held_at(fit, j, float(v), fit.best, cloud)) for j, v in enumerate(point))
+    return [rise <= fit.tangents.allowed(axis) for rise, axis in zip(rises, axes, strict=True)]
 
 
 @dataclass(frozen=True)

@@ -39,7 +39,7 @@ from stemcal.stages.fresh import make_all
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.results import Results, fresh_results
 from stemcal.stages.verdict.result import Verdict
-from stemcal.stages.verdict.rules import verdict_of
+from stemcal.stages.verdict.verdict_rules import verdict_of
 from stemcal.study.model import SOLVERS
 from stemcal.study.reading import load_study
 

@@ -16,15 +16,16 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+from interval_coverage import holds
 
-from stemcal.doe.calibration.confidence_intervals import holds, profiles_of
+from stemcal.doe.calibration.confidence_intervals import profiles_of
 from stemcal.doe.calibration.likelihood import Fit, fit
 from stemcal.doe.calibration.observations import Observation
 from stemcal.doe.calibration.region import Region
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface
 from stemcal.folder import StudyFolder
-from stemcal.stages.fitting import joint_surfaces, measured_means
+from stemcal.stages.fitting import fitted_surfaces, measured_means
 from stemcal.stages.surface.analysis import fit_response_surface
 from stemcal.study.reading import load_study
 
@@ -61,7 +62,7 @@ def main(laboratories: int, folder: Path) -> None:
     spec.write_text(spec_text(), "utf-8")
     study = load_study(spec)
     surface = fit_response_surface(study, StudyFolder(folder))
-    means, fitted = measured_means(study), joint_surfaces(study, surface)
+    means, fitted = measured_means(study), fitted_surfaces(study, surface)
     region, truth = surface.region, surface.scales.to_coded([list(TRUTH.values())])[0]
     half_steps = np.array(surface.scales.half_step)
     for tests in COMBINATIONS:

@@ -104,7 +104,7 @@ class Waiting(StemcalError):
         self.stage, self.requests = stage, tuple(requests)
         count = f"{len(requests)} result" + "s" * (len(requests) != 1)
         super().__init__(
-            f"waiting for {count} of the stage {stage}; run `stemcal run SPEC` to write the sheet for these runs"
+            f"waiting for {count} from the {stage} stage; run `stemcal run SPEC` to write the sheet for these runs"
         )
 
 

@@ -25,7 +25,6 @@ from stemcal.errors import FolderLocked, StemcalError, UsageError
 from stemcal.files.durable import key_of, make_folder, read_plain, refuse_link, remove_leftovers, write_atomic
 from stemcal.files.encodings import in_a_line
 from stemcal.files.log import append, now
-from stemcal.files.rows import Table
 from stemcal.files.sealed import Broken, opened, sealed
 
 logger = logging.getLogger(__name__)
@@ -39,13 +38,13 @@ _RECORDED = ("identity", "request", "status", "response", "reason", "message", "
 _LOCK_PATIENCE_S = 0.2  # longer than `StudyFolder.holder` needs to look
 
 
-def default_place(study: str) -> Path:
-    """Return where the results of a study lie unless another place is named.
+def place_of(study: str, out: str | Path | None = None) -> Path:
+    """Return where the results of a study lie: in `out`, or else in the usual place.
 
-    >>> default_place("smoke").as_posix()
+    >>> place_of("smoke").as_posix()
     'runs/smoke'
     """
-    return Path("runs") / study
+    return Path("runs") / study if out is None else Path(out)
 
 
 class StudyFolder:
@@ -232,10 +231,6 @@ class StudyFolder:
     def has_stage(self, stage: str) -> bool:
         """Whether a stage has left its file."""
         return (self.path / f"{stage}.json").exists()
-
-    def write_csv(self, name: str, table: Table) -> None:
-        """Write a table as ``name.csv``."""
-        write_atomic(self.path / f"{name}.csv", table.csv())
 
     # ---- the spec
 

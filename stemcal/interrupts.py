@@ -1,22 +1,15 @@
-"""Ctrl-C and SIGTERM as exceptions, and waiting that hears them.
+"""Ctrl-C and SIGTERM as exceptions.
 
 An exception that a signal handler raises is lost where none can pass: in a callback of the import system Python prints
 it and continues. So while a module is imported, and inside `put_off`, a signal is only noted; `check` raises it, and
 all that waits calls that again and again. Only a command sets handlers: scripts and notebooks keep their own.
 """
 
-import queue
 import signal
 import threading
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
-from math import inf
+from collections.abc import Iterator
+from contextlib import contextmanager
 from types import FrameType
-from typing import TypeVar
-
-T = TypeVar("T")
-
-SLICE_S = 0.25  # of a wait: on Windows one without end hears no Ctrl-C
 
 
 class Terminated(KeyboardInterrupt):
@@ -65,38 +58,6 @@ def check() -> None:
     """Raise the last interrupt that has come, be it only noted or lost."""
     if _noted and threading.current_thread() is _MAIN:
         raise KINDS[signal.Signals(_noted[-1])]
-
-
-def wait_until(limit: float | None, wait: Callable[[float], bool]) -> bool:
-    """Wait until `wait(seconds)` returns true; at most `limit` seconds, None for ever.
-
-    Time is counted in slices, each of them once, however late this process wakes from it: one that is stopped (Ctrl-Z,
-    a batch system that suspends jobs) finds that hours have passed when it continues, in which no work was done.
-
-    >>> wait_until(1.0, lambda seconds: False), wait_until(None, lambda seconds: True)
-    (False, True)
-    """
-    left = inf if limit is None else limit
-    while left > 0.0:
-        check()
-        if wait(min(SLICE_S, left)):
-            return True
-        left -= SLICE_S
-    return wait(0.0)
-
-
-def next_of(source: queue.SimpleQueue[T], limit: float | None = None) -> T:
-    """Wait for the next item of a queue, at most `limit` seconds; then raise `queue.Empty`."""
-    found: list[T] = []
-
-    def has_come(seconds: float) -> bool:
-        with suppress(queue.Empty):
-            found.append(source.get(timeout=seconds))
-        return bool(found)
-
-    if not wait_until(limit, has_come):
-        raise queue.Empty
-    return found[0]
 
 
 def ignore() -> None:

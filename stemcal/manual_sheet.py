@@ -22,8 +22,7 @@ from stemcal.naming import FIRST
 from stemcal.overview.plan import asked, missing
 from stemcal.overview.status import SHEET, ledger
 from stemcal.runs.answer import Watch, ignore, keep
-from stemcal.runs.record import stands
-from stemcal.runs.retries import Run
+from stemcal.runs.record import Run, by_key, stands
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import RESPONSES, Answer, Request, Solver
 from stemcal.solvers.replicates import seed_of
@@ -72,25 +71,25 @@ def awaited_runs(study: Study, folder: StudyFolder, waiting: Waiting) -> list[Re
     """
     study = stage_called(waiting.stage).seen(study)
     solver = make_solver(study)
-    wanted = {Run.of(solver, request).key: request for request in waiting.requests}
+    wanted = by_key(solver, waiting.requests)
     for part in asked(study, solver, folder):
-        left = {Run.of(solver, request).key: request for request in missing(part, study, solver, folder)}
+        left = by_key(solver, missing(part, study, solver, folder))
         if part.stage == waiting.stage and part.settled and wanted.keys() <= left.keys():
             wanted = left
     rows = list(wanted.values())
-    if study.replicates:
+    if study.solver.repeats:
         rows.sort(key=lambda row: seed_of(row))
     return rows
 
 
-def _known_runs(study: Study, folder: StudyFolder, waiting: Waiting | None) -> list[Request]:
-    """Return the runs whose results may be entered: those that are awaited, and those that have some."""
+def _known_runs(study: Study, folder: StudyFolder, waiting: Waiting | None) -> dict[str, Request]:
+    """Return by their keys the runs whose results may be entered: those that are awaited, and those that have some."""
     elsewhere = {stage.name for stage in stages_of(study) if stage.seen(study) is not study}
     there = study.by_hand is not study
     solver = make_solver(study.by_hand)
-    awaited = [] if waiting is None else list(waiting.requests)
+    awaited = () if waiting is None else waiting.requests
     asked_for = [entry.request for entry in ledger(study, folder) if (entry.stage in elsewhere) is there]
-    return list({Run.of(solver, request).key: request for request in (*awaited, *asked_for)}.values())
+    return by_key(solver, (*awaited, *asked_for))
 
 
 def hand_out(study: Study, folder: StudyFolder, waiting: Waiting) -> tuple[Path, int]:
@@ -114,9 +113,9 @@ def hand_out(study: Study, folder: StudyFolder, waiting: Waiting) -> tuple[Path,
 def _entered(study: Study, folder: StudyFolder, awaited: Sequence[Request]) -> Iterator[SheetRow]:
     """Yield the runs whose results were entered, with these."""
     solver = make_solver(study.by_hand)
-    left = {Run.of(solver, run).key for run in awaited}
-    for run in _known_runs(study, folder, None):
-        record = folder.peek(key) if (key := Run.of(solver, run).key) not in left else None
+    left = by_key(solver, awaited)
+    for key, run in _known_runs(study, folder, None).items():
+        record = folder.peek(key) if key not in left else None
         if record is not None and "entered" in record["details"]:
             yield run, _known(study.by_hand, record)
 
@@ -138,7 +137,7 @@ def _named(study: Study, runs: Sequence[Request]) -> Iterator[tuple[str, Request
     several = len({run.condition for run in runs}) > 1
     for run in runs:
         at = f"-at-{run.condition:g}" if several else ""
-        replicate = f"-replicate-{run.replicate}" if study.replicates > 1 else ""
+        replicate = f"-replicate-{run.replicate}" if study.solver.repeats > 1 else ""
         yield f"{run_name(run).replace(' ', '-')}{at}{replicate}", run
 
 
@@ -206,7 +205,7 @@ def enter(study: Study, folder: StudyFolder, sheet: Sequence[Filled], *, replace
         waiting = None
     solver, refused = make_solver(seen), list[RowRefused]()
     found: dict[str, list[str]] = {"taken": [], "known": [], "replaced": []}
-    runs = by_name(_known_runs(study, folder, waiting) if rows else [])
+    runs = by_name(_known_runs(study, folder, waiting).values() if rows else ())
     for key, (first, *others) in _by_run(seen, solver, runs, rows, refused).items():
         if other := next((one for one in others if not _agree(one.answer, first.answer)), None):
             refused += [_told_twice(first.filled, other.filled), _told_twice(other.filled, first.filled)]

@@ -277,12 +277,13 @@ class Names:
         return listed if self.condition == DIAMETER else f"{self.condition.long} {listed}"
 
     def at(self, *values: float) -> str:
-        """Return `` at 8 mm``, or nothing if the study has no condition.
+        """Return `` at a diameter of 8 mm``, or nothing if the study has no condition.
 
         >>> Names().at(7.0, 8.0), Names(Naming(condition=None)).at(0.0)
-        (' at 7 and 8 mm', '')
+        (' at diameters of 7 and 8 mm', '')
         """
-        return f" at {self.conditions(values)}" if self.placed else ""
+        of = ("a diameter of " if len(values) == 1 else "diameters of ") if self.condition == DIAMETER else ""
+        return f" at {of}{self.conditions(values)}" if self.placed else ""
 
 
 def program(kind: str) -> str:

@@ -29,7 +29,7 @@ from typing import IO, Any
 
 import psutil
 
-from stemcal.interrupts import next_of, wait_until
+from stemcal.time_limit import RunTimedOut, next_of, wait_until
 
 GRACE_S = 2.0  # for a process to end by itself
 LOADING_S = 3600.0  # to import what a call needs and to compile
@@ -43,10 +43,6 @@ _APART = getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0)
 
 class ChildDied(Exception):
     """The process ended without an answer; the message is the reason."""
-
-
-class ChildLate(Exception):
-    """The answer did not come in time."""
 
 
 class Child:
@@ -83,14 +79,14 @@ class Child:
 
         Raises
         ------
-        ChildDied, ChildLate
+        ChildDied, RunTimedOut
             The child is gone, or not to be asked again.
         """
         with suppress(OSError):  # it is gone, as the answer will show
             _put(self._process.stdin, blob)
         try:
             self._receive(LOADING_S)
-        except ChildLate:
+        except RunTimedOut:
             raise ChildDied(f"the process was not ready within {LOADING_S:g} s") from None
         result, error = pickle.loads(self._receive(limit))
         return result, error
@@ -118,7 +114,7 @@ class Child:
         try:
             message = next_of(self._messages, limit)
         except queue.Empty:
-            raise ChildLate from None
+            raise RunTimedOut(limit or 0.0) from None
         if message is None:
             self._messages.put(None)  # for a caller that asks again
             with suppress(subprocess.TimeoutExpired):

@@ -16,6 +16,7 @@ FLOORS = {
     "stemcal.words": 0,
     "stemcal.files": 1,
     "stemcal.interrupts": 0,
+    "stemcal.time_limit": 0.5,
     "stemcal.processes": 1,
     "stemcal.naming": 0.5,
     "stemcal.note": 0,

@@ -16,7 +16,8 @@ from fakes import ENVIRONMENT
 
 import stemcal
 from stemcal.cli.guard import exit_codes
-from stemcal.interrupts import Terminated, check, heard, next_of, put_off, wait_until
+from stemcal.interrupts import Terminated, check, heard, put_off
+from stemcal.time_limit import next_of, wait_until
 
 BOTH = pytest.mark.parametrize(("number", "kind"), [(signal.SIGINT, KeyboardInterrupt), (signal.SIGTERM, Terminated)])
 

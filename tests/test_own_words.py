@@ -17,7 +17,7 @@ from stemcal.stages.results import Results, fresh_results
 from stemcal.stages.screen.result import ScreenResult
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.validate.result import ValidateResult
-from stemcal.stages.verdict.rules import verdict_of
+from stemcal.stages.verdict.verdict_rules import verdict_of
 from stemcal.study.model import Study
 from stemcal.study.reading import load_study
 

@@ -14,7 +14,8 @@ import psutil
 import pytest
 
 from stemcal import processes as module
-from stemcal.processes import Child, ChildDied, ChildLate, Ended, end_family, run_program
+from stemcal.processes import Child, ChildDied, Ended, end_family, run_program
+from stemcal.time_limit import RunTimedOut
 
 posix = pytest.mark.skipif(os.name == "nt", reason="POSIX signals and sessions")
 TREE = """
@@ -79,7 +80,7 @@ def test_dismissed_it_ends_normally(child: Child, tmp_path: Path) -> None:
 def test_one_that_is_late_or_gone_is_told(child: Child) -> None:
     child.call(blob_of(int))
     begun = time.monotonic()
-    with pytest.raises(ChildLate):
+    with pytest.raises(RunTimedOut):
         child.call(blob_of(time.sleep, 60.0), 0.3)
     child.kill()
     for _ in range(2):

@@ -8,7 +8,7 @@ from stemcal.runs.answer import Watch, ignore
 from stemcal.solvers.protocol import Solver
 from stemcal.stages.fresh import make_all
 from stemcal.stages.result import read_result
-from stemcal.stages.stage import stage_called
+from stemcal.stages.stage import stage_called, stages_of
 from stemcal.stages.validate.result import ValidateResult
 from stemcal.stages.work import HERE
 from stemcal.study.model import Study
@@ -18,7 +18,10 @@ def calibrate(
     study: Study, folder: StudyFolder, executor: RunExecutor, watch: Watch = ignore, solver: Solver | None = None
 ) -> ValidateResult:
     """Take a study through all stages; return the validation."""
-    make_all(study, folder, executor, watch, solver)
+    if solver is None:
+        make_all(study, folder, executor, watch)
+    for stage in stages_of(study) if solver is not None else ():
+        stage.making()(study, folder, executor, watch, solver)
     return read_result(folder, ValidateResult)
 
 

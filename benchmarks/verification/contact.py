@@ -91,16 +91,16 @@ def sliding() -> Topic:
                     "μd + (μs − μd) exp(−DC·v)")  # fmt: skip
         cases.append(case)
     text = (
-        "A block that slides on a table with the initial speed v and the friction coefficient μ must stop after the "
-        "distance v²/2μg. A block that is pulled with a force below the friction limit must move only by the elastic "
-        "deflection of its contact. If the pulling force exceeds the friction limit, the block must accelerate. If the "
-        "static coefficient of friction exceeds the dynamic coefficient, the friction force must increase as the block "
-        "slows down."
+        "A block that slides on a table with initial speed v and friction coefficient μ must stop after a distance of "
+        "v²/2μg. A block that is pulled with a force below the friction limit must move only by the elastic deflection "
+        "of its contact. If the pulling force exceeds the friction limit, the block must accelerate. If the static "
+        "coefficient of friction exceeds the dynamic coefficient, the friction force must increase as the block slows "
+        "down."
     )
     drawing = figures.sliding(thrown, (speed, friction, law))
     caption = (
-        "Speed of a sliding block versus time, and friction versus speed: "
-        "computed values (points) and exact values (lines)."
+        "Speed of a sliding block versus time, and friction force versus speed: computed values (points) and exact "
+        "values (lines)."
     )
     return Topic("Sliding block", text, tuple(cases), (Drawing("sliding", drawing, caption),))
 
@@ -151,7 +151,10 @@ def taylor() -> Topic:
         "Taylor bar occurs in a single element and increases with mesh refinement. On the finer mesh, the tolerance "
         "for the maximum plastic strain therefore exceeds half the published range by 0.4."
     )
-    caption = "Largest radius along the Taylor bar after 80 µs on both meshes, and initial radius (dashed)."
+    caption = (
+        "Maximum radius of each cross-section of the Taylor bar after 80 µs for both meshes, and initial radius "
+        "(dashed)."
+    )
     drawing = Drawing("taylor", figures.taylor(profiles, LENGTH, RADIUS), caption)
     return Topic("Taylor bar", text, tuple(cases), (drawing,))
 

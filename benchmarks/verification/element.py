@@ -31,9 +31,9 @@ def patch() -> Topic:
     ]
     text = (
         "A uniform deformation gradient is applied in four steps to the nodes of a randomly distorted mesh of 3 × 3 × "
-        "3 elements. The patch test is run with an elastic material and with a plastic material that has hardening "
-        "and rate dependence. For each quantity, only the larger error of the two materials is listed. The stress in "
-        "the mesh must be uniform, and the forces on interior nodes must be zero. The errors of the patch test are "
+        "3 elements. The patch test is run with an elastic material and with a plastic material that has hardening and "
+        "rate dependence. For each quantity, only the larger of the errors for the two materials is listed. The stress "
+        "in the mesh must be uniform, and the forces on interior nodes must be zero. The errors of the patch test are "
         "relative to the largest stress or force."
     )
     return Topic("Patch test", text, tuple(cases))
@@ -66,8 +66,9 @@ def objectivity() -> Topic:
         "If a strained body is rotated by 90°, the stress tensor must rotate with the body. The rotation is simulated "
         "in steps of half a degree. The error in the rotated stress is relative to the largest deviatoric stress. If "
         "the rotation step is halved, the error in the stress must decrease to a quarter of its value. With the "
-        "Jaumann rate and the shear modulus G, the exact stresses in simple shear are τ = G sin γ and σxx = G (1 − cos "
-        "γ). The stresses in simple shear are computed with two step sizes and extrapolated to a step size of zero."
+        "Jaumann rate, the exact stresses in simple shear are τ = G sin γ and σxx = G (1 − cos γ), where G is the "
+        "shear modulus. The stresses in simple shear are computed with two step sizes and extrapolated to a step size "
+        "of zero."
     )
     return Topic("Rigid rotation", text, tuple(cases))
 
@@ -107,11 +108,11 @@ def hourglass() -> Topic:
     cases.append(Case(text, uniform_force(), 0.0, SINGLE, source, "N", relative=False))
     text = (
         "A hexahedral element must resist all of its 24 modes of motion except the 6 rigid-body modes. Without "
-        "hourglass control, the one-point element has twelve additional zero-energy modes. Hourglass control must "
-        "resist each of the four hourglass patterns of a cubic element. In a cube of edge length h, an hourglass mode "
-        "of amplitude a must cause corner forces of 8 · 0.038 c (λ+2μ) h a, where c is the hourglass coefficient. A "
-        "uniform deformation must not cause hourglass forces. With an hourglass coefficient of 0.548 and ν = 0, the "
-        "hourglass energy of a cube in bending must equal its bending energy in beam theory."
+        "hourglass control, an element with a single integration point has twelve additional zero-energy modes. "
+        "Hourglass control must resist each of the four hourglass patterns of a cubic element. In a cube of edge "
+        "length h, an hourglass mode of amplitude a must cause corner forces of 8 · 0.038 c (λ+2μ) h a, where c is the "
+        "hourglass coefficient. A uniform deformation must not cause hourglass forces. With an hourglass coefficient "
+        "of 0.548 and ν = 0, the hourglass energy of a cube in bending must equal its bending energy in beam theory."
     )
     return Topic("Hourglass modes", text, tuple(cases))
 

@@ -35,8 +35,8 @@ def tension() -> Topic:
         loops[beta] = (path, found, *closed_form_reversal(beta))
     text = (
         "The cyclic tension test uses one element under uniaxial stress with E = 1000 MPa, σy = 10 MPa and Et = 50 "
-        "MPa. In the cyclic tension test, the element is strained first to 5 % and then to −3 %. With the hardening "
-        "parameter β = 0, the width of the elastic range is constant; with β = 1, the centre of the elastic range is "
+        "MPa. In the cyclic tension test, the element is strained first to 5 % and then to −3 %. If the hardening "
+        "parameter β is 0, the width of the elastic range is constant; if β is 1, the centre of the elastic range is "
         "constant."
     )
     caption = "Stress versus strain over one loading cycle: computed values (points) and closed-form solution (lines)."

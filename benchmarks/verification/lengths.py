@@ -31,12 +31,12 @@ def edge() -> Topic:
     drift = pressed(0.5).drift_percent()
     cases.append(Case("elements of a/2: energy drift", drift, 0.0, 0.5, "energy", "%", relative=False))
     text = (
-        f"The load of an edge is spread over a strip of half-width a = {SPREAD:g} mm, and the edge is pressed into an "
-        "elastic block. The slope of the force–travel curve must equal the stiffness of the block under the same "
-        "pressure distribution. The "
-        "reference stiffness is computed by an independent static finite-element program. The slope of the "
-        "force–travel curve must not depend on the mesh position or on added mass. With one-point elements of size "
-        "a/2, the computed stiffness of the block is too low."
+        f"A blade edge whose load is spread over a strip of half-width a = {SPREAD:g} mm is pressed into an elastic "
+        "block. The slope of the force–travel curve must equal the stiffness of the block under the same "
+        "pressure distribution. The reference stiffness is computed by an independent static finite element program. "
+        "The slope of the force–travel curve must not depend on the position of the mesh relative to the edge or on "
+        "mass scaling. With elements of size a/2 that have a single integration point, the computed stiffness of the "
+        "block is too low."
     )
     return Topic("Spread edge", text, tuple(cases))
 
@@ -50,8 +50,8 @@ def failure() -> Topic:
     text = (
         "With an internal length ℓ, an element fails when the weighted mean of the plastic strain in its neighbourhood "
         "reaches the failure strain. If one slice of a bar has a strain of 1, the weighted mean along the bar must be "
-        "a Gaussian curve of width ℓ. The work up to the first failure of a sharply notched plate must be almost "
-        "independent of the element size. If failure is based on the local strain, the work decreases from "
+        "a Gaussian curve of width ℓ. The work done on a sharply notched plate up to the first element failure must be "
+        "almost independent of the element size. If failure is based on the local strain, the work decreases from "
         f"{work_to_failure(0.5, 0.0):.1f} to {work_to_failure(0.25, 0.0):.1f} mJ when the element size is halved from "
         "0.5 to 0.25 mm."
     )

@@ -77,9 +77,9 @@ def _parts(topics: list[Topic]) -> Iterator[str]:
     yield NOTICE
     yield "# Verification"
     yield (
-        "For readers who assess the correctness of the solver, this page compares the embedded solver with known "
-        f"solutions. {'All' if inside == count else f'{inside} of the'} {count} computed values are within their "
-        f"tolerances. The page [*Verification cases*]({CASES}) lists all computed values."
+        "For readers who assess the correctness of the solver, this page compares results of the embedded solver "
+        f"with known solutions. {'All' if inside == count else f'{inside} of the'} {count} computed values are within "
+        f"their tolerances. The [*Verification cases*]({CASES}) page lists all computed values."
     )
     yield _summary(topics)
     yield (
@@ -101,8 +101,8 @@ def _cases(topics: list[Topic]) -> Iterator[str]:
     yield NOTICE
     yield "# Verification cases"
     yield (
-        "This page lists every computed value with its exact value, for readers of the page "
-        "[*Verification*](../verification.md). A difference in % is relative to the exact value, unless the value "
+        "This page is for readers of the [*Verification*](../verification.md) page and lists every computed value with "
+        "its exact value. A difference in % is relative to the exact value, unless the value "
         "itself is in %. For errors and energy drifts, the exact value is 0, and the tolerance is the allowed limit."
     )
     yield _provenance()
@@ -113,8 +113,8 @@ def _provenance() -> str:
     packages = ", ".join(f"{name} {version(name)}" for name in PACKAGES)
     return (
         f"The values were computed by `python benchmarks/verification_page.py` with stemcal {__version__}, Python "
-        f"{platform.python_version()}, {packages}. Values below 1e-6 are rounding errors of single "
-        "precision; only their order of magnitude is shown."
+        f"{platform.python_version()}, {packages}. Values below 1e-6 are single-precision rounding "
+        "errors; only their order of magnitude is shown."
     )
 
 

@@ -39,7 +39,7 @@ def wave() -> Topic:
     cases.append(Case("fixed end: stress over ρcv", stress / STRESS_BEHIND, -2.0, 0.02, source))
     cases.append(Case("fixed end: velocity over v", velocity / V, 0.0, 0.02, source, relative=False))
     text = (
-        f"A bar of {test_wave.LENGTH} cubic elements with ν = 0 is pushed at one end with the constant speed v. Behind "
+        f"One end of a bar of {test_wave.LENGTH} cubic elements with ν = 0 is pushed at constant speed v. Behind "
         "the wave front, the compressive stress in the bar is ρcv, where ρ is the density and c is the wave speed. "
         "Reflection at a free end cancels the stress and doubles the particle velocity. Reflection at a fixed end "
         "doubles the stress and stops the bar. Bulk viscosity spreads the wave front over a few elements. Mass scaling "

@@ -76,10 +76,10 @@ def stemcal(
         bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version and exit.")
     ] = False,
 ) -> None:
-    """Calibrate finite-element models of plant stems against measured forces.
+    """Calibrate finite element models of plant stems against measured forces.
 
-    A study is defined by one YAML file, called the spec. The command `stemcal init` writes a template for the spec. The
-    command `stemcal run` runs all stages of the study.
+    A study is defined by one YAML file, called the spec.
+    `stemcal init` writes a template for the spec, and `stemcal run` runs all stages of the study.
     """
 
 

@@ -96,7 +96,7 @@ def _plain(text: str) -> str:
 
 Term = Annotated[
     list[str] | None,
-    typer.Argument(metavar="TERM", help="Term of the glossary or key of the spec."),
+    typer.Argument(metavar="TERM", help="Glossary term or spec key."),
 ]
 Schema = Annotated[bool, typer.Option("--schema", help="Print the JSON schema of the spec for use in an editor.")]
 

@@ -51,18 +51,17 @@ app = typer.Typer(
 
 @app.command()
 def tables(spec: Spec, kind: TableFormat = "csv", out: Out = None, as_json: AsJson = False) -> None:
-    """Write the tables of a study in a format for publication.
+    """Write publication-ready tables of a study.
 
-    The tables are saved in the subfolder `tables` of the study folder. The tables contain the factors, the runs and
-    results of each stage, and the calibrated parameters. With `--format docx`, the
-    Word file also contains the figures.
+    The tables are saved in the `tables` subfolder of the study folder. The tables contain the factors, the runs and
+    results of each stage, and the calibrated parameters. With `--format docx`, the Word file also contains the figures.
 
     Example: [bold]stemcal export tables configs/smoke.yaml --format docx[/bold]
     """
     from stemcal.report.export import export_tables, study_tables
     from stemcal.report.gallery import gallery
     from stemcal.report.records import read_records
-    from stemcal.stages.verdict.rules import verdict_of
+    from stemcal.stages.verdict.verdict_rules import verdict_of
 
     study, folder, results = finished_work(spec, out)
     holds = verdict_of(study, folder, results).holds
@@ -84,10 +83,9 @@ def figures(
 ) -> None:
     """Draw the figures of a study.
 
-    The figures are saved in the subfolder `figures` of the study folder. A prefix such as `contour`
-    selects all figures whose names start with this prefix. The name `animation` selects a GIF
-    animation of the cutting simulation at the calibration diameter. The name `animation-7mm` selects a GIF animation of
-    the cutting simulation at a diameter of 7 mm.
+    The figures are saved in the `figures` subfolder of the study folder. A prefix such as `contour` selects all figures
+    whose names start with this prefix. `animation` selects a GIF animation of the cutting simulation at the calibration
+    diameter, and `animation-7mm` selects an animation at a diameter of 7 mm.
 
     Example: [bold]stemcal export figures configs/smoke.yaml contour --format pdf --width 90[/bold]
     """
@@ -139,10 +137,10 @@ def chosen(plots: list[Plot], name: str) -> list[Plot]:
     return found
 
 
-def films(records: Records) -> list[str]:
-    """Return the names of the animations that can be written."""
+def films(records: Records) -> dict[str, str]:
+    """Return the names of the animations that can be written, with the labels of their runs."""
     kept = (label for label, record in records.items() if record.details.film and record.at_solution)
-    return [f"{ANIMATION}-{label.replace(' ', '')}" for label in kept]
+    return {f"{ANIMATION}-{label.replace(' ', '')}": label for label in kept}
 
 
 def write_film(study: Study, records: Records, folder: StudyFolder, name: str) -> Path:
@@ -156,12 +154,11 @@ def write_film(study: Study, records: Records, folder: StudyFolder, name: str) -
     wanted = f"{name}-{short(study.targets.calibrate_at)}mm" if name == ANIMATION else name
     known = films(records)
     if wanted not in known:
-        remedy = "the stages refine and validate store the frames; run `stemcal run SPEC` first"
+        remedy = "the `refine` and `validate` stages store the frames; run `stemcal run SPEC` first"
         raise UsageError(
             f"no figure is named {wanted!r}; the animations are {', '.join(known)}" if known else f"{wanted}: {remedy}"
         )
-    label = next(label for label in records if wanted == f"{ANIMATION}-{label.replace(' ', '')}")
-    details = records[label].details
+    details = records[known[wanted]].details
     curve = None if details.curve is None else (details.curve.travel, details.curve.force)
     frames = frames_of(Shape.unpacked(details.shape), details.film)
     return write_animation(frames, make_folder(folder.path / "figures") / f"{wanted}.gif", curve)

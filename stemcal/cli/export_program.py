@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from stemcal.cli.console import note, say_json, say_tables, warn
-from stemcal.cli.session import AsJson, ExecutorName, Out, Quiet, Spec, Workers, folder_of, opened, read_study
+from stemcal.cli.session import AsJson, ExecutorName, Out, Quiet, Spec, Workers, opened, read_study
 from stemcal.cli.simulate import Diameter, Settings, chosen_levels, require_material
 from stemcal.errors import RunsFailed, UsageError
 from stemcal.files.durable import make_folder, write_atomic
@@ -30,7 +30,7 @@ DeckFile = Annotated[
 ]
 Program = Annotated[
     Literal["lsdyna", "openradioss"] | None,
-    typer.Option("--for", help="Finite-element program that reads the deck.", show_default="from study or file name"),
+    typer.Option("--for", help="Solver for which the deck is written.", show_default="from study or file name"),
 ]
 
 
@@ -96,11 +96,11 @@ def _program_of(study: Study, path: Path, asked: str | None) -> Literal["lsdyna"
 
 def _calibrated(study: Study, program: str, out: Path | None) -> tuple[Study, dict[str, float]]:
     """Return the calibrated values for a program and the study as it sees them; else mid-levels, and warn."""
-    from stemcal.folder import StudyFolder
+    from stemcal.folder import StudyFolder, place_of
     from stemcal.stages.refine.result import RefineResult
     from stemcal.stages.results import fresh_results
 
-    place = folder_of(study, out)
+    place = place_of(study.name, out)
     if place.is_dir():
         results = fresh_results(study, StudyFolder(place))
         for sentence in results.stale:
@@ -123,7 +123,7 @@ def _diameter(study: Study, given: str | None) -> float:
     size = 0.0 if mesh is None else mesh.element_size.at(chosen)
     if chosen < 2 * size:
         raise UsageError(
-            f"--diameter {chosen:g}: the diameter is less than two elements of {size:g} mm; use a larger diameter"
+            f"--diameter {chosen:g}: less than twice the element size of {size:g} mm; use a larger diameter"
         )
     return chosen
 
@@ -151,12 +151,12 @@ _COARSEST = 0.5  # of the diameter
 Folder = Annotated[Path, typer.Argument(metavar="FOLDER", help="Folder for the output files.", show_default=False)]
 Card = Annotated[
     Literal["lsdyna", "openradioss"],
-    typer.Option("--for", help="Program that reads the material card.", show_default=False),
+    typer.Option("--for", help="Solver for which the material card is written.", show_default=False),
 ]
 Size = Annotated[
     str,
     typer.Option(
-        "--element-size", metavar="LENGTH", help="Element size of your finite-element model.", show_default=False
+        "--element-size", metavar="LENGTH", help="Element size of your finite element model.", show_default=False
     ),
 ]
 
@@ -174,9 +174,10 @@ def export_material(
 ) -> None:
     """Write a material card for a model with the given element size.
 
-    If each element fails independently of its neighbours, the simulated force depends on the element size and the mesh
-    position. The command adjusts the failure strain until the mean simulated force over several mesh positions equals
-    the target force. Before you use this command, calibrate the study with `stemcal run SPEC`.
+    If each element fails independently of its neighbours, the simulated force depends on the element size and on the
+    position of the mesh relative to the blade. The command adjusts the failure strain until the mean of the forces
+    simulated at several mesh positions equals the target force. Before you use this command, calibrate the
+    study with `stemcal run SPEC`.
 
     Example: [bold]stemcal export material configs/smoke.yaml material --for lsdyna --element-size "2 mm"[/bold]
     """

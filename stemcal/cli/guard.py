@@ -63,7 +63,7 @@ def _leave(message: str, code: int) -> NoReturn:
 def _unexpected(error: Exception) -> str:
     """Return one line on an unforeseen error; its traceback goes to a file."""
     if isinstance(error, MemoryError):
-        return f"the memory is exhausted; use fewer workers (`--workers`) or larger elements; {RESUMES}"
+        return f"not enough memory; use fewer workers (`--workers`) or larger elements; {RESUMES}"
     if isinstance(error, OSError) and error.errno is not None:
         place = f"{error.filename}: " if error.filename else ""
         from stemcal.files.durable import what_happened

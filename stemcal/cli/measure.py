@@ -104,7 +104,7 @@ def shear(
     ] = None,
     preload: Preload = 5.0,
     exclude: Annotated[
-        list[str] | None, typer.Option(metavar="NAME", help="Specimen to exclude (repeatable option).")
+        list[str] | None, typer.Option(metavar="NAME", help="Specimen to exclude (can be repeated).")
     ] = None,
     spec: Annotated[Path | None, typer.Option(metavar="SPEC", help="Spec to which the targets are written.")] = None,
     travel_and_work: Annotated[
@@ -138,7 +138,6 @@ def shear(
 
     form = Form(encoding, separator, decimal, sheet)
     how = CurveOptions(form, force_column, displacement_column, force_unit, displacement_unit, preload)
-    how.check()
     listed = read_index(index) if index else {}
     files = [path for path in find_files(folder) if index is None or path.resolve() != index.resolve()]
     tests = measure_shear(files, how, listed, exclude or [])
@@ -155,7 +154,7 @@ def shear(
         _leave_files(out, content, table, drawn, section)
     _show(content, tests.synthetic, tables.shear_tables(tests), tests.all_notes(), as_json, quiet, section)
     if spec and not quiet:
-        note(f"wrote the targets into {spec}; check the spec with `stemcal check {spec}`")
+        note(f"wrote the targets to {spec}; check the spec with `stemcal check {spec}`")
 
 
 @app.command()
@@ -166,7 +165,7 @@ def tests(
     ],
     preload: Preload = 5.0,
     exclude: Annotated[
-        list[str] | None, typer.Option(metavar="TEST/NAME", help="Specimen to exclude (repeatable option).")
+        list[str] | None, typer.Option(metavar="TEST/NAME", help="Specimen to exclude (can be repeated).")
     ] = None,
     write: Annotated[bool, typer.Option("--write", help="Write the calibration targets to the spec.")] = False,
     force_column: ForceColumn = None,
@@ -203,7 +202,7 @@ def tests(
         _rewrite(spec, lambda text: with_rows(text, found.targets))
     _show(content, found.synthetic, [tests_table(found)], found.notes, as_json, quiet, section)
     if write and not quiet:
-        note(f"wrote the targets of the tests into {spec}; check the spec with `stemcal check {spec}`")
+        note(f"wrote the targets of the tests to {spec}; check the spec with `stemcal check {spec}`")
 
 
 def _rewrite(spec: Path, change: Callable[[str], str]) -> None:

@@ -46,8 +46,8 @@ def run(
     """Run all stages of a study and write the report.
 
     By default, the stages are `screen`, `rsm`, `invert` and `validate`. The optional stages `climb` and `refine` are
-    included if the spec contains sections with these names. You can interrupt a study at any time: the same command
-    resumes the study and keeps the finished runs.
+    included if the spec contains sections with these names. You can interrupt a study at any time. To resume the
+    study, run the same command again; completed runs are reused.
 
     Example: [bold]stemcal run configs/smoke.yaml --out runs/first --workers 2[/bold]
     """
@@ -89,7 +89,7 @@ def _go_through(work: Session, until: str | None = None) -> Callable[..., None]:
     from stemcal.report.drawing import draw
     from stemcal.stages.fresh import make_all
     from stemcal.stages.results import fresh_results
-    from stemcal.stages.verdict.rules import verdict_of
+    from stemcal.stages.verdict.verdict_rules import verdict_of
 
     unreachable: TargetUnreachable | None = None
     made: list[StageResult] = []
@@ -139,7 +139,7 @@ def command_of(stage: Stage[Any], example: str = "configs/smoke.yaml") -> Callab
     ) -> None:
         from stemcal.cli.show import show_stage
         from stemcal.stages.fresh import make
-        from stemcal.stages.verdict.rules import verdict_of
+        from stemcal.stages.verdict.verdict_rules import verdict_of
 
         with opened(spec, out, workers, executor, quiet) as work:
             if stage.simulates:
@@ -160,14 +160,14 @@ def report(
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
-    """Write a report of the finished stages as a self-contained HTML page.
+    """Write a report on the completed stages as a self-contained HTML page.
 
     The report can also be written while the study is running.
 
     Example: [bold]stemcal report configs/smoke.yaml[/bold]
     """
     from stemcal.report.drawing import draw
-    from stemcal.stages.verdict.rules import verdict_of
+    from stemcal.stages.verdict.verdict_rules import verdict_of
 
     study, folder, results = finished_work(spec, out, quiet)
     verdict = verdict_of(study, folder, results)
@@ -198,8 +198,8 @@ def enter(
     """Record the results of manual runs and continue the study.
 
     The command records the valid rows of the run sheet and lists the rows with errors. If a run could not be performed,
-    enter `failed: REASON` in its row of the run sheet. With `--replace`, a row of the run sheet that is
-    marked as failed removes the recorded result of its run.
+    enter `failed: REASON` in its row of the run sheet. With `--replace`, the recorded result of a run is
+    removed if the run is marked as failed in the run sheet.
 
     Example: [bold]stemcal enter my-study.yaml my-sheet.xlsx[/bold]
     """

@@ -104,13 +104,6 @@ def read_study(spec: Path) -> Study:
     return study
 
 
-def folder_of(study: Study, out: Path | None) -> Path:
-    """Return where the study's results lie."""
-    from stemcal.folder import default_place
-
-    return out if out is not None else default_place(study.name)
-
-
 def _executor_called(name: str, workers: int | None) -> Callable[[float | None], RunExecutor]:
     """Return what makes the executor of that name, given the seconds that a run may take; refuse an unknown one."""
     if name == "local":
@@ -143,12 +136,12 @@ def opened(
     make_executor = _executor_called(executor, workers)
     study = read_study(spec)
 
-    from stemcal.folder import StudyFolder
+    from stemcal.folder import StudyFolder, place_of
     from stemcal.report.progress import make_watch
 
     with ExitStack() as stack:
         pool = stack.enter_context(make_executor(study.solver.run_limit))
-        folder = stack.enter_context(StudyFolder(folder_of(study, out)))
+        folder = stack.enter_context(StudyFolder(place_of(study.name, out)))
         watch = stack.enter_context(make_watch(None if quiet else stderr(), study.naming))
         work = Session(study, folder, pool, watch)
         try:
@@ -159,9 +152,9 @@ def opened(
         except Waiting as waiting:
             from stemcal.manual_sheet import hand_out
 
-            sheet, count = hand_out(study, folder, waiting)
+            sheet, n = hand_out(study, folder, waiting)
             folder.remember_spec(study.source)
-            to_do, code = f"{counted(count, 'result')} of the stage {waiting.stage}; fill in {sheet}", waiting.exit_code
+            to_do, code = f"{counted(n, 'result')} from the {waiting.stage} stage; fill in {sheet}", waiting.exit_code
     await_(f"Waiting for {to_do}. Once this is done, run `stemcal run {spec}`")
     raise typer.Exit(code)
 
@@ -180,9 +173,9 @@ def _enter_own(work: Session, other: Path | None) -> None:
 
 def existing_folder(study: Study, out: Path | None) -> StudyFolder:
     """Return the folder of a study that has been worked on; nothing is made."""
-    from stemcal.folder import StudyFolder
+    from stemcal.folder import StudyFolder, place_of
 
-    path = folder_of(study, out)
+    path = place_of(study.name, out)
     if not path.is_dir():
         raise UsageError(f"{path} does not exist; run `stemcal run SPEC` first, or specify the folder with `--out`")
     return StudyFolder(path)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -98,22 +96,9 @@ def _show_findings(results: Results, verdict: Verdict, folder: StudyFolder, quie
 
 def _warn_of_failed(*results: StageResult) -> bool:
     """Count the failed runs of each stage with their reasons; returns whether there are any."""
+    from stemcal.report.showing import failed_runs
+
     failed = [text for result in results if (text := failed_runs(result))]
     for text in failed:
         warn(text)
     return bool(failed)
-
-
-def failed_runs(result: StageResult) -> str:
-    """Return the number of failed runs of a stage with their reasons; nothing if none failed."""
-    outcomes = [outcome for _, outcome in result.runs()]
-    reasons = Counter(outcome.reason or "no reason given" for outcome in outcomes if not outcome.ok)
-    if not reasons:
-        return ""
-    runs, why = counted(len(outcomes), "run"), counted_reasons(reasons)
-    return f"{result.name}: {reasons.total()} of {runs} failed: {why}; see {result.name}.json"
-
-
-def counted_reasons(reasons: Mapping[str, int]) -> str:
-    """Return why runs failed, each reason with its count."""
-    return ", ".join(f"{reason} ({count})" for reason, count in reasons.items())

@@ -29,9 +29,7 @@ Diameter = Annotated[
 ]
 Settings = Annotated[
     list[str] | None,
-    typer.Option(
-        "--set", metavar="FACTOR=VALUE", help="Factor value in the unit given in the spec (repeatable option)."
-    ),
+    typer.Option("--set", metavar="FACTOR=VALUE", help="Factor value in the unit given in the spec (can be repeated)."),
 ]
 CsvFile = Annotated[
     Path | None, typer.Option("--csv", metavar="FILE", help="CSV file for the time history of the simulation.")
@@ -200,8 +198,8 @@ def _one_run(
 
     if study.kind.answers != "computes":
         raise UsageError(
-            f"`simulate` requires `solver: {{kind: embedded}}` or an external program; this spec has the solver kind "
-            f"`{study.solver.kind}`"
+            f"`simulate` requires `solver: {{kind: embedded}}` or an external program; the solver kind of this spec "
+            f"is `{study.solver.kind}`"
         )
     solver = make_solver(study)
     solver.prepare()

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from stemcal.cli.console import note, route_log, say_json, say_tables, say_whole, warn
-from stemcal.cli.session import AsJson, Out, Spec, Workers, folder_of
+from stemcal.cli.session import AsJson, Out, Spec, Workers
 from stemcal.errors import SpecError, UsageError
 
 if TYPE_CHECKING:
@@ -79,7 +79,7 @@ def check(spec: Spec, out: Out = None, workers: Workers = None, as_json: AsJson 
     """
     from stemcal.executors import machine_memory
     from stemcal.files.typed import to_json
-    from stemcal.folder import StudyFolder
+    from stemcal.folder import StudyFolder, place_of
     from stemcal.overview.foresight import Demand, beforehand, demand_of_one, excess
     from stemcal.overview.plan import plan
     from stemcal.study.reading import load_study
@@ -102,7 +102,7 @@ def check(spec: Spec, out: Out = None, workers: Workers = None, as_json: AsJson 
     ]
     found = None
     if not too_much:  # the plan builds a mesh to time it
-        path = folder_of(study, out)
+        path = place_of(study.name, out)
         found = plan(study, StudyFolder(path) if path.is_dir() else None, workers=workers)
         demand = Demand(found.to_run, found.seconds or 0.0, found.memory or 0.0)
         warnings += map(str, excess(demand, found.workers, memory))

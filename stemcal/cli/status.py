@@ -10,7 +10,6 @@ import typer
 
 from stemcal.cli.console import fail, say, say_json, say_tables
 from stemcal.cli.session import AsJson, Out, Spec, existing_folder, read_study
-from stemcal.cli.show import counted_reasons
 from stemcal.files.typed import to_json
 from stemcal.words import counted
 
@@ -101,10 +100,8 @@ def state(found: Status, names: Names) -> list[str]:
 def _stage(stage: StageStatus) -> Iterator[str]:
     name = stage.stage
     if stage.reasons:
-        yield (
-            f"{name}: some runs failed: {counted_reasons(stage.reasons)}; `stemcal status SPEC --failed` lists the "
-            "failed runs."
-        )
+        why = ", ".join(f"{reason} ({count})" for reason, count in stage.reasons.items())
+        yield f"{name}: some runs failed: {why}; `stemcal status SPEC --failed` lists the failed runs."
     if stage.censored:
         few = counted(stage.censored, "response")
         yield f"{name}: {few} may be too low because the stroke ended before the force had clearly passed its maximum."
@@ -121,11 +118,11 @@ def _runs(study: Study, folder: StudyFolder, failed: bool, as_json: bool) -> dic
     """Return the runs of the study, or the failed ones."""
     from stemcal.naming import Names
     from stemcal.overview.status import ledger
-    from stemcal.report.tables.of_designs import listed, runs_table
+    from stemcal.report.tables.of_designs import runs_table
 
     entries, names = ledger(study, folder), Names(study.naming)
     found = [entry for entry in entries if not failed or entry.status == "failed"]
     if not as_json:
         title = f"{'Failed runs' if failed else 'Runs'} of study {study.name}"
-        say_tables(listed(runs_table(found, names, study.names, title), names))
+        say_tables(runs_table(found, names, title))
     return {"study": study.name, "naming": to_json(study.naming), "runs": to_json(found)}

@@ -6,7 +6,7 @@ from math import ceil, inf, pi
 import numpy as np
 from numpy.typing import NDArray
 
-from stemcal.cutting.mirror_planes import ghosts, mirrors
+from stemcal.cutting.mirror_planes import mirrors
 from stemcal.cutting.parts import SHARES, Discretisation, ShearTest, Stem
 from stemcal.fem.contact import Tool
 from stemcal.fem.kernels.search import FACES
@@ -35,7 +35,6 @@ def build(test: ShearTest) -> Model:
         hourglass=how.hourglass,
         integration=how.integration,
         held=mirrors(mesh, how.symmetry),
-        ghosts=ghosts(mesh) if how.symmetry == "quarter" else None,
         crowns=crowns(mesh),
     )
 
@@ -53,8 +52,7 @@ def stem_mesh(
     proportion) and `layers` of nodes along it (x, mm) may be given.
     With `rests_at` a layer of nodes is at that distance from the blade (mm) on either side: what rests on a support
     is nodes, and the span is else that between the next ones.
-    Nodes lie on the mirror plane y = 0. Across, the quarter model keeps the row of elements that x = 0 cuts in two
-    whole where the edge comes down over elements; its far nodes are ghosts.
+    Nodes lie on the mirror planes.
     """
     outer, inner = 0.5 * stem.outer_diameter, 0.5 * stem.outer_diameter * stem.diameter_ratio
     if widths is None:  # from the bottom to the top under the edge
@@ -121,7 +119,7 @@ def _layers(length: float, how: Discretisation) -> Array:
     under = float(right[0]) * (1 + odd)
     middle = [] if odd else [0.0]
     if how.symmetry == "quarter":
-        return np.concatenate([-right[:1] if odd else middle, right])
+        return np.concatenate([middle, right])
     return np.concatenate([-right[::-1], middle, right]) + how.shift * under
 
 
@@ -208,7 +206,7 @@ def mesh_size(stem: Stem, how: Discretisation) -> MeshSize:
     except OverflowError:
         return MeshSize(inf, 0.0, inf)
     odd = 1 if how.edge_over == "elements" else 0
-    along = (pairs + odd) if how.symmetry == "quarter" else 2.0 * pairs + odd
+    along = pairs if how.symmetry == "quarter" else 2.0 * pairs + odd
     solid = stem.diameter_ratio == 0.0
     up, across = square_of_solid(around_half(0.5 * stem.outer_diameter, how)) if solid else (0, 0)
     elements = along * (around * through + up * across) * (2.0 if how.symmetry == "none" else 1.0)

@@ -1,4 +1,4 @@
-"""Mirror planes of the shear test: the velocities that they hold, and the ghosts behind the plane of the cut."""
+"""Mirror planes of the shear test: the velocities that they hold."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,9 +15,3 @@ def mirrors(mesh: Mesh, symmetry: Symmetry) -> NDArray[np.bool_]:
     if symmetry != "none":
         held[:, 1] = np.abs(mesh.nodes[:, 1]) < 1e-9
     return held
-
-
-def ghosts(mesh: Mesh) -> NDArray[np.int32]:
-    """Return (ghost, source) for the nodes beyond x = 0: along the stem, the next node mirrors the first."""
-    beyond = np.flatnonzero(mesh.nodes[:, 0] < -1e-9)
-    return np.stack([beyond, beyond + 1], axis=1).astype(np.int32)

@@ -88,8 +88,8 @@ class Discretisation:
     symmetry : str
         ``quarter`` and ``half`` mirror the rest of the stem.
     edge_over : str
-        Mesh phase along the stem: the edge comes down over the middle of a row of ``elements`` or on a row of
-        ``nodes``.
+        Mesh phase along the stem: the edge comes down over the middle of a row of ``elements``, which no mirror plane
+        may cut in two, or on a row of ``nodes``.
     turn, shift : float
         Fractions of an element by which the mesh is turned about the axis (full model) and shifted along it (full
         and half model).
@@ -111,7 +111,7 @@ class Discretisation:
     element_size: float = 1.0
     through_wall: int | None = None
     symmetry: Symmetry = "quarter"
-    edge_over: Literal["elements", "nodes"] = "elements"
+    edge_over: Literal["elements", "nodes"] = "nodes"
     turn: float = 0.0
     shift: float = 0.0
     coarsening: float = 1.0
@@ -121,6 +121,11 @@ class Discretisation:
     filter_window: float = 0.01
     break_drop: float = 0.5
     stop_after_peak: bool = True
+
+    def __post_init__(self) -> None:
+        """Refuse a mirror plane through elements."""
+        if self.symmetry == "quarter" and self.edge_over == "elements":
+            raise ValueError("a quarter model has nodes on its mirror planes; compute half of the stem")
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,5 @@
 """From a solver's history to what a shear test is made for: the force curve, its peak, and whether to trust it."""
 
-from collections import deque
 from dataclasses import dataclass
 from typing import Any
 
@@ -161,21 +160,14 @@ def moving_mean(values: Array, window: int) -> Array:
     return np.asarray((total[high] - total[low]) / (high - low))
 
 
-def _is_broken(force: Any, largest: Any, deleted: Any, drop: float) -> Any:
-    """Return whether the stem has broken, at one time or many: the break detection of testing machines.
+def break_row(force: Array, deleted: NDArray[np.int64], drop: float) -> int | None:
+    """Return the first row at which the stem has broken, None if it has not: the break detection of testing machines.
 
     Elements have failed (`deleted` counts them), and the force has dropped by the share `drop` of the largest before;
-    a drop of 1 detects no break.
+    a drop of 1 detects no break. What follows is the released stem that swings against the blade.
     """
-    return (deleted > 0) & (largest > 0.0) & (force <= (1.0 - drop) * largest) & (drop < 1.0)
-
-
-def break_row(force: Array, deleted: NDArray[np.int64], drop: float) -> int | None:
-    """Return the first row at which the stem has broken (`_is_broken`), None if it has not.
-
-    What follows is the released stem that swings against the blade.
-    """
-    broken = _is_broken(force, np.maximum.accumulate(force), deleted, drop)
+    largest = np.maximum.accumulate(force)
+    broken = (deleted > 0) & (largest > 0.0) & (force <= (1.0 - drop) * largest) & (drop < 1.0)
     return int(np.argmax(broken)) if broken.any() else None
 
 
@@ -192,30 +184,29 @@ def short_stroke(travel: Array, force: Array, broken: int | None) -> list[Note]:
 
 
 class BreakWatch:
-    """Detects during a test whether the stem has broken: `break_row` of the filtered force so far.
+    """Detects during a test whether the stem has broken: `break_row` of the outputs whose moving mean is final.
 
     Parameters
     ----------
     drop : float
-        As in `_is_broken`.
+        As in `break_row`.
     window : int
         Outputs that the filter's moving mean takes.
     """
 
     def __init__(self, drop: float, window: int) -> None:
-        self._drop = drop
-        self._latest: deque[tuple[float, int]] = deque(maxlen=window | 1)
-        self._peak = 0.0
+        self._drop, self._window = drop, window
+        self._force, self._deleted = list[float](), list[int]()
 
     def is_past(self, force: float, deleted: int) -> bool:
         """Take note of the next force and number of eroded elements, and say whether the stem has broken."""
-        latest = self._latest
-        latest.append((force, deleted))
-        if len(latest) < (latest.maxlen or 1):
+        self._force.append(force)
+        self._deleted.append(deleted)
+        final = len(self._force) - self._window // 2
+        if final < 1 or self._deleted[final - 1] == 0:
             return False
-        filtered = sum(value for value, _ in latest) / len(latest)
-        self._peak = max(self._peak, filtered)
-        return bool(_is_broken(filtered, self._peak, latest[len(latest) // 2][1], self._drop))
+        filtered = moving_mean(np.array(self._force), self._window)[:final]
+        return break_row(filtered, np.array(self._deleted[:final]), self._drop) is not None
 
 
 # Ratios of energies mean nothing before the blade has done this share of its work.

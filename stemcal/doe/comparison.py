@@ -100,16 +100,18 @@ def compare_conditions(
     done = [row for row in rows if row.error_percent is not None]
     sizes = [abs(row.error_percent or 0.0) for row in done]
     held_out = [abs(row.error_percent or 0.0) for row in done if row.role == "held_out"]
-    lab, model = _exponents(rows, done) if naming.is_force_on_stems else (None, None)
-    slope, notes = _error_trend(done) if naming.is_force_on_stems else (None, ())
+    grows = naming.is_force_on_stems
+    lab = fit_power_law([row.condition for row in rows], [row.measured for row in rows]) if grows else None
+    model = fit_power_law([row.condition for row in done], [row.simulated or 0.0 for row in done]) if grows else None
+    slope, notes = _error_trend(done) if grows else (None, ())
     return Validation(
         rows=rows,
         worst_percent=max(sizes, default=None),
         mean_abs_error_percent=float(np.mean(sizes)) if sizes else None,
         worst_held_out_percent=max(held_out, default=None),
         error_slope_percent_per_unit=slope,
-        measured_exponent=lab,
-        simulated_exponent=model,
+        measured_exponent=Exponent.of(lab),
+        simulated_exponent=Exponent.of(model),
         notes=notes,
     )
 
@@ -121,13 +123,6 @@ def error_percent(measured: float, simulated: float | None) -> float | None:
     10.0
     """
     return None if simulated is None else 100.0 * (measured - simulated) / measured
-
-
-def _exponents(rows: Sequence[ValidationRow], done: Sequence[ValidationRow]) -> tuple[Exponent | None, Exponent | None]:
-    """Return the exponents of laboratory and model."""
-    lab = fit_power_law([row.condition for row in rows], [row.measured for row in rows])
-    model = fit_power_law([row.condition for row in done], [row.simulated or 0.0 for row in done])
-    return Exponent.of(lab), Exponent.of(model)
 
 
 def _row(
@@ -164,7 +159,7 @@ def _error_trend(rows: Sequence[ValidationRow]) -> tuple[float | None, tuple[Not
     size = minus(f"{slope:+.1f}")
     text = (
         f"The relative error changes by {size} percentage points per mm of diameter. A constant scale factor for the "
-        "force would not remove this trend of the error."
+        "force would not remove this trend in the error."
     )
     return slope, (Note("error_trend", "warning", text),)
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from stemcal.doe.lenth import Lenth
+from stemcal.doe.lenth import Lenth, lenth
 from stemcal.doe.regression.least_squares import NEGLIGIBLE, ROUNDING, Array, LeastSquares, f_test
 
 
@@ -62,31 +62,27 @@ def residual_of(fit: LeastSquares, centre: Array) -> tuple[Residual, float | Non
     return found, found.sum_of_squares / found.df if found.df and (pure or not fit.exact) else None
 
 
-def changes_of(fit: LeastSquares) -> Array:
-    """Effect = 2β = mean(high) − mean(low) when the design is orthogonal; SS is then n/4·effect².
-
-    Effects that are rounding become exactly zero, lest Lenth's method compare rounding with rounding.
-    """
-    floor = ROUNDING * float(fit.response @ fit.response)
-    return np.where(fit.partial_ss[1:] <= floor, 0.0, 2.0 * fit.coefficients[1:])
-
-
 def effects_of(
     fit: LeastSquares,
     residual: Residual,
     mean_square: float | None,
-    changes: Array,
     names: Sequence[str],
     symbols: Sequence[str],
-    size: Lenth,
-) -> list[Effect]:
-    """Return every effect with its share of the total, its F test against the residual and its Lenth t."""
-    found = []
+    alpha: float,
+) -> tuple[list[Effect], Lenth]:
+    """Return every effect with its share of the total, its F test against the residual and its Lenth t, and margins.
+
+    Effect = 2β = mean(high) − mean(low) when the design is orthogonal; SS is then n/4·effect². Effects that are
+    rounding become exactly zero, lest Lenth's method compare rounding with rounding.
+    """
+    floor = ROUNDING * float(fit.response @ fit.response)
+    changes = np.where(fit.partial_ss[1:] <= floor, 0.0, 2.0 * fit.coefficients[1:])
+    size, found = lenth(changes, alpha), []
     for i, (name, ss) in enumerate(zip(names, fit.partial_ss[1:].tolist(), strict=True)):
         f, p = f_test(ss, 1, mean_square, residual.df) or (None, None)
         effect, share = float(changes[i]), 0.0 if fit.flat else 100.0 * ss / fit.total_ss
         found.append(Effect(name, symbols[i], effect, share, ss, f, p, effect / size.pse if size.pse else None))
-    return found
+    return found, size
 
 
 # ---- centre points: is the response curved within the ranges?

@@ -29,14 +29,6 @@ class WorkerDied(StemcalError):
     """The process that computed a run ended without an answer."""
 
 
-class RunTimedOut(StemcalError):
-    """A run took longer than its time limit and was ended."""
-
-    def __init__(self, limit: float) -> None:
-        self.limit = limit
-        super().__init__(f"the run exceeded its time limit of {limit:g} s and was terminated")
-
-
 class ClusterLost(StemcalError):
     """The connection to the cluster broke: no run failed, but none can be computed now."""
 

@@ -115,8 +115,8 @@ class DaskExecutor(RunExecutor):
 
     def _lost(self) -> ClusterLost:
         return ClusterLost(
-            f"the connection to the Dask scheduler at {self.address} was lost; repeat the command to continue with the "
-            "finished runs"
+            f"the connection to the Dask scheduler at {self.address} was lost; repeat the command to resume (finished "
+            "runs are kept)"
         )
 
     def _check_versions(self) -> None:
@@ -168,7 +168,7 @@ def _version() -> str:
 
 
 def _mismatch(worker: str, version: str, wanted: str) -> str:
-    advice = "install the same version and code on both machines"
+    advice = "install the same version of stemcal on both machines"
     return f"{worker} uses stemcal {version}, but the study uses {wanted}; {advice}"
 
 
@@ -198,7 +198,7 @@ def _connected(address: str) -> Any:
         from distributed import Client
     except ImportError:
         raise UsageError(
-            '--executor dask:// requires Dask; run `pip install ".[dask]"` in the folder of the repository'
+            '--executor dask:// requires Dask; run `pip install ".[dask]"` in the repository folder'
         ) from None
     for name in [*_LOUD, *logging.root.manager.loggerDict]:  # stemcal reports its own errors
         if name.partition(".")[0] in _LOUD:

@@ -2,8 +2,7 @@
 
 `ProcessPoolExecutor` gives up every pending run when one worker dies. Here a thread feeds each worker: one that dies
 costs the run it was at, nothing else; its future gets `WorkerDied`, the next run a new process. A run that takes longer
-than its time limit, counted from its own start, is ended with all that it has started, and its future gets
-`RunTimedOut`. What a worker loads or compiles before does not count, nor does time while this process is stopped.
+than its time limit is ended with all that it has started, and its future gets `RunTimedOut`.
 """
 
 import pickle
@@ -13,8 +12,9 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from types import TracebackType
 from typing import Any, ParamSpec, TypeVar
 
-from stemcal.executors import RunExecutor, RunTimedOut, WorkerDied, available_cores
-from stemcal.processes import Child, ChildDied, ChildLate
+from stemcal.executors import RunExecutor, WorkerDied, available_cores
+from stemcal.processes import Child, ChildDied
+from stemcal.time_limit import RunTimedOut
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -89,14 +89,14 @@ class LocalExecutor(RunExecutor):
         """Compute a call in the thread's worker; replace a worker that dies or is late before the next call."""
         try:
             result, error = self._child().call(blob, limit)
-        except (ChildDied, ChildLate) as problem:
+        except (ChildDied, RunTimedOut) as problem:
             self._own.child.kill()
             self._children.discard(self._own.child)
             self._own.child = None
             if self._stopping.is_set():
                 raise WorkerDied("the run was stopped before it finished") from None
-            if isinstance(problem, ChildLate):
-                raise RunTimedOut(limit or 0.0) from None
+            if isinstance(problem, RunTimedOut):
+                raise
             raise WorkerDied(f"the worker process terminated unexpectedly: {problem}") from None
         if error is not None:
             raise error

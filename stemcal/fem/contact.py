@@ -125,14 +125,10 @@ def edge_arrays(tools: tuple[Tool, ...], x: NDArray[np.float64], size: float) ->
     They lie symmetric about y = 0 and reach one element past the body.
     """
     tool = next((t for t, tool in enumerate(tools) if tool.edge is not None and tool.spread == 0.0), -1)
-    spacing = size / POINTS_PER_FACE
-    first = int(np.floor((x[:, 1].min() - size) / spacing)) if tool >= 0 else 0
-    last = int(np.ceil((x[:, 1].max() + size) / spacing)) if tool >= 0 else 1
-    y = np.asarray((np.arange(first, last) + 0.5) * spacing, dtype=np.float64)
-    edge = tools[tool].edge if tool >= 0 else None
+    y = _places((x[:, 1].min() - size, x[:, 1].max() + size), size / POINTS_PER_FACE)
     return EdgeArrays(
         tool=tool,
-        x=0.0 if edge is None else float(edge),
+        x=float(tools[tool].edge or 0.0) if tool >= 0 else 0.0,
         y=y,
         per_face=float(POINTS_PER_FACE),
         traction=np.zeros((2 * y.size, 3)),
@@ -153,17 +149,13 @@ _CHOSEN_ON = 0.56
 _WIDEST = 1.2
 
 
-def spread_edge(
-    tools: tuple[Tool, ...], x: NDArray[np.float64], ghosts: NDArray[np.int32], hexes: NDArray[np.int32], size: float
-) -> SpreadEdge:
+def spread_edge(tools: tuple[Tool, ...], x: NDArray[np.float64], hexes: NDArray[np.int32], size: float) -> SpreadEdge:
     """Return the rows along the first tool edge that is spread over a length.
 
     Parameters
     ----------
     x : array (N, 3)
         Where the nodes are, mm; a body that ends at the edge, or at y = 0, is mirrored there.
-    ghosts : array of int (G, 2)
-        Nodes beyond the mirror plane x = 0 and the nodes they mirror.
     hexes : array of int (E, 8)
         Corners of the elements.
     size : float
@@ -171,9 +163,7 @@ def spread_edge(
     """
     tool = next((t for t, tool in enumerate(tools) if tool.edge is not None and tool.spread > 0.0), -1)
     a, place = (max(_reach_beside(tools[tool])), float(tools[tool].edge or 0.0)) if tool >= 0 else (1.0, 0.0)
-    sources = np.arange(len(x), dtype=np.int32)
-    sources[ghosts[:, 0]] = ghosts[:, 1]
-    mirrored = bool(len(ghosts)) or bool(np.all(x[:, 0] > place - 1e-9))
+    mirrored = bool(np.all(x[:, 0] > place - 1e-9))
     half = bool(np.all(x[:, 1] > -1e-9))
     h = _length_beneath(x[hexes, 0] - place, a) if tool >= 0 else 0.0
     across, weight = _across(tools[tool], mirrored, h) if tool >= 0 else (np.zeros(0), np.zeros(0))
@@ -195,7 +185,6 @@ def spread_edge(
         bell=_bell(places / a),
         image=image,
         pairs=_pairs(len(rows), half),
-        sources=sources,
         found=np.full((len(along), len(across)), -1, dtype=np.int32),
         place=np.zeros((len(along), len(across), 6)),
         line_sums=np.zeros((len(along), 2)),

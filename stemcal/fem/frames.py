@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 Values = NDArray[np.generic]
 
 _VTK_HEXAHEDRON = 12
-_TYPES = {"float64": "Float64", "int32": "Int32", "int64": "Int64", "uint8": "UInt8"}
+_TYPES = {"float64": "Float64", "int64": "Int64", "uint8": "UInt8"}
 
 
 class FrameWriter:
@@ -119,8 +119,6 @@ def _write(path: Path, kind: str, content: str) -> None:
 def _data_array(name: str, values: Values) -> str:
     """Return one array as base64 behind its length in bytes."""
     values = np.ascontiguousarray(values)
-    if values.dtype.name not in _TYPES:
-        values = values.astype(np.float64)
     raw = values.astype(values.dtype.newbyteorder("<")).tobytes()
     text = base64.b64encode(np.uint64(len(raw)).astype("<u8").tobytes() + raw).decode("ascii")
     components = f' NumberOfComponents="{values.shape[1]}"' if values.ndim == 2 else ""

@@ -64,9 +64,6 @@ class Model:
         Velocity at the start, mm/s; on held components at all times.
     loads : array (N, 3), optional
         Constant nodal forces, N.
-    ghosts : array of int (G, 2), optional
-        Nodes beyond the mirror plane x = 0 and the nodes they mirror: a plane that cuts elements in two. An element
-        that holds ghosts counts half in the energies.
     crowns : array (E, 6), optional
         How far the true surface bulges over the middle of each face along a spread edge, mm.
     settling : float
@@ -84,6 +81,5 @@ class Model:
     held: NDArray[np.bool_] | None = None
     velocity: Array | None = None
     loads: Array | None = None
-    ghosts: NDArray[np.int32] | None = None
     crowns: Array | None = None
     settling: float = 0.0

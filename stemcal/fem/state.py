@@ -28,7 +28,7 @@ Array = NDArray[np.float64]
 
 
 def exchange(
-    mesh: Mesh, neighbours: NDArray[np.int32], shares: Array, failure_strain: float, length: float, strains: Array
+    mesh: Mesh, neighbours: NDArray[np.int32], failure_strain: float, length: float, strains: Array
 ) -> Exchange:
     """Return the exchange that averages over an internal length; length 0 makes failure local.
 
@@ -36,38 +36,22 @@ def exchange(
     ----------
     neighbours : array of int (E, 6)
         The element behind each face, −1 where there is none.
-    shares : array (E,)
-        ½ for elements that a mirror plane cuts in two, 1 for all others.
     length : float
         ℓ of the weight exp(−r²/ℓ²), mm.
     strains : array (blocks, lanes)
         The plastic strains as the blocks of elements hold them.
     """
-    elements = len(mesh.hexes)
-    if length == 0.0:
-        return Exchange(np.zeros((0, 6)), _around(neighbours[:0]), 0, failure_strain, *_means(0, strains[:0]))
-    between, volumes = _conductances(mesh, neighbours), mesh.volumes()
-    # a face between two elements that are cut in two is itself cut
-    rate = np.where(neighbours < 0, 0.0, between * np.maximum(shares[:, None], shares[neighbours]))
-    rate /= (shares * volumes)[:, None]
-    # images count behind free faces: with other passes, so other means, on a mirror plane than without one the first
-    # element would fail in another step; behind elements that are cut in two the other half counts already
-    imagined = np.where((neighbours < 0) & (shares[:, None] == 1.0), between / volumes[:, None], 0.0)
-    # a pass hands over at most half of what an element has: with all of it, neighbours would only change places
-    time = 0.25 * length**2
-    passes = max(1, ceil(2.0 * time * float((rate + imagined).sum(axis=1).max()) - 1e-9))
-    return Exchange(rate * time / passes, _around(neighbours), passes, failure_strain, *_means(elements, strains))
-
-
-def _around(neighbours: NDArray[np.int32]) -> NDArray[np.uint32]:
-    """Return the neighbours, an element itself where it has none: no case apart then, and no index that counts back."""
-    own = np.arange(len(neighbours))[:, None]
-    return np.where(neighbours < 0, own, neighbours).astype(np.uint32)
-
-
-def _means(elements: int, strains: Array) -> tuple[Array, Array, Array, Array]:
-    """Return mean, scratch and known strain of the elements, and the largest mean, all before any strain."""
-    return np.zeros(elements), np.zeros(elements), np.zeros_like(strains), np.zeros(1)
+    elements, time = len(mesh.hexes), 0.25 * length**2
+    rate = _conductances(mesh, neighbours) / mesh.volumes()[:, None]
+    # a pass hands over at most half of what an element has: with all of it, neighbours would only change places; images
+    # count behind free faces: with other passes, so other means, on a mirror plane than without one the first element
+    # would fail in another step
+    passes = max(int(length > 0.0), ceil(2.0 * time * float(rate.sum(axis=1).max()) - 1e-9))
+    # behind a face without a neighbour is the element itself: no case apart then, and no index that counts back
+    around = np.where(neighbours < 0, np.arange(elements)[:, None], neighbours).astype(np.uint32)
+    share = np.where(neighbours < 0, 0.0, rate) * time / max(passes, 1)
+    means = np.zeros(elements), np.zeros(elements), np.zeros_like(strains), np.zeros(1)
+    return Exchange(share, around, passes, failure_strain, *means)
 
 
 def _conductances(mesh: Mesh, neighbours: NDArray[np.int32]) -> Array:
@@ -104,7 +88,6 @@ class State:
     candidates: Candidates
     exchange: Exchange
     lanes: Lanes
-    shares: Array
     clock: Clock
     ledger: Ledger
     material: MaterialNumbers
@@ -125,11 +108,11 @@ def start(model: Model) -> State:
     topology = model.mesh.topology(model.crowns, lanes.slots)
     numbers = model.material.numbers(model.integration.mass_scaling, model.viscosity)
     material = MaterialNumbers(*(_precision(model).type(number) for number in numbers))
-    volumes, shares = model.mesh.volumes(), element_shares(model)
+    volumes = model.mesh.volumes()
     body = _body(model, material, lanes, topology, volumes)
     tools = with_skin(tool_arrays(model.tools, len(body.x)), topology, body.mass)
     size = float(np.cbrt(np.median(volumes)))
-    first, _, volume = stable_step(body, topology.slots, model.material.lame_modulus, model.material.shear_modulus)
+    first, _, volume = stable_step(body, model.material.lame_modulus, model.material.shear_modulus)
     if not volume > 0.0:
         raise SimulationFailed("inverted", "an element of the initial mesh has zero or negative volume")
     return State(
@@ -137,18 +120,16 @@ def start(model: Model) -> State:
         topology=topology,
         tools=tools,
         edge=edge_arrays(model.tools, body.x, size),
-        spread=spread_edge(model.tools, body.x, body.ghosts, model.mesh.hexes, float(np.cbrt(volumes.min()))),
+        spread=spread_edge(model.tools, body.x, model.mesh.hexes, float(np.cbrt(volumes.min()))),
         candidates=_candidates(len(model.tools), len(body.x), len(topology.hexes), len(tools.skin)),
         exchange=exchange(
             model.mesh,
             topology.neighbours,
-            shares,
             model.material.failure_strain,
             model.material.internal_length,
             body.state[:, block.PLASTIC_STRAIN],
         ),
         lanes=lanes,
-        shares=lanes.spread(shares, 0.0),
         clock=Clock(
             time=np.zeros(1),
             step=np.zeros(1),
@@ -211,9 +192,6 @@ def _body(model: Model, material: MaterialNumbers, lanes: Lanes, topology: Topol
     np.add.at(mass, mesh.hexes, element_mass[:, None] / 8.0)
     v = nodal_zeros(len(x), x.dtype) if model.velocity is None else nodal(model.velocity)
     held = np.zeros(x.shape, dtype=bool, order="F") if model.held is None else model.held.copy(order="F")
-    ghosts = _ghosts(model)
-    held[ghosts[:, 0]] = True
-    mass[ghosts[:, 0]] = 0.0
     none = np.zeros((0, 3), order="F")
     # row by row, as an array without rows is: the kernels are then compiled once for both
     driven = np.ascontiguousarray(np.where(held, v, 0.0)) if v[held].any() else none
@@ -225,7 +203,7 @@ def _body(model: Model, material: MaterialNumbers, lanes: Lanes, topology: Topol
         pushes=_no_pushes(len(x), len(model.tools)),
         loads=none if model.loads is None else np.array(model.loads, dtype=float, order="C"),
         mass=mass,
-        inverse_mass=np.divide(1.0, mass, out=np.zeros_like(mass), where=mass > 0.0),
+        inverse_mass=1.0 / mass,
         free=~held,
         driven=driven,
         runs=lanes.runs,
@@ -234,7 +212,6 @@ def _body(model: Model, material: MaterialNumbers, lanes: Lanes, topology: Topol
         state=element_state,
         scratch=scratch_like(element_state),
         element_mass=element_mass,
-        ghosts=ghosts,
     )
     see(body)
     return body
@@ -281,17 +258,6 @@ def _element_state(model: Model, material: MaterialNumbers, lanes: Lanes, volume
     stiffness = model.hourglass * (HOURGLASS_SHARE * model.material.p_wave_modulus * length)
     state[:, block.HOURGLASS_STIFFNESS] = lanes.spread(stiffness, 0.0)
     return state
-
-
-def _ghosts(model: Model) -> NDArray[np.int32]:
-    return np.zeros((0, 2), dtype=np.int32) if model.ghosts is None else model.ghosts
-
-
-def element_shares(model: Model) -> Array:
-    """Return (E,): ½ for elements that a mirror plane cuts in two, 1 for all others."""
-    ghost = np.zeros(len(model.mesh.nodes), dtype=bool)
-    ghost[_ghosts(model)[:, 0]] = True
-    return np.where(ghost[model.mesh.hexes].any(axis=1), 0.5, 1.0)
 
 
 def _candidates(tools: int, nodes: int, elements: int, skin: int) -> Candidates:

@@ -12,11 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stemcal.errors import SimulationFailed
+from stemcal.fem.kernels import block
 from stemcal.fem.kernels.block import ALIVE, HOURGLASS_ENERGY, INTERNAL_ENERGY
 from stemcal.fem.kernels.march import COLLAPSED, GOING_ON, INVERTED, NOT_FINITE, REACHED, Share, Team, march
 from stemcal.fem.kernels.nodes import CHUNK, KINDS, kinetic_energy, see
 from stemcal.fem.model import Model
-from stemcal.fem.state import State, element_shares, scratch_like, start
+from stemcal.fem.state import State, scratch_like, start
 
 Array = NDArray[np.float64]
 
@@ -87,8 +88,6 @@ class History:
 
     def row(self, name: str) -> Array:
         """Return one row of the elements' state as (E,), in the order of the mesh."""
-        from stemcal.fem.kernels import block
-
         return np.asarray(self.state[:, getattr(block, name)].copy())
 
 
@@ -242,7 +241,8 @@ def _in_strides(advance: March, state: State) -> March:
 def _check(outcome: int, state: State) -> None:
     if outcome == REACHED:
         return
-    element, time = f"element {state.clock.trouble[0]}", f"at t = {state.clock.time[0]:.6g} s"
+    number = np.flatnonzero(state.topology.slots == state.clock.trouble[0])
+    element, time = f"element {number[0]}", f"at t = {state.clock.time[0]:.6g} s"
     raise {
         INVERTED: SimulationFailed("inverted", f"{element} was inverted {time}"),
         COLLAPSED: SimulationFailed("time_step", f"the time step of {element} fell below the limit of {time}"),
@@ -254,8 +254,7 @@ def _row(state: State, impulse_before: Array, time_before: float) -> dict[str, A
     """Return one row of the history: `History`'s fields by name."""
     rows = state.body.state
     alive = rows[:, ALIVE] > 0.0
-    internal = state.shares * rows[:, INTERNAL_ENERGY]
-    hourglass = state.shares * rows[:, HOURGLASS_ENERGY]
+    internal, hourglass = rows[:, INTERNAL_ENERGY].astype(float), rows[:, HOURGLASS_ENERGY].astype(float)
     ledger = state.ledger
     # at the time of the last forces; before the first step that of the velocities
     kinetic = ledger.kinetic[0] if state.clock.steps[0] else kinetic_energy(state.body.v, state.body.mass)
@@ -275,13 +274,11 @@ def _row(state: State, impulse_before: Array, time_before: float) -> dict[str, A
 
 def _history(model: Model, state: State, rows: list[dict[str, Any]]) -> History:
     columns = {name: np.array([row[name] for row in rows]) for name in rows[0]}
-    shares = element_shares(model)
-    true = model.material.density * float(shares @ model.mesh.volumes())
     return History(
         **columns,
         steps=int(state.clock.steps[0]),
         x=state.body.x,
         state=state.lanes.gathered(state.body.state),
         standing=state.topology.standing,
-        added_mass=float(shares @ state.body.element_mass) / true - 1.0,
+        added_mass=float(state.body.element_mass.sum() / (model.material.density * model.mesh.volumes().sum())) - 1.0,
     )

@@ -67,11 +67,9 @@ def refuse_link(path: Path) -> None:
         )
 
 
+_FULL = {errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC)}
 _REMEDIES = {
-    errno.ENOSPC: "free some disk space; the same command then resumes with the finished runs",
-    getattr(
-        errno, "EDQUOT", errno.ENOSPC
-    ): "free some disk space; the same command then resumes with the finished runs",
+    **dict.fromkeys(_FULL, "free some disk space, then repeat the command; finished runs are kept"),
     errno.EROFS: "make the folder writable or choose another folder with `--out`",
     errno.EACCES: "make the folder writable or choose another folder with `--out`",
     errno.ENOENT: "the folder was deleted or moved; repeat the command to create the folder again",
@@ -84,7 +82,7 @@ def what_happened(error: OSError) -> str:
     >>> what_happened(OSError(errno.EROFS, "Read-only file system"))
     'Read-only file system; make the folder writable or choose another folder with `--out`'
     """
-    remedy = _REMEDIES.get(error.errno or 0, "correct the cause; the same command then resumes with the finished runs")
+    remedy = _REMEDIES.get(error.errno or 0, "correct the cause, then repeat the command; finished runs are kept")
     return f"{error.strerror or error}; {remedy}"
 
 

@@ -145,11 +145,6 @@ class Table:
         """The texts of the cells, row by row."""
         return tuple(tuple(c.written(v) for c, v in zip(self.columns, row, strict=True)) for row in self.rows)
 
-    def only(self, keys: Iterable[str]) -> Table:
-        """Return it with the columns of these keys, in their order."""
-        places = {column.key: place for place, column in enumerate(self.columns)}
-        return self._at([places[key] for key in keys])
-
     def unclaimed(self) -> Table | None:
         """Return what is left of it where the study is not calibrated."""
         left = self._at([place for place, column in enumerate(self.columns) if not column.claims])
@@ -191,7 +186,7 @@ class Table:
         ['angle', 'status']
         """
         keys = [column.key for column in self.columns]
-        table = self.only(key for key in keys if headings.get(key, key) is not None)
+        table = self._at([place for place, key in enumerate(keys) if headings.get(key, key) is not None])
         renamed = {key: name for key, name in headings.items() if name is not None and name not in keys}
         return replace(table, columns=tuple(replace(c, key=renamed.get(c.key, c.key)) for c in table.columns))
 

@@ -21,7 +21,6 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 _INLINE = "<"  # the aliases of inline fields begin with it
 _count = itertools.count()
-_adapters: dict[Any, TypeAdapter[Any]] = {}
 
 
 def absent(default: Any = None) -> Any:
@@ -29,9 +28,9 @@ def absent(default: Any = None) -> Any:
     return dataclasses.field(default=default, metadata={"exclude_if": lambda value: value in (None, False, (), {})})
 
 
-def inline(default: Any = dataclasses.MISSING) -> Any:
-    """Return a field of a `Spread` dataclass whose own fields are keys among those of the others; None has none."""
-    return dataclasses.field(default=default, metadata={"alias": f"{_INLINE}{next(_count)}"})
+def inline() -> Any:
+    """Return a field of a `Spread` dataclass whose own fields are keys among those of the others."""
+    return dataclasses.field(metadata={"alias": f"{_INLINE}{next(_count)}"})
 
 
 class Spread:
@@ -42,33 +41,19 @@ class Spread:
         from pydantic_core import core_schema
 
         flat = core_schema.wrap_serializer_function_ser_schema(_flat)
-        nest, (inner, ref) = functools.partial(_nested, _inline_fields(source)), _unnamed(source, handler)
+        aliases = [field.metadata.get("alias", "") for field in dataclasses.fields(source)]
+        nest = functools.partial(_nested, [alias for alias in aliases if alias.startswith(_INLINE)])
+        inner = dict(handler.resolve_ref_schema(handler(source)))
+        ref = inner.pop("ref")  # the name that the dataclass is found by belongs to what is built around it
         return core_schema.no_info_before_validator_function(nest, inner, ref=ref, serialization=flat)
 
 
-def _unnamed(source: Any, handler: Any) -> tuple[dict[str, Any], str]:
-    """Return the schema of a dataclass and the name it is found by, which what is built around it must have instead."""
-    named = handler.resolve_ref_schema(handler(source))
-    return {key: value for key, value in named.items() if key != "ref"}, named["ref"]
-
-
-def _inline_fields(kind: Any) -> dict[str, frozenset[str]]:
-    """Return the alias of each inline field with the keys one of which must be there; none if it may not be None."""
-    hints, found = typing.get_type_hints(kind), {}
-    for field in dataclasses.fields(kind):
-        if (alias := field.metadata.get("alias", "")).startswith(_INLINE):
-            inner = [part for part in typing.get_args(hints[field.name]) if part is not type(None)]
-            found[alias] = frozenset(field.name for part in inner for field in dataclasses.fields(part))
-    return found
-
-
-def _nested(inlined: Mapping[str, frozenset[str]], given: Any) -> Any:
+def _nested(inlined: list[str], given: Any) -> Any:
     """Return a mapping with those of inline fields apart, and tuples for lists, which a strict reader refuses."""
     if not isinstance(given, Mapping):
         return given
     content = _tuples(given)
-    parts = {alias: content for alias, keys in inlined.items() if not keys or keys & given.keys()}
-    return {**content, **parts}
+    return content | dict.fromkeys(inlined, content)
 
 
 def _tuples(value: Any) -> Any:
@@ -80,17 +65,16 @@ def _tuples(value: Any) -> Any:
 def _flat(thing: Any, handler: Any) -> dict[str, Any]:
     content: dict[str, Any] = {}
     for name, value in handler(thing).items():
-        content |= {name: value} if not name.startswith(_INLINE) else value or {}
+        content |= value if name.startswith(_INLINE) else {name: value}
     return content
 
 
+@functools.cache
 def _adapter(kind: Any) -> TypeAdapter[Any]:
     """Return what reads and writes a type."""
-    if kind not in _adapters:
-        from pydantic import TypeAdapter
+    from pydantic import TypeAdapter
 
-        _adapters[kind] = TypeAdapter(kind)
-    return _adapters[kind]
+    return TypeAdapter(kind)
 
 
 def to_json(thing: Any) -> Any:
@@ -116,7 +100,8 @@ def from_json(kind: type[T], given: Any) -> T:
     from pydantic import ValidationError
 
     try:
-        return typing.cast(T, _adapter(kind).validate_json(json.dumps(given), strict=True))
+        reader = _adapter(kind)  # type: ignore[arg-type]  # a type is hashable
+        return typing.cast(T, reader.validate_json(json.dumps(given), strict=True))
     except ValidationError as error:
         wrong = error.errors(include_url=False)[0]
         found = "" if wrong["type"] == "missing" else f" (found {wrong['input']!r:.60})"

@@ -35,7 +35,7 @@ class LaboratoryTest:
     stem: Stem
     loading: Loading
     contact: Contact = field(default_factory=lambda: Contact(0.15, 0.10))
-    discretisation: Discretisation = field(default_factory=lambda: Discretisation(edge_over="nodes"))
+    discretisation: Discretisation = field(default_factory=Discretisation)
 
 
 def layered(stem: Stem, how: Discretisation) -> Discretisation:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -69,20 +69,17 @@ class ShearTests:
         for specimen in self.specimens:
             for note in specimen.curve.notes:
                 files.setdefault(note, []).append(specimen.name)
-        outliers = [_outlier(name) for grade in self.grades if (name := self._suspect(grade.diameter))]
-        return [*outliers, *(note_on(names, note) for note, names in files.items()), *self.notes]
+        return [*self._outliers(), *(note_on(names, note) for note, names in files.items()), *self.notes]
 
-    def _suspect(self, grade: float) -> str | None:
-        """Return the specimen of a grade whose force is an outlier; it is still included."""
-        tested = [specimen for specimen in self.specimens if specimen.grade == grade]
-        index = outlier_of([specimen.curve.max_force for specimen in tested])
-        return None if index is None else tested[index].name
-
-
-def _outlier(specimen: str) -> Note:
-    text = f"The maximum force of specimen {specimen} is an outlier (Grubbs' test). The specimen is still included."
-    remedy = Remedy(f"If the laboratory records justify it, exclude the specimen: --exclude {specimen}")
-    return Note("outlier", "caution", text, remedy)
+    def _outliers(self) -> Iterator[Note]:
+        for grade in self.grades:
+            tested = [specimen for specimen in self.specimens if specimen.grade == grade.diameter]
+            if (index := outlier_of([specimen.curve.max_force for specimen in tested])) is not None:
+                name = tested[index].name
+                text = f"The maximum force of specimen {name} is an outlier (Grubbs' test). "
+                text += "The specimen is still included."
+                remedy = Remedy(f"If the laboratory records justify it, exclude the specimen: --exclude {name}")
+                yield Note("outlier", "caution", text, remedy)
 
 
 def note_on(names: Sequence[str], note: Note) -> Note:

@@ -45,8 +45,7 @@ class CurveOptions:
     displacement_unit: str | None = None
     preload: float = PRELOAD
 
-    def check(self) -> None:
-        """Raise `UsageError` if the preload is not a possible force."""
+    def __post_init__(self) -> None:
         if not 0.0 <= self.preload < math.inf:
             raise UsageError(f"--preload {self.preload:g}: write a force of at least 0 N")
 
@@ -91,7 +90,6 @@ class ShearCurve:
 
 def read_curves(path: Path, how: CurveOptions = CurveOptions()) -> list[ShearCurve]:
     """Return the curves of all specimens in a file, side by side or on separate sheets."""
-    how.check()
     tables = read_tables(path, how.form)
     curves: list[ShearCurve] = []
     skipped: list[Note] = []
@@ -197,12 +195,6 @@ _STATED = re.compile(
 )
 
 
-def _stated_diameter(table: TextTable) -> float | None:
-    """Return the diameter in mm that a line above the data states."""
-    found = next(filter(None, map(_STATED.search, table.preamble)), None)
-    return None if found is None else float(found[1].replace(",", ".")) * (10.0 if found[2] == "cm" else 1.0)
-
-
 # ---- the curve of one specimen
 
 
@@ -211,7 +203,9 @@ def _curves_of(
 ) -> list[ShearCurve]:
     """Return the curves of one table; `several`: whether other tables are in the same file."""
     numbers = [str(number) if len(pairs) > 1 else "" for number in range(1, len(pairs) + 1)]
-    sheet, stated = table.sheet if several else "", _stated_diameter(table) if len(pairs) == 1 else None
+    sheet, stated = table.sheet if several else "", None
+    if len(pairs) == 1 and (found := next(filter(None, map(_STATED.search, table.preamble)), None)) is not None:
+        stated = float(found[1].replace(",", ".")) * (10.0 if found[2] == "cm" else 1.0)
     curves: list[ShearCurve] = []
     for pair, number, over in zip(pairs, numbers, _diameters_over(table, pairs), strict=True):
         curve = _curve(table, *pair, how, [] if curves else list(notes))

@@ -19,8 +19,7 @@ from stemcal.files.rows import Rows
 from stemcal.folder import StudyFolder
 from stemcal.note import Note, Remedy
 from stemcal.numbers import duration, in_bytes
-from stemcal.runs.record import stands
-from stemcal.runs.retries import Run
+from stemcal.runs.record import Run, by_key, stands
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Request, Solver
 from stemcal.stages.design import Asked, Design
@@ -119,7 +118,7 @@ def asked(study: Study, solver: Solver, folder: StudyFolder | None) -> list[Aske
 
 
 def _count(part: Asked, left: Sequence[Request], solver: Solver, costs: _Costs) -> _PlannedStage:
-    distinct = {Run.of(solver, request).key for request in part.requests}
+    distinct = by_key(solver, part.requests)
     memory = [bytes_ for request in left if (bytes_ := solver.memory_estimate(request)) is not None]
     return _PlannedStage(
         part.stage,
@@ -134,9 +133,7 @@ def _count(part: Asked, left: Sequence[Request], solver: Solver, costs: _Costs) 
 
 def missing(part: Asked, study: Study, solver: Solver, folder: StudyFolder | None) -> list[Request]:
     """Return the distinct runs of a stage that no record answers for good."""
-    distinct: dict[str, Request] = {}
-    for request in part.requests:
-        distinct.setdefault(Run.of(solver, request).key, request)
+    distinct = by_key(solver, part.requests)
     recorded = {key: folder.peek(key) for key in distinct} if folder is not None else {}
     return [
         request

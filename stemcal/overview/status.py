@@ -13,8 +13,7 @@ from stemcal.folder import SCHEMA_VERSION as FILE_VERSION
 from stemcal.folder import StudyFolder
 from stemcal.overview.plan import asked
 from stemcal.runs.answer import Watch, answer_all, ignore
-from stemcal.runs.record import outcome_of, stands
-from stemcal.runs.retries import Run
+from stemcal.runs.record import Run, outcome_of, stands
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Request, Solver
 from stemcal.stages.design import Asked
@@ -22,7 +21,7 @@ from stemcal.stages.fresh import CODE, changed_tables, changes_since
 from stemcal.stages.result import read_result
 from stemcal.stages.stage import STAGES, stage_called, stages_known, stages_of
 from stemcal.stages.verdict.result import Verdict
-from stemcal.stages.verdict.rules import verdict_of
+from stemcal.stages.verdict.verdict_rules import verdict_of
 from stemcal.study.model import Study
 
 SCHEMA_VERSION = 2

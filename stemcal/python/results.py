@@ -16,10 +16,10 @@ from stemcal.report.page import coded
 from stemcal.report.records import Records, read_records
 from stemcal.report.showing import Setting, showing_of
 from stemcal.stages.result import R
-from stemcal.stages.results import Results, fresh_results
+from stemcal.stages.results import fresh_results
 from stemcal.stages.stage import STAGES, stages_known
 from stemcal.stages.verdict.result import Verdict
-from stemcal.stages.verdict.rules import verdict_of
+from stemcal.stages.verdict.verdict_rules import verdict_of
 from stemcal.stages.verdict.words import lines
 from stemcal.study.model import Study
 from stemcal.words import did_you_mean
@@ -42,13 +42,9 @@ class StudyResults:
         Reasons why existing stage files are not used: an input has changed since.
     """
 
-    def __init__(self, study: Study, folder: StudyFolder, results: Results) -> None:
-        self.study, self.folder, self._results, self.stale = study, folder, results, results.stale
-
-    @classmethod
-    def read(cls, study: Study, folder: StudyFolder) -> StudyResults:
-        """Read the results in a study folder."""
-        return cls(study, folder, fresh_results(study, folder))
+    def __init__(self, study: Study, folder: StudyFolder) -> None:
+        self.study, self.folder, self._results = study, folder, fresh_results(study, folder)
+        self.stale = self._results.stale
 
     def of(self, kind: type[R]) -> R:
         """Return the result of a stage by its class; raise `UsageError` if the stage is not finished."""

@@ -14,7 +14,7 @@ from stemcal.cutting import CuttingResult
 from stemcal.errors import UsageError
 from stemcal.executors.local import LocalExecutor
 from stemcal.files.rows import Column, Table
-from stemcal.folder import StudyFolder, default_place
+from stemcal.folder import StudyFolder, place_of
 from stemcal.manual_sheet import awaited_runs, enter, gone_on, require_sheet
 from stemcal.overview.foresight import Demand, demand_of, demand_of_one, left_to_run, warnings_before
 from stemcal.python.results import StudyResults
@@ -85,14 +85,14 @@ def calibrate(
         As on the command line.
     """
     study, workers = _study(study), checked(_Workers, workers, "workers")
-    folder = StudyFolder(default_place(study.name) if out is None else Path(out))
+    folder = StudyFolder(place_of(study.name, out))
     with LocalExecutor(workers, study.solver.run_limit) as executor, notebook_watch(progress, study.naming) as watch:
         solver = make_solver(study)
         demand = demand_of(left_to_run(study, folder, solver), solver)
         _warn_before(demand, executor.workers)
         make_all(study, folder, executor, watch)
     folder.remember_spec(study.source)
-    return StudyResults.read(study, folder)
+    return StudyResults(study, folder)
 
 
 def _study(given: Study | str | Path) -> Study:
@@ -135,7 +135,7 @@ def open_results(folder: str | Path, study: Study | None = None) -> StudyResults
         if spec is None:
             raise UsageError(f"{place}: the folder contains no spec. Pass the study: `open_results(folder, study)`.")
         study = load_study(spec)
-    return StudyResults.read(study, found)
+    return StudyResults(study, found)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -232,7 +232,7 @@ class _ByHand:
     def ask(self, study: Study, out: str | Path | None) -> list[dict[str, Any]]:
         """Return the runs without results."""
         require_sheet(study)
-        with _folder(study, out) as folder:
+        with StudyFolder(place_of(study.name, out)) as folder:
             waiting = gone_on(study, folder)
             runs = [] if waiting is None else awaited_runs(study, folder, waiting)
         fields = fields_of(study.by_hand)
@@ -244,12 +244,8 @@ class _ByHand:
     ) -> int:
         """Record results; return how many were accepted."""
         require_sheet(study)
-        with _folder(study, out) as folder:
+        with StudyFolder(place_of(study.name, out)) as folder:
             sheet = told(rows, study.by_hand)
             found = enter(study, folder, sheet, replace_because=replace)
         found.require_all()
         return len(found.taken) + len(found.replaced)
-
-
-def _folder(study: Study, out: str | Path | None) -> StudyFolder:
-    return StudyFolder(default_place(study.name) if out is None else Path(out))

@@ -1,6 +1,7 @@
 """Every figure of a study by name: for the page, the figures folder and `stemcal export figures`."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -11,7 +12,7 @@ from stemcal.report.figures.curves import energies, force_travel, measured_band
 from stemcal.report.figures.fracture import fracture
 from stemcal.report.figures.plot import Plot
 from stemcal.report.figures.style import resize, save
-from stemcal.report.records import Details, Records, curves_of
+from stemcal.report.records import Details, Records
 from stemcal.report.showing import Setting, showing_of
 from stemcal.stages.results import Results
 from stemcal.study.model import Study
@@ -49,7 +50,8 @@ def write_as(plots: list[Plot], folder: Path, kinds: Sequence[str], dpi: float, 
 
 def _run_plots(study: Study, records: Records) -> list[Plot]:
     """Return the figures of the runs themselves."""
-    curves, plots = curves_of(records), []
+    details, plots = {label: record.details for label, record in records.items()}, []
+    curves = {label: replace(one.curve, broke=one.break_travel) for label, one in details.items() if one.curve}
     if curves:
         chosen = [label for label in curves if records[label].at_solution]
         text = "Force versus blade travel. Validation runs are in colour; all other runs are grey."

@@ -56,7 +56,8 @@ def _remarks(progress: Progress, naming: Naming) -> list[str]:
     counts = (progress.cached, "from earlier"), (progress.failed, "failed")
     remarks = [f"{count} {what}" for count, what in counts if count]
     if progress.last_response is not None:
-        at = "" if progress.last_condition is None else Names(naming).at(progress.last_condition)
+        place, known = progress.last_condition, naming.condition is not None
+        at = f" at {Names(naming).conditions([place])}" if known and place is not None else ""
         value = significant(progress.last_response)
         remarks.append(f"last {value}{naming.response.unit_suffix}{at}")
     return remarks

@@ -1,7 +1,7 @@
 """What is taken from the records of the runs: curves, pictures, where and when they were computed."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 from stemcal.files.typed import from_json
@@ -78,15 +78,6 @@ def distinct_of(records: Records) -> dict[str, tuple[str, _RunRecord]]:
     for label, record in records.items():
         found.setdefault(record.key, (label, record))
     return found
-
-
-def curves_of(records: Records) -> dict[str, Curve]:
-    """Return force over travel of every run whose solver kept it."""
-    return {
-        label: replace(record.details.curve, broke=record.details.break_travel)
-        for label, record in records.items()
-        if record.details.curve
-    }
 
 
 def run_warnings(records: Records) -> list[Note]:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, ClassVar, Generic
 
+from stemcal.files.encodings import in_a_line
 from stemcal.files.rows import MOST_ROWS, Table
 from stemcal.naming import Names
 from stemcal.note import SEVERITIES, Note
@@ -17,6 +19,7 @@ from stemcal.stages.result import StageResult
 from stemcal.stages.results import Results
 from stemcal.stages.stage import R, stage_called
 from stemcal.study.model import Study
+from stemcal.words import counted
 
 
 @dataclass(frozen=True)
@@ -155,6 +158,18 @@ def shown_notes(result: StageResult, holds: bool) -> list[Note]:
     if holds or all(note.kind != KNOWN for note in notes):
         return notes
     return [*(note for note in notes if note.kind != KNOWN), Note("withheld", "warning", _WITHHELD)]
+
+
+def failed_runs(result: StageResult) -> str:
+    """Return the number of failed runs of a stage, their reasons and the first message; nothing if none failed."""
+    every = list(result.runs())
+    failed = [(label, outcome) for label, outcome in every if not outcome.ok]
+    if not failed:
+        return ""
+    reasons = Counter(outcome.reason or "no reason given" for _, outcome in failed)
+    why = ", ".join(f"{reason} ({count})" for reason, count in reasons.items())
+    first = next((f"; first message ({label}): {in_a_line(one.message)}" for label, one in failed if one.message), "")
+    return f"{result.name}: {len(failed)} of {counted(len(every), 'run')} failed: {why}{first}; see {result.name}.json"
 
 
 def notes_of_all(results: Results, holds: bool) -> list[tuple[str, Note]]:

@@ -13,8 +13,8 @@ from dataclasses import asdict, dataclass
 from stemcal.errors import RunsFailed, Waiting
 from stemcal.executors import InlineExecutor, RunExecutor
 from stemcal.folder import StudyFolder
-from stemcal.runs.record import Outcome, outcome_of, stands
-from stemcal.runs.retries import Batch, Computed, Run
+from stemcal.runs.record import Computed, Outcome, Run, outcome_of, stands
+from stemcal.runs.retries import Batch
 from stemcal.solvers.protocol import Request, Solver
 
 logger = logging.getLogger(__name__)

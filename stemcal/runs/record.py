@@ -1,10 +1,11 @@
-"""The record of a run: its key, whether it is final, how a stage counts it; the mean of replicates.
+"""A run and its record: its key, whether it is final, how a stage counts it; the mean of replicates.
 
 Accidents are tried again; a stroke that ended too early gives a lower bound.
 """
 
 import math
-from collections.abc import Mapping, Sequence
+import time
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from statistics import fmean
 from typing import Any
@@ -13,26 +14,80 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stemcal.files.durable import key_of
+from stemcal.files.log import now
 from stemcal.files.typed import absent
-from stemcal.naming import FIRST
+from stemcal.folder import provenance
+from stemcal.naming import CUTTING, FIRST, Naming
 from stemcal.note import Note, Remedy
 from stemcal.registry import code_of
-from stemcal.solvers.protocol import RESPONSES, Request, Solver
+from stemcal.solvers.protocol import RESPONSES, Answer, Request, Solver
 from stemcal.solvers.replicates import Replicates
+from stemcal.study.types.field_types import MOST
 from stemcal.words import series
 
 ACCIDENTS = frozenset({"worker_died", "exception"})
 TIMEOUT = "timeout"
 
+Computed = tuple[Answer, dict[str, Any]]
+"""An answer with the circumstances it was computed under."""
 
-def identity_and_key(solver: Solver, request: Request) -> tuple[dict[str, Any], str]:
-    """Return what determines the answer to a request, and a hash of that, the key of its record.
 
-    The identity of a solver of another package includes its code.
+@dataclass(frozen=True)
+class Run:
+    """A request to a solver, and what determines its answer; the `key`, a hash of that, is the name of its record.
+
+    Called, as a worker does, it is computed.
     """
-    code = code_of(type(solver).__module__)
-    identity = {**solver.identity(request), **({"code of package": code} if code else {})}
-    return identity, key_of(identity)
+
+    solver: Solver
+    request: Request
+    identity: dict[str, Any]
+    key: str
+
+    @classmethod
+    def of(cls, solver: Solver, request: Request) -> "Run":
+        """Return the run of a request; the identity of a solver of another package includes its code."""
+        code = code_of(type(solver).__module__)
+        identity = {**solver.identity(request), **({"code of package": code} if code else {})}
+        return cls(solver, request, identity, key_of(identity))
+
+    def get_ready(self) -> None:
+        """Do what the solver needs in this process before its first run; the clock of the run starts after it."""
+        self.solver.get_ready()
+
+    def __call__(self) -> Computed:
+        """Answer the request."""
+        started, clock = now(), time.perf_counter()
+        answer = validated(self.solver.solve(self.request), self.solver.naming)
+        wall = time.perf_counter() - clock
+        return answer, {**provenance(), "started": started, "finished": now(), "wall_seconds": wall}
+
+
+def by_key(solver: Solver, requests: Iterable[Request]) -> dict[str, Request]:
+    """Return the distinct runs among requests by their keys: the first request of each."""
+    found: dict[str, Request] = {}
+    for request in requests:
+        found.setdefault(Run.of(solver, request).key, request)
+    return found
+
+
+def validated(answer: Answer, naming: Naming = CUTTING) -> Answer:
+    """Return the answer, or a failed one in its place if its force, or any further response, is not a number.
+
+    >>> validated(Answer("ok", response=float("nan"))).reason
+    'nan'
+    """
+    if answer.status != "ok":
+        return Answer("failed", None, answer.reason or "failed", answer.message, answer.details)
+    rest, nouns = dict(answer.details), {response.name: response.noun for response in naming.responses}
+    for name, value in {naming.response.name: answer.response, **rest.pop(RESPONSES, {})}.items():
+        given = f"the solver returned {value} for the {nouns.get(name, name)}"
+        if value is None or not math.isfinite(value):
+            return Answer("failed", None, "nan", given, rest)
+        if abs(value) > MOST:
+            message = f"{given}; the magnitude exceeds {MOST:g}"
+            return Answer("failed", None, "bad_result", message, rest)
+    return answer
 
 
 def stands(record: Mapping[str, Any], time_limit: float | None) -> bool:

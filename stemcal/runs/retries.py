@@ -1,60 +1,23 @@
 """Runs given to an executor: what each gives, what its failure is called, which are begun again."""
 
 import logging
-import math
 import queue
-import time
 from collections import Counter, deque
 from collections.abc import Iterable, Iterator
 from concurrent.futures import Future
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import replace
 
 from stemcal.errors import SimulationFailed, Waiting
-from stemcal.executors import ClusterLost, RunExecutor, RunTimedOut, WorkerDied
+from stemcal.executors import ClusterLost, RunExecutor, WorkerDied
 from stemcal.files.log import now
 from stemcal.folder import provenance
-from stemcal.interrupts import next_of
-from stemcal.naming import CUTTING, Naming
-from stemcal.runs.record import ACCIDENTS, TIMEOUT, identity_and_key
-from stemcal.solvers.protocol import RESPONSES, Answer, Request, Solver
-from stemcal.study.types.field_types import MOST
+from stemcal.runs.record import ACCIDENTS, TIMEOUT, Computed, Run
+from stemcal.solvers.protocol import Answer, Request
+from stemcal.time_limit import RunTimedOut, next_of
 
 logger = logging.getLogger(__name__)
 
 _TRIES = 2  # how often a run is begun that ends by accident
-
-Computed = tuple[Answer, dict[str, Any]]
-"""An answer with the circumstances it was computed under."""
-
-
-@dataclass(frozen=True)
-class Run:
-    """A request to a solver, and what determines its answer; the `key`, a hash of that, is the name of its record.
-
-    Called, as a worker does, it is computed.
-    """
-
-    solver: Solver
-    request: Request
-    identity: dict[str, Any]
-    key: str
-
-    @classmethod
-    def of(cls, solver: Solver, request: Request) -> "Run":
-        """Return the run of a request."""
-        return cls(solver, request, *identity_and_key(solver, request))
-
-    def get_ready(self) -> None:
-        """Do what the solver needs in this process before its first run; the clock of the run starts after it."""
-        self.solver.get_ready()
-
-    def __call__(self) -> Computed:
-        """Answer the request."""
-        started, clock = now(), time.perf_counter()
-        answer = validated(self.solver.solve(self.request), self.solver.naming)
-        wall = time.perf_counter() - clock
-        return answer, {**provenance(), "started": started, "finished": now(), "wall_seconds": wall}
 
 
 class Batch:
@@ -119,22 +82,3 @@ def _ended(future: Future[Computed]) -> Computed:
         logger.debug("a run raised", exc_info=error)
         answer = Answer("failed", reason="exception", message=f"{type(error).__name__}: {error}")
     return answer, {**provenance(), "finished": now()}
-
-
-def validated(answer: Answer, naming: Naming = CUTTING) -> Answer:
-    """Return the answer, or a failed one in its place if its force, or any further response, is not a number.
-
-    >>> validated(Answer("ok", response=float("nan"))).reason
-    'nan'
-    """
-    if answer.status != "ok":
-        return Answer("failed", None, answer.reason or "failed", answer.message, answer.details)
-    rest, nouns = dict(answer.details), {response.name: response.noun for response in naming.responses}
-    for name, value in {naming.response.name: answer.response, **rest.pop(RESPONSES, {})}.items():
-        given = f"the solver returned {value} for the {nouns.get(name, name)}"
-        if value is None or not math.isfinite(value):
-            return Answer("failed", None, "nan", given, rest)
-        if abs(value) > MOST:
-            message = f"{given}; the magnitude exceeds {MOST:g}"
-            return Answer("failed", None, "bad_result", message, rest)
-    return answer

@@ -140,7 +140,7 @@ class Embedded(Solver):
         if not request.replicate:
             return test
         drawn = seed_of(Request("", 0, request.levels, request.condition)) / MOST_SEED if self.drawn else 0.5
-        times = max(self.study.replicates, request.replicate)  # a record may be of a study with more than this one
+        times = max(self.study.solver.repeats, request.replicate)  # a record may be of a study with more than this one
         return cutting.placed(test, (request.replicate - 1 + drawn) / (2 * times))
 
 
@@ -252,7 +252,7 @@ def _discretisation(study: Study, diameter: float) -> cutting.Discretisation:
     return cutting.Discretisation(
         element_size=solver.element_size.at(diameter),
         through_wall=solver.elements_through_wall,
-        symmetry="quarter" if study.blade.bevel == "both" else "half",
+        symmetry="quarter" if study.blade.bevel == "both" and solver.edge_over == "nodes" else "half",
         edge_over=solver.edge_over,
         hourglass=solver.hourglass,
         integration=Integration(

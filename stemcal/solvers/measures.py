@@ -8,16 +8,17 @@ from stemcal.measured.curve_modes import CurveModes
 from stemcal.study.model.measured_targets import named_modes
 
 Array = NDArray[np.float64]
+_KEPT = 200  # rows at most
 
 
-def kept_rows(count: int, most: int = 200) -> NDArray[np.int64]:
+def kept_rows(count: int) -> NDArray[np.int64]:
     """Return which of `count` rows of a history a record keeps: the first, the last, evenly between."""
-    return np.unique(np.linspace(0, count - 1, most).round().astype(np.int64))
+    return np.unique(np.linspace(0, count - 1, _KEPT).round().astype(np.int64))
 
 
-def kept_curve(travel: Array, force: Array, most: int = 200) -> dict[str, list[float]]:
+def kept_curve(travel: Array, force: Array) -> dict[str, list[float]]:
     """Return what a record keeps of the force (N) over the travel (mm)."""
-    rows = kept_rows(len(travel), most)
+    rows = kept_rows(len(travel))
     return {
         "travel": [round(float(value), 6) for value in travel[rows]],
         "force": [round(float(value), 4) for value in force[rows]],

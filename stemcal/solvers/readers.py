@@ -8,7 +8,7 @@ import json
 import re
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,11 +35,8 @@ REDUCTIONS: dict[str, Callable[[Array], float]] = {
 }
 
 
-class _Series(NamedTuple):
-    """Numbers, and what they are plotted along if that is known."""
-
-    y: Sequence[float]
-    x: Sequence[float] | None = None
+_Series = tuple[Sequence[float], Sequence[float] | None]
+"""Numbers, and what they are plotted along if that is known."""
 
 
 def read_number(result: ResultReader, folder: Path) -> float:
@@ -50,13 +47,13 @@ def read_number(result: ResultReader, folder: Path) -> float:
     SimulationFailed
         If it is not there (``no_result``), cannot be read (``bad_result``) or is not a number (``nan``).
     """
-    return result.scale * float(REDUCTIONS[result.reduction](_finite(_series(result, folder))))
+    return result.scale * float(REDUCTIONS[result.reduction](_finite(_series(result, folder)[0])))
 
 
 def read_curve(result: ResultReader, folder: Path) -> tuple[Array, Array]:
     """Return the travel of a curve and its numbers; raise `SimulationFailed` as `read_number` does."""
-    series = _series(result, folder)
-    y, x = _finite(series), np.asarray([] if series.x is None else series.x, dtype=float)
+    numbers, along = _series(result, folder)
+    y, x = _finite(numbers), np.asarray([] if along is None else along, dtype=float)
     if x.size != y.size:
         raise SimulationFailed("bad_result", f"the curve has {y.size} response values but {x.size} travel values")
     if not (np.isfinite(x).all() and (np.diff(x) >= 0).all()):
@@ -96,7 +93,7 @@ def _json(text: str, result: ResultReader) -> _Series:
     path = result.path or ""
     y = _numbers(_found(data, path, result.file), path)
     x = None if result.along is None else _numbers(_found(data, result.along, result.file), result.along)
-    return _Series(y, x)
+    return y, x
 
 
 def _found(data: Any, path: str, file: str) -> Any:
@@ -144,7 +141,7 @@ def _csv(text: str, result: ResultReader) -> _Series:
         else [_number(row[name], f"{result.file}, row {number}") for number, row in enumerate(rows, 1)]
         for name in (result.column, result.along)
     )
-    return _Series(y or [], x)
+    return y or [], x
 
 
 def _regex(text: str, file: str, pattern: str) -> _Series:
@@ -154,11 +151,11 @@ def _regex(text: str, file: str, pattern: str) -> _Series:
     if not found:
         raise SimulationFailed("no_result", f"{file} contains no match for the pattern")
     numbers = [_number(match[number], file) for match in found]
-    return _Series(numbers, [_number(match["x"], file) for match in found] if along else None)
+    return numbers, ([_number(match["x"], file) for match in found] if along else None)
 
 
-def _finite(series: _Series) -> Array:
-    y = np.asarray(series.y, dtype=float)
+def _finite(numbers: Sequence[float]) -> Array:
+    y = np.asarray(numbers, dtype=float)
     if y.size == 0:
         raise SimulationFailed("no_result", "the result contains no numbers")
     if not np.isfinite(y).all():

@@ -5,7 +5,7 @@ analysis       how its result is found, with the notes on it
 result         what it leaves in its file
 words          its sentences, where there are many
 showing        its sentences, tables and figures in report and terminal (`figures` where there are many)
-verdict_rules  its rules of the verdict; those about all runs are in `verdict.rules`
+verdict_rules  its rules of the verdict; those about all runs are in the folder `verdict`
 
 The other modules are shared: `design` has the runs of a design, `fitting` the surfaces and their fit,
 `loop` the search of the refinement, `fresh` what a stage was made of, `results` the results of a study so far.

@@ -43,14 +43,12 @@ class Design:
 
     def requests(self, condition: float) -> list[Request]:
         """Return a request per row."""
+        times = self.replicates
         return [
-            Request(self.stage, row, levels, condition, replicate=self.replicate(row))
+            # replicates are numbered from 1, those of a deterministic program 0
+            Request(self.stage, row, levels, condition, replicate=times and 1 + row * times // len(self.levels))
             for row, levels in enumerate(self.levels)
         ]
-
-    def replicate(self, row: int) -> int:
-        """Return the number of the replicate of a row, from 1; 0 for a deterministic program."""
-        return 1 + row * self.replicates // len(self.levels) if self.replicates else 0
 
     def repeated(self, times: int) -> Design:
         """Return the design with its replicates as rows; the design itself for 0."""

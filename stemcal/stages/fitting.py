@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 
-from stemcal.doe.calibration.level_set_ranges import Assessment, assess_point
 from stemcal.doe.calibration.likelihood import Fit, Prior, fit
 from stemcal.doe.calibration.observations import Observation
 from stemcal.doe.calibration.region import Region
@@ -81,10 +80,9 @@ def priors_of(study: Study, coding: Coding) -> tuple[Prior, ...]:
 
 
 def measured_means(study: Study) -> list[Measured]:
-    """Return what the joint fit is made to: every response measured at its diameters."""
-    return [
-        mean for target in study.joint_targets for mean in measured_of(target, study.fitted_responses, study.naming)
-    ]
+    """Return what the fit is made to: every response measured at the diameters of a joint fit, or one alone."""
+    targets, responses = study.joint_targets or (study.calibration_target,), study.fitted_responses
+    return [mean for target in targets for mean in measured_of(target, responses, study.naming)]
 
 
 # ---- the surfaces
@@ -185,10 +183,6 @@ class Surfaces(StageResult):
         found = fit_surface(coded, values, self.names, [row.term for row in self.coefficients], written)
         return replace(found, deterministic=True) if self.deterministic else found
 
-    def assess(self, coded: Array) -> Assessment:
-        """Return the surface's prediction at a coded point, and whether it is in ranges and design."""
-        return assess_point(self.fitted, coded, self.region.low, self.region.high, self.radius)
-
     @cached_property
     def region(self) -> Region:
         """Where a solution may lie: within the ranges that the surface was made in."""
@@ -203,18 +197,20 @@ class Surfaces(StageResult):
 # ---- their fit
 
 
-def joint_surfaces(study: Study, surface: Surfaces, further: Sequence[tuple[Array, Array]] = ()) -> list[Surface]:
+def fitted_surfaces(study: Study, surface: Surfaces, further: Sequence[tuple[Array, Array]] = ()) -> list[Surface]:
     """Return the surface of every measured mean, in their order; `further` are points and the responses there."""
-    at = {part.condition: part for part in surface.conditions}
+    if not study.joint_targets and not further:
+        return [surface.fitted]
+    at = {part.condition: part.runs for part in surface.conditions}
     return [
-        surface.refitted(at[mean.condition].runs, [(x, float(found[i])) for x, found in further], mean.response)
+        surface.refitted(
+            at[mean.condition] if at else surface.design.runs, [(x, float(y[i])) for x, y in further], mean.response
+        )
         for i, mean in enumerate(measured_means(study))
     ]
 
 
 def fit_of_study(study: Study, surface: Surfaces) -> Fit:
     """Return the fit of everything that the parameters are fitted to, priors among it."""
-    jointly = bool(study.joint_targets)
-    means = measured_means(study) if jointly else measured_of(study.calibration_target, [FIRST], study.naming)
-    surfaces = joint_surfaces(study, surface) if jointly else [surface.fitted]
-    return fit_over(means, surfaces, surface.region, priors_of(study, surface.scales))
+    surfaces, priors = fitted_surfaces(study, surface), priors_of(study, surface.scales)
+    return fit_over(measured_means(study), surfaces, surface.region, priors)

@@ -19,8 +19,7 @@ from stemcal.folder import SCHEMA_VERSION, StudyFolder
 from stemcal.naming import FIRST
 from stemcal.registry import code_version
 from stemcal.runs.answer import Progress, Watch, ignore
-from stemcal.runs.record import outcome_of, stands
-from stemcal.runs.retries import Run
+from stemcal.runs.record import Run, outcome_of, stands
 from stemcal.solvers import make_solver
 from stemcal.solvers.program import file_hash
 from stemcal.solvers.protocol import Request, Solver
@@ -65,7 +64,7 @@ def inputs_of(study: Study, solver: Solver | None, folder: StudyFolder, stage: s
         parts |= {"package": package, stage: whole.further[stage].model_dump()}
     if of.simulates:
         parts |= _solver_parts(study, solver, stage)
-        parts["solver.replicates"] = study.replicates
+        parts["solver.replicates"] = study.solver.repeats
     if (before := of.needs(whole)) is not None:
         parts[f"{before}.json"] = folder.read_stage(before)
     return {CODE: code_version()} | {name: digest(part)[:_SHORT] for name, part in parts.items()}
@@ -172,22 +171,12 @@ def calibrated_parameters(study: Study, solver: Solver, folder: StudyFolder) -> 
 # ---- a stage made, or read where it is fresh
 
 
-def make(
-    stage: Stage[R],
-    study: Study,
-    folder: StudyFolder,
-    executor: RunExecutor,
-    watch: Watch,
-    solver: Solver | None = None,
-) -> R:
-    """Run a stage, or read it where it is fresh; its result then is in the folder.
-
-    With a `solver` it is always run.
-    """
+def make(stage: Stage[R], study: Study, folder: StudyFolder, executor: RunExecutor, watch: Watch) -> R:
+    """Run a stage, or read it where it is fresh; its result then is in the folder."""
     with folder:
-        if solver is None and (known := fresh(stage.result(), study, folder)) is not None:
+        if (known := fresh(stage.result(), study, folder)) is not None:
             return _told(known, watch)
-        return stage.making()(study, folder, executor, watch, solver)
+        return stage.making()(study, folder, executor, watch)
 
 
 def make_all(
@@ -195,7 +184,6 @@ def make_all(
     folder: StudyFolder,
     executor: RunExecutor,
     watch: Watch = ignore,
-    solver: Solver | None = None,
     done: Callable[[StageResult], None] = lambda _result: None,
     until: str | None = None,
 ) -> list[StageResult]:
@@ -206,7 +194,7 @@ def make_all(
     made = []
     with folder:
         for stage in stages_of(study):
-            made.append(make(stage, study, folder, executor, watch, solver))
+            made.append(make(stage, study, folder, executor, watch))
             done(made[-1])
             if stage.name == until:
                 break

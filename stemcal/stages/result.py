@@ -9,7 +9,7 @@ from operator import attrgetter
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self, TypeVar
 
 from stemcal.errors import UsageError
-from stemcal.files.durable import plain
+from stemcal.files.durable import plain, write_atomic
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import Spread, absent, from_json, inline, to_json
 from stemcal.folder import StudyFolder
@@ -216,7 +216,7 @@ def leave(folder: StudyFolder, result: R) -> R:
     content = result.to_json()
     result = type(result).from_json(content)
     for name, table in result.tables().items():
-        folder.write_csv(name, table)
+        write_atomic(folder.path / f"{name}.csv", table.csv())
     folder.write_stage(result.name, content)
     folder.log("stage_done", stage=result.name)
     return result

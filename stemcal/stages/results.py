@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from stemcal.errors import UsageError
 from stemcal.folder import StudyFolder
-from stemcal.runs.record import Outcome
 from stemcal.solvers import make_solver
 from stemcal.stages.fresh import fresh, require_fresh
 from stemcal.stages.result import R, StageResult, read_result
@@ -32,11 +31,6 @@ class Results:
     def calibrated(self) -> bool:
         """Whether the parameters are known."""
         return any(result.settles is not None for result in self.done)
-
-    def runs(self) -> Iterator[tuple[str, Outcome]]:
-        """Yield label and outcome of every run of every stage."""
-        for result in self.done:
-            yield from result.runs()
 
     @property
     def parameters(self) -> dict[str, float]:

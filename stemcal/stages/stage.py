@@ -118,7 +118,7 @@ class Stage(Checked, Generic[R]):
         return None
 
     def reasons(self) -> Sequence[Callable[[Any], Iterator[Note]]]:
-        """Return its rules of the verdict: functions of a `verdict.rules.Evidence` that yield reasons."""
+        """Return its rules of the verdict: functions of a `verdict.verdict_rules.Evidence` that yield reasons."""
         return ()
 
     def showing(self) -> object:

@@ -65,7 +65,7 @@ class Work:
         def simulate(first: int, points: Sequence[Mapping[str, float]], conditions: Sequence[float]) -> list[Outcome]:
             rows = enumerate(points, first)
             asked = [Request(stage, row, levels, d, pictured) for row, levels in rows for d in conditions]
-            times = self.study.replicates
+            times = self.study.solver.repeats
             return merged(self._answered(repeated(asked, times)), times)
 
         return simulate
@@ -105,7 +105,7 @@ SAME = 1e-6  # of the answer: what summing in another order may change
 
 def repeats_itself(study: Study) -> bool:
     """Return whether equal inputs give equal answers: of the embedded solver, and of programs with a repeated run."""
-    return study.kind.answers == "computes" and not study.replicates
+    return study.kind.answers == "computes" and not study.solver.repeats
 
 
 def second_time(study: Study, requests: Sequence[Request]) -> list[Request]:

@@ -24,8 +24,7 @@ from stemcal.errors import UsageError
 from stemcal.folder import StudyFolder
 from stemcal.laboratory.build import build, rounded
 from stemcal.runs.answer import answer_all
-from stemcal.runs.record import Outcome
-from stemcal.runs.retries import Run
+from stemcal.runs.record import Outcome, Run
 from stemcal.solvers.embedded import test_of
 from stemcal.solvers.laboratory_runs import identity, perform
 from stemcal.solvers.protocol import Request, Solver

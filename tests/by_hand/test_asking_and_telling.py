@@ -52,7 +52,7 @@ def test_run_continues_as_far_as_the_sheet_allows(tmp_path: Path) -> None:
     assert "runs must be done by hand, 16 in total" in planned and "unknown" not in planned
     done = command("run", spec, "--out", out)
     assert done.exit_code == 6
-    assert f"Waiting for 15 results of the stage rsm; fill in {out / 'sheet.csv'}. Once this is done," in done.stderr
+    assert f"Waiting for 15 results from the rsm stage; fill in {out / 'sheet.csv'}. Once this is done," in done.stderr
     head, *rows = cells_of((out / "sheet.csv").read_text("utf-8"))
     assert head == ["run", "sliding", "rolling", "wall", "angle (deg)", "who", "when", "remark", "study"]
     assert sorted(row[0] for row in rows) == sorted(f"rsm {number}" for number in range(1, 16))
@@ -98,7 +98,7 @@ def test_a_correction_from_another_sheet_is_in_the_own_one(tmp_path: Path) -> No
     (tmp_path / "other.csv").write_text(text_of([head, other]), encoding="utf-8")
     done = command("enter", spec, tmp_path / "other.csv", "--out", out, "--replace", "misread")
     assert done.exit_code == 6 and f"Results replaced: 1 ({rows[0][0]})." in done.stdout
-    assert "3 results of the stage rsm" in done.stderr
+    assert "3 results from the rsm stage" in done.stderr
     assert [row[4] for row in cells_of((out / "sheet.csv").read_text("utf-8")) if row[0] == rows[0][0]] == ["30.5"]
 
 
@@ -120,7 +120,7 @@ def test_a_run_that_failed_may_be_tried_again(tmp_path: Path) -> None:
 
 def test_python_asks_and_tells(tmp_path: Path) -> None:
     study, out, rounds = stemcal.load_study(spec_of(tmp_path)), tmp_path / "study", []
-    with pytest.raises(Waiting, match="waiting for 15 results of the stage rsm"):
+    with pytest.raises(Waiting, match="waiting for 15 results from the rsm stage"):
         stemcal.calibrate(study, out=out, workers=1)
     while runs := study.ask(out):
         told = [{"run": run["run"], "angle": angle(run)} for run in runs]
@@ -187,6 +187,15 @@ def test_replicates_are_rows_of_their_own(tmp_path: Path) -> None:
     runs = folder.read_stage("rsm")["design"]["runs"]
     assert [round(run["response"] - angle(run["levels"]), 6) for run in runs] == [0.1] * 15 + [0.2] * 15
     assert len(folder.read_stage("validate")["rows"][0]["replicates"]["values"]) == 2
+
+
+def test_equal_runs_are_entered_by_the_name_on_the_sheet(tmp_path: Path) -> None:
+    """Of three equal runs in the middle of the design the sheet has the first one."""
+    study, folder = stemcal.load_study(spec_of(tmp_path, replicates="")), StudyFolder(tmp_path / "study")
+    head, *rows = awaited(study, folder)
+    for row in rows:
+        row[4] = str(angle(dict(zip(head[1:4], map(float, row[1:4]), strict=True))))
+    assert len(entered(study, folder, text_of([head, *rows])).taken) == 13
 
 
 def test_order_is_drawn_by_chance_where_there_is_chance(tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 import json
 import re
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -142,9 +143,8 @@ def test_doctor_solves_its_known_answer() -> None:
 
 
 def test_doctor_says_what_is_wrong(monkeypatch: pytest.MonkeyPatch) -> None:
-    from stemcal.cli import doctor
-
-    monkeypatch.setattr(doctor, "stretched_bar", lambda: (0.04, 0.03))
+    wrong = SimpleNamespace(row=lambda _name: [0.04])
+    monkeypatch.setattr("stemcal.fem.stepper.simulate", lambda *_: wrong)
     result = command("doctor")
     assert result.exit_code == 1
     assert "WRONG  self-test: solver" in result.stdout

@@ -3,13 +3,12 @@
 from types import SimpleNamespace
 from typing import Any
 
-from stemcal.cli.show import failed_runs
 from stemcal.cli.status import state as lines
 from stemcal.files.rows import Table
 from stemcal.naming import Names
 from stemcal.overview.status import StageStatus, Status
 from stemcal.report.page import _Part, _Picture
-from stemcal.report.page.headline import failures
+from stemcal.report.showing import failed_runs
 from stemcal.runs.record import Outcome
 from stemcal.stages.verdict.result import Verdict
 
@@ -44,8 +43,8 @@ def test_what_is_wrong_with_a_stage() -> None:
 
 def test_failed_runs_are_counted_with_their_reasons() -> None:
     assert failed_runs(stage_of(RIGHT, RIGHT)) == ""
-    assert failed_runs(stage_of(RIGHT, FAILED, FAILED)) == ("screen: 2 of 3 runs failed: inverted (2); see screen.json")
-    assert failures([stage_of(RIGHT, FAILED)]) == ["Screening, run 2 failed: element 17 turned inside out"]
+    said = "inverted (2); first message (screen 2): element 17 turned inside out; see screen.json"
+    assert failed_runs(stage_of(RIGHT, FAILED, FAILED)) == f"screen: 2 of 3 runs failed: {said}"
 
 
 def test_what_is_folded() -> None:

@@ -43,7 +43,10 @@ def test_the_last_screen_holds_verdict_table_and_path(
     lines = said.stdout.splitlines()
     end = lines.index("Calibrated.")
     table = next(number for number, line in enumerate(lines) if line.startswith("Calibrated parameters"))
-    assert "at most 10 % at 7, 8 and 10 mm." in " ".join(lines[end + 1 : table]) and "95 % interval" in lines[table + 1]
+    assert (
+        "at most 10 % at diameters of 7, 8 and 10 mm." in " ".join(lines[end + 1 : table])
+        and "95 % interval" in lines[table + 1]
+    )
     assert [line.split()[0] for line in lines[-7:-4]] == ["7", "8", "10"]
     assert lines[-1].startswith("Report: ") and lines[-1].endswith("report.html")
     assert len(lines) - end < 24 and max(map(len, lines[end:-1])) <= 80
@@ -53,8 +56,8 @@ def test_the_last_screen_holds_verdict_table_and_path(
     assert len(notes) == 5 and "more notes in the report" in said.stderr
     told = json.loads(command("status", spec, "--out", tmp_path / "out", "--json").stdout)["result"]
     assert (told["verdict"], told["reasons"]) == ("calibrated", [])
-    assert told["use"].startswith("The error of the simulation is at most 10 % at 7, 8 and 10 mm. ")
-    assert "The parameters were fitted to data at 8 mm. " in told["use"]
+    assert told["use"].startswith("The error of the simulation is at most 10 % at diameters of 7, 8 and 10 mm. ")
+    assert "The parameters were fitted to data at a diameter of 8 mm. " in told["use"]
     assert stemcal.open_results(tmp_path / "out").verdict.verdict == "calibrated"
 
 

@@ -53,7 +53,7 @@ def test_what_nodes_feel_is_as_wide_on_all_elements_of_up_to_0_56_spreads(bevel:
     def felt(h: float) -> tuple[float, float]:
         mesh = brick((8.0 * h, 1.0, 1.0), (8, 1, 1))
         nodes = mesh.nodes - np.array([4.0 * h, 0.0, 0.0])
-        edge = spread_edge((tool,), nodes, np.zeros((0, 2), dtype=np.int32), mesh.hexes, h)
+        edge = spread_edge((tool,), nodes, mesh.hexes, h)
         middle = np.average(edge.across, weights=edge.weight)
         return float(middle), float(np.average((edge.across - middle) ** 2, weights=edge.weight)) + h * h / 6.0
 

@@ -93,7 +93,7 @@ def test_do_the_runs_by_hand(clone: Path) -> None:
     *first, run = commands(page)
     printed = give(first, clone)
     assert "15 + 1 runs must be done by hand, 16 in total" in printed["stemcal check heap.yaml"]
-    assert "Waiting for 15 results of the stage rsm" in give([run], clone, code=6)[run]
+    assert "Waiting for 15 results from the rsm stage" in give([run], clone, code=6)[run]
     for code in (6, 6, 0):
         write_angles(clone / "runs" / "heap" / "sheet.csv", angles)
         printed = give([run], clone, code=code)

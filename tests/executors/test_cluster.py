@@ -21,9 +21,10 @@ from test_local import Prepared
 
 import stemcal
 from stemcal.errors import UsageError
-from stemcal.executors import ClusterLost, InlineExecutor, RunTimedOut, WorkerDied
+from stemcal.executors import ClusterLost, InlineExecutor, WorkerDied
 from stemcal.folder import StudyFolder
 from stemcal.registry import code_version
+from stemcal.time_limit import RunTimedOut
 
 pytest.importorskip("distributed", reason="needs Dask: pip install 'stemcal[dask]'")
 
@@ -193,7 +194,7 @@ def test_another_version_is_refused(
     request.addfinalizer(code_version.cache_clear)
     monkeypatch.setattr("stemcal.registry.__version__", "0.1.0")
     code_version.cache_clear()
-    with pytest.raises(UsageError, match=r"the study uses 0\.1\.0\+\w+; install the same version and code"):
+    with pytest.raises(UsageError, match=r"the study uses 0\.1\.0\+\w+; install the same version of stemcal"):
         DaskExecutor(cluster.address)
 
 

@@ -13,8 +13,9 @@ from pathlib import Path
 import pytest
 from fakes import ENVIRONMENT
 
-from stemcal.executors import InlineExecutor, RunTimedOut, WorkerDied, available_cores
+from stemcal.executors import InlineExecutor, WorkerDied, available_cores
 from stemcal.executors.local import LocalExecutor
+from stemcal.time_limit import RunTimedOut
 
 POSIX = pytest.mark.skipif(os.name == "nt", reason="POSIX signals")
 

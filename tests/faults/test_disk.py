@@ -92,7 +92,7 @@ def test_disk_full(small_disk: Path, expected: dict[str, bytes]) -> None:
     folder = small_disk / "study"
     full = screen(folder)
     assert full.returncode == 1
-    assert os.strerror(errno.ENOSPC) in full.stderr and "free some disk space; the same command" in full.stderr
+    assert os.strerror(errno.ENOSPC) in full.stderr and "free some disk space, then repeat the command" in full.stderr
     assert "Traceback" not in full.stderr
     kept = intact(folder)
     assert 0 < len(kept) < 12
@@ -140,7 +140,7 @@ def survives(strace: str, call: str, nth: int, folder: Path, expected: dict[str,
         if call != "write":  # it may have been the message itself
             assert os.strerror(errno.EIO) in done.stderr, done.stderr
         if call in ("fsync", "rename"):
-            assert "the same command then resumes with the finished runs" in done.stderr
+            assert "then repeat the command; finished runs are kept" in done.stderr
     goes_on(folder, kept, expected)
     return done.returncode != 0
 

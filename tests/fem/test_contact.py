@@ -154,11 +154,11 @@ def test_edge_pushes_a_face_between_its_nodes() -> None:
     random = np.random.default_rng(5)
     tool = Tool(((0.1, 0.05), (1.0, 3.0), (-1.0, 3.0)), 0.05, height=0.9, speed=-20.0, edge=0.1)
     x = np.array([[-0.5, 0.0, 1.0], [0.6, -0.1, 1.1], [0.5, 1.0, 0.95], [-0.55, 0.9, 1.05]])
-    v, mass = random.uniform(-20.0, 20.0, (4, 3)), np.full(4, 2e-9)
+    v = random.uniform(-20.0, 20.0, (4, 3))
     tools, pushes = tool_arrays((tool,), 4), _no_pushes(4, 1)
     arrays = edge((tool,), [0.3, 0.6, 2.0])
     faces, corner_mass = np.array([[0, 1, 2, 3]], dtype=np.int32), np.array([0.5e-9])
-    push_faces_out(tools, arrays, faces, corner_mass, 1, x, v, mass, pushes, 1e-6, 0.8e-6, LAW)
+    push_faces_out(tools, arrays, faces, corner_mass, 1, x, v, pushes, 1e-6, 0.8e-6, LAW)
     wanted = np.zeros((4, 3))
     for y in (0.3, 0.6):
         grid = np.linspace(-1.0, 1.0, 2001)

@@ -1,7 +1,5 @@
 """A table is data: columns know how their values are written, rows keep the values."""
 
-import pytest
-
 from stemcal.files.rows import Column, Table
 
 LENGTH = Column("length", "Length", "mm", "{:.1f}".format)
@@ -27,9 +25,3 @@ def test_what_claims_goes_where_a_study_is_not_calibrated() -> None:
     assert left is not None and left.heads == ("name", "Length, mm")
     assert left.foot == ("A foot.",) and left.claimed == () and left.rows[0] == ("a", 2.25)
     assert Table.of(["a"], [{"a": 1}], claims=True).unclaimed() is None
-
-
-def test_columns_are_taken_by_their_keys() -> None:
-    assert TABLE.only(["length", "name"]).rows == ((2.25, "a"), ("failed", "b"))
-    with pytest.raises(KeyError, match="width"):
-        TABLE.only(["width"])

@@ -206,7 +206,8 @@ def test_a_stage_file_of_another_version_is_told(folder: StudyFolder) -> None:
 
 
 def test_tables_are_the_same_on_every_system(folder: StudyFolder) -> None:
-    folder.write_csv("t", Table.of(("factor", "value"), [{"factor": "a,b", "value": 0.1}, {"factor": "é"}]))
+    table = Table.of(("factor", "value"), [{"factor": "a,b", "value": 0.1}, {"factor": "é"}])
+    durable.write_atomic(folder.path / "t.csv", table.csv())
     assert (folder.path / "t.csv").read_bytes() == 'factor,value\n"a,b",0.1\né,\n'.encode()
 
 

@@ -9,7 +9,7 @@ from fakes import FakeSolver, make_study
 
 from stemcal.folder import StudyFolder
 from stemcal.overview.plan import costs_of, elapsed, overhead, plan
-from stemcal.runs.retries import Run
+from stemcal.runs.record import Run
 from stemcal.solvers.protocol import Answer, Request
 
 

@@ -22,13 +22,13 @@ from stemcal.files.rows import Rows
 from stemcal.folder import StudyFolder
 from stemcal.report.page import _Shown, render, shown
 from stemcal.solvers.protocol import RESPONSES, Answer, Request
-from stemcal.stages.fitting import joint_surfaces
+from stemcal.stages.fitting import fitted_surfaces
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.results import Results
 from stemcal.stages.surface.analysis import fit_response_surface
 from stemcal.stages.surface.profiler import profiler_data
 from stemcal.stages.surface.result import SurfaceResult
-from stemcal.stages.verdict.rules import verdict_of
+from stemcal.stages.verdict.verdict_rules import verdict_of
 from stemcal.study.reading import load_study
 
 playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed (extra test-browser)")
@@ -123,7 +123,7 @@ def fitted(folder: Path, k: int, responses: str) -> tuple[Any, Any]:
 def test_values_and_intervals_are_those_of_python(browser: Any, tmp_path: Path, k: int, responses: str) -> None:
     """A thousand random points, also outside the ranges: value and both intervals to 1e-12."""
     study, rsm = fitted(tmp_path, k, responses)
-    data, surfaces = profiler_data(study, rsm, {}, True), joint_surfaces(study, rsm)
+    data, surfaces = profiler_data(study, rsm, {}, True), fitted_surfaces(study, rsm)
     assert len(data["surfaces"]) == len(surfaces) == 5 * len(responses.split())
     path, coded = tmp_path / "alone.html", np.random.default_rng(k).uniform(-2.0, 2.0, (1000, k))
     levels = rsm.scales.to_natural(coded)

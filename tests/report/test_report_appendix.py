@@ -72,5 +72,5 @@ def test_every_stage_names_its_runs(stages: dict[str, Any], edited: Any) -> None
         content["conditions"] = [{"condition": 7.0, "runs": [run], **{name: content[name] for name in kept}}]
 
     labels = [label for label, _ in edited(stages["rsm"], add_diameter).runs()]
-    assert labels[:2] == ["rsm 1 at 7 mm", "rsm 1"] and len(labels) == 21
+    assert labels[:2] == ["rsm 1 at a diameter of 7 mm", "rsm 1"] and len(labels) == 21
     assert [label for label, _ in stages["validate"].runs()] == ["7 mm", "8 mm", "9 mm", "10 mm", "11 mm"]

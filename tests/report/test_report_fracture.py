@@ -1,7 +1,6 @@
 """The picture of the cut stem: the right faces, deleted elements gone, the shape kept whole in a record."""
 
 import json
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,7 +10,7 @@ from stemcal.cutting.end_state import Shape
 from stemcal.fem.material import Material
 from stemcal.fem.mesh import brick
 from stemcal.fem.model import Integration
-from stemcal.report.figures.fracture import _exposed_faces, _section_faces, _side_faces, fracture
+from stemcal.report.figures.fracture import _faces, _section_faces, _side_faces, fracture
 
 
 def box(counts: tuple[int, int, int] = (4, 2, 2), symmetry: str = "none") -> Shape:
@@ -23,7 +22,7 @@ def box(counts: tuple[int, int, int] = (4, 2, 2), symmetry: str = "none") -> Sha
 
 
 def test_surface_of_a_box() -> None:
-    corners, owner = _exposed_faces(box())
+    corners, owner = _faces(box().hexes, box().standing)
     assert len(corners) == 2 * (4 * 2 + 4 * 2 + 2 * 2)
     assert set(owner) == set(range(16))
 
@@ -32,8 +31,8 @@ def test_a_deleted_element_opens_its_neighbours() -> None:
     whole = box((3, 3, 3))
     standing = whole.standing.copy()
     standing[13] = False  # the middle one
-    assert len(_exposed_faces(replace(whole, standing=standing))[0]) == 54 + 6
-    assert 13 not in _exposed_faces(replace(whole, standing=standing))[1]
+    assert len(_faces(whole.hexes, standing)[0]) == 54 + 6
+    assert 13 not in _faces(whole.hexes, standing)[1]
 
 
 @pytest.mark.parametrize("symmetry", ["none", "half"])
@@ -70,4 +69,4 @@ def test_shape_of_a_cut_stem_survives_packing() -> None:
     drawn = figure.axes[0].collections[0].get_array()
     assert len(drawn) == len(_side_faces(again)[0]) > 50
     gone = set(np.flatnonzero(~shape.standing))
-    assert not gone & set(_exposed_faces(again)[1])
+    assert not gone & set(_faces(again.hexes, again.standing)[1])

@@ -132,7 +132,7 @@ def with_film(replayed: tuple[Any, Any], filmed: tuple[Any, Film], tmp_path: Pat
 def test_what_a_record_with_a_film_can_show(with_film: tuple[Any, StudyFolder]) -> None:
     study, folder = with_film
     records = read_records(fresh_results(study, folder), folder)
-    assert films(records) == ["animation-8mm"]
+    assert list(films(records)) == ["animation-8mm"]
     path = write_film(study, records, folder, "animation")
     assert path.name == "animation-8mm.gif" and path.stat().st_size > 50_000
     with pytest.raises(UsageError, match="figures: animation-8mm"):
@@ -147,7 +147,7 @@ def test_the_page_shows_energies_and_cut(with_film: tuple[Any, StudyFolder]) -> 
 
 
 def test_without_a_film_the_remedy_is_told(replayed: tuple[Any, Any]) -> None:
-    with pytest.raises(UsageError, match=r"refine and validate store the frames; run"):
+    with pytest.raises(UsageError, match=r"stages store the frames; run"):
         write_film(replayed[0], {}, replayed[1], "animation")
 
 

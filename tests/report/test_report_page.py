@@ -60,7 +60,7 @@ def test_words_come_first(page: str) -> None:
     text = re.sub(r"\s+", " ", re.sub(r"<[^>]+>", " ", page[page.index("<body") :]))
     place = text.index("Outcome", text.index("Which parameter values reproduce the measured"))
     assert place < text.index("Confidence") < text.index("Effects on the maximum")
-    assert "159.2 N at yield stress = 18.37" in text
+    assert "At yield stress = 18.37 MPa, failure strain = " in text
     assert "of the parameter combinations that fit equally well" in text
     assert "was read from a table" in text
 
@@ -170,10 +170,11 @@ def test_failed_runs_are_told_on_top(replayed: tuple[Any, Any], tmp_path: Path) 
     for name in ("screen", "rsm", "invert"):
         shutil.copy(folder.path / f"{name}.json", tmp_path)
     stage = folder.read_stage("validate")
-    stage["rows"][0] |= {"simulated": None, "error_percent": None, "status": "failed", "message": "too soft"}
+    none = dict.fromkeys(("simulated", "error_percent", "response"))
+    stage["rows"][0] |= {**none, "status": "failed", "message": "too soft"}
     StudyFolder(tmp_path).write_stage("validate", stage)
     text = render(study, StudyFolder(tmp_path))
-    assert text.index("Validation, run 7 mm failed: too soft") < text.index('id="outcome"')
+    assert text.index("no reason given (1); first message (7 mm): too soft") < text.index('id="outcome"')
 
 
 @BLANK

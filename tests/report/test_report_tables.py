@@ -84,7 +84,7 @@ def test_scores_of_curves_stand_by_how_far_they_are_from_the_mean_curve() -> Non
 
 
 def test_failed_runs_show_their_reason(stages: dict[str, Any], edited: Any) -> None:
-    failed = {"simulated": None, "error_percent": None, "status": "failed", "reason": "nan"}
+    failed = {"simulated": None, "error_percent": None, "response": None, "status": "failed", "reason": "nan"}
     stage = edited(stages["validate"], lambda content: content["rows"][0].update(failed))
     assert cells(printed(stage), "7 ") == ["7", "held", "out", "120", "failed", "(nan)", "–"]
 

@@ -24,7 +24,7 @@ from stemcal.report.page.headline import kind_of, question
 from stemcal.report.progress import describe
 from stemcal.report.records import read_records
 from stemcal.report.showing import certainty, outcome_of, shown_notes, tables_of
-from stemcal.report.tables.of_designs import listed, runs_table
+from stemcal.report.tables.of_designs import runs_table
 from stemcal.report.tables.setting import setting_tables
 from stemcal.report.terminal import final_tables
 from stemcal.stages.invert.result import InvertResult
@@ -98,7 +98,7 @@ def all_tables(told: Told) -> list[Table]:
     study, folder, results = told
     names = Names(study.naming)
     stages = [table for stage in results.done for table in tables_of(stage)]
-    runs = listed(runs_table(ledger(study, folder), names), names)
+    runs = runs_table(ledger(study, folder), names, "Runs")
     ends = final_tables(study, results, True)
     return [*stages, *setting_tables(study), *_run_tables(study, results), *ends, runs]
 
@@ -221,7 +221,7 @@ def test_sentences_speak_of_no_stem(angle: Told, moist: Told) -> None:
     assert of_stems(notes) == []
     validation, joint = angle[2].of(ValidateResult), moist[2].of(InvertResult)
     assert validation is not None and joint is not None
-    difference = r"The largest absolute difference between simulated and measured angle of repose is [\d.]+ %\."
+    difference = r"The largest absolute error in the simulated angle of repose is [\d.]+ %\."
     assert re.fullmatch(difference, outcome_of(validation)[0])
     missed = r".* response surfaces are [\d.]+ % \(angle of repose\) and [\d.]+ % \(bulk density\)\."
     assert re.fullmatch(missed, outcome_of(joint)[1])
@@ -230,10 +230,10 @@ def test_sentences_speak_of_no_stem(angle: Told, moist: Told) -> None:
 def test_runs_are_listed_under_the_studys_names(angle: Told, moist: Told) -> None:
     heads = []
     for study, folder, _ in (angle, moist):
-        table = runs_table(ledger(study, folder), Names(study.naming), study.names)
-        heads.append(table.headed(study.naming.headings).csv().partition("\n")[0].split(",")[:8])
-    assert heads[0] == ["stage", "run", "key", "status", "angle", "reason", "message", "static"]
-    assert heads[1] == ["stage", "run", "key", "status", "angle", "reason", "message", "moisture"]
+        table = runs_table(ledger(study, folder), Names(study.naming), "Runs")
+        heads.append([column.key for column in table.headed(study.naming.headings).columns])
+    assert heads[0] == ["stage", "key", "status", "reason", "run", "angle", "wall_seconds"]
+    assert heads[1] == ["stage", "key", "status", "reason", "run", "moisture", "angle", "wall_seconds"]
     assert str(angle[0]) == "Study repose: 5 factors, 1 target, solver command"
     assert "2 targets" in str(moist[0])
 

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from stemcal.naming import Named, Naming
-from stemcal.runs.retries import validated
+from stemcal.runs.record import validated
 from stemcal.solvers.protocol import RESPONSES, Answer
 
 HEAP = Naming(None, (Named("angle", "Angle of repose", "θ", "deg"), Named("density", "Bulk density", "ρ", "kg/m3")))

@@ -62,7 +62,7 @@ def test_a_deterministic_program_is_asked_as_ever(tmp_path):
     study = study_of(tmp_path, "", template=TEMPLATE.replace("{{seed}}", "7"))
     identity = Command(study).identity(Request("screen", 3, LEVELS, 8.0))
     assert not {"replicate", "seed"} & set(identity)
-    assert study.replicates == 0
+    assert study.solver.repeats == 0
     assert {request.replicate for request in screening_design(study, make_solver(study)).requests(8.0)} == {0}
 
 

@@ -72,4 +72,4 @@ def test_replicates_move_the_mesh_along_the_stem() -> None:
     assert shifts("validate") == found
     assert shifts(yield_stress=12.0) != found
     assert len({digest(solver.identity(Request("rsm", 0, levels, 8.0, replicate=r))) for r in (0, 1, 2, 3, 4)}) == 5
-    assert study.replicates == 4 and solver.belongings(8.0)["replicates"] == "4"
+    assert study.solver.repeats == 4 and solver.belongings(8.0)["replicates"] == "4"

@@ -12,12 +12,12 @@ from types import ModuleType
 import pytest
 import workflow
 
-from stemcal.doe.calibration.confidence_intervals import holds
+from stemcal.doe.calibration.confidence_intervals import profiles_of
 from stemcal.executors.local import LocalExecutor
 from stemcal.folder import StudyFolder
 from stemcal.solvers.protocol import Request
 from stemcal.solvers.replicates import values_of
-from stemcal.stages.fitting import fit_over, joint_surfaces, measured_means
+from stemcal.stages.fitting import fit_over, fitted_surfaces, measured_means
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.results import fresh_results
 from stemcal.stages.screen.result import ScreenResult
@@ -120,7 +120,7 @@ def test_the_shipped_study_finds_the_hidden_friction(tmp_path: Path) -> None:
     assert screen.residual.df >= 3 and not screen.by_lenth
     assert surface.lack_of_fit_testable
     region = surface.region
-    found = fit_over(measured_means(study), joint_surfaces(study, surface), region)
+    found = fit_over(measured_means(study), fitted_surfaces(study, surface), region)
     point = surface.scales.to_coded([HIDDEN[name] for name in surface.names])
-    assert all(holds(found, point))
+    assert all(one.low <= value <= one.high for one, value in zip(profiles_of(found), point, strict=True))
     assert found.value(point) <= 2.0 * max(found.tangents.allowed(slope) for slope in found.tangents.slopes)

@@ -11,7 +11,7 @@ from stemcal.errors import UsageError
 from stemcal.executors.local import LocalExecutor
 from stemcal.folder import StudyFolder
 from stemcal.runs.answer import answer_all
-from stemcal.runs.retries import Run
+from stemcal.runs.record import Run
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import RESPONSES, Request
 from stemcal.study.model import Study

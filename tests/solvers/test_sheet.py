@@ -36,7 +36,7 @@ def test_rows_forces_and_what_is_pending(tmp_path: Path) -> None:
     asked = [request(solver, row, **levels) for row, levels in enumerate(rows)]
     assert [solver.knows(one) for one in asked] == [True, True, False]
     assert [solver.solve(one).response for one in asked[:2]] == [122.0, 112.0]
-    with pytest.raises(Waiting, match="1 result of the stage rsm"):
+    with pytest.raises(Waiting, match="1 result from the rsm stage"):
         solver.solve(asked[2])
 
 

@@ -11,7 +11,7 @@ import pytest
 
 from stemcal.errors import SpecError
 from stemcal.registry import code_of
-from stemcal.runs.retries import Run
+from stemcal.runs.record import Run
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Request, Solver
 from stemcal.study.model import SOLVERS, Study

@@ -12,7 +12,7 @@ from stemcal.folder import StudyFolder
 from stemcal.solvers.protocol import Solver
 from stemcal.stages.results import Results, fresh_results
 from stemcal.stages.verdict.result import Verdict
-from stemcal.stages.verdict.rules import verdict_of
+from stemcal.stages.verdict.verdict_rules import verdict_of
 from stemcal.study.model import SOLVERS
 from stemcal.study.reading import load_study
 

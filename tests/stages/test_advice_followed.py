@@ -23,7 +23,7 @@ from stemcal.folder import StudyFolder
 from stemcal.note import Note
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.stages.verdict.result import Verdict
-from stemcal.stages.verdict.rules import verdict_of
+from stemcal.stages.verdict.verdict_rules import verdict_of
 from stemcal.study.model import SOLVERS
 from stemcal.study.reading import load_study
 

@@ -96,7 +96,7 @@ def test_part_of_a_whole_study(tmp_path: Path) -> None:
 def test_a_sheet_is_asked_for_the_path(tmp_path: Path) -> None:
     study, folder = load_study(CONFIGS / "paper-replay.yaml"), StudyFolder(tmp_path / "out")
     workflow.run_stage("screen", study, folder, InlineExecutor())
-    with pytest.raises(Waiting, match="waiting for 1 result of the stage climb"):
+    with pytest.raises(Waiting, match="waiting for 1 result from the climb stage"):
         workflow.run_stage("climb", study, folder, InlineExecutor())
 
 

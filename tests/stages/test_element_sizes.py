@@ -52,7 +52,7 @@ class WithoutLengths(Solver):
         force = 110.0 * (request.levels["failure_strain"] * size / 0.05) ** 0.4
         force = min(force, 90.0) if size == 4.0 else force
         sd = (0.19 if size == 3.0 else 0.05) * force
-        places = [float(place) for place in range(self.study.replicates)]
+        places = [float(place) for place in range(self.study.solver.repeats)]
         share = (places[request.replicate - 1] - fmean(places)) / stdev(places)
         return Answer("ok", force + share * sd)
 

@@ -44,13 +44,11 @@ def kinds(stage: InvertResult) -> dict[str, str]:
 
 def test_one_force_does_not_determine_two_factors(results: Any) -> None:
     stage = results.of(InvertResult)
-    assert words.outcome(stage, LABELLED)[0].startswith(
-        "The predicted maximum force equals the measured value of 159.2 N at yield stress = 18.37"
-    )
+    assert words.outcome(stage, LABELLED)[0].startswith("At yield stress = 18.37 MPa, ")
     kept, free, *unseen, assumed = words.known(stage.certainty, stage, LABELLED)
-    assert kept.startswith("The maximum force at 8 mm alone constrains yield stress to between 15.")
-    assert free.endswith(" does not determine failure_strain and strain_rate_c.")
-    assert len(unseen) == 2 and all("no first-order effect" in text for text in unseen)
+    assert kept.startswith("The maximum force at a diameter of 8 mm constrains yield stress to between 15.")
+    assert free.endswith(" does not determine failure_strain or strain_rate_c.")
+    assert len(unseen) == 2 and all("is unchanged to first order" in text for text in unseen)
     assert assumed == "If no standard deviation is given, the measured value is treated as exact."
     assert kinds(stage)["one_of_many"] == "caution"
     point = replace(stage.point, inside=False, coded_radius=2.0)

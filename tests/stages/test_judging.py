@@ -24,7 +24,7 @@ from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.verdict.advice import reach
 from stemcal.stages.verdict.physics import LIMITS, NEGLIGIBLE_MASS, Doubt, for_physics
 from stemcal.stages.verdict.result import Verdict
-from stemcal.stages.verdict.rules import verdict_of
+from stemcal.stages.verdict.verdict_rules import verdict_of
 from stemcal.study.model import SOLVERS, Study
 from stemcal.study.reading import load_study
 
@@ -273,4 +273,4 @@ def test_a_misfit_beyond_the_measured_scatter(tmp_path: Path, judged: Judge) -> 
     verdict = judged(load_study(study.source), tmp_path)
     assert verdict.verdict == "with_reservations"
     (reason,) = (reason for reason in verdict.reasons if reason.kind == "conflict")
-    assert "at 11 mm" in reason.text
+    assert "at a diameter of 11 mm" in reason.text

@@ -197,7 +197,7 @@ def test_the_physics_of_the_calibrated_run_alone_is_judged(tmp_path, monkeypatch
     before, _ = plant.judged("one", more + "solver: {kind: embedded, element_size: d/16}\n")
     (reason,) = before.reasons
     assert (before.verdict, reason.kind) == (word, "physics_of_solution")
-    assert f"{percent:g} % of the internal energy at 8 mm" in reason.text
+    assert f"{percent:g} % of the internal energy at a diameter of 8 mm" in reason.text
     finer = Plant(tmp_path, monkeypatch, Planted(), TRUTHS[0])
     after, _ = finer.judged("finer", more + "solver: {kind: embedded, element_size: d/20}\n")
     assert after.verdict == "calibrated"
@@ -210,7 +210,7 @@ def test_the_physics_of_a_check_is_a_reservation(tmp_path, monkeypatch) -> None:
     found, _ = plant.judged("one", more)
     (reason,) = found.reasons
     assert (found.verdict, reason.kind) == ("with_reservations", "physics_of_solution")
-    assert "inertia contributes 30 % of the force at 11 mm" in reason.text
+    assert "inertia contributes 30 % of the force at a diameter of 11 mm" in reason.text
 
 
 def test_an_effect_of_the_wrong_sign_reaches_the_verdict(tmp_path, monkeypatch) -> None:

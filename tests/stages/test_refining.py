@@ -87,5 +87,5 @@ def test_a_sheet_is_asked_for_the_solution(tmp_path: Path) -> None:
     study, folder = load_study(CONFIGS / "paper-replay.yaml"), StudyFolder(tmp_path / "out")
     workflow.run_stage("rsm", study, folder, InlineExecutor())
     workflow.run_stage("invert", study, folder)
-    with pytest.raises(Waiting, match="waiting for 1 result of the stage refine"):
+    with pytest.raises(Waiting, match="waiting for 1 result from the refine stage"):
         workflow.run_stage("refine", study, folder, InlineExecutor())

@@ -17,7 +17,7 @@ from stemcal.report.showing import tables_of
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.refine.result import RefineResult
-from stemcal.stages.refine.steps import SurfaceSteps, Trial, missed_by
+from stemcal.stages.refine.steps import SurfaceSteps, Trial
 from stemcal.stages.result import read_result
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.study.reading import load_study
@@ -106,7 +106,7 @@ def test_settles_where_no_parameters_do_better(tmp_path: Path) -> None:
 
     def misfit(a: float, b: float) -> float:
         point = np.array([a, b])
-        return missed_by(steps.fit, Trial(point, np.array([force(a, b, d) for d in measured])))
+        return steps._missed(Trial(point, np.array([force(a, b, d) for d in measured])))
 
     at = stage["parameters"]
     a, b = (at["yield_stress"] - 15.0) / 5.0, (at["failure_strain"] - 0.03) / 0.02

@@ -114,7 +114,7 @@ def test_other_responses_make_the_surface_stale(tmp_path: Path) -> None:
 
 def test_a_solver_that_tells_no_travel_is_named(tmp_path: Path) -> None:
     study = study_of(tmp_path, EIGHT, "invert: {responses: all}\n")
-    with pytest.raises(RunsFailed, match="run 1 at 8 mm contains no travel"):
+    with pytest.raises(RunsFailed, match="run 1 at a diameter of 8 mm contains no travel"):
         solved(study, tmp_path, Telling(silent=True))
 
 

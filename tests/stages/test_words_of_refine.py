@@ -9,10 +9,11 @@ from stemcal.naming import Names, program
 from stemcal.runs.record import Outcome
 from stemcal.stages.refine.analysis import notes_of
 from stemcal.stages.refine.result import AdjustedFactor, Model, RefineResult, RefineRow, RefineRun, Stopped
-from stemcal.stages.refine.showing import refine_tables
+from stemcal.stages.refine.showing import RefineShowing
 from stemcal.stages.result import Head
 
 STEM = Names()
+tables = RefineShowing().tables
 RUN = RefineRun(
     run=1, how="solution", condition=8.0, levels={"strain": 0.035}, predicted=158.5, outcome=Outcome(response=66.7)
 )
@@ -37,21 +38,21 @@ HERE = replace(THERE, elsewhere=False, model=Model("embedded"), adjusted=Rows(),
 
 
 def test_the_tables_state_what_they_refer_to() -> None:
-    parameters, responses, runs = refine_tables(THERE, STEM)
+    parameters, responses, runs = tables(THERE, STEM)
     assert parameters.title == "Parameters for OpenRadioss" and len(parameters.foot) == 1
     known = replace(THERE, adjusted=Rows([replace(THERE.adjusted[0], interval=(0.2, 0.3))]))
-    assert refine_tables(known, STEM)[0].foot[1].startswith("95 % interval: computed from the standard error")
+    assert tables(known, STEM)[0].foot[1].startswith("95 % interval: computed from the standard error")
     assert responses.foot == (
         "The error at the target is below 2 % after 2 of at most 8 runs.",
         "Error in % = 100·(measured − refined)/measured.",
     )
     assert [row[1] for row in runs.cells] == ["solution", "path"]
-    after_a_joint_fit = refine_tables(replace(THERE, aim=150.0, converged=False), STEM)[1].foot
+    after_a_joint_fit = tables(replace(THERE, aim=150.0, converged=False), STEM)[1].foot
     assert after_a_joint_fit[:2] == (
         "The error at the target is above 2 % after 2 of at most 8 runs.",
         "After a joint fit, the target is the value predicted by the model of the study (150 N).",
     )
-    assert len(refine_tables(HERE, STEM)) == 2
+    assert len(tables(HERE, STEM)) == 2
 
 
 def test_programs_by_their_names() -> None:
@@ -73,7 +74,7 @@ def test_notes() -> None:
     rose = replace(THERE, made=Rows([replace(run, outcome=replace(run.outcome, censored=True)) for run in THERE.made]))
     assert "In 2 runs" in kinds(rose)["still_rose"]
     outside = replace(HERE, made=Rows([replace(RUN, prediction_interval=(150.0, 160.0))]))
-    assert "at 8 mm" in kinds(outside)["first_outside"]
+    assert "at a diameter of 8 mm" in kinds(outside)["first_outside"]
 
 
 @pytest.mark.parametrize("stopped", ["budget", "settled", "out_of_reach"])

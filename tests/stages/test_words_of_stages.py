@@ -21,7 +21,7 @@ from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.results import fresh_results
 from stemcal.stages.validate.result import ValidateResult
 from stemcal.stages.verdict.result import Verdict
-from stemcal.stages.verdict.rules import verdict_of
+from stemcal.stages.verdict.verdict_rules import verdict_of
 from stemcal.stages.verdict.words import lines, verdict_json
 from stemcal.study.model import SOLVERS, Study
 from stemcal.study.reading import load_study
@@ -131,7 +131,7 @@ def test_no_file_or_sentence_speaks_of_stems(case: str, tmp_path: Path, monkeypa
     told = texts(place)
     assert {"screen.json", "rsm.json", "invert.json", "validate.json", "validate.csv"} <= set(told)
     results = fresh_results(study, place)
-    said = [*(label for label, _ in results.runs()), *(repr(result) for result in results.done)]
+    said = [text for result in results.done for text in (*(label for label, _ in result.runs()), repr(result))]
     said.append(json.dumps(verdict_json(verdict, Names(study.naming))))
     planned = [str(note) for note in plan(study, place).notes]
     said += [repr(study), *planned, *(entry.message for entry in ledger(study, place))]

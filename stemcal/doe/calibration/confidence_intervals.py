@@ -54,16 +54,6 @@ def profiles_of(fit: Fit) -> list[Profile]:
     return [_profile(fit, j, name) for j, name in enumerate(names)]
 
 
-def holds(fit: Fit, point: Array) -> list[bool]:
-    """Return for each factor whether its interval holds the value at a point."""
-    cloud = fit.region.cloud(_CLOUD)
-    axes = np.eye(fit.region.k)
-    return [
-        fit.rise(_held_at(fit, j, float(v), fit.best, cloud)) <= fit.tangents.allowed(axes[j])
-        for j, v in enumerate(point)
-    ]
-
-
 def _profile(fit: Fit, j: int, name: str) -> Profile:
     from scipy.optimize import brentq
 

@@ -93,7 +93,10 @@ def solve_target(
     TargetUnreachable
         If ŷ misses the target everywhere in the region.
     """
-    rules = {"least_coded_distance": _least_coded_distance, "others_at_centre": _others_at_centre}
+    rules = {
+        "least_coded_distance": lambda solutions: solutions.best(squared_distance()),
+        "others_at_centre": _others_at_centre,
+    }
     if rule not in rules:
         raise UsageError(f"invert.rule: unknown rule {rule!r}; choose one of {', '.join(rules)}")
     region = Region(np.asarray(low, dtype=float), np.asarray(high, dtype=float), radius)
@@ -130,7 +133,7 @@ def assess_point(
     """
     x = np.asarray(coded, dtype=float)
     distance = float(np.linalg.norm(x))
-    reach = float(np.linalg.norm(surface.design, axis=1).max()) if radius is None else radius
+    reach = surface.design_radius if radius is None else radius
     inside = distance <= reach + 1e-6
     if low is not None and high is not None:
         inside = inside and bool(np.all((x >= np.asarray(low) - 1e-6) & (x <= np.asarray(high) + 1e-6)))
@@ -164,22 +167,15 @@ def _level_points(surface: Surface, target: float, region: Region, ends: tuple[A
 
 
 def _pairs(below: Array, above: Array) -> tuple[Array, Array]:
-    """Pair each point with its nearest on the other side, and with a few far away."""
-    near = _neighbours_across(below, above)
-    starts, stops = [near[0]], [near[1]]
+    """Pair each point with its nearest on the other side, and with a few far away: starts and stops, (m, k) each."""
+    from scipy.spatial import cKDTree
+
+    starts, stops = [below, above], [above[cKDTree(above).query(below)[1]], below[cKDTree(below).query(above)[1]]]
     longest = max(len(below), len(above))
     for shift in range(_PARTNERS):
         starts.append(below[np.arange(longest) % len(below)])
         stops.append(above[(np.arange(longest) * (2 * shift + 1) + shift) % len(above)])
     return np.vstack(starts), np.vstack(stops)
-
-
-def _neighbours_across(below: Array, above: Array) -> tuple[Array, Array]:
-    """Pair each point with its nearest on the other side: starts and stops, (m, k) each."""
-    from scipy.spatial import cKDTree
-
-    stops = above[cKDTree(above).query(below)[1]], below[cKDTree(below).query(above)[1]]
-    return np.vstack([below, above]), np.vstack(stops)
 
 
 def _crossings(surface: Surface, target: float, starts: Array, stops: Array) -> Array:
@@ -207,14 +203,6 @@ def _on_level(surface: Surface, target: float) -> dict[str, Any]:
         "fun": lambda x: (surface.predict(x)[0] - target) / scale,
         "jac": lambda x: surface.gradient(x) / scale,
     }
-
-
-# ---- rules that pick one point
-
-
-def _least_coded_distance(solutions: _LevelSet) -> list[Array]:
-    """Stay as near the centre of the design as the target allows."""
-    return solutions.best(squared_distance())
 
 
 def _others_at_centre(solutions: _LevelSet) -> list[Array]:

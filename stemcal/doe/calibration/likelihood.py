@@ -226,8 +226,9 @@ class Fit:
         rise = self.tangents.misfits - data.tangents.misfits
         return float(data.weights @ chdtrc(len(self.priors), np.maximum(rise, 0.0)))
 
-    def only(self, kept: Sequence[int]) -> Fit:
-        """Return the fit to some of the observations, by the same draws."""
+    def without(self, *left_out: int) -> Fit:
+        """Return the fit to the other observations, by the same draws."""
+        kept = [i for i in range(len(self.observations)) if i not in left_out]
         rows = [*kept, *range(len(self.observations), len(self.draws[0]))]
         place = {i: new for new, i in enumerate(kept)}
         surfaces = []
@@ -244,10 +245,6 @@ class Fit:
         precision = np.tensordot(self.weights, np.linalg.inv(draws), axes=1)
         found = Fit(observations, self.priors, self.region, errors, draws, self.weights, precision, self.best)
         return replace(found, best=optimise(found.objective, self.region.cloud(_CLOUD), self.region)[0])
-
-    def without(self, *left_out: int) -> Fit:
-        """Return the fit to the other observations."""
-        return self.only([i for i in range(len(self.observations)) if i not in left_out])
 
 
 @dataclass(frozen=True, eq=False)

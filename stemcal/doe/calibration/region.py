@@ -57,18 +57,6 @@ class Region:
         reach = np.inf if self.radius is None else self.radius
         return np.maximum(self.low, -reach), np.minimum(self.high, reach)
 
-    def rules(self, more: int = 0) -> list[dict[str, Any]]:
-        """Return |x| ≤ radius, if there is one, as SLSQP takes it; x precedes further variables."""
-        if (radius := self.radius) is None:
-            return []
-        k, rest = self.k, np.zeros(more)
-        inside = {
-            "type": "ineq",
-            "fun": lambda z: radius**2 - z[:k] @ z[:k],
-            "jac": lambda z: np.concatenate([-2.0 * z[:k], rest]),
-        }
-        return [inside]
-
     def nearest(self, point: Array) -> Array:
         """Draw a point into the region: into the box, then along the ray to the point nearest the centre."""
         inside = np.clip(point, self.low, self.high)
@@ -168,13 +156,16 @@ def search_from(
     from scipy.optimize import minimize
 
     low, high = region.bounds()
+    rules = [] if rule is None else [rule]
+    if (radius := region.radius) is not None:
+        rules.append({"type": "ineq", "fun": lambda x: radius**2 - x @ x, "jac": lambda x: -2.0 * x})
     result = minimize(
         objective.value,
         start,
         jac=objective.gradient,
         method="SLSQP",
         bounds=list(zip(low, high, strict=True)),
-        constraints=[*([rule] if rule else []), *region.rules()],
+        constraints=rules,
         options={"maxiter": 300, "ftol": 1e-14},
     )
     point: Array = np.clip(np.asarray(result.x, dtype=float), low, high)

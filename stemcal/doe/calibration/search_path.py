@@ -82,7 +82,7 @@ class SearchPath:
         for mover in self.movers:
             if mover.relative_slope == 0.0 or not isfinite(mover.relative_slope):
                 raise UsageError(
-                    f"refine.adjust: {mover.name} has no effect in the response surface; remove the factor"
+                    f"refine.adjust: {mover.name} has no effect on the response surface; remove the factor"
                 )
 
     @property

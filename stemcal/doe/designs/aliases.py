@@ -37,16 +37,19 @@ def aliases_note(coded: Array, names: Sequence[str]) -> Note:
         clear = f"In the {n} runs of the design, no main effect is aliased with a two-factor interaction."
         return Note("clear_of_interactions", "caution", clear)
     if largest > 1.0 - 1e-9:
-        return _fully_aliased(n, _full_aliases(weights, names))
+        return _fully_aliased(n, weights, names)
     text = (
-        f"In the {n} runs of the design, main effects are partly aliased with interactions (alias coefficients of up "
-        f"to {largest:.2g})."
+        f"In the {n} runs of the design, main effects are partially aliased with interactions (alias coefficients of "
+        f"up to {largest:.2g})."
     )
     return Note("partly_aliased", "caution", text)
 
 
-def _fully_aliased(n: int, hidden: dict[str, tuple[str, ...]]) -> Note:
-    """Return the note that some main effects cannot be distinguished from these interactions."""
+def _fully_aliased(n: int, weights: Array, names: Sequence[str]) -> Note:
+    """Return the note that some main effects cannot be distinguished from an interaction at all, and from which."""
+    pairs = [f"{a}:{b}" for a, b in combinations(names, 2)]
+    rows = ((name, np.flatnonzero(np.abs(row) > 1.0 - 1e-9)) for name, row in zip(names, weights, strict=True))
+    hidden = {name: [pairs[c] for c in columns] for name, columns in rows if columns.size}
     listed = [f"{factor} with {_first(pairs)}" for factor, pairs in list(hidden.items())[:_SHOWN_FACTORS]]
     if (more := len(hidden) - _SHOWN_FACTORS) > 0:
         listed.append(f"{more} more")
@@ -54,13 +57,6 @@ def _fully_aliased(n: int, hidden: dict[str, tuple[str, ...]]) -> Note:
     return Note("fully_aliased", "caution", text)
 
 
-def _first(pairs: tuple[str, ...]) -> str:
+def _first(pairs: Sequence[str]) -> str:
     more = len(pairs) - _SHOWN_ALIASES
     return ", ".join(pairs[:_SHOWN_ALIASES]) + (f" and {more} more" if more > 0 else "")
-
-
-def _full_aliases(weights: Array, names: Sequence[str]) -> dict[str, tuple[str, ...]]:
-    """Return the main effects that cannot be distinguished from an interaction at all, with those interactions."""
-    pairs = [f"{a}:{b}" for a, b in combinations(names, 2)]
-    rows = ((name, np.flatnonzero(np.abs(row) > 1.0 - 1e-9)) for name, row in zip(names, weights, strict=True))
-    return {name: tuple(pairs[c] for c in columns) for name, columns in rows if columns.size}

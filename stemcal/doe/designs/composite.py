@@ -22,7 +22,7 @@ def axial_distance(k: int, alpha: str | float = "rotatable") -> float:
         return 1.0
     if isinstance(alpha, str):
         raise UsageError(
-            f"rsm.alpha: {alpha!r} is neither a rule nor a positive number; write `rotatable`, `face` or a number"
+            f"rsm.alpha: {alpha!r} is neither a known rule nor a positive number; write `rotatable`, `face` or a number"
         )
     if not (np.isfinite(alpha) and alpha > 0.0):
         raise UsageError(f"rsm.alpha: {alpha:g} is not positive; write 1 for axial points on the faces of the cube")
@@ -43,7 +43,7 @@ def central_composite(k: int, centre_points: int = 6, alpha: str | float = "rota
     if k < 1:
         raise UsageError(f"rsm.factors: the number of factors is {k}; list at least one factor")
     if centre_points < 0:
-        raise UsageError(f"rsm.centre_points: {centre_points} is negative; write 6, which is usual for three factors")
+        raise UsageError(f"rsm.centre_points: {centre_points} is negative; write 6, the usual number for three factors")
     axes = np.array([sign * row for row in np.eye(k) for sign in (-1.0, 1.0)]) + 0.0
     return np.vstack([_corners(k), axial_distance(k, alpha) * axes, np.zeros((centre_points, k))])
 

@@ -76,21 +76,15 @@ class Fraction:
     @property
     def resolution(self) -> int | None:
         """Return the length of the shortest word; None for a full factorial."""
-        return min(map(int.bit_count, self._relation()), default=None)
-
-    def _relation(self) -> list[int]:
-        whole = [_mask(word) ^ 1 << self.basic + i for i, word in enumerate(self.generators)]
-        return [reduce(xor, c) for r in range(1, len(whole) + 1) for c in combinations(whole, r)]
-
-
-def _mask(word: str) -> int:
-    return sum(1 << LETTERS.index(letter) for letter in word)
+        whole = [{*word, LETTERS[self.basic + i]} for i, word in enumerate(self.generators)]
+        words = (reduce(xor, some) for r in range(1, len(whole) + 1) for some in combinations(whole, r))
+        return min(map(len, words), default=None)
 
 
 def full_factorial(k: int) -> Array:
     """Return every combination of the levels −1 and +1, the first factor fastest."""
     if not 1 <= k <= _MOST_FACTORS:
-        raise UsageError(f"full factorial: {k} factors are not possible; use 1 to {_MOST_FACTORS} factors")
+        raise UsageError(f"full factorial: {k} factors are not supported; use 1 to {_MOST_FACTORS} factors")
     from pyDOE3 import ff2n
 
     return np.asarray(ff2n(k), dtype=float)[:, ::-1]

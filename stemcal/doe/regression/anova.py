@@ -46,11 +46,6 @@ class LackOfFit:
     p: float | None
     deterministic: bool
 
-    @property
-    def testable(self) -> bool:
-        """Whether an F could be formed."""
-        return self.f is not None
-
 
 def lack_of_fit(coded: Array, fit: LeastSquares) -> LackOfFit:
     """Split the residual over exactly repeated design points.
@@ -75,23 +70,20 @@ def anova_table(fit: LeastSquares, terms: Sequence[str], split: LackOfFit) -> tu
     """Tabulate type III sums of squares of the coded columns against the residual."""
     error = None if fit.exact else fit.mean_square
 
-    def tested(source: str, ss: float, df: int) -> AnovaRow:
-        f, p = (f_test(ss / df, df, error, fit.df) or (None, None)) if df else (None, None)
+    def row(source: str, ss: float, df: int, f: float | None = None, p: float | None = None) -> AnovaRow:
         return AnovaRow(source, ss, df, ss / df if df else None, f, p, stars(p))
 
-    def bare(source: str, ss: float, df: int) -> AnovaRow:
-        return AnovaRow(source, ss, df, ss / df if df else None, None, None, "")
+    def tested(source: str, ss: float, df: int) -> AnovaRow:
+        return row(source, ss, df, *((f_test(ss / df, df, error, fit.df) if df else None) or ()))
 
-    lof = bare("Lack of fit", split.sum_of_squares, split.df)
-    total = AnovaRow("Cor total", fit.total_ss, len(fit.response) - 1, None, None, None, "")
     partial = fit.partial_ss[1:]
     return (
         tested("Model", fit.total_ss - fit.residual_ss, len(terms) - 1),
         *(tested(term, float(ss), 1) for term, ss in zip(terms[1:], partial, strict=True)),
-        bare("Residual", fit.residual_ss, fit.df),
-        AnovaRow(lof.source, lof.sum_of_squares, lof.df, lof.mean_square, split.f, split.p, stars(split.p)),
-        bare("Pure error", split.pure_sum_of_squares, split.pure_df),
-        total,
+        row("Residual", fit.residual_ss, fit.df),
+        row("Lack of fit", split.sum_of_squares, split.df, split.f, split.p),
+        row("Pure error", split.pure_sum_of_squares, split.pure_df),
+        AnovaRow("Cor total", fit.total_ss, len(fit.response) - 1, None, None, None, ""),
     )
 
 
@@ -176,12 +168,6 @@ def press(fit: LeastSquares) -> float | None:
     return float(np.sum((fit.residuals[judged] / (1.0 - fit.leverage[judged])) ** 2))
 
 
-def _variance_inflation(fit: LeastSquares) -> Array:
-    """VIF of each column but the first: Σ(x − x̄)²·(XᵀX)⁻¹ⱼⱼ; 1 when orthogonal to all others."""
-    spread = np.sum((fit.matrix - np.mean(fit.matrix, axis=0)) ** 2, axis=0)
-    return np.asarray((spread * np.diag(fit.unscaled_covariance))[1:])
-
-
 # ---- coefficients and what the fit is worth
 
 
@@ -197,18 +183,17 @@ class Coefficient:
     vif: float | None
 
 
-def coefficients_of(
-    fit: LeastSquares, terms: Sequence[str], mean_square: float | None, df: int
-) -> tuple[Coefficient, ...]:
-    """Return the coefficients with standard errors and 95 % intervals from an error and its df."""
-    inflation = _variance_inflation(fit)
-    errors = None if mean_square is None else np.sqrt(mean_square * np.diag(fit.unscaled_covariance))
-    t = t_quantile(0.95, df) if df else 0.0
+def coefficients_of(fit: LeastSquares, terms: Sequence[str]) -> tuple[Coefficient, ...]:
+    """Return the coefficients with standard errors and 95 % intervals from the residual."""
+    # VIF = Σ(x − x̄)²·(XᵀX)⁻¹ⱼⱼ; 1 of a column orthogonal to all others
+    inflation = np.sum((fit.matrix - np.mean(fit.matrix, axis=0)) ** 2, axis=0) * np.diag(fit.unscaled_covariance)
+    errors = None if fit.mean_square is None else np.sqrt(fit.mean_square * np.diag(fit.unscaled_covariance))
+    t = t_quantile(0.95, fit.df) if fit.df else 0.0
     out = []
     for i, term in enumerate(terms):
         value, error = float(fit.coefficients[i]), None if errors is None else float(errors[i])
         low, high = (None, None) if error is None else (value - t * error, value + t * error)
-        out.append(Coefficient(term, value, error, low, high, float(inflation[i - 1]) if i else None))
+        out.append(Coefficient(term, value, error, low, high, float(inflation[i]) if i else None))
     return tuple(out)
 
 

@@ -41,7 +41,8 @@ class Shape:
     @property
     def called(self) -> str:
         """Its kind in words."""
-        return f"{self.kind} with a ridge" if self.ridge and self.kind != "plane" else self.kind
+        kind = "saddle point" if self.kind == "saddle" else self.kind
+        return f"{kind} with a ridge" if self.ridge and kind != "plane" else kind
 
 
 def canonical_analysis(surface: Surface, coding: Coding) -> Shape:

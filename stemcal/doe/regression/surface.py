@@ -1,7 +1,7 @@
 """The response surface: a full quadratic in coded units, with its ANOVA, intervals and diagnostics."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -173,11 +173,38 @@ def fit_surface(
     present, n_failed = np.isfinite(y) & ~copies, int(np.sum(~np.isfinite(y)))
     kept, every = _kept(names, terms), term_names(names)
     matrix = term_columns(points)[present][:, kept]
-    require_estimable(matrix, [every[i] for i in kept], n_failed, "response surface")
+    chosen = [every[i] for i in kept]
+    require_estimable(matrix, chosen, n_failed, "response surface")
     fit = fit_least_squares(matrix, y[present])
-    rows = (np.flatnonzero(present) + 1).tolist()
-    runs = _Runs(points[present], rows, tuple(names), kept, n_failed, int(copies.sum()))
-    return _surface(fit, runs, written)
+    split = lack_of_fit(points[present], fit)
+    beta, covariance = np.zeros(len(every)), np.zeros((len(every), len(every)))
+    beta[kept] = fit.coefficients
+    covariance[np.ix_(kept, kept)] = fit.unscaled_covariance
+    missed = press(fit)
+    surface = Surface(
+        names=tuple(names),
+        coefficients=Rows(coefficients_of(fit, chosen)),
+        anova=Rows(anova_table(fit, chosen, split)),
+        r2=share_explained(fit.residual_ss, fit),
+        adjusted_r2=adjusted_r2(fit),
+        predicted_r2=None if missed is None else share_explained(missed, fit),
+        adequate_precision=adequate_precision(fit),
+        press=missed,
+        cv_percent=cv_percent(fit),
+        lack_of_fit_testable=split.f is not None,
+        runs_diagnostics=Rows(run_diagnostics(fit, (np.flatnonzero(present) + 1).tolist())),
+        runs_failed=n_failed,
+        notes=(),
+        design=points[present],
+        beta=beta,
+        unscaled_covariance=covariance,
+        mean_square=fit.mean_square,
+        df=fit.df,
+        response=fit.response,
+        copies=int(copies.sum()),
+        deterministic=bool(copies.any()),
+    )
+    return replace(surface, notes=tuple(_surface_notes(surface, fit, split, written)))
 
 
 def _checked_points(coded: ArrayLike, response: ArrayLike, names: Sequence[str]) -> tuple[Array, Array]:
@@ -200,56 +227,6 @@ def _kept(names: Sequence[str], terms: Sequence[str] | None) -> list[int]:
     return [i for i, term in enumerate(known) if i == 0 or term in terms]
 
 
-@dataclass(frozen=True, eq=False)
-class _Runs:
-    """What a fit was made from: the runs that succeeded, the places of its terms, how many runs were lost."""
-
-    design: Array
-    rows: list[int]
-    names: tuple[str, ...]
-    kept: list[int]
-    failed: int
-    copies: int
-
-
-def _surface(fit: LeastSquares, runs: _Runs, written: Names) -> Surface:
-    every, kept = term_names(runs.names), runs.kept
-    terms = [every[i] for i in kept]
-    split = lack_of_fit(runs.design, fit)
-    diagnostics = run_diagnostics(fit, runs.rows)
-    missed, precision = press(fit), adequate_precision(fit)
-    mean_square, df = fit.mean_square, fit.df
-    coefficients = coefficients_of(fit, terms, mean_square, df)
-    inflation = [c.vif for c in coefficients if c.vif is not None]
-    notes = _surface_notes(fit, split, diagnostics, precision, inflation, runs.failed, runs.copies, written)
-    beta, covariance = np.zeros(len(every)), np.zeros((len(every), len(every)))
-    beta[kept] = fit.coefficients
-    covariance[np.ix_(kept, kept)] = fit.unscaled_covariance
-    return Surface(
-        names=runs.names,
-        coefficients=Rows(coefficients),
-        anova=Rows(anova_table(fit, terms, split)),
-        r2=share_explained(fit.residual_ss, fit),
-        adjusted_r2=adjusted_r2(fit),
-        predicted_r2=None if missed is None else share_explained(missed, fit),
-        adequate_precision=precision,
-        press=missed,
-        cv_percent=cv_percent(fit),
-        lack_of_fit_testable=split.testable,
-        runs_diagnostics=Rows(diagnostics),
-        runs_failed=runs.failed,
-        notes=tuple(notes),
-        design=runs.design,
-        beta=beta,
-        unscaled_covariance=covariance,
-        mean_square=mean_square,
-        df=df,
-        response=fit.response,
-        copies=runs.copies,
-        deterministic=runs.copies > 0,
-    )
-
-
 # ---- what to beware of in a fitted surface
 
 # Rules of thumb: a ratio of 4 makes a surface usable, a Cook's distance of 1 one run too strong, a variance
@@ -262,18 +239,10 @@ def flat_response(consequence: str) -> Note:
     return Note("flat_response", "warning", f"All runs have the same response, so {consequence}.")
 
 
-def _surface_notes(
-    fit: LeastSquares,
-    split: LackOfFit,
-    diagnostics: Sequence[RunDiagnostics],
-    precision: float | None,
-    inflation: Sequence[float],
-    failed: int,
-    copies: int,
-    written: Names,
-) -> Iterator[Note]:
+def _surface_notes(surface: Surface, fit: LeastSquares, split: LackOfFit, written: Names) -> Iterator[Note]:
     """Yield what the fit, its runs and their failures mean for the trust in it."""
-    largest = max(inflation, default=1.0)
+    failed, copies, precision = surface.runs_failed, surface.copies, surface.adequate_precision
+    largest = max((one.vif for one in surface.coefficients if one.vif is not None), default=1.0)
     if failed:
         text = (
             f"{failed} of {len(fit.response) + failed} runs failed. The response surface is fitted to the remaining "
@@ -308,7 +277,7 @@ def _surface_notes(
             "represents noise."
         )
         yield Note("mostly_noise", "warning", text)
-    for run in diagnostics:
+    for run in surface.runs_diagnostics:
         if run.cooks_distance is not None and run.cooks_distance > _INFLUENTIAL:
             called = f"Run {run.run} ({written.quantity(run.response, 'g')})"
             text = f"{called} strongly influences the response surface (Cook's distance {run.cooks_distance:.2f})."

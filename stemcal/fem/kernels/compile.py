@@ -128,7 +128,7 @@ def inlined(function: Function) -> Any:
 
 ZERO, ONE, TWO, THREE = (np.float32(number) for number in (0.0, 1.0, 2.0, 3.0))
 EIGHT, SIXTY_FOUR = (np.float32(number) for number in (8.0, 64.0))
-EIGHTH, QUARTER, HALF, THREE_HALVES = (np.float32(number) for number in (0.125, 0.25, 0.5, 1.5))
+QUARTER, HALF, THREE_HALVES = (np.float32(number) for number in (0.25, 0.5, 1.5))
 TINY = np.float32(2.0**-100)
 
 # Elements in a row whose corners are nodes in a row. Nodal arrays (N, 3) lie component by component (Fortran's order),

@@ -308,7 +308,6 @@ def push_faces_out(
     count: int,
     x: Array,
     v: Array,
-    mass: Array,
     pushes: Floats,
     dt0: float,
     dt: float,
@@ -359,11 +358,10 @@ def push_faces_out(
                 old[i] = spring[i]
             for corner in range(4):
                 node = faces[m, corner]
-                if mass[node] > 0.0:  # a ghost follows its source, which receives the mirror image of this force
-                    for i in range(3):
-                        push(pushes, EDGE * tool_count + t, node, i, shape[corner] * (force[i] - spring[i]))
-                        push(pushes, FRICTION * tool_count + t, node, i, shape[corner] * spring[i])
-                        tools.force[t, i] -= shape[corner] * force[i]
+                for i in range(3):
+                    push(pushes, EDGE * tool_count + t, node, i, shape[corner] * (force[i] - spring[i]))
+                    push(pushes, FRICTION * tool_count + t, node, i, shape[corner] * spring[i])
+                    tools.force[t, i] -= shape[corner] * force[i]
     for slot in range(touched.shape[0]):
         if not touched[slot]:
             edge.traction[slot, :] = 0.0

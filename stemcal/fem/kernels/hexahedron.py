@@ -20,7 +20,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from stemcal.fem.kernels.compile import EIGHTH, HALF, ONE, QUARTER, ZERO, inlined, like
+from stemcal.fem.kernels.compile import HALF, ONE, QUARTER, ZERO, inlined, like
 
 # Numba infers these tuples of floats; the alias is for the reader.
 Floats = Any
@@ -42,18 +42,6 @@ def modal_sums(f: Floats) -> Floats:
 
 
 @inlined
-def scaled(f: Floats, by: float) -> Floats:
-    """Return eight values times a factor."""
-    return by * f[0], by * f[1], by * f[2], by * f[3], by * f[4], by * f[5], by * f[6], by * f[7]
-
-
-@inlined
-def modes(f: Floats) -> Floats:
-    """Return the eight modal amplitudes of eight corner values."""
-    return scaled(modal_sums(f), EIGHTH)
-
-
-@inlined
 def spread(m: Floats) -> Floats:
     """Return H F, the corner forces of forces on the modal sums: the transpose of `modal_sums`."""
     # undo ζ
@@ -66,12 +54,6 @@ def spread(m: Floats) -> Floats:
     s3, s4, d3, d4 = ss2 - sd2, ss2 + sd2, ds2 - dd2, ds2 + dd2
     # undo ξ
     return s1 - d1, s1 + d1, s2 + d2, s2 - d2, s3 - d3, s3 + d3, s4 + d4, s4 - d4
-
-
-@inlined
-def corners(m: Floats) -> Floats:
-    """Return corner forces f_I = ⅛ Σ Hᵢₘ Fₘ of modal forces: the transpose of `modes`."""
-    return scaled(spread(m), EIGHTH)
 
 
 @inlined

@@ -6,7 +6,6 @@ that LLVM breaks down to what the processor has; speed without them: `docs/expla
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from typing import Any
 
 import llvmlite.binding
@@ -48,7 +47,7 @@ def _read_corners(_typing: Any, nodal: Any, unit: Any, runs: Any, r: Any, values
         )
         width = runs.extent(1)
         index = r.cast(width.type)
-        both = _order(range(2 * RUN))
+        both = ir.Constant(ir.VectorType(_WORD, 2 * RUN), [_WORD(place) for place in range(2 * RUN)])
         form = ir.VectorType(nodal.form, RUN)
         to = ir.VectorType(values.form, 2 * RUN)
         units = _each(builder, unit.value, to) if nodal.counts else None
@@ -260,11 +259,6 @@ def _of_component(builder: Any, nodal: _Value, node: Any, i: int) -> Any:
     """Return where component i of a node is in a nodal array."""
     nodes = nodal.extent(0)
     return builder.add(node, builder.mul(nodes, nodes.type(i)))
-
-
-def _order(places: Iterable[int]) -> Any:
-    chosen = [_WORD(place) for place in places]
-    return ir.Constant(ir.VectorType(_WORD, len(chosen)), chosen)
 
 
 def _each(builder: Any, number: Any, form: Any) -> Any:

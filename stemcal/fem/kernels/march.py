@@ -20,7 +20,6 @@ from stemcal.fem.kernels.compile import entry, kernel
 from stemcal.fem.kernels.contact import push_faces_out, push_nodes_out, push_skin_out
 from stemcal.fem.kernels.element import add_internal_forces, follow_smooth_rates
 from stemcal.fem.kernels.erosion import erode
-from stemcal.fem.kernels.ghosts import mirror_ghosts
 from stemcal.fem.kernels.llvm import add_together, give_way, read_together
 from stemcal.fem.kernels.nodes import (
     add_chunks,
@@ -73,7 +72,6 @@ class Body(NamedTuple):
     state: Array
     scratch: Array
     element_mass: Array
-    ghosts: NDArray[np.int32]  # (G, 2) massless nodes and the nodes they mirror in x = 0
 
 
 class Clock(NamedTuple):
@@ -84,7 +82,7 @@ class Clock(NamedTuple):
     step_before: Array
     steps: NDArray[np.int64]
     reach: Array  # how far things may have moved since the candidates were listed
-    trouble: NDArray[np.int64]  # element where the march broke off, −1 none
+    trouble: NDArray[np.int64]  # slot of the element that sets the step, or has broken it off
 
 
 class Ledger(NamedTuple):
@@ -147,22 +145,15 @@ def meet(team: Floats) -> None:
 
 
 @kernel
-def renew_time_step(body: Floats, topology: Floats, clock: Floats, settings: Floats) -> int:
+def renew_time_step(body: Floats, clock: Floats, settings: Floats) -> int:
     """Work out the time step anew every `STEP_LIFE` steps; returns why the march must end, or GOING_ON."""
     if clock.steps[0] % STEP_LIFE != 0:
         return GOING_ON
-    stable, element, volume = stable_step(body, topology.slots, settings.lame, settings.shear)
-    clock.trouble[0] = element
+    stable, clock.trouble[0], volume = stable_step(body, settings.lame, settings.shear)
     if not volume > 0.0:
         return INVERTED
     clock.step[0] = settings.safety * stable
     return GOING_ON if clock.step[0] > settings.smallest_step else COLLAPSED
-
-
-@kernel
-def _begin_step(until: float, body: Floats, topology: Floats, clock: Floats, settings: Floats) -> int:
-    """See to the time step, unless the time is reached; returns why the march must end, or GOING_ON."""
-    return renew_time_step(body, topology, clock, settings) if clock.time[0] < until else REACHED
 
 
 @kernel
@@ -231,7 +222,7 @@ def _add_contact_forces(
     faces, count = candidates.faces, candidates.face_count[0]
     if edge.tool >= 0:
         corner_mass = candidates.corner_mass
-        push_faces_out(tools, edge, faces, corner_mass, count, x, v, body.mass, body.pushes, dt0, dt, friction)
+        push_faces_out(tools, edge, faces, corner_mass, count, x, v, body.pushes, dt0, dt, friction)
     if spread.tool >= 0:
         push_spread_edge(spread, tools, body, _mean_step(clock), dt, friction)
 
@@ -294,7 +285,6 @@ def finish_step(body: Floats, tools: Floats, clock: Floats, ledger: Floats) -> i
     """Do what follows the motion of the nodes: books, tools, time; returns why the march must end, or GOING_ON."""
     dt, kick = clock.step[0], _mean_step(clock)
     work, fastest = add_chunks(ledger.node_sums)
-    mirror_ghosts(body)
     leave_pushes(body, kick, tools.speed, ledger.held)
     ledger.external_work[0] += work
     clock.reach[0] += dt * (fastest + _move_tools(tools, ledger, kick, dt))
@@ -327,7 +317,7 @@ def march(
     while True:
         if leads:
             if outcome == GOING_ON:
-                outcome = _begin_step(until, body, topology, clock, settings)
+                outcome = renew_time_step(body, clock, settings) if clock.time[0] < until else REACHED
             if outcome == GOING_ON:
                 apart = fail_in_the_mean(body, topology, exchange, clock)
             team.outcome[0] = outcome

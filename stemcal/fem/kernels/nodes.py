@@ -223,19 +223,13 @@ def add_late_forces(body: Any, mine: Any) -> None:
             f[first + k, i] = 0.0
 
 
-@inlined
-def see_node(body: Any, n: int) -> None:
-    """Copy position and velocity of a node for the elements."""
-    for i in range(3):
-        see_place(body.seen.x.T[i], n, body.x[n, i], body.seen.unit)
-        see_velocity(body.seen.v.T[i], n, body.v[n, i])
-
-
 @entry
 def see(body: Any) -> None:
     """Copy position and velocity of all nodes for the elements."""
     for n in range(body.x.shape[0]):
-        see_node(body, n)
+        for i in range(3):
+            see_place(body.seen.x.T[i], n, body.x[n, i], body.seen.unit)
+            see_velocity(body.seen.v.T[i], n, body.v[n, i])
 
 
 @entry

@@ -65,13 +65,12 @@ class SpreadEdge(NamedTuple):
     bell: Array  # (R, M) the bell along the edge there
     image: Array  # (R, M) −1 for images, 1 for others
     pairs: Ints  # (P, 2) rows from y = 0 outwards with those on the other side of it, −1 where a mirror holds these
-    sources: Ints  # (N,) the node that receives a force on each: itself, or for a ghost the node that it mirrors
     found: Ints  # (L, Q) face under each sample, −1 none, changes
     place: Array  # (L, Q, 6) ξ, η, height, how much higher the true surface is, n_x/n_z, n_y/n_z, changes
     line_sums: Array  # (L, 2) Σ w and Σ w z of the true surface over the samples that meet a face, changes
     line_sizes: Ints  # (L,) nodes under each line, changes
     line_nodes: Ints  # (L, 4 Q), changes
-    line_hold: Array  # (L, 4 Q, 3) Σ w N, Σ w N n_x/n_z (its sign turned beyond a mirror) and Σ w N n_y/n_z, changes
+    line_hold: Array  # (L, 4 Q, 3) Σ w N, Σ w N n_x/n_z and Σ w N n_y/n_z, changes
     sizes: Ints  # (R,) nodes of each row, changes
     nodes: Ints  # (R, K), changes
     shape: Array  # (R, K, 3) Σ w N, its sign turned where a mirror turns the component, changes
@@ -159,11 +158,9 @@ def _gather_line(edge: Floats, line: int, faces: Any) -> None:
         height += weight * (edge.place[line, q, 2] + edge.place[line, q, 3])
         shape = shape_functions(edge.place[line, q, 0], edge.place[line, q, 1])
         for corner in range(4):
-            node = faces[face, corner]
-            source, share = edge.sources[node], weight * shape[corner]
-            k = places[corner]
+            k, share = places[corner], weight * shape[corner]
             edge.line_hold[line, k, 0] += share
-            edge.line_hold[line, k, 1] += (share if source == node else -share) * edge.place[line, q, 4]
+            edge.line_hold[line, k, 1] += share * edge.place[line, q, 4]
             edge.line_hold[line, k, 2] += share * edge.place[line, q, 5]
     edge.line_sums[line, 0], edge.line_sums[line, 1] = total, height
 
@@ -171,11 +168,9 @@ def _gather_line(edge: Floats, line: int, faces: Any) -> None:
 @inlined
 def _places_of_face(edge: Floats, line: int, corners: Floats) -> Floats:
     """Return where a line keeps the nodes that receive the forces on the corners of a face."""
-    sizes, nodes, sources = edge.line_sizes, edge.line_nodes, edge.sources
-    first = _place_of(sizes, nodes, line, sources[corners[0]])
-    second = _place_of(sizes, nodes, line, sources[corners[1]])
-    third = _place_of(sizes, nodes, line, sources[corners[2]])
-    return first, second, third, _place_of(sizes, nodes, line, sources[corners[3]])
+    sizes, nodes = edge.line_sizes, edge.line_nodes
+    first, second = _place_of(sizes, nodes, line, corners[0]), _place_of(sizes, nodes, line, corners[1])
+    return first, second, _place_of(sizes, nodes, line, corners[2]), _place_of(sizes, nodes, line, corners[3])
 
 
 @inlined

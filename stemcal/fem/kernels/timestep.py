@@ -85,15 +85,6 @@ def element_steps(topology: Floats, x: Array, state: Array, element_mass: Array,
     return steps
 
 
-@inlined
-def _element_in(slots: Any, slot: int) -> int:
-    """Return the element that is in a slot, −1 if none does."""
-    for e in range(slots.shape[0]):
-        if slots[e] == slot:
-            return e
-    return -1
-
-
 @kernel
 def _find_frequencies(scratch: Array, state: Array, lame: float, shear: float) -> None:
     """Set the rows `RATES` and `VOLUMES` of the scratch to ω² and 64 V of the elements of a block."""
@@ -108,11 +99,11 @@ def _find_frequencies(scratch: Array, state: Array, lame: float, shear: float) -
 
 
 @entry
-def stable_step(body: Floats, slots: Any, lame: float, shear: float) -> Floats:
-    """Return the stable step 2/ω of the standing elements, the element that sets it, and its volume.
+def stable_step(body: Floats, lame: float, shear: float) -> Floats:
+    """Return the stable step 2/ω of the standing elements, the slot of the one that sets it, and its volume.
 
     No assembled mesh is faster than its fastest free element. A volume that is not positive ends the search with
-    step 0. The place of an element is ``slots[e]``, block · `LANES` + lane.
+    step 0.
     """
     scratch, state, runs, states = body.scratch, body.state, body.runs, states_of(body.state)
     first = state[0, 0, 0]
@@ -125,7 +116,7 @@ def stable_step(body: Floats, slots: Any, lame: float, shear: float) -> Floats:
                 continue
             omega2, whole = scratch[RATES * LANES + lane], scratch[VOLUMES * LANES + lane]
             if not whole > ZERO:
-                return 0.0, _element_in(slots, b * LANES + lane), whole / 64.0
+                return 0.0, b * LANES + lane, whole / 64.0
             if omega2 > fastest:
                 fastest, slowest, smallest = omega2, b * LANES + lane, whole
-    return 2.0 / sqrt(max(float(fastest), 1.0e-300)), _element_in(slots, slowest), smallest / 64.0
+    return 2.0 / sqrt(max(float(fastest), 1.0e-300)), slowest, smallest / 64.0

@@ -65,7 +65,7 @@ def _colour_bar(figure: Figure, scale: Any, panels: list[Axes]) -> None:
 
 def _side_faces(shape: Shape) -> tuple[Array, Array]:
     """Return the faces that show from the side, far ones first, as (F, 4, 2) in x and z, and their strain."""
-    corners, owner = _exposed_faces(shape)
+    corners, owner = _faces(shape.hexes, shape.standing)
     points = shape.nodes[corners]
     seen = _normals(points)[:, 1] > 0.0
     order = np.argsort(points[seen][:, :, 1].mean(axis=1))
@@ -84,13 +84,8 @@ def _section_faces(shape: Shape) -> tuple[Array, Array]:
     return shape.nodes[corners[on_plane]][:, :, (0, 2)], shape.plastic_strain[owner[on_plane]]
 
 
-def _exposed_faces(shape: Shape) -> tuple[NDArray[np.int32], NDArray[np.intp]]:
-    """Return the outer faces (F, 4) of the remaining elements, and their elements."""
-    return _faces(shape.hexes, shape.standing)
-
-
 def _faces(hexes: NDArray[np.int32], chosen: NDArray[np.bool_]) -> tuple[NDArray[np.int32], NDArray[np.intp]]:
-    """Return the faces that only one chosen element has."""
+    """Return the outer faces (F, 4) of the chosen elements, which only one of these has, and their elements."""
     owner = np.repeat(np.flatnonzero(chosen), 6)
     corners = hexes[chosen][:, FACES].reshape(-1, 4)
     _, first, count = np.unique(np.sort(corners, axis=1), axis=0, return_index=True, return_counts=True)

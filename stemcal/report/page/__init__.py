@@ -23,16 +23,16 @@ from stemcal.naming import Names, small
 from stemcal.numbers import short
 from stemcal.report.figures.plot import Plot, Shared, inline
 from stemcal.report.gallery import gallery
-from stemcal.report.page.headline import failures, headline, kind_of, lead, made_with, next_step, question
+from stemcal.report.page.headline import headline, kind_of, lead, made_with, next_step, question
 from stemcal.report.records import Records, provenance_rows, read_records, run_warnings, spec_hash
-from stemcal.report.showing import Setting, certainty, outcome_of, showing_of, shown_notes, tables_of
+from stemcal.report.showing import Setting, certainty, failed_runs, outcome_of, showing_of, shown_notes, tables_of
 from stemcal.report.tables.of_designs import design_tables
 from stemcal.report.tables.setting import grown_table, setting_tables
 from stemcal.stages.result import StageResult
 from stemcal.stages.results import Results, fresh_results
 from stemcal.stages.stage import stage_called, stages_of
 from stemcal.stages.verdict.result import Verdict
-from stemcal.stages.verdict.rules import verdict_of
+from stemcal.stages.verdict.verdict_rules import verdict_of
 from stemcal.stages.verdict.words import uses, word
 from stemcal.study.model import Study
 from stemcal.words import counted, series
@@ -132,7 +132,7 @@ def render(study: Study, folder: StudyFolder, what: _Shown | None = None) -> str
         warnings=[
             *study.warnings,
             *results.stale,
-            *failures(done),
+            *filter(None, map(failed_runs, done)),
             *([] if verdict.has("physics") else map(str, run_warnings(records))),
         ],
         missing=[stage.title for stage in stages_of(study) if stage.name not in names],
@@ -246,17 +246,13 @@ def policy(css: str, script: str) -> str:
     )
 
 
-def alone(data: Mapping[str, Any]) -> str:
-    """Return a page with nothing but the profiler."""
-    css, script = part("page.css"), part("page.js")
-    page = environment().get_template("notebook.html")
-    return page.render(css=css, script=script, policy=policy(css, script), profiler=data)
-
-
 def for_notebook(data: Mapping[str, Any]) -> str:
     """Return the profiler for a notebook: a page in a frame, separate from the notebook's names, styles and scripts."""
+    css, script = part("page.css"), part("page.js")
+    page = environment().get_template("notebook.html")
+    alone = page.render(css=css, script=script, policy=policy(css, script), profiler=data)
     high = 500 + 270 * len(data["factors"])
     return (
-        f'<iframe srcdoc="{escape(alone(data))}" title="Profiler" width="100%" height="{high}" '
+        f'<iframe srcdoc="{escape(alone)}" title="Profiler" width="100%" height="{high}" '
         'sandbox="allow-scripts" allow="clipboard-write" style="border:0"></iframe>'
     )

@@ -1,6 +1,5 @@
 """The head and foot of the page: the study's question, the calibrated parameters, failed runs, how to cite it."""
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 
 from stemcal.naming import Names
@@ -8,9 +7,7 @@ from stemcal.note import Remedy
 from stemcal.numbers import significant, unit_written
 from stemcal.registry import code_version
 from stemcal.report.showing import RANGE, cited_ranges
-from stemcal.stages.result import StageResult
 from stemcal.stages.results import Results
-from stemcal.stages.stage import stage_called
 from stemcal.stages.verdict.result import Verdict
 from stemcal.study.model import Study
 from stemcal.version import __version__
@@ -81,25 +78,13 @@ def question(study: Study) -> str:
     targets = study.joint_targets or (study.calibration_target,)
     place = ""
     if naming.condition is not None:
-        conditions = names.conditions(target.condition for target in targets)
-        place = f" of stems with a diameter of {conditions}" if naming.is_cutting else f" at {conditions}"
+        place = names.at(*(target.condition for target in targets))
+        place = place.replace(" at ", " of stems with ", 1) if naming.is_cutting else place
     return f"Which parameter values reproduce the measured {series(_fitted(study))}{place}?"
 
 
 def _fitted(study: Study) -> list[str]:
     return [study.naming.named(name).long for name in study.fitted_responses]
-
-
-def failures(done: Iterable[StageResult]) -> list[str]:
-    """Return the runs that gave no response, but not of stages that correct a failed one with the next."""
-    return [
-        f"{stage_called(result.name).title}, run {label.removeprefix(f'{result.name} ')} failed: "
-        f"{outcome.message or outcome.reason}"
-        for result in done
-        if not stage_called(result.name).one_by_one
-        for label, outcome in result.runs()
-        if not outcome.ok
-    ]
 
 
 def made_with(study: Study, spec_hash: str) -> list[tuple[str, str]]:

@@ -1,6 +1,6 @@
 """Columns and tables that several stages share, and how their values are written."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -23,32 +23,21 @@ def factor(names: Names) -> Column:
     return Column("factor", "Factor", form=names.factor, words=True)
 
 
-def level(value: float) -> str:
-    """Write a level of a design with four digits."""
-    return short(value, 4)
-
-
 def levels(factors: Iterable[str], names: Names, form: Form = significant) -> tuple[Column, ...]:
     """Return a column for the level of each factor."""
     return tuple(Column(name, names.factor(name), form=form) for name in factors)
 
 
-def level_list(levels: Mapping[str, float], names: Names) -> str:
-    """List levels of factors inside a sentence."""
-    return ", ".join(f"{names.in_text(name)} {significant(value)}" for name, value in levels.items())
-
-
-def simulated(named: Named, label: str = "", key: str = FIRST) -> Column:
+def simulated(named: Named, label: str = "") -> Column:
     """Return the column of what runs gave: the value, or why there is none."""
 
     def of(row: Any) -> float | str:
-        outcome = getattr(row, "outcome", row)
-        value: float | None = outcome.response if key == FIRST else row.compared.simulated
+        value: float | None = row.outcome.response
         if value is not None:
             return value
-        return f"failed ({outcome.reason})" if outcome.reason else "failed"
+        return f"failed ({row.outcome.reason})" if row.outcome.reason else "failed"
 
-    return Column(key, label or named.capital, named.written, significant, of)
+    return Column(FIRST, label or named.capital, named.written, significant, of)
 
 
 def measured_of(names: Names, each: bool, columns: Iterable[tuple[str, str, Form]]) -> list[Column]:

@@ -7,11 +7,9 @@ from stemcal.files.rows import Column, Table
 from stemcal.naming import MOST_LISTED, Named, Names
 from stemcal.numbers import short, significant, unit_written
 from stemcal.report.tables.columns import condition
-from stemcal.study.model import Study
+from stemcal.study.model import PARAMETERS, Study
+from stemcal.study.types.units import from_internal
 from stemcal.words import series
-
-_UNITS = {"density": (1e12, "kg/m3"), "strain_rate_c": (1.0, "1/s")}  # from internal units; the others below
-_STRESSES = ("elastic_modulus", "yield_stress", "tangent_modulus")
 
 
 def setting_tables(study: Study) -> list[Table]:
@@ -22,20 +20,15 @@ def setting_tables(study: Study) -> list[Table]:
 def grown_table(study: Study, levels: Mapping[str, float]) -> Table:
     """Return what the growing parameters are for each measured stem, at these levels of the factors."""
 
-    def value(name: str) -> Callable[[float], float]:
-        scale, _ = _scaled(name)
-        return lambda diameter: scale * study.parameters(levels, diameter)[name]
+    def value(name: str, unit: str) -> Callable[[float], float]:
+        return lambda diameter: from_internal(study.parameters(levels, diameter)[name], unit)
 
-    columns = [replace(one, of=lambda diameter: diameter) for one in condition(study.naming)] + [
-        Column(name, name.replace("_", " ").capitalize(), _scaled(name)[1], significant, value(name))
-        for name in study.material.growing()
-    ]
-    return Table.of(
-        columns,
-        sorted(target.condition for target in study.targets.means),
-        "Calibrated material of each stem",
-        claims=True,
-    )
+    columns = [replace(one, of=lambda diameter: diameter) for one in condition(study.naming)]
+    for name in study.material.growing():
+        label, unit = name.replace("_", " ").capitalize(), PARAMETERS[name].unit
+        columns.append(Column(name, label, unit_written(unit), significant, value(name, unit)))
+    diameters = sorted(target.condition for target in study.targets.means)
+    return Table.of(columns, diameters, "Calibrated material of each stem", claims=True)
 
 
 def factors_table(study: Study) -> Table:
@@ -79,7 +72,3 @@ def _measured(study: Study) -> Table:
     responses = [one.long for one in (naming.response, *naming.others)]
     title = f"Measured {series(responses) if len(responses) <= MOST_LISTED else f'{len(responses)} responses'}"
     return Table.of(columns, targets, title, foot, strong=strong).shortened("The spec")
-
-
-def _scaled(name: str) -> tuple[float, str]:
-    return _UNITS.get(name, (1.0, "MPa" if name in _STRESSES else ""))

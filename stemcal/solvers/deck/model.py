@@ -153,8 +153,9 @@ class Deck:
         given = self.given
         c, p = rate_constants(self._rate_law, given["strain_rate_c"], given["strain_rate_p"], self._strain_rate)
         density = given["density"] * self.density_factor
-        values = _by_field({**given, "density": density, "strain_rate_c": c, "strain_rate_p": p})
-        return {name: float(fitted(value, WIDTH)) for name, value in values.items()}
+        given = {**given, "density": density, "strain_rate_c": c, "strain_rate_p": p}
+        named = zip(_FIELDS, (given[name] for name in PARAMETERS), strict=True)
+        return {name: float(fitted(value, WIDTH)) for name, value in named}
 
     @property
     def card(self) -> dict[str, float]:
@@ -257,10 +258,6 @@ class Deck:
                 f"the card uses the unsmoothed rate of {of}, so vibration of light elements increases the yield "
                 f"stress; in the study, the strain rate is smoothed over {time:.3g} s"
             )
-
-
-def _by_field(given: Mapping[str, float]) -> dict[str, float]:
-    return dict(zip(_FIELDS, (given[name] for name in PARAMETERS), strict=True))
 
 
 def _discretisation(solver: EmbeddedSolver | DeckSolver, diameter: float) -> Discretisation:

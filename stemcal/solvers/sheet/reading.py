@@ -71,7 +71,7 @@ def fields_of(study: Study) -> list[Field]:
     factors = [Field(f.name, f.unit, "factor") for f in study.factors]
     at = study.naming.condition
     conditions = [] if at is None else [Field(at.name, at.unit, "condition")]
-    replicates = [Field(REPLICATE, "", "replicate")] if study.replicates > 1 else []
+    replicates = [Field(REPLICATE, "", "replicate")] if study.solver.repeats > 1 else []
     responses = [Field(r.name, r.unit, "response") for r in entered_responses(study)]
     asked = [Field(RUN, "", "run"), *factors, *conditions, *replicates, *responses]
     said = [*(Field(name, "", "said") for name in (WHO, WHEN, REMARK)), Field(STUDY, "", "study", content=study.name)]

@@ -19,7 +19,7 @@ class Climbing(Stage["ClimbResult"]):
 
     name, title, reads = "climb", "Climb", ("climb", "rsm", "targets")
     one_by_one = True
-    help = """Move the centre of the design to the target by steepest ascent.
+    help = """Move the centre of the design towards the target by steepest ascent.
 
         All significant factors are changed simultaneously until the response passes the target. The screening effects
         determine the direction of steepest ascent. The `climb.steps` key limits the number of steps. The step closest

@@ -21,7 +21,7 @@ from stemcal.doe.calibration.confidence_intervals import (
     settled,
     unseen_directions,
 )
-from stemcal.doe.calibration.level_set_ranges import solve_target
+from stemcal.doe.calibration.level_set_ranges import assess_point, solve_target
 from stemcal.doe.calibration.likelihood import Fit
 from stemcal.doe.comparison import formula_left_out
 from stemcal.doe.regression.coding import Coding
@@ -86,12 +86,13 @@ def _solve_jointly(study: Study, head: Head, surface: Surfaces) -> InvertResult:
     coding, means = surface.scales, measured_means(study)
     whole = fit_of_study(study, surface)
     found, flat = settled(whole)
+    point = assess_point(surface.fitted, found.best, surface.region.low, surface.region.high, surface.radius)
     units = {name: study.factor(name).unit for name in coding.names}
     return InvertResult.of(
         study,
         head,
         surface.radius,
-        Point.of(surface.assess(found.best), coding),
+        Point.of(point, coding),
         _certainty_of(study, coding, replace(whole, best=found.best) if len(flat) else whole, "joint"),
         rule="joint_least_squares",
         joint=_fitted(study, means, found, bool(len(flat))),
@@ -174,7 +175,7 @@ def _certainty_of(study: Study, coding: Coding, known: Fit, source: Literal["joi
         source=source,
         scatter=known.errors.scatter,
         level=0.95,
-        intervals={p.factor: _natural(coding, j, p.low, p.high) for j, p in enumerate(profiles)},
+        intervals={p.factor: (_value(coding, j, p.low), _value(coding, j, p.high)) for j, p in enumerate(profiles)},
         coded_intervals={p.factor: (p.low, p.high) for p in profiles},
         bounded={p.factor: p.bounded for p in profiles},
         share={p.factor: p.share for p in profiles},
@@ -192,10 +193,6 @@ def _certainty_of(study: Study, coding: Coding, known: Fit, source: Literal["joi
 
 def _value(coding: Coding, j: int, coded: float) -> float:
     return coding.centre[j] + coding.half_step[j] * float(coded)
-
-
-def _natural(coding: Coding, j: int, low: float, high: float) -> Interval:
-    return _value(coding, j, low), _value(coding, j, high)
 
 
 def _changes_along(coding: Coding, direction: Array) -> dict[str, float]:

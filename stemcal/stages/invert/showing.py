@@ -14,23 +14,9 @@ from stemcal.files.typed import to_json
 from stemcal.naming import Names
 from stemcal.numbers import MISSING, fixed, interval, short, significant, unit_written
 from stemcal.report.figures.plot import Plot
-from stemcal.report.figures.style import (
-    BLUE,
-    FAINT,
-    INK,
-    Figure,
-    axis_of,
-    new_figure,
-)
+from stemcal.report.figures.style import BLUE, FAINT, INK, Figure, axis_of, new_figure
 from stemcal.report.showing import RANGE, Setting, Showing
-from stemcal.report.tables.columns import (
-    ERROR,
-    factor,
-    from_means,
-    measured_of,
-    scores,
-    to_decimals,
-)
+from stemcal.report.tables.columns import ERROR, factor, from_means, measured_of, scores, to_decimals
 from stemcal.stages.fitting import Surfaces, fit_of_study
 from stemcal.stages.invert import words
 from stemcal.stages.invert.result import Certainty, InvertResult, JointFitted
@@ -127,9 +113,9 @@ def calibration_table(stage: InvertResult, names: Names, refined: Mapping[str, f
     ]
     rule = f"the `{stage.rule}` rule" if stage.joint is None else "least squares over all fitted values"
     where = (
-        f"The target of the calibration is {names.quantity(stage.target, '.6g')}, and the value predicted at the "
-        f"calibrated point is {names.quantity(point.predicted)}. The calibrated point, determined by {rule}, "
-        f"has a coded radius of {point.coded_radius:.3f}."
+        f"The calibration target is {names.quantity(stage.target, '.6g')}, and the predicted value at the calibrated "
+        f"point is {names.quantity(point.predicted)}. The calibrated point, determined by {rule}, is at a coded "
+        f"distance of {point.coded_radius:.3f} from the design centre."
     )
     response = names.response.long
     ends = (

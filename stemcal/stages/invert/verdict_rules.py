@@ -10,8 +10,8 @@ from stemcal.stages.invert.options import chose_conditions
 from stemcal.stages.invert.result import Certainty, Contradicted, InvertResult, JointFitted
 from stemcal.stages.refine.options import refined_here
 from stemcal.stages.verdict import advice, words
-from stemcal.stages.verdict.rules import BEYOND_DOUBT, Evidence
 from stemcal.stages.verdict.trend_advice import for_trend, standard_error, trend_reason
+from stemcal.stages.verdict.verdict_rules import BEYOND_DOUBT, Evidence
 from stemcal.study.model import Study
 from stemcal.words import series
 
@@ -142,9 +142,9 @@ def not_identified(evidence: Evidence) -> Iterator[Note]:
 def _not_identified(known: Certainty) -> str:
     """Return which factors the fit leaves free, and the combination along which it hardly changes."""
     factors = series(known.not_identified, "or")
-    changes = [change(f"{name} by", size, known.units[name]) for name, size in known.loosest.items()]
+    changes = [change(f"{name} changes by", size, known.units[name]) for name, size in known.loosest.items()]
     if len(changes) > 1:
-        together = f"Changing {series(changes)} together hardly affects the fitted responses."
+        together = f"If {series(changes)}, the fitted responses hardly change."
         return f"The fit does not determine {factors}. {together}"
     return f"The fit does not determine {factors} because the fitted responses hardly depend on {factors}."
 

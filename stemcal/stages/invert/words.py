@@ -14,10 +14,13 @@ from stemcal.words import series
 
 def outcome(stage: InvertResult, names: Names) -> list[str]:
     """Return the calibrated values and, for a joint fit, the largest error of the surfaces for each response."""
-    values = series(f"{names.in_text(name)} = {significant(value)}" for name, value in stage.point.solution.items())
+    units, solution = stage.certainty.units, stage.point.solution
+    values = series(
+        f"{names.in_text(name)} = {with_unit(significant(solution[name]), units[name])}" for name in solution
+    )
     if stage.joint is None:
         target = names.quantity(stage.target, ".6g")
-        return [f"The predicted {names.response.long} equals the measured value of {target} at {values}."]
+        return [f"At {values}, the predicted {names.response.long} equals the measured value of {target}."]
     joint, errors = stage.joint, dict[str, float]()
     for row in joint.rows:
         errors[row.response] = max(errors.get(row.response, 0.0), abs(row.error_percent))
@@ -32,7 +35,7 @@ def outcome(stage: InvertResult, names: Names) -> list[str]:
 
 def known(part: Certainty, stage: InvertResult, names: Names) -> list[str]:
     """Return the intervals of the factors, the factors that are not determined, and the assumptions."""
-    data = "joint fit" if part.source == "joint" else f"{names.response.long}{names.at(stage.condition)} alone"
+    data = "joint fit" if part.source == "joint" else f"{names.response.long}{names.at(stage.condition)}"
     kept = [
         f"{names.in_text(factor)} to between {significant(low)} and {with_unit(significant(high), part.units[factor])} "
         f"({100.0 * part.share[factor]:.0f} % of the factor range)"
@@ -46,10 +49,10 @@ def known(part: Certainty, stage: InvertResult, names: Names) -> list[str]:
     ]
     said += [f"The {data} constrains {series(kept)}."] if kept else []
     if part.free:
-        said.append(f"The {data} does not determine {names.factors(part.free)}.")
+        said.append(f"The {data} does not determine {series(map(names.in_text, part.free), 'or')}.")
     for found in part.unseen_changes:
-        together = series(change(f"{names.in_text(name)} by", size, part.units[name]) for name, size in found.items())
-        said.append(f"Changing {together} together has no first-order effect on the {data.removesuffix(' alone')}.")
+        changes = (change(f"{names.in_text(name)} changes by", size, part.units[name]) for name, size in found.items())
+        said.append(f"If {series(changes)}, the {data} is unchanged to first order.")
     return [*said, *assumption(part)]
 
 
@@ -89,11 +92,14 @@ def range_to_cite(stage: InvertResult, names: Names) -> list[str]:
     """Explain the interval to report, and list the exact solutions of a single target."""
     if len(stage.point.solution) < 2 or stage.joint is not None:
         return []
-    exact = series(f"{names.in_text(name)} {interval(stage.ranges[name])}" for name in stage.point.solution)
+    exact = series(
+        f"{names.in_text(name)} {with_unit(interval(stage.ranges[name]), stage.certainty.units[name])}"
+        for name in stage.point.solution
+    )
     return [
         "Report the 95 % interval of each parameter; the interval contains all values consistent with the measurement.",
         *assumption(stage.certainty),
-        "If the error of the response surface is neglected, all parameter values that reach the target are within "
+        "If the error of the response surface is neglected, all parameter values that reproduce the target are within "
         f"these ranges: {exact}.",
     ]
 
@@ -118,8 +124,8 @@ def _of_one(stage: InvertResult, names: Names) -> Iterator[Note]:
         yield Note("one_of_many", "caution", text)
     if not point.inside:
         text = (
-            "The solution is outside the experimental region, so the response surface is extrapolated (coded radius "
-            f"{point.coded_radius:.2f}, limit {stage.radius:.2f})."
+            "The solution is outside the experimental region, so the response surface is extrapolated (coded distance "
+            f"from the design centre: {point.coded_radius:.2f}, limit: {stage.radius:.2f})."
         )
         yield Note("solution_outside", "warning", text)
 
@@ -157,8 +163,8 @@ def _beside_formula(joint: JointFitted) -> Iterator[Note]:
     formula, model = joint.formula, joint.max_abs_left_out_error_percent
     if formula is not None and model is not None:
         text = (
-            f"For diameters left out of the fit, the largest error is {formula.worst_held_out_percent:.1f} % with the "
-            f"formula F = a·d^{formula.exponent:.3g} and {model:.1f} % with the model."
+            f"For diameters left out of the fit, the largest error is {model:.1f} % for the model and "
+            f"{formula.worst_held_out_percent:.1f} % for the formula F = a·d^{formula.exponent:.3g}."
         )
         yield Note("beside_formula", "info" if model < formula.worst_held_out_percent else "warning", text)
 
@@ -171,9 +177,9 @@ def prior_unused(factors: tuple[str, ...]) -> Note:
 
 def flat_direction(changes: Mapping[str, float], units: Mapping[str, str]) -> Note:
     """Return that a joint fit cannot separate factors; `changes` in their units go together."""
-    together = series(change(f"{name} by", size, units[name]) for name, size in changes.items())
+    together = series(change(f"{name} changes by", size, units[name]) for name, size in changes.items())
     text = (
-        f"The measurements cannot separate the parameters: changing {together} hardly affects the fit. Of all points "
-        "that fit almost equally well, the point nearest to the centre of the design is reported."
+        f"The measurements cannot separate the parameters: if {together}, the fit hardly changes. Of all points "
+        "that fit almost equally well, the point nearest to the design centre is reported."
     )
     return Note("flat_direction", "warning", text)

@@ -25,10 +25,10 @@ class Refinement(Stage["RefineResult"]):
         The refinement stops when the error in the simulated response is below `refine.tolerance_percent`, or after
         `refine.budget` simulations. If forces at several diameters were fitted (`invert.diameters`), the refinement
         includes all these diameters. `stemcal run` includes the refinement if the spec has a `refine` section. The
-        validation uses the refined parameters. If the spec contains `refine.in`, the refinement follows the
-        validation and uses the finite-element program or mesh specified there.
+        validation uses the refined parameters. If the spec has a `refine.in` key, the refinement follows the
+        validation and uses the finite element program or mesh specified by this key.
         """
-    purpose = """Stage 4: correction of the calibrated parameters by simulation, optionally in another finite-element
+    purpose = """Stage 4: correction of the calibrated parameters by simulation, optionally in another finite element
         program. If a spec has no `refine` section, the study has no refinement."""
     by_section = True
 

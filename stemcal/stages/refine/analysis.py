@@ -235,5 +235,5 @@ def _in_another_model(stage: RefineResult, names: Names) -> Iterator[Note]:
     if left := [row.condition for row in stage.rows if row.condition not in simulated]:
         why = "the run budget is exhausted" if stage.converged else "the target was not reached"
         remedy = Remedy("Raise `refine.budget`.") if stage.converged else None
-        text = f"The refined parameters were not simulated at {names.conditions(left)} because {why}."
+        text = f"The refined parameters were not simulated{names.at(*left)} because {why}."
         yield Note("not_run_there", "warning", text, remedy)

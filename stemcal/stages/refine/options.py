@@ -70,20 +70,17 @@ class RefineOptions(Frozen):
         """Whether the parameters are used in another model than the study's own."""
         return self.in_ is not None
 
-    def solver_there(self, own: Any) -> Any:
-        """Return the solver of `in`, completed by the study's own of the same kind."""
-        if self.in_ is None or own.kind != self.in_.kind:
-            return self.in_ or own
-        return own.model_copy(update={name: getattr(self.in_, name) for name in self.in_.model_fields_set})
-
 
 def model_of(study: Study) -> Study:
     """Return the study as `refine.in` simulates it; the study itself without that key."""
     options = study.given(RefineOptions)
-    if options is None or options.in_ is None:
+    if options is None or (solver := options.in_) is None:
         return study
+    if solver.kind == study.solver.kind:  # completed by the study's own
+        given = {name: getattr(solver, name) for name in solver.model_fields_set}
+        solver = study.solver.model_copy(update=given)
     sections = {name: getattr(study, name).model_copy(update=change) for name, change in options.changes.items()}
-    return study.model_copy(update={"solver": options.solver_there(study.solver), "refine": None, **sections})
+    return study.model_copy(update={"solver": solver, "refine": None, **sections})
 
 
 def refined_here(study: Study) -> RefineOptions | None:

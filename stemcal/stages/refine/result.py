@@ -93,11 +93,6 @@ class RefineResult(StageResult):
         """The row of the first response at the calibration."""
         return next(row for row in self.rows if row.condition == self.condition)
 
-    @property
-    def aims_at_measured(self) -> bool:
-        """Whether the aim is the measured response, not that of the study's own model."""
-        return self.aim == self.fitted.measured
-
     def _tables(self) -> dict[str, Table]:
         """Return the responses, and every run."""
         columns = ("condition", "response", "measured", "before", "after", "error_percent")

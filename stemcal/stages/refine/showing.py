@@ -27,16 +27,13 @@ class RefineShowing(Showing[RefineResult]):
         ]
 
     def tables(self, result: RefineResult, names: Names) -> list[Table]:
-        return refine_tables(result, names)
+        """Return what moved in another model, the responses, and every run."""
+        parameters = [_parameters(result, names)] if result.elsewhere else []
+        return [*parameters, responses(result, names), runs(result, names)]
 
     def closing(self, result: RefineResult, setting: Setting) -> list[Table]:
-        tables = refine_tables(result, Names(setting.study.naming)) if result.elsewhere else []
+        tables = self.tables(result, Names(setting.study.naming)) if result.elsewhere else []
         return [table for table in tables if not table.detail]
-
-
-def refine_tables(stage: RefineResult, names: Names) -> list[Table]:
-    """Return what moved in another model, the responses, and every run."""
-    return [*([_parameters(stage, names)] if stage.elsewhere else []), responses(stage, names), runs(stage, names)]
 
 
 def _parameters(stage: RefineResult, names: Names) -> Table:
@@ -78,7 +75,7 @@ def responses(stage: RefineResult, names: Names) -> Table:
         f"The error at the target is {'below' if stage.converged else 'above'} {stage.tolerance_percent:g} % after "
         f"{len(stage.made)} of at most {stage.budget} runs."
     ]
-    if not stage.aims_at_measured:
+    if stage.aim != stage.fitted.measured:
         foot += [
             "After a joint fit, the target is the value predicted by the model of the study "
             f"({names.quantity(stage.aim)})."

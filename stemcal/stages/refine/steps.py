@@ -28,7 +28,7 @@ from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface
 from stemcal.naming import FIRST
 from stemcal.runs.record import Outcome
-from stemcal.stages.fitting import Surfaces, fit_over, joint_surfaces, measured_means, measured_of, priors_of
+from stemcal.stages.fitting import Surfaces, fit_over, fitted_surfaces, measured_means, priors_of
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.loop import NOTHING, How, Judged, Point, Predicted, Stopped
 from stemcal.study.model import Study
@@ -63,9 +63,7 @@ class SurfaceSteps:
         self.study, self.surface, self.solution = study, surface, solution
         self.coding, self.region = surface.scales, surface.region
         self.joint = bool(study.joint_targets)
-        self.means = (
-            measured_means(study) if self.joint else measured_of(study.calibration_target, [FIRST], study.naming)
-        )
+        self.means = measured_means(study)
         self.conditions = list(dict.fromkeys(mean.condition for mean in self.means))
         self.visited: list[Array] = []
         self.trials: list[Trial] = []
@@ -108,23 +106,23 @@ class SurfaceSteps:
 
     def _point(self, coded: Array, how: How) -> Point:
         (levels,) = self.coding.runs([coded], self.solution.parameters)
-        first = [(mean.condition, i) for i, mean in enumerate(self.means) if mean.response == FIRST]
-        predicted = {condition: self._predicted(coded, self.surfaces[i]) for condition, i in first}
-        return Point(levels, how, coded, {c: predicted.get(c, NOTHING) for c in self.conditions})
-
-    def _predicted(self, coded: Array, surface: Surface) -> Predicted:
-        low, high = map(float, surface.prediction_interval(coded)[0])
-        return float(surface.predict(coded)[0]), (low, high) if isfinite(low) and isfinite(high) else None
+        predicted: dict[float, Predicted] = dict.fromkeys(self.conditions, NOTHING)
+        for mean, surface in zip(self.means, self.surfaces, strict=True):
+            if mean.response == FIRST:
+                low, high = map(float, surface.prediction_interval(coded)[0])
+                interval = (low, high) if isfinite(low) and isfinite(high) else None
+                predicted[mean.condition] = float(surface.predict(coded)[0]), interval
+        return Point(levels, how, coded, predicted)
 
     def _refitted(self) -> list[Surface]:
         """Return the surface of every measured mean, fitted to the design and the points so far."""
-        if self.joint:
-            return joint_surfaces(self.study, self.surface, [(t.coded, t.responses) for t in self.trials])
-        further = [(trial.coded, trial.response) for trial in self.trials]
-        return [self.surface.refitted(self.surface.design.runs, further) if further else self.surface.fitted]
+        return fitted_surfaces(self.study, self.surface, [(t.coded, t.responses) for t in self.trials])
 
     def _missed(self, trial: Trial) -> float:
-        return missed_by(self.fit, trial)
+        """Return the misfit of what was simulated: rᵀWr, r = measured − simulated."""
+        gap = self.fit.measured - trial.responses
+        m = len(gap)
+        return float(gap @ self.fit.precision[:m, :m] @ gap)
 
     def _to_one(self) -> tuple[Array, How]:
         target = self.solution.target
@@ -208,13 +206,6 @@ def _between(best: Trial, other: Trial, target: float) -> Array:
 
 
 # ---- several responses together
-
-
-def missed_by(fit: Fit, trial: Trial) -> float:
-    """Return the misfit of what was simulated: rᵀWr, r = measured − simulated."""
-    gap = fit.measured - trial.responses
-    m = len(gap)
-    return float(gap @ fit.precision[:m, :m] @ gap)
 
 
 def through(fit: Fit, surfaces: Sequence[Surface], trial: Trial) -> Fit:

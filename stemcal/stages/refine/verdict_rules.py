@@ -5,7 +5,7 @@ from dataclasses import replace
 
 from stemcal.note import Note
 from stemcal.stages.refine.result import RefineResult
-from stemcal.stages.verdict.rules import Evidence
+from stemcal.stages.verdict.verdict_rules import Evidence
 
 
 def missed_there(evidence: Evidence) -> Iterator[Note]:

@@ -17,13 +17,12 @@ from stemcal.doe.effects import (
     Curvature,
     Effect,
     centre_runs,
-    changes_of,
     curvature_of,
     effects_of,
     residual_of,
     stands_out,
 )
-from stemcal.doe.lenth import FEWEST, Lenth, lenth
+from stemcal.doe.lenth import FEWEST, Lenth
 from stemcal.doe.regression.coding import Coding
 from stemcal.doe.regression.least_squares import Array, LeastSquares, fit_least_squares, require_estimable
 from stemcal.doe.regression.surface import flat_response
@@ -38,7 +37,7 @@ from stemcal.solvers.protocol import Solver
 from stemcal.stages.design import Asked, Design, given_design, runs_of
 from stemcal.stages.result import Head
 from stemcal.stages.screen.options import ScreenOptions
-from stemcal.stages.screen.result import LEAST_DF, Screening, ScreenResult, fields_of
+from stemcal.stages.screen.result import LEAST_DF, Screening, ScreenResult
 from stemcal.stages.work import Work, a_stage
 from stemcal.study.model import Study
 from stemcal.words import counted
@@ -66,7 +65,7 @@ def screen(work: Work, head: Head) -> ScreenResult:
         )
     notes = (*first.notes, *lower_bound_notes(outcomes))
     further = dict(zip(study.own_further, others, strict=True)) or None
-    found = fields_of(first) | {"notes": notes, "responses": further}
+    found = vars(first) | {"notes": notes, "responses": further}
     return ScreenResult(head=head, design=runs, alpha=options.alpha, **found)
 
 
@@ -86,7 +85,7 @@ def screening_design(study: Study, solver: Solver) -> Design:
         coded = np.vstack([corners, np.zeros((chosen.centre_points, len(factors)))])
         kind = f"{chosen.design}, folded over" if chosen.fold_over else chosen.design
         once = Design("screen", kind, coding, coded, coding.runs(coded, study.midlevels()), order=1)
-        return once.repeated(study.replicates)
+        return once.repeated(study.solver.repeats)
     return given_design("screen", study, coding, given, order=1)
 
 
@@ -140,9 +139,7 @@ def analyse_screening(
             "cause of the failures and repeat the failed runs with `stemcal run SPEC --retry`."
         )
     residual, mean_square = residual_of(fit, centre)
-    changes = changes_of(fit)
-    size = lenth(changes, alpha)
-    effects = effects_of(fit, residual, mean_square, changes, names, symbols or names, size)
+    effects, size = effects_of(fit, residual, mean_square, names, symbols or names, alpha)
     tested = mean_square is not None and residual.df >= LEAST_DF
     by_lenth = size.me is not None and not tested
     significant = [stands_out(e, size) if by_lenth else e.p is not None and e.p < alpha for e in effects]

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, fields, replace
-from typing import Any, ClassVar, Literal
+from dataclasses import dataclass, replace
+from typing import ClassVar, Literal
 
 from stemcal.doe.effects import Curvature, Effect, Residual
 from stemcal.doe.lenth import Lenth
@@ -67,7 +67,7 @@ class ScreenResult(StageResult):
         """Return the screening of a further response as if it were the only one."""
         further = (self.responses or {})[response]
         head = replace(self.head, naming=self.naming.with_primary(response))
-        return replace(self, head=head, **fields_of(further), responses=None)
+        return replace(self, head=head, **vars(further), responses=None)
 
     @property
     def active_factors(self) -> tuple[str, ...]:
@@ -118,8 +118,3 @@ class ScreenResult(StageResult):
         """Yield label and outcome of every run."""
         for run in self.design.runs:
             yield f"screen {run.run}", run.outcome
-
-
-def fields_of(found: Screening) -> dict[str, Any]:
-    """Return an analysis field by field, as a result has them too."""
-    return {field.name: getattr(found, field.name) for field in fields(found)}

@@ -11,14 +11,7 @@ from stemcal.numbers import fixed, percent
 from stemcal.report.figures.plot import Plot
 from stemcal.report.figures.style import BLUE, INK, ORANGE, Figure, new_figure, plain
 from stemcal.report.showing import Setting, Showing
-from stemcal.report.tables.columns import (
-    factor,
-    ratio,
-    response_decimals,
-    squares,
-    starred,
-    to_decimals,
-)
+from stemcal.report.tables.columns import factor, ratio, response_decimals, squares, starred, to_decimals
 from stemcal.stages.screen.result import ScreenResult
 from stemcal.words import series
 

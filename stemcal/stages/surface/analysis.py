@@ -69,7 +69,7 @@ def fit_response_surface(work: Work, head: Head) -> SurfaceResult:
         reduction=reduction,
         canonical=canonical_analysis(fit, design.coding),
         deterministic=repeats_itself(study),
-        pure_error=_pure_error_of(runs, Names(study.naming), study.replicates > 0),
+        pure_error=_pure_error_of(runs, Names(study.naming), study.solver.repeats > 0),
     )
     conditions = Rows(_at_condition(work, target, result, design) for target in study.joint_targets)
     notes = (*chosen, *fit.notes, *lower_bound_notes(outcomes), *_notes(result))
@@ -190,7 +190,7 @@ def surface_design(
     if given is None:
         coded = catalogue.surface_runs(len(names), rsm.chosen())
         once = Design("rsm", rsm.design, coding, coded, coding.runs(coded, study.midlevels()))
-        return once.repeated(study.replicates)
+        return once.repeated(study.solver.repeats)
     return given_design("rsm", study, coding, given)
 
 

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from stemcal.doe.regression.least_squares import Array
 from stemcal.naming import Names
 from stemcal.report.figures.plot import Plot
 from stemcal.report.figures.style import (
@@ -44,13 +45,11 @@ def plots(rsm: SurfaceResult, solved: Solution | None, labels: Mapping[str, str]
     """Return the figures of a surface; with a solution they show it."""
     observed = f"Simulated {rsm.naming.response.long} of each run versus the value predicted by the response surface."
     checks = (
-        "Normal plot of the residuals (left), residuals versus the predicted value (middle) and Cook's distance of "
-        "each run (right). If the residuals are normally distributed, the points in the normal plot lie close "
-        "to the dashed line. A run with a Cook's distance above 1 strongly influences the response surface."
+        "Normal probability plot of the residuals (left), residuals versus predicted values (middle) and Cook's "
+        "distance of each run (right). If the residuals are normally distributed, the points in the left plot lie "
+        "close to the dashed line. A run with a Cook's distance above 1 strongly influences the response surface."
     )
-    plots = [
-        Plot("observed-predicted", "rsm", observed, partial(observed_predicted, rsm), detail=True),
-    ]
+    plots = [Plot("observed-predicted", "rsm", observed, partial(observed_predicted, rsm), detail=True)]
     if rsm.runs_diagnostics:
         plots.append(Plot("diagnostics", "rsm", checks, partial(diagnostics, rsm), wide=True, detail=True))
     for pair in combinations(rsm.names, 2):
@@ -128,23 +127,17 @@ def _normal_plot(axes: Axes, residuals: Sequence[float]) -> None:
 # ---- over two factors, as contours and as a relief
 
 
-@dataclass(frozen=True)
-class _Section:
-    """The surface over two factors, the others held: values (_GRID, _GRID) in natural units, force in N."""
+def _section_of(rsm: SurfaceResult, pair: tuple[str, str], solved: Solution | None) -> tuple[Array, Array, Array]:
+    """Return the levels of both factors in natural units, and the surface in N, (_GRID, _GRID) each.
 
-    across: Any
-    up: Any
-    response: Any
-
-
-def _section_of(rsm: SurfaceResult, pair: tuple[str, str], solved: Solution | None) -> _Section:
-    """Return the surface over a pair, the others at the solution, or at the centre without one."""
+    The other factors are at the solution, or at the centre without one.
+    """
     centre = {name: scale.center for name, scale in rsm.coding.items()}
     levels = [(centre if solved is None else solved.levels)[name] for name in rsm.names]
     at = rsm.scales.by_name(rsm.scales.to_coded(levels))
     x, y = np.meshgrid(*(np.linspace(*rsm.drawn_between(name), _GRID) for name in pair))
     response = rsm.response_at({**at, pair[0]: x, pair[1]: y})
-    return _Section(rsm.coding[pair[0]].natural(x), rsm.coding[pair[1]].natural(y), response)
+    return rsm.coding[pair[0]].natural(x), rsm.coding[pair[1]].natural(y), response
 
 
 def contours(
@@ -154,19 +147,17 @@ def contours(
 
     `labels` has what to write for a factor, its name by default.
     """
-    section = _section_of(rsm, pair, solved)
-    levels = levels_of(section.response)
+    grid = _section_of(rsm, pair, solved)
+    levels = levels_of(grid[2])
     with new_figure(height=3.7) as figure:
         axes = figure.add_subplot()
-        filled = axes.contourf(section.across, section.up, section.response, levels=levels, cmap=_HEIGHT)
-        lines = axes.contour(
-            section.across, section.up, section.response, levels=levels, colors=["white"], linewidths=0.7, alpha=0.8
-        )
+        filled = axes.contourf(*grid, levels=levels, cmap=_HEIGHT)
+        lines = axes.contour(*grid, levels=levels, colors=["white"], linewidths=0.7, alpha=0.8)
         figure.colorbar(filled, ax=axes, label=_height(rsm), ticks=levels[::2]).outline.set_visible(False)
         axes.clabel(lines, fmt="%g", fontsize=7.5, colors="white")
         _draw_runs(axes, rsm, pair)
         if solved is not None:
-            _mark_target(axes, section, solved, pair)
+            _mark_target(axes, grid, solved, pair)
         _label(axes, rsm, pair, labels)
     return figure
 
@@ -178,8 +169,8 @@ def relief(
 
     Its contours lie on the base; the star marks the solution.
     """
-    section = _section_of(rsm, pair, solved)
-    grid, levels = (section.across, section.up, section.response), levels_of(section.response)
+    grid = _section_of(rsm, pair, solved)
+    levels = levels_of(grid[2])
     base = levels[0] - 0.35 * (levels[-1] - levels[0])
     with new_figure(height=3.9) as figure:
         axes: Any = figure.add_subplot(projection="3d", computed_zorder=False)
@@ -232,11 +223,9 @@ def _label(
         axis.set_major_locator(MaxNLocator(nbins=6, steps=[1, 2, 5, 10]))
 
 
-def _mark_target(axes: Axes, section: _Section, solved: Solution, pair: tuple[str, str]) -> None:
+def _mark_target(axes: Axes, grid: tuple[Array, Array, Array], solved: Solution, pair: tuple[str, str]) -> None:
     """Draw the line on which the surface meets the measured force, and the solution on it."""
-    if section.response.min() < solved.target < section.response.max():
-        axes.contour(
-            section.across, section.up, section.response, levels=[solved.target], colors=[ORANGE], linewidths=2.2
-        )
+    if grid[2].min() < solved.target < grid[2].max():
+        axes.contour(*grid, levels=[solved.target], colors=[ORANGE], linewidths=2.2)
     at = (solved.levels[name] for name in pair)
     axes.plot(*([level] for level in at), "*", color=ORANGE, markeredgecolor="white", markersize=14, zorder=6)

@@ -6,14 +6,14 @@ are the terms of the full quadratic at the coded levels and C = s²(XᵀX)⁻¹.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 from stemcal.doe.regression.least_squares import t_quantile
 from stemcal.doe.regression.surface import Surface
 from stemcal.naming import CUTTING, DIAMETER, FIRST, Names, capital
 from stemcal.numbers import unit_written
-from stemcal.stages.fitting import FactorCoding, Measured, joint_surfaces, measured_means, measured_of
+from stemcal.stages.fitting import FactorCoding, Measured, fitted_surfaces, measured_means
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.study.model import Study
 
@@ -28,31 +28,19 @@ def profiler_data(study: Study, rsm: SurfaceResult, values: Mapping[str, float],
     `values` are the calibrated levels, or nothing: then the profiler begins at the centre. Where the calibration does
     not hold no band of possible parameters is drawn.
     """
-    surfaces = list(_surfaces(study, rsm))
+    pairs = zip(measured_means(study), fitted_surfaces(study, rsm), strict=True)
+    surfaces = [(mean, fit) for mean, fit in pairs if not mean.named.apart]
+    calibrated = [(mean.response, mean.condition) for mean, _ in surfaces[:MOST]]
+    first = (FIRST, study.calibration_target.condition)
     return {
         "factors": [_factor(rsm, entry, values) for entry in rsm.factors],
         "radius": rsm.radius,
         "called": "Calibrated" if values else "Centre",
         "holds": holds,
         "surfaces": [_surface(study, mean, fit) for mean, fit in surfaces[:MOST]],
-        "first": next((i for i, (mean, _) in enumerate(surfaces[:MOST]) if _chosen(study, mean)), 0),
+        "first": calibrated.index(first) if first in calibrated else 0,
         "more": len(surfaces[MOST:]),
     }
-
-
-def _surfaces(study: Study, rsm: SurfaceResult) -> Iterator[tuple[Measured, Surface]]:
-    """Yield every measured mean that is fitted with its surface, and the first response where it is calibrated."""
-    means = measured_means(study)
-    if not any(_chosen(study, mean) for mean in means):
-        yield measured_of(study.calibration_target, [FIRST], study.naming)[0], rsm.fitted
-    for mean, fit in zip(means, joint_surfaces(study, rsm), strict=True):
-        if not mean.named.apart:
-            yield mean, fit
-
-
-def _chosen(study: Study, mean: Measured) -> bool:
-    """Whether a mean is of the first response at the calibration condition."""
-    return (mean.response, mean.condition) == (FIRST, study.calibration_target.condition)
 
 
 def _factor(rsm: SurfaceResult, entry: FactorCoding, values: Mapping[str, float]) -> dict[str, Any]:

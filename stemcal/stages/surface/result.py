@@ -93,11 +93,6 @@ class SurfaceResult(Surfaces):
             return None
         return "+" if slope.value > 0.0 else "-"
 
-    @property
-    def without_scatter(self) -> bool:
-        """Whether repeated runs agree exactly; without any, whether the solver gives equal answers to equal inputs."""
-        return self.deterministic if self.pure_error is None else self.pure_error.kind == "equal_repeats"
-
     def drawn_between(self, name: str) -> Interval:
         """Return the coded ends of a factor's axis: the reach of the design within its range, and all its runs."""
         reach, factor, scale = self.radius or 1.0, self.factor(name), self.coding[name]

@@ -10,19 +10,10 @@ from stemcal.doe.regression.canonical import Shape
 from stemcal.errors import UsageError
 from stemcal.files.rows import Column, Table
 from stemcal.naming import FIRST, FORCE, Named, Names
-from stemcal.numbers import fixed, short, significant
+from stemcal.numbers import fixed, short, significant, with_unit
 from stemcal.report.figures.plot import Plot
 from stemcal.report.showing import Setting, Showing
-from stemcal.report.tables.columns import (
-    condition,
-    level_list,
-    levels,
-    ratio,
-    response_decimals,
-    squares,
-    starred,
-    to_decimals,
-)
+from stemcal.report.tables.columns import condition, levels, ratio, response_decimals, squares, starred, to_decimals
 from stemcal.stages.surface import figures
 from stemcal.stages.surface.figures import Solution
 from stemcal.stages.surface.profiler import profiler_data
@@ -184,14 +175,18 @@ def canonical_table(stage: SurfaceResult, shape: Shape, names: Names) -> Table:
     ]
     point = "The response surface has no unique stationary point: the surface is planar or constant in one direction."
     if shape.natural is not None and shape.predicted is not None:
+        place = ", ".join(
+            f"{names.in_text(name)} {with_unit(significant(value), stage.factor(name).unit)}"
+            for name, value in shape.natural.items()
+        )
         point = (
-            f"The stationary point, a {shape.called}, is {'inside' if shape.inside else 'outside'} the experimental "
-            f"region (coded radius {shape.coded_radius:.2f}). The predicted {names.response.long} "
-            f"at the stationary point is {names.quantity(shape.predicted)} ({level_list(shape.natural, names)})."
+            f"The stationary point is a {shape.called} {'inside' if shape.inside else 'outside'} the experimental "
+            f"region, at a coded distance of {shape.coded_radius:.2f} from the design centre. The predicted "
+            f"{names.response.long} at the stationary point is {names.quantity(shape.predicted)} ({place})."
         )
     curved = (
         f"Along an axis of negative curvature, the {names.response.long} decreases in both directions from the "
-        "stationary point. The last columns of the table contain the direction of each axis in coded units."
+        "stationary point. The last columns of the table give the direction of each axis in coded units."
     )
     rows = ({"axis": number, "curvature": value, **axis} for number, (value, axis) in axes)
     return Table.of(columns, rows, "Canonical analysis", (point, curved), detail=True)

@@ -12,13 +12,12 @@ from numpy.typing import NDArray
 from stemcal.doe.calibration.region import extremes
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import ROUGH_PERCENT
-from stemcal.naming import FIRST
 from stemcal.note import Note, Remedy
-from stemcal.stages.fitting import joint_surfaces, measured_means
+from stemcal.stages.fitting import fitted_surfaces, measured_means
 from stemcal.stages.stage import stages_of
 from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.verdict import advice
-from stemcal.stages.verdict.rules import Evidence
+from stemcal.stages.verdict.verdict_rules import Evidence
 from stemcal.stages.work import SAME
 from stemcal.study.model import Study
 from stemcal.words import counted, series
@@ -36,9 +35,9 @@ _RETRY = (
 def undeclared_scatter(evidence: Evidence) -> Iterator[Note]:
     """Yield that a program gave two answers to the same levels, without replicates in the spec."""
     study = evidence.study
-    if study.replicates or evidence.of(SurfaceResult) is not None:
+    if study.solver.repeats or evidence.of(SurfaceResult) is not None:
         return
-    drawn = {stage.name for stage in stages_of(study) if stage.seen(study).replicates}
+    drawn = {stage.name for stage in stages_of(study) if stage.seen(study).solver.repeats}
     found: dict[str, list[float]] = defaultdict(list)
     for record in evidence.records:
         request = record["request"]
@@ -79,15 +78,10 @@ def _reaches(evidence: Evidence) -> dict[str, Sequence[tuple[float, float, float
     surface, study = evidence.of(SurfaceResult), evidence.study
     if surface is None:
         return {}
-    if study.joint_targets and surface.conditions:
-        pairs = zip(measured_means(study), joint_surfaces(study, surface), strict=True)
-        values = [(mean.response, mean.value, fitted) for mean, fitted in pairs]
-    else:
-        values = [(FIRST, study.calibration_target.response, surface.fitted)]
     found: dict[str, list[tuple[float, float, float]]] = defaultdict(list)
-    for response, value, fitted in values:
+    for mean, fitted in zip(measured_means(study), fitted_surfaces(study, surface), strict=True):
         low, high = (float(fitted.predict(end)[0]) for end in extremes(fitted, surface.region))
-        found[response].append((value, low, high))
+        found[mean.response].append((mean.value, low, high))
     return dict(found)
 
 
@@ -143,7 +137,7 @@ def few_runs(evidence: Evidence) -> Iterator[Note]:
 
 def _error_unknown(study: Study, surface: SurfaceResult) -> bool:
     """Return whether a fitted surface has no residual degrees of freedom."""
-    return any(fitted.df < 1 for fitted in joint_surfaces(study, surface) or [surface.fitted])
+    return any(fitted.df < 1 for fitted in fitted_surfaces(study, surface))
 
 
 def _where(surface: SurfaceResult, coded: Array) -> str:
@@ -211,7 +205,7 @@ def sign_against_expectation(evidence: Evidence) -> Iterator[Note]:
     )
     if against:
         names = series(against)
-        text = f"The sign of the effect of {names} is opposite to the sign specified in the spec (`expected_sign`)."
+        text = f"The sign of the effect of {names} is opposite to the expected sign (`expected_sign`)."
         remedy = Remedy(f"Check the material law, the `expected_sign` key and the units of {names}.")
         yield Note("sign_against_expectation", "warning", text, remedy)
 
@@ -225,9 +219,11 @@ def _sign_found(evidence: Evidence, factor: str) -> str | None:
 def rough_response(evidence: Evidence) -> Iterator[Note]:
     """Yield that a surface without scatter misses its own runs."""
     surface = evidence.of(SurfaceResult)
-    if surface is None or not surface.without_scatter:
+    if surface is None:
         return
-    if (cv := surface.cv_percent) is not None and abs(cv) > ROUGH_PERCENT:
+    repeats = surface.pure_error  # None: no runs are repeated
+    exact = surface.deterministic if repeats is None else repeats.kind == "equal_repeats"
+    if exact and (cv := surface.cv_percent) is not None and abs(cv) > ROUGH_PERCENT:
         text = (
             f"The response is not smooth or not quadratic: the response surface deviates from the runs by "
             f"{abs(cv):.1f} %, although the simulation is deterministic."

@@ -35,13 +35,16 @@ def validate(work: Work, head: Head) -> ValidateResult:
     study, solver = work.study, work.solver
     requests = requests_at(study, parameters)
     runs = work.outcomes(requests)
-    outcomes = merged(runs, study.replicates)
+    outcomes = merged(runs, study.solver.repeats)
     found = _compared(study, outcomes)
     left_out = work.result(InvertResult).left_out
-    compared = zip(study.targets.means, found.rows, outcomes, strict=True)
     rows = [
-        _row(study, target, replace(row, left_out_percent=left_out.get(row.condition)), outcome)
-        for target, row, outcome in compared
+        ValidateRow(
+            compared=replace(row, left_out_percent=left_out.get(row.condition)),
+            outcome=outcome,
+            further=_further(study, target, outcome),
+        )
+        for target, row, outcome in zip(study.targets.means, found.rows, outcomes, strict=True)
     ]
     notes = [*found.notes, *_from_table(study, solver), *lower_bound_notes(runs)]
     result = _result(study, head, parameters, found, rows)
@@ -104,7 +107,7 @@ def requests_at(study: Study, levels: Mapping[str, float]) -> list[Request]:
     """Return the requests at these levels: one per measured diameter, or the replicates of a stochastic program."""
     targets = enumerate(study.targets.means)
     requests = [Request("validate", row, levels, target.condition, pictured=True) for row, target in targets]
-    return repeated(requests, study.replicates)
+    return repeated(requests, study.solver.repeats)
 
 
 def foresee(study: Study, solver: Solver, folder: StudyFolder | None) -> Asked:
@@ -117,21 +120,11 @@ def foresee(study: Study, solver: Solver, folder: StudyFolder | None) -> Asked:
     return Asked("validate", requests_at(study, middle), settled=levels is not None)
 
 
-def _row(study: Study, target: Target, compared: ValidationRow, outcome: Outcome) -> ValidateRow:
-    further = [
+def _further(study: Study, target: Target, outcome: Outcome) -> Rows[FurtherRow]:
+    return Rows(
         FurtherRow.of(mean, value)
         for mean in measured_of(target, [named.name for named in study.naming.further], study.naming)
         if (value := outcome.of(mean.response)) is not None
-    ]
-    return ValidateRow(
-        compared=compared,
-        status=outcome.status,
-        censored=outcome.censored,
-        reason=outcome.reason,
-        message=outcome.message,
-        key=outcome.key,
-        replicates=outcome.replicates,
-        further=Rows(further),
     )
 
 
@@ -141,11 +134,7 @@ def _row(study: Study, target: Target, compared: ValidationRow, outcome: Outcome
 def notes_of(stage: ValidateResult) -> list[Note]:
     """Return what follows from the comparison: its independence, growth and a formula."""
     names = Names(stage.naming)
-    return [
-        *_fitted(stage, names),
-        *_growth(stage),
-        *_beside_formula(stage, names),
-    ]
+    return [*_fitted(stage, names), *_growth(stage), *_beside_formula(stage, names)]
 
 
 def _fitted(stage: ValidateResult, names: Names) -> Iterator[Note]:
@@ -171,8 +160,8 @@ def _beside_formula(stage: ValidateResult, names: Names) -> Iterator[Note]:
     formula, model = stage.formula, stage.worst_held_out_percent
     if formula is not None and model is not None:
         text = (
-            f"At the held-out diameters, the largest error is {formula.worst_held_out_percent:.1f} % with the formula "
-            f"F = a·d^{formula.exponent:.3g}, fitted at {names.conditions(stage.fitted)}, and {model:.1f} % with the "
-            "model."
+            f"The largest error at the held-out diameters is {model:.1f} % for the model and "
+            f"{formula.worst_held_out_percent:.1f} % for the formula F = a·d^{formula.exponent:.3g} fitted"
+            f"{names.at(*stage.fitted)}."
         )
         yield Note("beside_formula", "info" if model < formula.worst_held_out_percent else "warning", text)

@@ -12,7 +12,6 @@ from stemcal.files.typed import Spread, absent, inline
 from stemcal.naming import Names
 from stemcal.note import Note
 from stemcal.runs.record import Outcome
-from stemcal.solvers.replicates import Replicates
 from stemcal.stages.result import Head, Judged, StageResult
 
 if TYPE_CHECKING:
@@ -51,12 +50,7 @@ class ValidateRow(Spread):
     """One diameter: measured and simulated force compared, and what came of the run."""
 
     compared: ValidationRow = inline()
-    status: str = "ok"
-    censored: bool = False
-    reason: str = ""
-    message: str = ""
-    key: str = ""
-    replicates: Replicates | None = absent()
+    outcome: Outcome = inline()
     further: Rows[FurtherRow] = absent(Rows())
 
     @property
@@ -119,11 +113,11 @@ class ValidateResult(StageResult):
         found, first = [], study.naming.response.name
         for row in self.rows if not self.is_given else ():
             at, fitted = row.compared, row.compared.role == "fitted"
-            found.append(Judged(first, at.condition, at.error_percent, fitted, row.key))
+            found.append(Judged(first, at.condition, at.error_percent, fitted, row.outcome.key))
             for one in row.further:
                 if one.judged:
                     own = fitted and one.response in study.fitted_responses
-                    found.append(Judged(one.response, at.condition, one.error_percent, own, row.key))
+                    found.append(Judged(one.response, at.condition, one.error_percent, own, row.outcome.key))
         return found
 
     def _tables(self) -> dict[str, Table]:
@@ -135,17 +129,7 @@ class ValidateResult(StageResult):
 
     def runs(self) -> Iterator[tuple[str, Outcome]]:
         """Yield the outcome of every run, named by its condition."""
+        names = Names(self.naming)
         for number, row in enumerate(self.rows, 1):
-            outcome = Outcome(
-                response=row.compared.simulated,
-                status=row.status,
-                censored=row.censored,
-                reason=row.reason,
-                message=row.message,
-                key=row.key,
-                responses={each.response: each.simulated for each in row.further} or None,
-                replicates=row.replicates,
-            )
-            names = Names(self.naming)
             label = names.conditions([row.compared.condition]) if names.placed else f"{self.name} {number}"
-            yield label, outcome
+            yield label, row.outcome

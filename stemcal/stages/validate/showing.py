@@ -8,14 +8,7 @@ from stemcal.naming import Names
 from stemcal.numbers import fixed, short, significant
 from stemcal.report.figures.plot import Plot
 from stemcal.report.showing import Setting, Showing
-from stemcal.report.tables.columns import (
-    ERROR,
-    condition,
-    from_means,
-    measured_of,
-    scores,
-    simulated,
-)
+from stemcal.report.tables.columns import ERROR, condition, from_means, measured_of, scores, simulated
 from stemcal.stages.validate import figures
 from stemcal.stages.validate.result import ValidateResult
 
@@ -34,31 +27,27 @@ class ValidateShowing(Showing[ValidateResult]):
             return ["All validation runs failed."]
         responses = "responses" if names.naming.others else names.response.long
         worst, mean = fixed(result.worst_percent, 1), fixed(result.mean_abs_error_percent, 1)
-        over = f"Over {len(result.rows)} values of the {names.condition.long}, the" if len(result.rows) > 1 else "The"
-        of_all = f" (mean {mean} %)" if len(result.rows) > 1 else ""
-        return [f"{over} largest absolute difference between simulated and measured {responses} is {worst} %{of_all}."]
+        over = f" (mean over {len(result.rows)} values of the {names.condition.long}: {mean} %)"
+        of_all = over if len(result.rows) > 1 else ""
+        return [f"The largest absolute error in the simulated {responses} is {worst} %{of_all}."]
 
     def tables(self, result: ValidateResult, names: Names) -> list[Table]:
-        return _validation_tables(result, names)
+        """Return measured against simulated, and further responses."""
+        tables = [_validation_table(result, names)]
+        every = [{"condition": row.compared.condition, **to_json(one)} for row in result.rows for one in row.further]
+        if further := from_means(every, names):
+            values = ("measured", "Measured", short), ("simulated", "Simulated", significant)
+            title = f"Responses besides the {names.response.long}"
+            columns = [*measured_of(names, True, values), ERROR]
+            tables.append(Table.of(columns, further, title, scores(names)))
+        return tables
 
     def closing(self, result: ValidateResult, setting: Setting) -> list[Table]:
-        first, *others = _validation_tables(result, Names(setting.study.naming))
+        first, *others = self.tables(result, Names(setting.study.naming))
         return [replace(first, foot=first.foot[:1]), *(others if setting.study.naming.others else [])]
 
     def figures(self, result: ValidateResult, setting: Setting) -> list[Plot]:
         return figures.plots(setting.study, result)
-
-
-def _validation_tables(stage: ValidateResult, names: Names) -> list[Table]:
-    """Return measured against simulated, and further responses."""
-    tables = [_validation_table(stage, names)]
-    every = [{"condition": row.compared.condition, **to_json(one)} for row in stage.rows for one in row.further]
-    further = from_means(every, names)
-    if further:
-        columns = measured_of(names, True, [("measured", "Measured", short), ("simulated", "Simulated", significant)])
-        title = f"Responses besides the {names.response.long}"
-        tables.append(Table.of([*columns, ERROR], further, title, scores(names)))
-    return tables
 
 
 def _validation_table(stage: ValidateResult, names: Names) -> Table:
@@ -68,7 +57,7 @@ def _validation_table(stage: ValidateResult, names: Names) -> Table:
         *condition(names.naming),
         Column("role", "Role", form=lambda role: role.replace("_", " "), words=True),
         Column("measured", "Measured", unit, short),
-        simulated(names.response, "Simulated", "simulated"),
+        simulated(names.response, "Simulated"),
         ERROR,
         *([_LEFT_OUT] if any(row.left_out_percent is not None for row in stage.compared) else []),
     ]

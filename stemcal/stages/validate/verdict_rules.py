@@ -6,8 +6,8 @@ from stemcal.note import Note, Remedy, Severity
 from stemcal.stages.invert.options import chose_conditions
 from stemcal.stages.validate.result import ValidateResult
 from stemcal.stages.verdict import advice
-from stemcal.stages.verdict.rules import Evidence
 from stemcal.stages.verdict.trend_advice import standard_error, trend_reason
+from stemcal.stages.verdict.verdict_rules import Evidence
 from stemcal.stages.verdict.words import miss
 
 
@@ -18,7 +18,7 @@ def validation(evidence: Evidence) -> Iterator[Note]:
         return
     if checked.is_given:
         text = (
-            "The simulated values of the validation were read from a table, not computed with the calibrated "
+            "The simulated values used for the validation were read from a table, not computed with the calibrated "
             "parameters."
         )
         yield Note(

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from stemcal.doe.calibration.region import extremes
 from stemcal.doe.regression.least_squares import Array
 from stemcal.naming import DIAMETER
 from stemcal.note import Note, Remedy
@@ -34,8 +35,6 @@ def no_better_than_formula(result: StageResult) -> Iterator[Note]:
 
 def reach(surface: Surfaces) -> tuple[float, float]:
     """Return the least and the greatest response of a surface within ranges, design region and constraints."""
-    from stemcal.doe.calibration.region import extremes
-
     low, high = (surface.fitted.predict(end) for end in extremes(surface.fitted, surface.region))
     return float(low[0]), float(high[0])
 
@@ -46,8 +45,6 @@ def to_reach(study: Study, surface: Surfaces, target: float) -> Remedy:
     The surface is continued from its extreme point as a plane, F = F* + g·(x − x*); the new range is the first for
     which the plane passes the target by a quarter of what was missing, inside the design region of the new range.
     """
-    from stemcal.doe.calibration.region import extremes
-
     end = extremes(surface.fitted, surface.region)[0 if target < reach(surface)[0] else 1]
     found = [
         (width, _widened(factor, up, width))
@@ -155,8 +152,8 @@ def to_smooth(study: Study, surface: Surfaces, levels: Mapping[str, float] | Non
         text = "Halve the factor ranges around the solution, or add `refine: {}`."
         found = Remedy(text, f"factors: [{', '.join(edits)}]")
     by_mesh = study.kind.replicates == "mesh"
-    if not (study.replicates or by_mesh):
+    if not (study.solver.repeats or by_mesh):
         return found
-    replicates, over = min(max(5, 2 * study.replicates), _MOST_AVERAGED), "mesh positions" if by_mesh else "seeds"
+    replicates, over = min(max(5, 2 * study.solver.repeats), _MOST_AVERAGED), "mesh positions" if by_mesh else "seeds"
     average = f"If the response is rough, average over {over} with `replicates: {replicates}`."
     return replace(found, text=f"{found.text} {average}")

@@ -18,8 +18,8 @@ from stemcal.doe.regression.surface import Surface
 from stemcal.naming import FIRST
 from stemcal.note import Note, Remedy
 from stemcal.power_law import PowerLaw, fit_power_law
-from stemcal.stages.fitting import Surfaces, joint_surfaces, measured_means
-from stemcal.stages.verdict.rules import Evidence
+from stemcal.stages.fitting import Surfaces, fitted_surfaces, measured_means
+from stemcal.stages.verdict.verdict_rules import Evidence
 from stemcal.study.model import PARAMETERS, Study
 
 # A trend changes the force by at least this over the diameters; less is not worth a parameter.
@@ -120,10 +120,10 @@ def trend_reason(
 
 
 def remedies_of(fitted: Fitted, may_grow: Sequence[str]) -> list[Change]:
-    """Return the changes, the smallest predicted error first; none that leaves most of the error."""
+    """Return the best two changes, the smallest predicted error first; none that leaves most of the error."""
     found = [one for name in may_grow if (one := _growing(fitted, name)) is not None]
     enough = [one for one in found if one.worst_percent <= _BETTER * fitted.worst_percent]
-    return sorted(enough, key=lambda one: one.worst_percent)
+    return sorted(enough, key=lambda one: one.worst_percent)[:2]
 
 
 def _growing(fitted: Fitted, factor: str) -> Change | None:
@@ -174,9 +174,9 @@ def _worst(forces: Array, measured: Array) -> float:
 
 
 def for_trend(study: Study, surface: Surfaces, solution: Mapping[str, float]) -> Remedy:
-    """Return the change that removes an error that follows the diameter best, with its predicted error."""
+    """Return the two changes that remove an error that follows the diameter best, with their predicted errors."""
     means = [(i, mean) for i, mean in enumerate(measured_means(study)) if mean.response == FIRST]
-    every = joint_surfaces(study, surface)
+    every = fitted_surfaces(study, surface)
     fitted = Fitted(
         np.array([mean.condition for _, mean in means]),
         np.array([mean.value for _, mean in means]),
@@ -193,17 +193,23 @@ def for_trend(study: Study, surface: Surfaces, solution: Mapping[str, float]) ->
             "Check the wall thickness, the clearance of the supports and the stroke, or vary another parameter. No "
             "parameter of the response surface removes the trend within its range."
         )
-    best, at = found[0], study.calibration_target.condition
-    name, half = f"{best.factor}_growth", max(0.5, abs(best.exponent))
-    low, high = (round(best.exponent + side * half, 2) for side in (-1, 1))
+    texts, edits = zip(*(_as_text_and_edit(study, surface, one) for one in found), strict=True)
+    best, *second = texts
+    return Remedy(" ".join([best, *(f"Alternatively, {text[0].lower()}{text[1:]}" for text in second)]), edits[0])
+
+
+def _as_text_and_edit(study: Study, surface: Surfaces, change: Change) -> tuple[str, str]:
+    """Return a change as a sentence and as YAML, one section a line."""
+    at, name, half = study.calibration_target.condition, f"{change.factor}_growth", max(0.5, abs(change.exponent))
+    low, high = (round(change.exponent + side * half, 2) for side in (-1, 1))
     edit = [
         f"factors: [{{name: {name}, low: {low:g}, high: {high:g}}}]",
-        f"material: {{{best.factor}: {{at: {at:g} mm, exponent: {name}}}}}",
+        f"material: {{{change.factor}: {{at: {at:g} mm, exponent: {name}}}}}",
         "screen: {design: none}",
         f"rsm: {{factors: [{', '.join((*surface.names, name))}]}}",
     ]
     text = (
-        f"Make {best.factor} proportional to the diameter raised to the power {best.exponent:.2f} (predicted largest "
-        f"error: {best.worst_percent:.1f} %): `{{{', '.join(edit)}}}`."
+        f"Make {change.factor} proportional to the diameter raised to the power {change.exponent:.2f} (predicted "
+        f"largest error: {change.worst_percent:.1f} %): `{{{', '.join(edit)}}}`."
     )
-    return Remedy(text, "\n".join(edit))
+    return text, "\n".join(edit)

@@ -53,33 +53,32 @@ def verdict_json(verdict: Verdict, names: Names) -> dict[str, Any]:
 
 
 def uses(verdict: Verdict, names: Names) -> list[str]:
-    """Return where the result may be used, as one line; nothing without a comparison."""
-    return [use(verdict.use, names)] if verdict.use is not None else []
+    r"""Return the conditions at which the simulated response agrees, and the largest error elsewhere, as one line.
 
+    Without a comparison nothing is returned.
 
-def use(where: Use, names: Names) -> str:
-    r"""Return the conditions at which the simulated response agrees, and the largest error elsewhere.
-
-    >>> print(use(Use(10.0, (7.0, 8.0), Judged("force", 11.0, 21.2, False)), Names()).replace(". ", ".\n"))
-    The error of the simulation is at most 10 % at 7 and 8 mm.
-    The largest error is in the maximum force: 21 % too low at 11 mm.
+    >>> use = Use(10.0, (7.0, 8.0), Judged("force", 11.0, 21.2, False))
+    >>> print(uses(Verdict.of([], use), Names())[0].replace(". ", ".\n"))
+    The error of the simulation is at most 10 % at diameters of 7 and 8 mm.
+    The largest error is in the maximum force: 21 % too low at a diameter of 11 mm.
     """
+    if (where := verdict.use) is None:
+        return []
     if where.good:
-        within = f"The error of the simulation is at most {where.within_percent:g} %{names.at(*where.good)}."
+        said = [f"The error of the simulation is at most {where.within_percent:g} %{names.at(*where.good)}."]
     else:
         every = f" at every {names.condition.noun}" if names.placed else ""
-        within = f"The error of the simulation exceeds {where.within_percent:g} %{every}."
-    said = [within]
+        said = [f"The error of the simulation exceeds {where.within_percent:g} %{every}."]
     if where.worst is not None and where.worst != where.held_out:
         said.append(f"The largest error is in the {_signed(where.worst, names)}.")
-    return " ".join([*said, *_held_out(where, names)])
+    return [" ".join([*said, *_held_out(where, names)])]
 
 
 def _held_out(where: Use, names: Names) -> list[str]:
     """Return the largest held-out error, with that of a formula through the fitted forces.
 
-    >>> _held_out(Use(10.0, (), None, Judged("force", 8.0, -2.9, False), (7.0, 9.0), 3.7), Names())[1:]
-    ['The largest held-out error is in the maximum force: 2.9 % too high at 8 mm (formula F = a·d^b: 3.7 %).']
+    >>> _held_out(Use(10.0, (), None, Judged("force", 8.0, -2.9, False), (7.0, 9.0), 3.7), Names())[1][33:]
+    'the maximum force: 2.9 % too high at a diameter of 8 mm (formula F = a·d^b: 3.7 %).'
     """
     if where.held_out is None or not where.fitted or not names.placed:
         return []
@@ -92,7 +91,7 @@ def miss(worst: Judged, names: Names) -> str:
     """Return the error of a simulated response and its side.
 
     >>> miss(Judged("force", 11.0, 42.3, fitted=False), Names())
-    'The simulated maximum force is 42 % too low at 11 mm'
+    'The simulated maximum force is 42 % too low at a diameter of 11 mm'
     """
     return f"The simulated {names.naming.named(worst.response).long} is {_error(worst, names)}"
 

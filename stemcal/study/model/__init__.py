@@ -17,7 +17,7 @@ from pydantic import BaseModel, ConfigDict, Field, PrivateAttr, create_model
 from stemcal.errors import UsageError
 from stemcal.naming import DIAMETER, FORCE, Naming
 from stemcal.registry import stages
-from stemcal.study.model.growth import MOST_EXPONENT, Growth, exponents_in
+from stemcal.study.model.growth import MOST_EXPONENT, Growth
 from stemcal.study.model.laboratory_kind import (
     TESTS,
     AnyTest,
@@ -39,7 +39,7 @@ from stemcal.study.model.shear_test import (
     SpecimenSection,
     SupportsSection,
 )
-from stemcal.study.types.factor import AROUND, EMBEDDED, MOST_FACTORS, PARAMETERS, Factor, OwnQuantity, Parameter
+from stemcal.study.types.factor import EMBEDDED, FRICTION, MOST_FACTORS, PARAMETERS, Factor, OwnQuantity, Parameter
 from stemcal.study.types.field_types import Frozen, Number, StudyName, Time, Title
 from stemcal.study.types.named import naming_of
 from stemcal.study.types.solver_kind import SOLVERS, AnySolver, Mesh, SolverKind, SolverOptions, kind_of, usual_solver
@@ -217,11 +217,6 @@ class Study(StudyForm):
         """Return the mid-level of every factor, in the units of the spec."""
         return {factor.name: factor.centre for factor in self.factors}
 
-    @property
-    def exponents(self) -> tuple[str, ...]:
-        """Names of the factors that are powers of the diameter."""
-        return exponents_in(self.material.growing().values())
-
     def parameters(self, levels: Mapping[str, float], condition: float | None = None) -> dict[str, float]:
         """Return the nine material parameters in internal units; factors without a level stay at mid-level.
 
@@ -235,7 +230,7 @@ class Study(StudyForm):
 
     def at(self, levels: Mapping[str, float]) -> Study:
         """Return the study whose coefficient of friction, at any speed, is the level of `stem_friction`."""
-        if (friction := self._internal(levels).get("stem_friction")) is None:
+        if (friction := self._internal(levels).get(FRICTION)) is None:
             return self
         given = {"static_friction": friction, "dynamic_friction": friction, "decay": 0.0}
         return self.model_copy(update={"contact": self.contact.model_copy(update=given)})
@@ -265,11 +260,6 @@ class Study(StudyForm):
         """Return the value of every factor in internal units; those without a level stay at mid-level."""
         chosen = {**self.midlevels(), **levels}
         return {factor.name: factor.internal(chosen[factor.name]) for factor in self.factors}
-
-    @property
-    def replicates(self) -> int:
-        """How often the solver is asked for the same levels; 0 where it answers the same every time."""
-        return self.solver.repeats
 
     @property
     def calibration_target(self) -> Target:

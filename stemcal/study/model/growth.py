@@ -1,7 +1,7 @@
 """Material parameters that are a power of the stem diameter."""
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any, Final
 
@@ -72,9 +72,3 @@ class MayGrow:
                 lambda value: value.model_dump(mode="json") if isinstance(value, Growth) else value
             ),
         )
-
-
-def exponents_in(growing: Iterable[Growth]) -> tuple[str, ...]:
-    """Return the names of the factors that are exponents, each once."""
-    named = (growth.exponent for growth in growing)
-    return tuple(dict.fromkeys(exponent for exponent in named if isinstance(exponent, str)))

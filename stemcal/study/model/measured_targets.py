@@ -19,6 +19,7 @@ Patterns = Annotated[
     Field(min_length=1, max_length=100),
     WithJsonSchema({"anyOf": [{"type": "string"}, {"type": "array", "items": {"type": "string"}}]}),
 ]
+Count = Annotated[Whole, Field(ge=1)]
 _SCATTER = {"anyOf": [{"type": "string"}, {"type": "number"}, {"type": "object"}]}
 
 
@@ -43,7 +44,7 @@ class TargetRow(Frozen):
     sd: Annotated[Any, WithJsonSchema(_SCATTER)] = None
     """Standard deviation over the specimens; for several responses, a mapping from response names to standard
     deviations. Without `sd`, the mean is treated as exact."""
-    n: Annotated[Whole, Field(ge=1)] | None = None
+    n: Count | None = None
     """Number of specimens."""
     curves: Patterns | None = None
     """Files with force–travel curves, one per specimen: names, or patterns such as `lab/8mm/*.csv`. The shape of the

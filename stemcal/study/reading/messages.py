@@ -19,13 +19,8 @@ _KINDS = {
     "string_type": ("text", "enclose the value in quotes"),
     "float_type": ("a number", "write a plain number, such as 0.3"),
     "int_type": ("a whole number", "write a whole number without a decimal point or unit"),
-    "int_from_float": ("a whole number", "write a whole number without a decimal point or unit"),
     "tuple_type": ("a list", "write each entry on a separate line that begins with `-`"),
-    "list_type": ("a list", "write each entry on a separate line that begins with `-`"),
-    "dict_type": ("a mapping", "write lines such as `key: value` below this key"),
-    "model_type": ("a mapping", "write lines such as `key: value` below this key"),
-    "model_attributes_type": ("a mapping", "write lines such as `key: value` below this key"),
-    "dataclass_type": ("a mapping", "write lines such as `key: value` below this key"),
+    **dict.fromkeys(("dict_type", "model_type"), ("a mapping", "write lines such as `key: value` below this key")),
 }
 _BOUNDS = {
     "greater_than": ("must be above", "gt"),
@@ -111,12 +106,8 @@ def _length(error: Mapping[str, Any], path: NodePath, shown_path: NodePath) -> F
 _SPECIAL: dict[str, Callable[[Mapping[str, Any], NodePath, NodePath], Finding]] = {
     "missing": _missing,
     "extra_forbidden": _unknown_key,
-    "unexpected_keyword_argument": _unknown_key,
     "literal_error": _choice,
-    "too_short": _length,
-    "too_long": _length,
-    "string_too_short": _length,
-    "string_too_long": _length,
+    **dict.fromkeys(("too_short", "too_long", "string_too_short", "string_too_long"), _length),
 }
 
 

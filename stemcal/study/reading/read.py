@@ -13,7 +13,7 @@ import yaml
 from stemcal.errors import SpecError, SpecProblem
 from stemcal.files.durable import open_plain
 from stemcal.registry import stages
-from stemcal.study.model import Study
+from stemcal.study.model import Study, StudyForm
 from stemcal.study.reading.sections import Sections, read_sections
 from stemcal.study.rules import Draft, factors, target_rules
 from stemcal.study.rules.plausible import doubts
@@ -71,25 +71,21 @@ def _draft(data: Any, sections: Sections) -> Draft:
     entries = data.get("factors") if isinstance(data, dict) else None
     entries = entries if isinstance(entries, list) else []
     names = tuple(str(entry.get("name", "")) for entry in entries if isinstance(entry, dict))
-    factors = sections.good.get("factors", {})
     good = {name: section for name, section in sections.good.items() if name != "factors"}
-    return Draft.of(good, factors=factors, tests=sections.tests, names=names, naming=sections.naming)
+    study = Study.model_construct(**good)
+    for name in StudyForm.model_fields.keys() - good:
+        study.__dict__.pop(name, None)
+    return Draft(study, sections.good.get("factors", {}), sections.tests, names, sections.naming)
 
 
 def _without_echo(path: Path, document: Document, findings: list[Finding], spoiled: set[int]) -> Iterator[SpecProblem]:
     """Yield the findings as problems, but none that only follows from a line unreadable as YAML."""
     seen = set()
     for finding in findings:
-        problem = _problem(path, document, _place(document, finding), finding)
+        problem = _problem(path, document, document.place(finding.path, finding.at_key), finding)
         if problem.line not in spoiled and problem not in seen:
             seen.add(problem)
             yield problem
-
-
-def _place(document: Document, finding: Finding) -> Position:
-    if finding.at_key and finding.path in document.keys:
-        return document.keys[finding.path]
-    return document.place(finding.path)
 
 
 def _problem(path: Path, document: Document, place: Position, finding: Finding) -> SpecProblem:
@@ -115,7 +111,8 @@ def _study(path: Path, document: Document, sections: dict[str, Any]) -> Study:
     values = {**sections, "factors": tuple(sections["factors"].values()), "source": path.absolute()}
     values["title"] = values["title"] or values["name"]
     study = Study.model_validate(values)
-    warnings = tuple(str(_problem(path, document, _place(document, doubt), doubt)) for doubt in doubts(study))
+    places = ((document.place(doubt.path, doubt.at_key), doubt) for doubt in doubts(study))
+    warnings = tuple(str(_problem(path, document, *both)) for both in places)
     return study.model_copy(update={"warnings": warnings})
 
 

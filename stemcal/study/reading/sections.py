@@ -12,15 +12,7 @@ from pydantic import BaseModel, TypeAdapter, ValidationError
 
 from stemcal.naming import CUTTING, DIAMETER, FIRST, FORCE, Naming
 from stemcal.registry import stages
-from stemcal.study.model import (
-    FIELDS,
-    MOST_FACTORS,
-    TESTS,
-    Factor,
-    LaboratorySection,
-    StudyForm,
-    Targets,
-)
+from stemcal.study.model import FIELDS, MOST_FACTORS, TESTS, Factor, LaboratorySection, StudyForm, Targets
 from stemcal.study.model.laboratory_kind import named_responses, with_tests
 from stemcal.study.model.measured_targets import fitted_responses, named_modes
 from stemcal.study.reading.json_schema import section_with

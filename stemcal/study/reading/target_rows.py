@@ -17,11 +17,11 @@ from stemcal.measured.shear_curves import CurveOptions, read_curves
 from stemcal.measured.statistics import summarise
 from stemcal.naming import DIAMETER, FORCE, NOWHERE, Named, Naming
 from stemcal.study.model.laboratory_kind import RESPONSES, LaboratoryMeans
-from stemcal.study.model.measured_targets import Mean, Patterns, Target, Targets
+from stemcal.study.model.measured_targets import Count, Mean, Patterns, Target, Targets
 from stemcal.study.reading.messages import finding_of
 from stemcal.study.types import units
 from stemcal.study.types.field_types import MOST as LARGEST
-from stemcal.study.types.field_types import Quantity, Whole, complain
+from stemcal.study.types.field_types import Quantity, complain
 from stemcal.study.types.named import quantity
 from stemcal.study.types.strict_yaml import Finding, NodePath
 from stemcal.words import counted, did_you_mean
@@ -52,20 +52,12 @@ def _curves_in(patterns: Sequence[str], folder: Path, path: NodePath) -> tuple[l
         try:
             read += [smoothed(curve.travel, curve.force) for curve in read_curves(file, _WHOLE)]
         except UsageError as error:
-            wrong.append(
-                Finding(
-                    path,
-                    str(error),
-                    "correct the file; its columns can have the headings `Travel (mm)` and `Force (N)`",
-                )
-            )
+            remedy = "correct the file; its columns can have the headings `Travel (mm)` and `Force (N)`"
+            wrong.append(Finding(path, str(error), remedy))
     if not wrong and len(read) < FEWEST:
         message = f"the scatter of the curves cannot be estimated from only {counted(len(read), 'specimen')}"
-        wrong.append(
-            Finding(
-                path, message, f"measure at least {FEWEST} specimens, or write `force` and `sd` instead of `curves`"
-            )
-        )
+        remedy = f"measure at least {FEWEST} specimens, or write `force` and `sd` instead of `curves`"
+        wrong.append(Finding(path, message, remedy))
     return read, wrong[:_MOST_NAMES]
 
 
@@ -102,7 +94,8 @@ class Rows:
 
     def read(self, given: Any) -> None:
         """Read all rows."""
-        example = _example(self.naming)
+        at = "" if self.naming.condition is None else f"{self.naming.condition.name}: …, "
+        example = f"{at}{self.naming.response.name}: …, sd: …, n: …"
         if not isinstance(given, list) or not 0 < len(given) <= _MOST_ROWS:
             remedy = f"write a row such as `- {{{example}}}` for each mean"
             self._find(("targets",), f"the targets are not a list of 1 to {_MOST_ROWS} rows", remedy)
@@ -113,11 +106,8 @@ class Rows:
             else:
                 self._find(("targets", index), "the row is not a mapping", f"write a row such as `{{{example}}}`")
         if not self.means and not self.findings:
-            self._find(
-                ("targets",),
-                f"no row contains the measured {self.naming.response.noun}",
-                f"add a row such as `- {{{example}}}`",
-            )
+            message = f"no row contains the measured {self.naming.response.noun}"
+            self._find(("targets",), message, f"add a row such as `- {{{example}}}`")
 
     def _read_row(self, index: int, row: Mapping[str, Any]) -> None:
         test = row.get("test")
@@ -129,11 +119,10 @@ class Rows:
         if test is None:
             self._read_main(index, self._with_curves(index, row))
         else:
-            entry = _Row(row, ("targets", index), _OF_TESTS, True, self.findings)
+            entry = _Row(row, ("targets", index), _OF_TESTS, self.findings)
             if not entry.means and not entry.wrong:
-                self._find(
-                    ("targets", index), "the row contains no measured response", "add a response, such as `slope: …`"
-                )
+                remedy = "add a response, such as `slope: …`"
+                self._find(("targets", index), "the row contains no measured response", remedy)
             if entry.condition is not None:
                 means = LaboratoryMeans(diameter=entry.condition, means=entry.means, row=index)
                 self.of_tests.setdefault(str(test), []).append(means)
@@ -141,7 +130,7 @@ class Rows:
     def _read_main(self, index: int, row: Mapping[str, Any]) -> None:
         """Read a row of the main test; of a wrong one what is good of it, for the rules."""
         naming = self.naming
-        entry = _Row(row, ("targets", index), naming, naming.is_cutting, self.findings)
+        entry = _Row(row, ("targets", index), naming, self.findings)
         first = naming.response.name
         values: dict[str, Any] = {"row": index, "n": entry.n, "curves": entry.curves}
         if entry.condition is not None:
@@ -204,18 +193,14 @@ class Rows:
 class _Row:
     """One row: its condition and the means by response; None or absent where they are wrong or missing."""
 
-    def __init__(
-        self, row: Mapping[str, Any], path: NodePath, naming: Naming, with_units: bool, findings: list[Finding]
-    ) -> None:
-        self.row, self.path, self.findings, self.with_units = row, path, findings, with_units
-        self.wrong = False
+    def __init__(self, row: Mapping[str, Any], path: NodePath, naming: Naming, findings: list[Finding]) -> None:
+        self.row, self.path, self.findings, self.wrong = row, path, findings, False
+        self.with_units = naming.is_cutting or "test" in row
         given = [one for one in naming.responses if one.name in row]
         scatters = self._scatters(given, naming)
         self.scatter_is_wrong = self.wrong
         self.condition = self._condition(naming)
-        self.n: int | None = self._checked("n", Whole)
-        if self.n is not None and self.n < 1:
-            self._find(("n",), f"the number of specimens ({self.n}) must be at least 1", "correct the number")
+        self.n: int | None = self._checked("n", Count)
         with_curves = naming.response == FORCE and "test" not in row
         self.curves = self._checked("curves", Patterns) if with_curves else None
         self.means: dict[str, Mean] = {}
@@ -312,11 +297,6 @@ def _value(given: Any, named: Named, with_units: bool, above: float | None = Non
     if value < at_least:
         raise complain(f"the standard deviation of {named.text(value)} is negative", "write a value of 0 or more")
     return value
-
-
-def _example(naming: Naming) -> str:
-    at = "" if naming.condition is None else f"{naming.condition.name}: …, "
-    return f"{at}{naming.response.name}: …, sd: …, n: …"
 
 
 def _scored(targets: Targets, curves: Mapping[int, Sequence[Curve]], stiffness: float | None) -> Targets:

@@ -5,9 +5,7 @@ What is possible but looks like a slip is in `plausible`.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
 
 from stemcal.naming import CUTTING, DIAMETER, Naming
 from stemcal.study import model
@@ -28,15 +26,6 @@ class Draft:
     tests: dict[int, model.LaboratorySection] = field(default_factory=dict)
     names: tuple[str, ...] = ()
     naming: Naming = CUTTING
-
-    @classmethod
-    def of(cls, good: Mapping[str, Any], **more: Any) -> Draft:
-        """Return a study of valid sections alone."""
-        study = model.Study.model_construct(**good)
-        for name in model.StudyForm.model_fields:
-            if name not in good:
-                study.__dict__.pop(name, None)
-        return cls(study, **more)
 
     @property
     def kind(self) -> model.SolverKind:

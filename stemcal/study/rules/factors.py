@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator, Mapping
 from math import inf
 from operator import itemgetter
 
-from stemcal.study.model import AROUND, EMBEDDED, MOST_EXPONENT, PARAMETERS, Factor, Growth, Study, exponents_in
+from stemcal.study.model import EMBEDDED, FRICTION, MOST_EXPONENT, PARAMETERS, Factor, Growth, Study
 from stemcal.study.rules import Draft
 from stemcal.study.types import units
 from stemcal.study.types.factor import in_unit
@@ -59,7 +59,7 @@ def _factors_are_known(draft: Draft) -> Iterator[Finding]:
     """The solver has the factor, and its unit has the right dimension."""
     if not draft.kind.parameters:
         return
-    exponents = exponents_in(draft.growing.values())
+    exponents = {growth.exponent for growth in draft.growing.values()}
     for index, factor in draft.factors.items():
         parameter = draft.kind.parameters.get(factor.name)
         if parameter is None and factor.name in exponents:
@@ -102,7 +102,7 @@ def wrong_levels(study: Study, levels: Mapping[str, float], diameter: float | No
         yield f"diameter: {diameter:g} mm is not a plausible stem diameter; use at most {_WIDEST:g} mm"
         return
     given = study.parameters(levels, diameter)
-    around = {factor.name: factor.internal(levels[factor.name]) for factor in study.factors if factor.name in AROUND}
+    around = {factor.name: factor.internal(levels[factor.name]) for factor in study.factors if factor.name == FRICTION}
     for name, value in (given | around).items():
         parameter = EMBEDDED[name]
         shown = units.from_internal(value, parameter.unit)
@@ -129,11 +129,10 @@ def _material_is_given_once(draft: Draft) -> Iterator[Finding]:
 
 def _sections_are_given_once(draft: Draft) -> Iterator[Finding]:
     """What a factor varies in a section has no fixed value there, and the stroke is set once."""
-    for name, (_, section, keys) in AROUND.items():
-        for key in keys if name in draft.names else ():
-            if key in getattr(draft.study, section).model_fields_set:
-                message = f"the factor `{name}` replaces this key"
-                yield Finding((section, key), message, "remove this key, or remove the factor", at_key=True)
+    for key in ("static_friction", "dynamic_friction", "decay") if FRICTION in draft.names else ():
+        if key in draft.study.contact.model_fields_set:
+            message = f"the factor `{FRICTION}` replaces this key"
+            yield Finding(("contact", key), message, "remove this key, or remove the factor", at_key=True)
     if {"duration", "stroke"} <= draft.study.loading.model_fields_set:
         message = "`duration` also sets the stroke"
         yield Finding(("loading", "stroke"), message, "remove `duration` or `stroke`", at_key=True)

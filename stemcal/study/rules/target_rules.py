@@ -82,7 +82,6 @@ def _friction_falls(draft: Draft) -> Iterator[Finding]:
 
 
 _CUTTING = "cutting"
-_ABOUT_CUTTING = (_stem_reaches_over_supports, _edge_fits_blade)
 
 
 def _tests_are_simulated(draft: Draft) -> Iterator[Finding]:
@@ -151,14 +150,10 @@ def _tests_have_what_they_need(draft: Draft) -> Iterator[Finding]:
 def _further_cuts_are_possible(draft: Draft) -> Iterator[Finding]:
     """A further cutting test keeps the rules of the first, with what it changes."""
     for index, test in draft.tests.items():
-        if not test.is_further_cut:
-            continue
         changed = replace(draft, study=draft.study.model_copy(update=test.in_place_of(draft.study)))
-        for rule in _ABOUT_CUTTING:
-            told = set(rule(draft))
-            for finding in (one for one in rule(changed) if one not in told):
-                where = finding.path[1:] if finding.path[0] == "solver" else finding.path
-                yield finding._replace(path=("tests", index, *where))
+        for rule in (_stem_reaches_over_supports, _edge_fits_blade):
+            for finding in set(rule(changed)).difference(rule(draft)):
+                yield finding._replace(path=("tests", index, *finding.path))
 
 
 def _tests_fit_the_stem(draft: Draft) -> Iterator[Finding]:

@@ -64,16 +64,9 @@ PARAMETERS: dict[str, Parameter] = {
     "failure_strain": Parameter("failure strain", "dimensionless", "1", 0, False, _NO_LIMIT, False, (1e-3, 3)),
 }
 
-# What is no property of the material; each takes the place of the keys of a section.
-AROUND: dict[str, tuple[Parameter, str, tuple[str, ...]]] = {
-    "stem_friction": (
-        Parameter("friction of the stem", "dimensionless", "1", 0, True, 2, True, (0.01, 1)),
-        "contact",
-        ("static_friction", "dynamic_friction", "decay"),
-    ),
-}
-EMBEDDED = {**PARAMETERS, **{name: parameter for name, (parameter, _, _) in AROUND.items()}}
-
+FRICTION = "stem_friction"  # no property of the material: it takes the place of the friction of `contact`
+_OF_STEM = Parameter("friction of the stem", "dimensionless", "1", 0, True, 2, True, (0.01, 1))
+EMBEDDED = {**PARAMETERS, FRICTION: _OF_STEM}
 
 MOST_FACTORS = 100
 

@@ -75,14 +75,6 @@ def _in_own_unit(given: str, named: Named) -> float:
         raise complain(f"{given[:60]!r} is not a value in {named.unit}", f"write '1 {named.unit}'") from None
 
 
-def _condition(given: Any, naming: Naming) -> float:
-    if naming.condition is not None:
-        return quantity(given, naming.condition)
-    if given == NOWHERE:
-        return NOWHERE
-    raise complain("the study has no condition", "declare a condition in the `conditions` section, or remove this key")
-
-
 class OwnCondition(Quantity):
     """A value of the condition: a stem's diameter, or what the spec declares in its place."""
 
@@ -90,8 +82,12 @@ class OwnCondition(Quantity):
         """Return the value, of the diameter in mm; from Python any number, since it may be of what is declared."""
         if info.context is None and isinstance(given, int | float) and abs(given) <= MOST:
             return float(given)
-        naming = _naming(info)
-        return super().read(given, info) if naming.condition == DIAMETER else _condition(given, naming)
+        if (condition := _naming(info).condition) == DIAMETER:
+            return super().read(given, info)
+        if condition is None and given != NOWHERE:
+            remedy = "declare a condition in the `conditions` section, or remove this key"
+            raise complain("the study has no condition", remedy)
+        return NOWHERE if condition is None else quantity(given, condition)
 
 
 def responses_by_name(given: Any, info: ValidationInfo) -> Any:

@@ -70,8 +70,10 @@ class Document:
     problems: list[tuple[Position, Finding]] = field(default_factory=list)
     complete: bool = False
 
-    def place(self, path: NodePath) -> Position:
-        """Return where `path` is: its value, its key if it holds more keys, or else the nearest above."""
+    def place(self, path: NodePath, at_key: bool = False) -> Position:
+        """Return where `path` is: its key if asked or if it holds more keys, its value, or else the nearest above."""
+        if at_key and path in self.keys:
+            return self.keys[path]
         if path in self.values:
             return self.values[path]
         for end in range(len(path) - 1, 0, -1):

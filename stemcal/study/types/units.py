@@ -51,8 +51,7 @@ _TABLE: dict[str, dict[str, tuple[float, float]]] = {
     "dimensionless": {"1": (1, 1), "%": (1, 100)},
 }
 INTERNAL = {dimension: next(iter(units)) for dimension, units in _TABLE.items()}
-_UNITS = [Unit(name, dimension, *factors) for dimension, units in _TABLE.items() for name, factors in units.items()]
-_BY_NAME = {unit.name: unit for unit in _UNITS}
+_BY_NAME = {name: Unit(name, dimension, *both) for dimension, units in _TABLE.items() for name, both in units.items()}
 _ALIASES = {"tonne": "t", "tonne/mm3": "t/mm3", "s-1": "1/s", "-": "1"}
 _QUANTITIES = {"rate": "strain rate", "decay": "friction decay", "dimensionless": "a dimensionless quantity"}
 _SIGNS = str.maketrans(
@@ -63,16 +62,11 @@ _QUANTITY = re.compile(rf"({_NUMBER})[ \t]*(\S.*)?", re.ASCII)
 _LONGEST = 60
 
 
-def units_of(dimension: str) -> tuple[str, ...]:
-    """Names of the units of one dimension, the internal one first."""
-    return tuple(unit.name for unit in _UNITS if unit.dimension == dimension)
-
-
 def parse_unit(text: str, dimension: str | None = None) -> Unit:
     """Return the unit called `text`; raise `UnitError` if there is none or it measures something else."""
     name = text.strip().translate(_SIGNS)
     unit = _BY_NAME.get(_ALIASES.get(name, name))
-    possible = units_of(dimension) if dimension else tuple(_BY_NAME)
+    possible = tuple(_TABLE[dimension] if dimension else _BY_NAME)
     if unit is None:
         raise UnitError(f"unknown unit {_shown(text)}", did_you_mean(name, possible))
     if dimension is not None and unit.dimension != dimension:

@@ -103,5 +103,5 @@ def test_the_interval_is_that_of_the_measured_mean() -> None:
 
 
 def test_a_factor_without_effect_is_refused() -> None:
-    with pytest.raises(UsageError, match="density has no effect in the response surface"):
+    with pytest.raises(UsageError, match="density has no effect on the response surface"):
         SearchPath((Mover("density", 1100.0, 1000.0, 1200.0, 0.0),))
