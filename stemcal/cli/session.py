@@ -15,10 +15,7 @@ from stemcal.errors import UsageError, Waiting
 from stemcal.files.durable import read_plain
 from stemcal.words import counted
 
-Spec = Annotated[
-    Path,
-    typer.Argument(metavar="SPEC", help="Spec of the study (YAML file).", show_default=False),
-]
+Spec = Annotated[Path, typer.Argument(metavar="SPEC", help="Spec of the study (YAML file).", show_default=False)]
 
 Out = Annotated[
     Path | None,

@@ -43,7 +43,9 @@ class SurfaceShowing(Showing[SurfaceResult]):
         return [text]
 
     def tables(self, result: SurfaceResult, names: Names) -> list[Table]:
-        return [*_surface_tables(result, names), *_further_tables(result, names), *_fits_table(result, names)]
+        shape = [canonical_table(result, result.canonical, names)] if result.canonical else []
+        first = [anova_table(result), _coefficient_table(result, names), _fit_table(result), *shape]
+        return [*first, *_further_tables(result, names), *_fits_table(result, names)]
 
     def figures(self, result: SurfaceResult, setting: Setting) -> list[Plot]:
         settled = (one.settles for one in setting.results.done)  # the first lie on the surface, refined ones do not
@@ -79,13 +81,6 @@ class Surface(SurfaceResult):
         from stemcal.report.page import for_notebook
 
         return for_notebook(SurfaceShowing().profiler(self, self._setting))
-
-
-def _surface_tables(stage: SurfaceResult, names: Names) -> list[Table]:
-    """Return all tables of a surface."""
-    tables = [anova_table(stage), _coefficient_table(stage, names), _fit_table(stage)]
-    tables += [canonical_table(stage, stage.canonical, names)] if stage.canonical else []
-    return tables
 
 
 def written(term: str, symbols: Mapping[str, str]) -> str:
