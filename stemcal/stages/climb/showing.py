@@ -16,7 +16,7 @@ class ClimbShowing(Showing[ClimbResult]):
         """Return how near the steps came to the target."""
         moved = "was changed" if len(result.names) == 1 else "were changed together"
         runs = counted(len(result.rows), "run")
-        stepped = f"In the steepest ascent, {names.factors(result.names)} {moved} in {runs}."
+        stepped = f"During steepest ascent, {names.factors(result.names)} {moved} in {runs}."
         reached = "passed" if result.passed else "did not reach"
         error = f"{fixed(abs(result.error_percent), 1)} %"
         return [

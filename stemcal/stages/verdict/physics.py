@@ -158,8 +158,8 @@ def _inertia(solver: Any, worst: float) -> Remedy:
     times = outwards(1.0 / swing, True)
     return _in_solver(
         values,
-        f"to reduce the contribution of inertia to below {limit:g} % in most runs. The runs then take about "
-        f"{times:g} times as long.",
+        f"to reduce the contribution of inertia to below {limit:g} % of the force in most runs. The runs then take "
+        f"about {times:g} times as long.",
     )
 
 
@@ -186,13 +186,13 @@ def _hourglass(solver: Any, worst: float) -> Remedy:
     finer = worst / limit
     if finer**4 > _MOST_TIMES:
         return Remedy(
-            f"Use much finer elements or another mesh (the hourglass energy of {worst:.0f} % is {finer:.1f} times the "
-            "limit)."
+            f"Use much smaller elements or another mesh (hourglass energy: {worst:.0f} % of the internal energy, "
+            f"{finer:.1f} times the limit)."
         )
     new = f"d/{np.ceil(finer * size.divisor):g}" if size.divisor else f"{outwards(size.mm / finer, False):g} mm"
     values = {"element_size": new, **_time_step(solver, 1.0 / finer)}
     return _in_solver(
         values,
-        f"to reduce the hourglass energy to below about {limit:g} %. The runs then take about "
-        f"{outwards(finer**4, True):g} times as long.",
+        f"to reduce the hourglass energy to below about {limit:g} % of the internal energy. The runs then "
+        f"take about {outwards(finer**4, True):g} times as long.",
     )
