@@ -362,7 +362,7 @@ def physics(seed: int) -> Row:
     reason = before.reason("physics_of_solution")
     return Row(
         before.is_("not_calibrated") and reason is not None and f"{percent:.0f} %" in reason.text,
-        before.advises("physics_of_solution", "finer elements"),
+        before.advises("physics_of_solution", "smaller elements"),
         not after.is_("not_calibrated") and after.reason("physics_of_solution") is None,
         plant.off(after.results) <= plant.off(before.results) + ROOM,
     )

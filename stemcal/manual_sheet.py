@@ -166,7 +166,7 @@ class Entered:
         """Raise `UsageError` with the rows that were refused; the others stay recorded."""
         if self.refused:
             were = "row was" if len(self.refused) == 1 else "rows were"
-            head = f"{len(self.refused)} {were} rejected; correct the sheet and enter it again."
+            head = f"{len(self.refused)} {were} rejected; correct the sheet, then enter the results again."
             raise UsageError("\n".join([head, *first_of(list(map(str, self.refused)))]))
 
 

@@ -84,11 +84,6 @@ class _Envelope:
 envelope = _Envelope()
 
 
-def new_envelope() -> None:
-    """Forget what an earlier command of this process has collected."""
-    envelope.command, envelope.result, envelope.notes = "", None, []
-
-
 def say_json(result: Any) -> None:
     """Make `result` that of the JSON envelope, which is printed when the command ends."""
     envelope.result = result

@@ -94,10 +94,7 @@ def _plain(text: str) -> str:
 # ---- the command
 
 
-Term = Annotated[
-    list[str] | None,
-    typer.Argument(metavar="TERM", help="Glossary term or spec key."),
-]
+Term = Annotated[list[str] | None, typer.Argument(metavar="TERM", help="Glossary term or spec key.")]
 Schema = Annotated[bool, typer.Option("--schema", help="Print the JSON schema of the spec for use in an editor.")]
 
 

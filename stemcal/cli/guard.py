@@ -15,7 +15,7 @@ from typing import NoReturn
 
 import typer
 
-from stemcal.cli.console import drop, envelope, fail, new_envelope
+from stemcal.cli.console import drop, envelope, fail
 from stemcal.errors import SpecError, StemcalError
 from stemcal.interrupts import Terminated, check, heard
 
@@ -25,7 +25,7 @@ RESUMES = "finished runs are kept; run the same command again to resume"
 @contextmanager
 def exit_codes() -> Iterator[None]:
     """Run a command; an exception becomes one message on stderr and an exit code."""
-    new_envelope()
+    envelope.command, envelope.result, envelope.notes = "", None, []  # an earlier command of this process is over
     with heard():
         try:
             check()

@@ -23,12 +23,7 @@ if TYPE_CHECKING:
 
 Until = Annotated[
     str | None,
-    typer.Option(
-        "--until",
-        metavar="STAGE",
-        help="Stage after which the study stops.",
-        show_default="all stages",
-    ),
+    typer.Option("--until", metavar="STAGE", help="Stage after which the study stops.", show_default="all stages"),
 ]
 Retry = Annotated[bool, typer.Option("--retry", help="Repeat the failed runs before any other runs.")]
 
@@ -188,12 +183,7 @@ Replace = Annotated[
 
 
 def enter(
-    spec: Spec,
-    sheet: Sheet,
-    out: Out = None,
-    replace: Replace = "",
-    as_json: AsJson = False,
-    quiet: Quiet = False,
+    spec: Spec, sheet: Sheet, out: Out = None, replace: Replace = "", as_json: AsJson = False, quiet: Quiet = False
 ) -> None:
     """Record the results of manual runs and continue the study.
 

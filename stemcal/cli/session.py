@@ -15,10 +15,7 @@ from stemcal.errors import UsageError, Waiting
 from stemcal.files.durable import read_plain
 from stemcal.words import counted
 
-Spec = Annotated[
-    Path,
-    typer.Argument(metavar="SPEC", help="Spec of the study (YAML file).", show_default=False),
-]
+Spec = Annotated[Path, typer.Argument(metavar="SPEC", help="Spec of the study (YAML file).", show_default=False)]
 
 Out = Annotated[
     Path | None,
@@ -155,7 +152,7 @@ def opened(
             sheet, n = hand_out(study, folder, waiting)
             folder.remember_spec(study.source)
             to_do, code = f"{counted(n, 'result')} from the {waiting.stage} stage; fill in {sheet}", waiting.exit_code
-    await_(f"Waiting for {to_do}, then run `stemcal run {spec}`")
+    await_(f"Waiting for {to_do}. Once this is done, run `stemcal run {spec}`")
     raise typer.Exit(code)
 
 

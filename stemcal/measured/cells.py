@@ -59,7 +59,7 @@ def decoded(content: bytes, encoding: str | None, path: Path) -> tuple[str, str]
     except (LookupError, ValueError):
         raise UsageError(
             f"--encoding {shown(encoding or '')[1:-1]}: unknown encoding; use utf-8, utf-16, gbk or another "
-            "encoding of Python"
+            "Python encoding"
         ) from None
     if found is None:
         named = encoding or next(encodings.guesses(content))
@@ -76,7 +76,7 @@ def is_workbook(content: bytes, source: object) -> bool:
         If it is a table that spreadsheet programs open and this module does not read.
     """
     if content[:100].removeprefix(b"\xef\xbb\xbf").lstrip().lower().startswith(_OTHERS):
-        raise UsageError(f"{source} has a spreadsheet format that stemcal cannot read; save the file as .xlsx or CSV")
+        raise UsageError(f"{source} is in a spreadsheet format that stemcal cannot read; save the file as .xlsx or CSV")
     return content.startswith(_MODERN)
 
 

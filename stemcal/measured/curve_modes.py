@@ -100,8 +100,8 @@ def on_grid(travel: Array, force: Array, mean_force: float, mean_travel: float) 
     top = _top(force)
     if top == 0:
         raise UsageError(
-            "the curve cannot be compared because its first force exceeds 95 % of the maximum; add the rows with the "
-            "rising force"
+            "the curve cannot be compared because its first force value exceeds 95 % of the maximum; add the rows in "
+            "which the force rises"
         )
     way = np.maximum.accumulate(travel[: top + 1])
     end = np.interp(_TOP * force.max(), force[top - 1 : top + 1], way[top - 1 :])

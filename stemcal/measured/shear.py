@@ -142,7 +142,7 @@ def find_files(folder: Path) -> list[Path]:
         raise UsageError(f"{folder} does not exist; pass a folder of force–travel files or a single file")
     files = sorted(filter(_is_specimens, folder.rglob("*")), key=_by_number)
     if not files:
-        raise UsageError(f"{folder}: no file ends in {listed(_SUFFIXES)}; add files from the testing machine")
+        raise UsageError(f"{folder}: no file name ends in {listed(_SUFFIXES)}; add files from the testing machine")
     return files
 
 

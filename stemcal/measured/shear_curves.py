@@ -133,7 +133,7 @@ def _pairs(table: TextTable, how: CurveOptions) -> tuple[list[tuple[int, int]], 
     if apart[1] and len(forces) == 1:
         travels = _first(table, "displacement", travels, notes)
     if len(travels) == 1 < len(forces):
-        text = f"{len(forces)} specimens share the displacement column {shown(table.columns[travels[0]])}."
+        text = f"{len(forces)} specimens share one displacement column ({shown(table.columns[travels[0]])})."
         remedy = Remedy("If the force columns are channels of one specimen, select one channel with `--force-column`.")
         if how.force_column is None:
             notes.append(Note("shared_displacement", "caution", text, remedy))
@@ -167,7 +167,7 @@ def _columns(
 def _first(table: TextTable, what: str, columns: Sequence[int], notes: list[Note]) -> list[int]:
     """Return the first of several columns, and note the choice."""
     others = ", ".join(shown(table.columns[column]) for column in columns[1:4])
-    text = f"The {what} is read from the column {shown(table.columns[columns[0]])}, not from {others}."
+    text = f"The {what} is read from column {shown(table.columns[columns[0]])}, not from {others}."
     notes.append(Note("column_chosen", "caution", text, Remedy(f"Use `--{what}-column` to select another column.")))
     return [columns[0]]
 
@@ -221,7 +221,7 @@ def _curve(table: TextTable, across: int, up: int, how: CurveOptions, notes: lis
         if all(table.number(row, column) is None for row in range(len(table.rows))):
             held = next((cells[column] for cells in table.rows if not is_missing(cells[column])), "empty cells")
             raise UsageError(
-                f"{table.source}: the column {shown(table.columns[column])} contains {shown(held)} instead of numbers"
+                f"{table.source}: column {shown(table.columns[column])} contains {shown(held)} instead of numbers"
             )
     rows, omitted = _usable(table, across, up)
     if len(rows.rows) < 5:
@@ -233,7 +233,7 @@ def _curve(table: TextTable, across: int, up: int, how: CurveOptions, notes: lis
     notes += omitted
     if -force.min() > force.max():
         force = -force
-        text = "The sign of the force was reversed, so that compression is positive."
+        text = "The sign of the force was reversed so that compression is positive."
         notes.append(Note("pressing_is_positive", "info", text))
     begin = contact_begins(force, how.preload)
     if int(np.argmax(force)) == len(force) - 1:
@@ -258,7 +258,7 @@ def _usable(table: TextTable, *columns: int) -> tuple[TextTable, list[Note]]:
         text = f"Rows without a number for force or displacement were omitted ({omitted})."
         notes.append(Note("rows_left_out", "info", text))
     if table.unread:
-        text = f"Rows of numbers outside the table of the curve were skipped ({counted(table.unread, 'row')})."
+        text = f"Numeric rows outside the curve table were skipped ({counted(table.unread, 'row')})."
         notes.append(Note("rows_apart", "caution", text))
     return replace(table, rows=tuple(kept)), notes
 

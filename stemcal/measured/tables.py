@@ -160,8 +160,8 @@ def _candidates(form: Form, texts: Sequence[str]) -> list[tuple[str, str]]:
     ways = [(s, d) for s in separators for d in decimals if s != d or quoted]
     if not ways:
         raise UsageError(
-            "--decimal comma --separator comma: a comma can be both decimal mark and separator only if the numbers are "
-            "in quotes; remove one of the options"
+            "--decimal comma --separator comma: a comma can be both the decimal mark and the separator only if the "
+            "numbers are in quotes; remove one of the options"
         )
     return ways
 
@@ -255,8 +255,8 @@ def _refuse_broken(lines: Sequence[Line], run: _Run, decimal: str, source: str) 
             open_quote = odd.text.count('"') % 2 == 1
             if not odd.remark and (numbers or open_quote or cells > run.width):
                 raise UsageError(
-                    f"{source}: line {places[0] + 1} has {cells} cells, but the adjacent lines have {run.width}; "
-                    "correct or delete this line"
+                    f"{source}: line {places[0] + 1} and the adjacent lines differ in the number of cells ({cells} and "
+                    f"{run.width}); correct or delete this line"
                 )
 
 

@@ -171,12 +171,7 @@ def status(study: Study, folder: StudyFolder) -> Status:
 
 
 def _stage(
-    study: Study,
-    solver: Solver,
-    folder: StudyFolder,
-    name: str,
-    entries: Sequence[Entry],
-    settled: bool,
+    study: Study, solver: Solver, folder: StudyFolder, name: str, entries: Sequence[Entry], settled: bool
 ) -> StageStatus:
     found = Counter(entry.status for entry in entries)
     reasons = Counter(entry.reason for entry in entries if entry.status == "failed")

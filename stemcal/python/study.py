@@ -184,11 +184,7 @@ class Simulated:
         return f"Shear test (stem diameter {self.diameter:g} mm): {where}, {result.elements} elements"
 
 
-def simulate(
-    study: Study | str | Path,
-    diameter: float | str | None = None,
-    **levels: float | str,
-) -> Simulated:
+def simulate(study: Study | str | Path, diameter: float | str | None = None, **levels: float | str) -> Simulated:
     """Run one virtual shear test of a study.
 
     Parameters

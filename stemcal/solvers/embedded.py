@@ -233,7 +233,7 @@ def shear_test(study: Study, levels: Mapping[str, float], diameter: float) -> cu
 def _options(study: Study) -> EmbeddedSolver:
     solver = study.solver
     if not isinstance(solver, EmbeddedSolver):
-        raise TypeError(f"the solver of the study has the kind `{solver.kind}` instead of `embedded`")
+        raise TypeError(f"the solver of the study is of kind `{solver.kind}`, not `embedded`")
     return solver
 
 

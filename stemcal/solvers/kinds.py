@@ -49,7 +49,7 @@ class Command(SolverKind):
 
 
 class Sheet(SolverKind):
-    """A sheet of runs that are done by hand."""
+    """A run sheet for runs that are done by hand."""
 
     name, options = "sheet", SheetSolver
     answers = "asks_people"

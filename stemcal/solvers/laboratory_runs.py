@@ -100,7 +100,7 @@ def distrusted(result: CuttingResult) -> SimulationFailed | None:
         message = f"the error in the energy balance is {result.energy_drift_percent:.1f} %"
         return SimulationFailed("energy_drift", message)
     if result.contact_energy_percent < _LEAST_CONTACT:
-        message = f"the contact created energy equal to {-result.contact_energy_percent:.1f} % of the work of the tool"
+        message = f"the contact generated energy ({-result.contact_energy_percent:.1f} % of the work done by the tool)"
         return SimulationFailed("contact_energy", message)
     return None
 

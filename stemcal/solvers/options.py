@@ -30,7 +30,7 @@ _SLOW = 100.0 / 60.0
 ThroughWall = Annotated[
     Annotated[Whole, Field(ge=1, le=50)] | None,
     Field(
-        description="Number of elements through the wall. By default, no element through the wall is longer than "
+        description="Number of elements through the wall. By default, the radial element length is at most "
         "`element_size`."
     ),
 ]
@@ -274,7 +274,7 @@ class DeckSolver(ProgramOptions):
 
 
 class SheetSolver(SolverOptions):
-    """A sheet of runs: a CSV file with one row per run. A stage that needs results adds rows to the sheet and waits.
+    """A run sheet: a CSV file with one row per run. A stage that needs results adds rows to the sheet and waits.
 
     The sheet is `sheet.csv` in the study folder. `stemcal run` reads the results from this
     sheet, and `stemcal enter` reads them from a copy.

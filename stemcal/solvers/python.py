@@ -78,7 +78,7 @@ def _number(found: object, name: str) -> float:
         raise SimulationFailed("no_result", f"`solve` returned no {name}; return a mapping such as {{{name!r}: 12.5}}")
     if not isinstance(found[name], Real):
         raise SimulationFailed(
-            "bad_result", f"the returned {name} has the type {type(found[name]).__name__}, which is not a number"
+            "bad_result", f"the returned {name} is of type {type(found[name]).__name__}, not a number"
         )
     return float(found[name])
 
@@ -99,5 +99,5 @@ def _object(file: Path, name: str, code: str) -> Any:
             f"solver.file {file.name}: the class {name} cannot be instantiated: {type(error).__name__}: {error}"
         ) from None
     if not callable(getattr(made, "solve", None)):
-        raise UsageError(f"solver.file {file.name}: the class {name} has no method `solve(levels, condition)`")
+        raise UsageError(f"solver.file {file.name}: the class {name} has no `solve(levels, condition)` method")
     return made

@@ -141,14 +141,14 @@ def _keys_belong_to_the_program(_draft: Draft, solver: DeckSolver) -> Iterator[F
     """A deck's solver has no keys of the other program."""
     key, other = ("home", "openradioss") if solver.program == "lsdyna" else ("command", "lsdyna")
     if key in solver.model_fields_set:
-        yield Finding(("solver", key), f"the key applies only to `program: {other}`", "remove this key")
+        yield Finding(("solver", key), f"this key applies only to `program: {other}`", "remove this key")
 
 
 def _openradioss_hardens_isotropically(draft: Draft, solver: DeckSolver) -> Iterator[Finding]:
     """The card that OpenRadioss deletes elements by has no hardening parameter."""
     for index, factor in draft.factors.items():
         if factor.name == "hardening_parameter" and solver.program == "openradioss":
-            message = "the parameter has no effect, because the OpenRadioss deck has isotropic hardening"
+            message = "the parameter has no effect because the OpenRadioss deck has isotropic hardening"
             yield Finding(
                 ("factors", index, "name"), message, "set a fixed value of the parameter in the `material` section"
             )

@@ -161,7 +161,7 @@ def strain_table(found: SizedStrain) -> Table:
         Column("valid", "Valid", of=lambda row: "yes" if row.valid else "no"),
     ]
     foot = (
-        f"The search ends at the first failure strain whose mean force is within {100.0 * TOLERANCE:g} % of "
+        f"The search ends at the first failure strain at which the mean force is within {100.0 * TOLERANCE:g} % of "
         f"{found.aim:.4g} N (stem diameter {found.condition:g} mm). A failure strain is valid if the error and the "
         "standard error of the mean force are below 5 %. The 95 % interval of the failure strain follows from the "
         "scatter of the force over mesh positions."

@@ -52,7 +52,7 @@ def test_run_continues_as_far_as_the_sheet_allows(tmp_path: Path) -> None:
     assert "runs must be done by hand, 16 in total" in planned and "unknown" not in planned
     done = command("run", spec, "--out", out)
     assert done.exit_code == 6
-    assert f"Waiting for 15 results from the rsm stage; fill in {out / 'sheet.csv'}, then run `stemcal" in done.stderr
+    assert f"Waiting for 15 results from the rsm stage; fill in {out / 'sheet.csv'}. Once this is done," in done.stderr
     head, *rows = cells_of((out / "sheet.csv").read_text("utf-8"))
     assert head == ["run", "sliding", "rolling", "wall", "angle (deg)", "who", "when", "remark", "study"]
     assert sorted(row[0] for row in rows) == sorted(f"rsm {number}" for number in range(1, 16))
@@ -79,7 +79,7 @@ def test_a_wrong_row_of_the_own_sheet_stops_the_run_and_stays(tmp_path: Path) ->
     text = (out / "sheet.csv").read_text("utf-8").replace(",,,heap", ",,\n", 1)
     (out / "sheet.csv").write_text(text, encoding="utf-8")
     done = command("run", spec, "--out", out)
-    assert done.exit_code == 2 and "sheet.csv:2: the row has only 8 cells, but the heading has 9" in done.stderr
+    assert done.exit_code == 2 and "sheet.csv:2: the row has only 8 cells, but the header row has 9" in done.stderr
     assert (out / "sheet.csv").read_text("utf-8") == text
     assert len(list(StudyFolder(out).keys())) == 14
 
@@ -162,7 +162,7 @@ def test_commands_refuse_what_has_no_sense(tmp_path: Path) -> None:
     (tmp_path / "sheet.csv").write_text("run,angle\nrsm 1,3\n", encoding="utf-8")
     for words, said in (
         (("enter", spec, tmp_path / "none.csv"), "specify the path of the sheet"),
-        (("enter", spec, spec), "no line contains the heading `run`"),
+        (("enter", spec, spec), "no row contains the `run` heading"),
         (("enter", spec, tmp_path / "sheet.csv"), "no column has the heading sliding, rolling or wall"),
     ):
         done = command(*words, "--out", out)

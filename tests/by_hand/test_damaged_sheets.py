@@ -277,7 +277,7 @@ def test_refused_with_row_and_remedy(damage: str, heap: Study, sheet: Cells, tmp
 
 
 UNREADABLE: dict[str, tuple[Callable[[Cells], str | bytes], str]] = {
-    "no heading": (lambda cells: text_of(cells[1:]), "no line contains the heading `run`; fill in the sheet"),
+    "no heading": (lambda cells: text_of(cells[1:]), "no row contains the `run` heading; fill in the sheet"),
     "a response deleted": (
         each(lambda row: [*row[:ANGLE], *row[BULK:]]),
         "no column has the heading angle (deg); use the headings",
@@ -288,9 +288,9 @@ UNREADABLE: dict[str, tuple[Callable[[Cells], str | bytes], str]] = {
         "two columns have the heading 'angle (deg)'; delete",
     ),
     "another study's sheet": (headed((1, "density (kg/m3)")), "no column has the heading sliding"),
-    "an empty file": (lambda _cells: "", "no line contains the heading `run`"),
+    "an empty file": (lambda _cells: "", "no row contains the `run` heading"),
     "a torn workbook": (lambda cells: workbook()(cells)[:3000], "cannot be read as an Excel workbook"),
-    "two sheets alike": (workbook(with_a_copy), "several sheets have a heading `run`"),
+    "two sheets alike": (workbook(with_a_copy), "several sheets have a `run` heading"),
     "an old workbook": (lambda _cells: b"\xd0\xcf\x11\xe0" + bytes(500), "save the file as .xlsx or CSV"),
     "a picture": (lambda _cells: b"\x89PNG\r\n" + bytes(range(256)), "save the sheet as .xlsx or CSV"),
     "another study's name": (put(STUDY, "heap 2"), "sheet.csv:4: the sheet is for the study 'heap 2', not for 'heap'"),
@@ -325,7 +325,7 @@ def test_foreign_rows_are_refused_at_the_first_or_by_their_number(heap: Study, t
     folder, head = StudyFolder(tmp_path / "study"), "run,sliding,rolling,wall,angle,bulk,study\n"
     for count, name, said in (
         (1_000, "rsm 1,0.4,0.2,0.2,28,690,hay", "sheet.csv:2: the sheet is for the study 'hay'"),
-        (100_000, "rsm 99,0.4,0.2,0.2,28,690,", "sheet.csv:20001: the sheet has more than 20,000 lines"),
+        (100_000, "rsm 99,0.4,0.2,0.2,28,690,", "sheet.csv:20001: the sheet has more than 20,000 rows"),
     ):
         with pytest.raises(UsageError, match=said):
             entered(heap, folder, head + f"{name}\n" * count)

@@ -31,7 +31,7 @@ def test_deck_is_written_with_the_values_as_they_are(tmp_path: Path) -> None:
     assert f"{1000.0:>10}{0.3:>10}{17.96:>10}{0.5:>10}{0.03:>10}{0.0:>10}\n" in text
     assert "outer diameter 7 mm" in text
     result = json.loads(done.stdout)["result"]
-    assert sum("is omitted, because it changes" in sentence for sentence in result["otherwise"]) == 1
+    assert sum("is omitted because it changes" in sentence for sentence in result["otherwise"]) == 1
     assert str(path) in result["files"]
 
 
@@ -98,7 +98,7 @@ def test_refusals(tmp_path: Path) -> None:
         SMOKE.read_text(encoding="utf-8").replace("element_size: d/10", "element_size: 0.8 mm"), encoding="utf-8"
     )
     for args, said in (
-        ((REPLAY, tmp_path / "x.k", *dyna), "the kind `sheet`"),
+        ((REPLAY, tmp_path / "x.k", *dyna), "uses kind `sheet`"),
         ((SMOKE, tmp_path / "x.k"), "add `--for lsdyna` or `--for openradioss`"),
         ((SMOKE, tmp_path / "x.rad", *dyna), "LS-DYNA cannot read .rad files"),
         ((SMOKE, tmp_path / "no" / "x.k", *dyna), "does not exist"),

@@ -78,9 +78,9 @@ def test_failed_runs_end_with_three(tmp_path: Path, monkeypatch: Any) -> None:
             "parameters": {},
             "rows": [
                 {"condition": 7.0, "measured": 120.0, "simulated": None, "error_percent": None, "role": "held_out",
-                 "status": "failed", "reason": "inverted", "message": "element 7 at 0.1 s"},
+                 "response": None, "status": "failed", "reason": "inverted", "message": "element 7 at 0.1 s"},
                 {"condition": 8.0, "measured": 159.2, "simulated": 160.0, "error_percent": -0.5,
-                 "role": "fitted", "status": "ok", "reason": "", "message": ""},
+                 "role": "fitted", "response": 160.0, "status": "ok", "reason": "", "message": ""},
             ],
             "worst_percent": 0.5,
             "mean_abs_error_percent": 0.5,

@@ -74,9 +74,10 @@ def test_no_interval_is_shown_where_nothing_is_calibrated(
     said = command("run", spec, "--out", tmp_path / "out", "-j", 1)
     ending = " ".join(said.stdout.split())
     assert re.search(
-        r"Not calibrated\. The physics of (\d+) of \1 runs is doubtful: the hourglass energy is up to 40 %", ending
+        r"Not calibrated\. The physical validity of (\d+) of \1 runs is doubtful: the hourglass energy is up to 40 %",
+        ending,
     )
-    assert "Next: Use much finer elements" in ending
+    assert "Next: Use much smaller elements" in ending
     for claim in ("95 % interval", "Identifiability", "95 % interval"):
         assert claim not in said.stdout + alone.stdout
     page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")

@@ -74,12 +74,12 @@ def test_calibration_with_ranges(stages: dict[str, Any]) -> None:
 
 def test_scores_of_curves_stand_by_how_far_they_are_from_the_mean_curve() -> None:
     """Of 180 N measured and 178.5 N simulated, which are the mean force and what a mode adds to it."""
-    mode = Named("curve_1", "Score of the first curve mode", "c1", "N", apart=True)
+    mode = Named("curve_1", "Score on the first curve mode", "c1", "N", apart=True)
     names = Names(Naming(DIAMETER, (FORCE, mode)))
     row = {"condition": 8.0, "response": "curve_1", "measured": 180.0, "simulated": 178.5, "error_percent": 0.83}
     columns = measured_of(names, True, [("measured", "Measured", short), ("simulated", "Simulated", significant)])
     table = Table.of(columns, from_means([row], names), foot=scores(names))
-    assert table.cells == (("score of the first curve mode", "8", "0", "−1.500", "N"),)
+    assert table.cells == (("score on the first curve mode", "8", "0", "−1.500", "N"),)
     assert table.foot[-1].startswith("A score is the signed deviation")
 
 

@@ -299,7 +299,7 @@ def test_card_that_cannot_hold_a_value_is_refused() -> None:
 
 def test_study_without_a_stem_has_no_deck() -> None:
     replay = load_study(CONFIGS / "paper-replay.yaml")
-    with pytest.raises(UsageError, match="the kind `sheet`"):
+    with pytest.raises(UsageError, match="uses kind `sheet`"):
         Deck.of(replay, replay.midlevels(), 8.0)
 
 

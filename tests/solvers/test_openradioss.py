@@ -133,7 +133,7 @@ def test_curve_of_a_recorded_run_is_scored(tmp_path: Path) -> None:
         ("broken_material", "", "starter_error", "(and 2 more)"),
         ("broken_node", "", "starter_error", "ERROR ID : 78 ** ERROR: UNDEFINED NODE NUMBER"),
         ("engine_no_restart", "", "no_restart", "run_0000_0001.rst"),
-        ("mat024", "deaf", "not_as_written", "did not read these values of the deck: yield stress = 18.07 ("),
+        ("mat024", "deaf", "not_as_written", "did not read these values from the deck: yield stress = 18.07 ("),
         ("mat024", "mute", "not_as_written", "density = 1.1e-09"),
         ("mat024", "killed", "exit_code", "signal 11"),
         ("mat024", "stops", "no_termination", "normal termination"),
@@ -183,7 +183,7 @@ def test_programs_are_looked_for_and_missed(tmp_path: Path, monkeypatch: pytest.
     (tmp_path / "openradioss" / "hm_cfg_files").mkdir()
     bare = study.model_copy(update={"solver": study.solver.model_copy(update={"home": None})})
     monkeypatch.delenv("OPENRADIOSS_PATH", raising=False)
-    with pytest.raises(UsageError, match=r"solver\.home: the folder of OpenRadioss is unknown"):
+    with pytest.raises(UsageError, match=r"solver\.home: the OpenRadioss folder is unknown"):
         make_solver(bare).prepare()
     monkeypatch.setenv("OPENRADIOSS_PATH", str(tmp_path / "openradioss"))
     make_solver(bare).prepare()
@@ -267,7 +267,7 @@ def test_force_of_a_contact_by_its_number_whatever_its_title() -> None:
     names = [f'"TH-INTER  {n} {title}   {part}  "' for n, title in ((1, "a b"), (2, "")) for part in ("FNZ", "FTZ")]
     text = f'"time",{",".join(names)}\n0.0,0,0,0,0\n1.0,-2.0,-0.5,3.0,1.0\n2.0,-1.0,-0.5,2.0,1.0\n'
     assert contact_force(text).force.tolist() == [0.0, 2.5, 1.5]
-    with pytest.raises(SimulationFailed, match=r"no force of contact 1 \(contacts found: \[2, 3\]\)"):
+    with pytest.raises(SimulationFailed, match=r"no force for contact 1 \(contacts found: \[2, 3\]\)"):
         contact_force(text.replace("TH-INTER  1", "TH-INTER  3"))
     with pytest.raises(SimulationFailed, match="not a number after 2 s"):
         contact_force(text.replace("-2.0", "NaN"))

@@ -55,7 +55,7 @@ def test_it_answers_with_several_responses(tmp_path: Path) -> None:
         (
             SOLVER.replace('levels["yield_stress"] * condition', '"much"'),
             "bad_result",
-            "the returned force has the type str",
+            "the returned force is of type str",
         ),
     ],
 )

@@ -91,11 +91,11 @@ def test_encodings_and_separators(tmp_path: Path, encoding: str, separator: str)
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("", "no line contains the heading `run`"),
+        ("", "no row contains the `run` heading"),
         ("run,yield_stress\nrsm 1,15\n", "no column has the heading force"),
         ("run,force,force (N)\nrsm 1,1,2\n", "two columns have the heading 'force (N)'; delete one"),
-        (RSM.replace(",122", ""), "runs.csv:2: the row has only 3 cells, but the heading has 4; complete the row"),
-        (RSM.replace(",122", ",122,1"), "runs.csv:2: the row has 5 cells, but the heading has 4"),
+        (RSM.replace(",122", ""), "runs.csv:2: the row has only 3 cells, but the header row has 4; complete the row"),
+        (RSM.replace(",122", ",122,1"), "runs.csv:2: the row has 5 cells, but the header row has 4"),
         (RSM.rstrip("\n"), "runs.csv:4: the last line may be truncated"),
         (RSM.replace("15,0.03,122", "x,0.03,122"), "runs.csv:2: rsm 1, yield_stress: 'x' is not a number"),
         ("run,diameter,force\nvalidate 1,wide,100\n", "runs.csv:2: validate 1, diameter: 'wide' is not a number"),
@@ -105,7 +105,7 @@ def test_encodings_and_separators(tmp_path: Path, encoding: str, separator: str)
         (RSM.replace("122", "failed"), "rsm 1 is marked as failed without a reason"),
         (RSM.replace("rsm 2", "2"), "'2' is not a run; write a stage and a number"),
         (RSM.replace("rsm 2", "rsm 5"), "the rows of rsm are not numbered from 1 to 3"),
-        (RSM.replace("20,0.03,", "20,,"), "some rows of rsm have no levels of failure_strain"),
+        (RSM.replace("20,0.03,", "20,,"), "some rows of rsm have no levels for failure_strain"),
         (RSM + "\0", "is not a text file"),
     ],
 )

@@ -116,7 +116,7 @@ CLIMB = ClimbResult(
 
 def test_a_climb_that_passed_the_target() -> None:
     assert ClimbShowing().outcome(CLIMB, Names(CUTTING, {"a": "Stress"})) == [
-        "In the steepest ascent, stress and b were changed together in 4 runs.",
+        "During steepest ascent, stress and b were changed together in 4 runs.",
         "The response passed the target. The smallest error (1.3 %) was obtained at step 2.",
     ]
 

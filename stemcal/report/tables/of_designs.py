@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     from stemcal.overview.status import Entry
 
 MANY = 4  # factors beyond which columns are headed by symbols instead of names
-SHORT_KEY = 8
 
 
 def design_tables(result: StageResult, symbols: Mapping[str, str]) -> list[Table]:
@@ -42,7 +41,7 @@ def runs_table(found: Iterable[Entry], names: Names, title: str) -> Table:
     """Return runs one by one."""
     columns = [
         Column("stage", "Stage"),
-        Column("key", "Key", form=lambda key: key[:SHORT_KEY], words=True),
+        Column("key", "Key", form=lambda key: key[:8], words=True),
         Column("status", "Status"),
         Column("reason", "Reason"),
         Column("run", "Run", form=format),

@@ -56,7 +56,7 @@ def contact_force(text: str) -> ContactForce:
     if not mine:
         there = sorted({int(match[2]) for match in rows})
         raise SimulationFailed(
-            "no_result", f"{FORCES} contains no force of contact {BLADE_CONTACT} (contacts found: {there})"
+            "no_result", f"{FORCES} contains no force for contact {BLADE_CONTACT} (contacts found: {there})"
         )
     side = mine[0][1].lower()
     series = [(required_number(match[3]), required_number(match[4])) for match in mine if match[1].lower() == side]

@@ -73,7 +73,7 @@ class Deck:
         """
         if not isinstance(study.solver, EmbeddedSolver | DeckSolver):
             kind = study.solver.kind
-            raise UsageError(f"a deck requires a solver of kind `embedded` or `deck`; this spec has the kind `{kind}`")
+            raise UsageError(f"a deck requires a solver of kind `embedded` or `deck`; this spec uses kind `{kind}`")
         return cls(study.at(levels), levels, diameter, form or form_of(study))
 
     @property
@@ -217,7 +217,7 @@ class Deck:
             most = _RESOLVED * self.edge_spread
             yield (
                 f"an edge radius of {self.nose:.3g} mm and a nonlocal length of {self.nonlocal_length:.3g} mm replace "
-                f"{' and '.join(given)}; the force is similar"
+                f"{' and '.join(given)}; the resulting force is similar"
             )
             if self._element_size > most:
                 yield (
@@ -228,8 +228,8 @@ class Deck:
             yield "*MAT_NONLOCAL averages history variable 1, the plastic strain; the card is untested in LS-DYNA"
         if self.density_factor > 1.0:
             yield (
-                f"the density of the stem is multiplied by {self.density_factor:.4g}, because added mass on nodes "
-                "would make nonlocal failure in OpenRadioss diverge"
+                f"the density of the stem is multiplied by {self.density_factor:.4g} because added nodal mass "
+                "would make the nonlocal field in OpenRadioss diverge"
             )
 
     def _hardening(self) -> Iterator[str]:
@@ -245,10 +245,10 @@ class Deck:
         law = f"1 + (rate/C)^{p:g}"
         if self.material["c"] > 0.0:
             power = self.material["p"]
-            yield f"the rate law {law} is written in the form of LS-DYNA, 1 + (rate/C)^(1/P), with P = {power:g}"
+            yield f"the rate law {law} is written in the LS-DYNA form, 1 + (rate/C)^(1/P), with P = {power:g}"
         else:
             most = (self._strain_rate / c) ** p
-            yield f"the rate law {law} is omitted, because it changes the yield stress by at most {100.0 * most:.1g} %"
+            yield f"the rate law {law} is omitted because it changes the yield stress by at most {100.0 * most:.1g} %"
 
     def _rate_filter(self) -> Iterator[str]:
         if isinstance(self.solver, EmbeddedSolver) and self.material["c"] > 0.0:

@@ -68,7 +68,7 @@ def installation(options: DeckSolver, folder: Path) -> _Installation:
     named = options.home or options.environment.get(HOME) or os.environ.get(HOME)
     if named is None:
         raise UsageError(
-            f"solver.home: the folder of OpenRadioss is unknown; add `home: FOLDER`, or set the environment "
+            f"solver.home: the OpenRadioss folder is unknown; add `home: FOLDER`, or set the environment "
             f"variable {HOME}"
         )
     home = (folder / named).absolute()
@@ -156,7 +156,7 @@ def _starter_ran(folder: Path, deck: Deck, ended: Ended) -> Answer:
     """Raise unless the starter has read the deck as it was written; then leave the engine its input."""
     if unread := values_not_read(starter_accepted(folder, ended), deck.material, deck.nonlocal_length):
         raise SimulationFailed(
-            "not_as_written", f"the starter did not read these values of the deck: {', '.join(unread)}"
+            "not_as_written", f"the starter did not read these values from the deck: {', '.join(unread)}"
         )
     leave_engine_input(folder, engine_text(deck, "run") if deck.nonlocal_length > 0.0 else None)
     return Answer("ok")

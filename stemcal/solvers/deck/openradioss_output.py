@@ -94,7 +94,7 @@ def contact_force(text: str) -> ContactForce:
     if len(chosen) != 2:
         there = sorted({number for _, number in _columns(names)})
         raise SimulationFailed(
-            "no_result", f"the time histories contain no force of contact {BLADE_CONTACT} (contacts found: {there})"
+            "no_result", f"the time histories contain no force for contact {BLADE_CONTACT} (contacts found: {there})"
         )
     try:
         values = np.array([[required_number(row[index]) for index in (0, *chosen)] for row in rows if row])
@@ -106,7 +106,7 @@ def contact_force(text: str) -> ContactForce:
         raise SimulationFailed(
             "impulse",
             "the blade force never decreases, so the time histories contain impulses instead of forces; "
-            "install the th_to_csv of the same OpenRadioss version",
+            "install th_to_csv from the same OpenRadioss version",
         )
     return found
 

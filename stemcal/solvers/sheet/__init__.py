@@ -127,7 +127,7 @@ def _known_rows(study: Study, path: Path) -> dict[str, list[_KnownRow]]:
     try:
         content = read_plain(path, MAX_BYTES)
     except OSError as error:
-        raise UsageError(f"solver.file: {path.name}: {error.strerror}; specify the path of a sheet of runs") from None
+        raise UsageError(f"solver.file: {path.name}: {error.strerror}; specify the path of a run sheet") from None
     found: dict[str, list[_KnownRow]] = {}
     wrong: list[str] = []
     for given in filled(content, path.name, study, partial=True):
@@ -183,6 +183,6 @@ def _gaps(source: str, rows: Mapping[str, Sequence[_KnownRow]]) -> list[str]:
         columns = [set[str](row.levels) for row in of_stage.values()]
         if partial := sorted(set().union(*columns) - columns[0].intersection(*columns)):
             wrong.append(
-                f"{source}: some rows of {stage} have no levels of {', '.join(partial)}; fill in the missing levels"
+                f"{source}: some rows of {stage} have no levels for {', '.join(partial)}; fill in the missing levels"
             )
     return wrong

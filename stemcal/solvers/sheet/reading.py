@@ -16,7 +16,7 @@ from stemcal.measured.cells import sheets as tables_of
 from stemcal.naming import Named
 from stemcal.solvers.protocol import Request
 from stemcal.study.model import Study
-from stemcal.words import did_you_mean, listed
+from stemcal.words import counted, did_you_mean, listed
 
 RUN, REPLICATE, WHO, WHEN, REMARK, STUDY = "run", "replicate", "who", "when", "remark", "study"
 FAILED = "failed"
@@ -204,7 +204,7 @@ def _of_workbook(content: bytes, source: str, study: Study, partial: bool) -> li
     sheets = [(title, lines) for title, lines in tables if _head(lines) is not None]
     if len(sheets) > 1:
         titles = listed([title for title, _ in sheets])
-        raise UsageError(f"{source}: several sheets have a heading `{RUN}` ({titles}); keep only one of these sheets")
+        raise UsageError(f"{source}: several sheets have a `{RUN}` heading ({titles}); keep only one of these sheets")
     return _of_lines(sheets[0][1] if sheets else [], source, study, partial)
 
 
@@ -236,14 +236,14 @@ def _head(lines: Lines) -> int | None:
 def _of_lines(lines: Lines, source: str, study: Study, partial: bool, complete: bool = True) -> list[Filled]:
     head = _head(lines)
     if head is None:
-        raise UsageError(f"{source}: no line contains the heading `{RUN}`; fill in the sheet that stemcal wrote")
+        raise UsageError(f"{source}: no row contains the `{RUN}` heading; fill in the sheet that stemcal wrote")
     columns, units = _columns(lines[head][1], source, study, partial)
     rows = [(number, cells) for number, cells in lines[head + 1 :] if any(cell.strip() for cell in cells)]
     factors = [column for column in columns if column.kind == "factor"]
     numbers = [cells[columns[c]] for _, cells in rows for c in factors if columns[c] < len(cells)]
     decimal = "," if any("," in n for n in numbers) and not any("." in n for n in numbers) else "."
     if len(lines) > MAX_ROWS:
-        raise UsageError(f"{source}:{lines[-1][0]}: the sheet has more than {MAX_ROWS:,} lines; delete unrelated rows")
+        raise UsageError(f"{source}:{lines[-1][0]}: the sheet has more than {MAX_ROWS:,} rows; delete unrelated rows")
     width = len(lines[head][1])
     cut = None if complete or not rows or narrow(rows[-1][1][-1]) == narrow(study.name) else rows[-1][0]
     return [
@@ -264,9 +264,9 @@ def _of_lines(lines: Lines, source: str, study: Study, partial: bool, complete: 
 def _broken(cells: int, width: int, cut: bool) -> str:
     """Return what is wrong with a row as a whole."""
     if cells > width:
-        return f"the row has {cells} cells, but the heading has {width}; enclose texts and decimal commas in quotes"
+        return f"the row has {cells} cells, but the header row has {width}; put quotes around cells that contain commas"
     if cells < width:
-        return f"the row has only {cells} cells, but the heading has {width}; complete the row"
+        return f"the row has only {counted(cells, 'cell')}, but the header row has {width}; complete the row"
     return (
         "the last line may be truncated because it has no line break; check the line and add a line break"
         if cut

@@ -16,7 +16,7 @@ class ClimbShowing(Showing[ClimbResult]):
         """Return how near the steps came to the target."""
         moved = "was changed" if len(result.names) == 1 else "were changed together"
         runs = counted(len(result.rows), "run")
-        stepped = f"In the steepest ascent, {names.factors(result.names)} {moved} in {runs}."
+        stepped = f"During steepest ascent, {names.factors(result.names)} {moved} in {runs}."
         reached = "passed" if result.passed else "did not reach"
         error = f"{fixed(abs(result.error_percent), 1)} %"
         return [
@@ -25,19 +25,16 @@ class ClimbShowing(Showing[ClimbResult]):
         ]
 
     def tables(self, result: ClimbResult, names: Names) -> list[Table]:
-        return [_climb_table(result, names)]
-
-
-def _climb_table(stage: ClimbResult, names: Names) -> Table:
-    """Return every step towards the target with its relative error."""
-    columns = [Column("step", "Step", form=format), *levels(stage.names, names), simulated(names.response), ERROR]
-    centres = ", ".join(
-        f"{names.in_text(name)} {significant(scale.center)} ± {significant(scale.half_step)}"
-        for name, scale in stage.coding.items()
-    )
-    foot = (
-        f"Target {names.quantity(stage.target, '.6g')}{names.at(stage.condition)}.",
-        "Error in % = 100·(measured − simulated)/measured.",
-        f"Levels of the response surface design: {centres} (coded 0 ± 1).",
-    )
-    return Table.of(columns, stage.rows, "Steps towards the target", foot, strong=frozenset({stage.best_step}))
+        """Return every step towards the target with its relative error."""
+        columns = [Column("step", "Step", form=format), *levels(result.names, names), simulated(names.response), ERROR]
+        centres = ", ".join(
+            f"{names.in_text(name)} {significant(scale.center)} ± {significant(scale.half_step)}"
+            for name, scale in result.coding.items()
+        )
+        foot = (
+            f"Target {names.quantity(result.target, '.6g')}{names.at(result.condition)}.",
+            "Error in % = 100·(measured − simulated)/measured.",
+            f"Levels of the response surface design: {centres} (coded 0 ± 1).",
+        )
+        strong = frozenset({result.best_step})
+        return [Table.of(columns, result.rows, "Steps towards the target", foot, strong=strong)]

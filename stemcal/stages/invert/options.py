@@ -77,7 +77,7 @@ def _responses_measured(draft: Draft) -> Iterator[Finding]:
     if names == (FIRST,):
         return
     if named.is_cutting and not draft.kind.simulates_stems:
-        yield Finding(path, f"the solver kind `{draft.study.solver.kind}` returns only the force", "remove the key")
+        yield Finding(path, f"a solver of kind `{draft.study.solver.kind}` returns only the force", "remove the key")
     if FIRST not in names or len(set(names)) < len(names):
         listed = ", ".join(named.named(name).name for name in names)
         message = f"the list must contain the {named.response.noun} and must not repeat a response ({listed})"
@@ -94,7 +94,7 @@ def _weighed(targets: tuple[Target, ...], response: str, naming: Naming) -> Iter
     if not given:
         yield Finding(
             ("invert", "responses"),
-            f"`targets` contains no value of {name}",
+            f"`targets` contains no value for {name}",
             "add the response to `targets`, or remove the response from this list",
         )
     elif all(scatter is None for scatter in given.values()):
@@ -108,7 +108,7 @@ def _rule_heeds_priors(draft: Draft) -> Iterator[Finding]:
     known = any(factor.prior is not None for factor in draft.factors.values())
     if known and draft.study.of(InvertOptions).rule != "least_coded_distance":
         remedy = "remove this key: with priors, the solution is the best fit to measurements and priors"
-        yield Finding(("invert", "rule"), f"the rule `{draft.study.of(InvertOptions).rule}` ignores the priors", remedy)
+        yield Finding(("invert", "rule"), f"the `{draft.study.of(InvertOptions).rule}` rule ignores the priors", remedy)
 
 
 def _doubts(study: Study) -> Iterator[Finding]:
@@ -134,7 +134,7 @@ def _growth_is_seen(draft: Draft) -> Iterator[Finding]:
     for name, growth in draft.growing.items():
         exponent, at = getattr(growth, "exponent", None), getattr(growth, "at", 0.0)
         if exponent in chosen and exponent not in EMBEDDED and all(isclose(d, at) for d in fitted):
-            message = f"{exponent} has no effect because {at:g} mm is the only fitted diameter"
+            message = f"{exponent} has no effect because {at:g} mm is the only diameter in the fit"
             remedy = "write `diameters: all` in the `invert` section, or another diameter for `at`"
             yield Finding(("material", name, "at"), message, remedy)
 

@@ -152,8 +152,8 @@ def _of_many(joint: JointFitted, names: Names) -> Iterator[Note]:
     yield from _beside_formula(joint)
     if joint.scatter == "misfit":
         text = (
-            "Without standard deviations, all values have the same relative weight, and the misfit determines the "
-            "scatter."
+            "Without standard deviations, all values have the same relative weight, and the scatter is "
+            "estimated from the misfit."
         )
         yield Note("weights", "caution", text)
 
@@ -179,7 +179,7 @@ def flat_direction(changes: Mapping[str, float], units: Mapping[str, str]) -> No
     """Return that a joint fit cannot separate factors; `changes` in their units go together."""
     together = series(change(f"{name} changes by", size, units[name]) for name, size in changes.items())
     text = (
-        f"The measurements cannot separate the parameters: if {together}, the fit hardly changes. Of all points with "
-        "almost the best fit, the point nearest to the design centre is reported."
+        f"The measurements cannot separate the parameters: if {together}, the fit hardly changes. Of all points "
+        "that fit almost equally well, the point nearest to the design centre is reported."
     )
     return Note("flat_direction", "warning", text)

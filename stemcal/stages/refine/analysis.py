@@ -173,8 +173,8 @@ def later(study: Study) -> Later | None:
     if options.elsewhere:
         place = program(study.there.solver.program_name)
         text = (
-            f"The refinement adds at most {counted(options.budget, 'run')} in {place}, one by one. The estimated time "
-            "excludes these runs."
+            f"The refinement adds at most {counted(options.budget, 'run')} in {place}, one at a time. The estimated "
+            "time excludes these runs."
         )
         return Later([], Note("decided_later", "caution", text))
     conditions = [target.condition for target in study.joint_targets] or [study.targets.calibrate_at]
@@ -227,7 +227,7 @@ def _first_outside(stage: RefineResult, names: Names) -> Iterator[Note]:
 def _in_another_model(stage: RefineResult, names: Names) -> Iterator[Note]:
     if censored := sum(run.outcome.censored for run in stage.made):
         text = (
-            f"In {counted(censored, 'run')}, the {names.response.noun} had not fallen at the end of the stroke. The "
+            f"In {counted(censored, 'run')}, the {names.response.noun} had not fallen by the end of the stroke. The "
             "recorded maximum is therefore only a lower bound."
         )
         yield Note("still_rose", "warning", text, Remedy("Increase `refine.duration`."))

@@ -28,7 +28,7 @@ from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface
 from stemcal.naming import FIRST
 from stemcal.runs.record import Outcome
-from stemcal.stages.fitting import Surfaces, fit_over, fitted_surfaces, measured_means, priors_of
+from stemcal.stages.fitting import Surfaces, fit_of_study, fitted_surfaces, measured_means
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.loop import NOTHING, How, Judged, Point, Predicted, Stopped
 from stemcal.study.model import Study
@@ -67,8 +67,7 @@ class SurfaceSteps:
         self.conditions = list(dict.fromkeys(mean.condition for mean in self.means))
         self.visited: list[Array] = []
         self.trials: list[Trial] = []
-        self.surfaces = self._refitted()
-        self.fit = fit_over(self.means, self.surfaces, self.region, priors_of(study, self.coding))
+        self.surfaces, self.fit = self._refitted(), fit_of_study(study, surface)
         self.reach = FIRST_RADIUS
 
     def first(self) -> Point:
@@ -96,7 +95,11 @@ class SurfaceSteps:
         if not self.trials or self.trials[-1].coded is not self.visited[-1]:
             known = min(self.trials, key=self._missed).coded if self.trials else np.zeros(len(self.coding.names))
             return self._point(0.5 * (self.visited[-1] + known), "back")
-        coded, how = self._to_many() if self.joint else self._to_one()
+        if self.joint:
+            coded, how = self._to_many()
+        else:
+            at, target = self.surfaces[0], self.solution.target
+            coded, how, self.reach = next_step(at, target, self.region, self.trials, self.reach)
         shortest = min(float(np.linalg.norm(coded - trial.coded)) for trial in self.trials)
         return None if shortest < (_SETTLED if self.joint else _SAME) else self._point(coded, how)
 
@@ -123,11 +126,6 @@ class SurfaceSteps:
         gap = self.fit.measured - trial.responses
         m = len(gap)
         return float(gap @ self.fit.precision[:m, :m] @ gap)
-
-    def _to_one(self) -> tuple[Array, How]:
-        target = self.solution.target
-        coded, how, self.reach = next_step(self.surfaces[0], target, self.region, self.trials, self.reach)
-        return coded, how
 
     def _to_many(self) -> tuple[Array, How]:
         best, before = min(self.trials, key=self._missed), [self._missed(trial) for trial in self.trials[:-1]]

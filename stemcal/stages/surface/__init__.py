@@ -23,7 +23,7 @@ class ResponseSurface(Stage["SurfaceResult"]):
 
     name, title, attribute, reads = "rsm", "Response surface", "surface", ("rsm",)
     help = "Run an experimental design and fit a response surface to the results."
-    purpose = "Stage 2: simulation of an experimental design and fit of a response surface."
+    purpose = "Stage 2: simulation of the design points and fitting of a response surface."
 
     def needs(self, study: Study) -> str | None:
         """Return a climb if there is one, else the screening; a surface of named factors needs neither."""

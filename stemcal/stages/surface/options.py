@@ -258,7 +258,7 @@ def _doubts(study: Study) -> Iterator[Finding]:
             message = (
                 f"no run varies the factor {factor.name} because it is neither screened nor listed in `rsm.factors`"
             )
-            yield Finding(("rsm", "factors"), message, "list the factor, or replace its range by a fixed value")
+            yield Finding(("rsm", "factors"), message, "list the factor, or replace its range with a fixed value")
 
 
 RsmOptions.doubts = _doubts

@@ -43,7 +43,9 @@ class SurfaceShowing(Showing[SurfaceResult]):
         return [text]
 
     def tables(self, result: SurfaceResult, names: Names) -> list[Table]:
-        return [*_surface_tables(result, names), *_further_tables(result, names), *_fits_table(result, names)]
+        shape = [canonical_table(result, result.canonical, names)] if result.canonical else []
+        first = [anova_table(result), _coefficient_table(result, names), _fit_table(result), *shape]
+        return [*first, *_further_tables(result, names), *_fits_table(result, names)]
 
     def figures(self, result: SurfaceResult, setting: Setting) -> list[Plot]:
         settled = (one.settles for one in setting.results.done)  # the first lie on the surface, refined ones do not
@@ -79,13 +81,6 @@ class Surface(SurfaceResult):
         from stemcal.report.page import for_notebook
 
         return for_notebook(SurfaceShowing().profiler(self, self._setting))
-
-
-def _surface_tables(stage: SurfaceResult, names: Names) -> list[Table]:
-    """Return all tables of a surface."""
-    tables = [anova_table(stage), _coefficient_table(stage, names), _fit_table(stage)]
-    tables += [canonical_table(stage, stage.canonical, names)] if stage.canonical else []
-    return tables
 
 
 def written(term: str, symbols: Mapping[str, str]) -> str:
@@ -173,7 +168,7 @@ def canonical_table(stage: SurfaceResult, shape: Shape, names: Names) -> Table:
         Column("curvature", "Curvature", names.response.written, significant),
         *levels(stage.names, heads, to_decimals(3)),
     ]
-    point = "The response surface has no unique stationary point: the surface is a plane or constant in one direction."
+    point = "The response surface has no unique stationary point: the surface is planar or constant in one direction."
     if shape.natural is not None and shape.predicted is not None:
         place = ", ".join(
             f"{names.in_text(name)} {with_unit(significant(value), stage.factor(name).unit)}"

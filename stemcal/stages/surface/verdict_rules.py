@@ -64,7 +64,7 @@ def probable_unit(evidence: Evidence) -> Iterator[Note]:
             named, (value, low, high) = evidence.study.naming.named(response), values[0]
             measured, ends = f"{value:g}{named.unit_suffix}", f"{low:.3g} to {high:.3g}{named.unit_suffix}"
             text = (
-                f"Two units are probably confused ({name}). The measured {named.long} is {measured}, about {size:.4g} "
+                f"Two units were probably confused ({name}). The measured {named.long} is {measured}, about {size:.4g} "
                 f"times the simulated values ({ends})."
             )
             remedy = Remedy(

@@ -21,7 +21,9 @@ def plots(study: Study, validate: ValidateResult) -> list[Plot]:
     simulated = {one.response for row in validate.rows for one in row.further}
     responses = [naming.response, *(other for other in naming.others if other.name in simulated)]
     for number, response in enumerate(responses):
-        spread = _spread_of(study, response)
+        called = FIRST if response is naming.response else response.name
+        measured = ((target.condition, target.mean_of(called)[1]) for target in study.targets.means)
+        spread = {place: sd for place, sd in measured if sd is not None}
         text = f"Measured and simulated {response.long}"
         if naming.condition is not None:
             text += "; the circled values were used in the fit" if validate.fitted else ""
@@ -32,13 +34,6 @@ def plots(study: Study, validate: ValidateResult) -> list[Plot]:
             text += f" Of {len(responses)} responses, the report shows the first {MOST_RESPONSES}."
         plots.append(Plot(name, "validate", text, draw, number < MOST_RESPONSES))
     return plots
-
-
-def _spread_of(study: Study, response: Named) -> dict[float, float]:
-    """Return the standard deviation of what was measured of a response, by the condition."""
-    name = FIRST if response is study.naming.response else response.name
-    measured = ((target.condition, target.mean_of(name)[1]) for target in study.targets.means)
-    return {place: sd for place, sd in measured if sd is not None}
 
 
 def validation(

@@ -13,7 +13,6 @@ from stemcal.stages.validate import figures
 from stemcal.stages.validate.result import ValidateResult
 
 _LEFT_OUT = Column("left_out_percent", "Left out", "%", fixed)
-_ERROR = "Error in % = 100·(measured − simulated)/measured"
 
 
 class ValidateShowing(Showing[ValidateResult]):
@@ -63,7 +62,7 @@ def _validation_table(stage: ValidateResult, names: Names) -> Table:
     ]
     worst = [_errors_in_short(stage, names)] if names.placed else []
     title = f"Measured and simulated {names.response.long}"
-    return Table.of(columns, stage.rows, title, (*worst, f"{_ERROR}."))
+    return Table.of(columns, stage.rows, title, (*worst, "Error in % = 100·(measured − simulated)/measured."))
 
 
 def _errors_in_short(stage: ValidateResult, names: Names) -> str:

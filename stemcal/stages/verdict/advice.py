@@ -54,10 +54,10 @@ def to_reach(study: Study, surface: Surfaces, target: float) -> Remedy:
     ]
     if found:
         return min(found, key=lambda entry: entry[0])[1]
-    fixed = "loading and specimen" if study.naming.is_cutting else "fixed values of the simulation"
+    fixed = ", loading and specimen" if study.naming.is_cutting else " and fixed values of the simulation"
     return Remedy(
-        f"Check the units and the {fixed}: the target cannot be reached even if the range of any one factor "
-        f"({series(surface.names)}) is widened."
+        f"Check the units{fixed}: the target cannot be reached by widening the range of any single factor "
+        f"({series(surface.names)})."
     )
 
 

@@ -1,5 +1,6 @@
 """How many of a study's runs have doubtful physics, according to their records, and what would correct it."""
 
+from collections import defaultdict
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from math import inf
@@ -66,11 +67,14 @@ def physics_of(study: Study, results: Results, folder: StudyFolder) -> Physics:
     contents = {key: content for key in keys if (content := folder.peek(key)) is not None}
     every = {key: doubts for key, content in contents.items() if (doubts := _doubts(content["details"])) is not None}
     found = list(every.values())
-    kinds = dict.fromkeys(kind for doubts in found for kind in doubts)
+    sizes: dict[DoubtKind, list[float | None]] = defaultdict(list)
+    for kind, size in (pair for doubts in found for pair in doubts.items()):
+        sizes[kind].append(size)
+    gathered = [Doubt(kind, len(each), max(filter(None, each), default=None)) for kind, each in sizes.items()]
     return Physics(
         checked=len(found),
         doubtful=sum(bool(doubts) for doubts in found),
-        doubts=tuple(sorted((_gathered(kind, found) for kind in kinds), key=lambda doubt: (-doubt.runs, doubt.kind))),
+        doubts=tuple(sorted(gathered, key=lambda doubt: (-doubt.runs, doubt.kind))),
         at_solution=tuple(_at_solution(study, results, every)),
     )
 
@@ -92,11 +96,6 @@ def _doubts(details: Mapping[str, Any]) -> Doubts | None:
         sizes.pop("inertia", None)  # it is the stem's own
     found: Doubts = {kind: value for kind, value in sizes.items() if value > LIMITS[kind]}
     return found | ({"stroke": None} if details.get("stroke_was_enough") is False else {})
-
-
-def _gathered(kind: DoubtKind, found: list[Doubts]) -> Doubt:
-    sizes = [doubts[kind] for doubts in found if kind in doubts]
-    return Doubt(kind, len(sizes), max((size for size in sizes if size is not None), default=None))
 
 
 # ---- what brings a doubt below its limit
@@ -159,8 +158,8 @@ def _inertia(solver: Any, worst: float) -> Remedy:
     times = outwards(1.0 / swing, True)
     return _in_solver(
         values,
-        f"to reduce the contribution of inertia to below {limit:g} % in most runs. The runs then take about "
-        f"{times:g} times as long.",
+        f"to reduce the contribution of inertia to below {limit:g} % of the force in most runs. The runs then take "
+        f"about {times:g} times as long.",
     )
 
 
@@ -187,13 +186,13 @@ def _hourglass(solver: Any, worst: float) -> Remedy:
     finer = worst / limit
     if finer**4 > _MOST_TIMES:
         return Remedy(
-            f"Use much finer elements or another mesh (the hourglass energy of {worst:.0f} % is {finer:.1f} times the "
-            "limit)."
+            f"Use much smaller elements or another mesh (hourglass energy: {worst:.0f} % of the internal energy, "
+            f"{finer:.1f} times the limit)."
         )
     new = f"d/{np.ceil(finer * size.divisor):g}" if size.divisor else f"{outwards(size.mm / finer, False):g} mm"
     values = {"element_size": new, **_time_step(solver, 1.0 / finer)}
     return _in_solver(
         values,
-        f"to reduce the hourglass energy to below about {limit:g} %. The runs then take about "
-        f"{outwards(finer**4, True):g} times as long.",
+        f"to reduce the hourglass energy to below about {limit:g} % of the internal energy. The runs then "
+        f"take about {outwards(finer**4, True):g} times as long.",
     )

@@ -113,7 +113,7 @@ def trend_reason(
     if (law := trend_of(*zip(*rows, strict=True))) is not None:
         how = "faster" if law.exponent > 0.0 else "more slowly"
         text = (
-            f"The error depends on the diameter d: the measured force increases {how} than the simulated force, by a "
+            f"The error depends on diameter d: the measured force increases {how} than the simulated force, by a "
             f"factor of d^{abs(law.exponent):.2f}. The largest error of the simulation is {worst_percent:.1f} %."
         )
         yield Note("trend", "error" if evidence.mostly_off else "warning", text, remedy())

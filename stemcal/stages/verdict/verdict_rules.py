@@ -137,7 +137,7 @@ def physics(evidence: Evidence) -> Iterator[Note]:
     severity: Severity = "error" if found.share > MAJORITY else "warning"
     for doubt in found.doubts if found.share >= SOME else ():
         runs = f"{doubt.runs} of {counted(found.checked, 'run')}"
-        text = f"The physics of {runs} is doubtful: {_doubtful(doubt, 'up to ')}."
+        text = f"The physical validity of {runs} is doubtful: {_doubtful(doubt, 'up to ')}."
         yield Note("physics", severity, text, for_physics(evidence.study, doubt))
     worst: dict[DoubtKind, Doubt] = {}
     for at in found.at_solution if found.share <= MAJORITY else ():

@@ -139,7 +139,7 @@ def named_modes(modes: Iterable[CurveModes]) -> tuple[Named, ...]:
     """Return the scores of curves as responses of a study."""
     count = max((len(one.weights) for one in modes), default=0)
     return tuple(
-        Named(f"curve_{j}", f"Score of the {which} curve mode", f"c{j}", "N", apart=True)
+        Named(f"curve_{j}", f"Score on the {which} curve mode", f"c{j}", "N", apart=True)
         for j, which in enumerate(("first", "second", "third")[:count], 1)
     )
 
