@@ -183,7 +183,8 @@ def _materials(study: Study) -> Iterator[Finding]:
         parameter = PARAMETERS[name]
         shown = units.from_internal(value, parameter.unit)
         yield from doubt(("material", name), shown, *parameter.plausible, parameter.unit)
-    for name in study.material.growing():
+    for name, growth in study.material.growing().items():
+        yield from doubt(("material", name, "at"), growth.at, 1, 100, "mm")
         parameter, diameters = PARAMETERS[name], _conditions(study)
         values = [units.from_internal(study.parameters({}, d)[name], parameter.unit) for d in diameters]
         for value in {min(values), max(values)}:
