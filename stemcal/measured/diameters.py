@@ -180,7 +180,7 @@ def proposed_grades(values: Sequence[float], step: float = 1.0) -> list[float]:
     centre = float(np.mean(numbers))
     width, first = min(spans, key=lambda span: (span[0], abs(span[1] + span[0] / 2 - centre)))
     if width >= MOST_GRADES:
-        raise UsageError(f"--step {step:g}: the stems require {width + 1} grades; choose a larger step")
+        raise UsageError(f"--step {step:g}: {width + 1} grades are needed (limit {MOST_GRADES}); choose a larger step")
     return [(first + offset) * step for offset in range(width + 1)]
 
 

@@ -119,7 +119,7 @@ def measure_shear(
     diameters = sorted({s.grade for s in specimens})
     grades = tuple(_grade(d, [s for s in specimens if s.grade == d]) for d in diameters)
     law = fit_power_law([s.diameter for s in specimens], [s.curve.max_force for s in specimens])
-    excluded = [Note("excluded", "info", f"The specimen {name} is excluded by `--exclude`.") for name in exclude]
+    excluded = [Note("excluded", "info", f"Specimen {name} is excluded by `--exclude`.") for name in exclude]
     notes = (*excluded, *_not_there(listed, files, found))
     return ShearTests(specimens, grades, law, any(s.curve.synthetic for s in specimens), notes)
 

@@ -161,7 +161,7 @@ def _require_quorum(requests: Sequence[Request], outcomes: Sequence[Outcome], qu
     failed = sum(not outcome.ok for outcome in outcomes)
     if len(outcomes) - failed >= needed:
         return
-    counts = f"{failed} of {len(outcomes)} runs failed, but {needed} must succeed"
+    counts = f"{failed} of {len(outcomes)} runs failed, but at least {needed} must succeed"
     head = f"{requests[0].stage}: {counts}; correct the cause, then run `stemcal run SPEC --retry`"
     raise RunsFailed("\n".join([head, *_reason_lines(requests, outcomes)]))
 

@@ -22,10 +22,10 @@ def _elements_fit_stem(draft: Draft, solver: EmbeddedSolver) -> Iterator[Finding
         return
     thinnest, thickest = min(draft.diameters.values()), max(draft.diameters.values())
     if solver.element_size.at(thinnest) > thinnest / 2:
-        message = f"elements of {solver.element_size} are too large for a stem diameter of {thinnest:g} mm"
+        message = f"an element size of {solver.element_size} is too large for a stem diameter of {thinnest:g} mm"
         yield Finding(("solver", "element_size"), message, f"use about {thinnest / 8:.2g} mm")
     if (across := thickest / solver.element_size.at(thickest)) > _MOST_ACROSS:
-        message = f"elements of {solver.element_size} are too small ({across:.3g} elements across {thickest:g} mm)"
+        message = f"an element size of {solver.element_size} is too small ({across:.3g} elements over {thickest:g} mm)"
         yield Finding(("solver", "element_size"), message, "write d/16, or check the unit")
 
 
@@ -85,7 +85,7 @@ def _run_files_differ(_draft: Draft, solver: CommandSolver | SheetSolver) -> Ite
     for key in ("templates", "files"):
         for index, path in enumerate(getattr(solver, key, ())):
             if path.name.lower() in read:
-                message = f"{path.name} is also the result file; its copy would be read if the program wrote no result"
+                message = f"the result file has the same name; {path.name} would be read if the program wrote no result"
                 yield Finding(("solver", key, index), message, "remove this file, or rename the result file")
             if path.name.lower() in seen:
                 message = f"another file in the run folder has the name {path.name}"
@@ -148,9 +148,9 @@ def _openradioss_hardens_isotropically(draft: Draft, solver: DeckSolver) -> Iter
     """The card that OpenRadioss deletes elements by has no hardening parameter."""
     for index, factor in draft.factors.items():
         if factor.name == "hardening_parameter" and solver.program == "openradioss":
-            message = "the parameter has no effect because the OpenRadioss deck has isotropic hardening"
+            message = "the parameter has no effect because the OpenRadioss deck uses isotropic hardening"
             yield Finding(
-                ("factors", index, "name"), message, "set a fixed value of the parameter in the `material` section"
+                ("factors", index, "name"), message, "set the parameter to a fixed value in the `material` section"
             )
 
 

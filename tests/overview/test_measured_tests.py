@@ -101,7 +101,7 @@ def test_a_note_names_the_test_that_it_is_about(lab: Path) -> None:
     for name in ("9mm-1", "9mm-2"):
         (lab / "pull" / f"{name}.csv").unlink()
     done = command("measure", "tests", THREE, lab, "--preload", 100, "--exclude", "pull/8mm-1")
-    assert "note: pull: The specimen 8mm-1 is excluded by `--exclude`." in done.stderr
+    assert "note: pull: Specimen 8mm-1 is excluded by `--exclude`." in done.stderr
 
 
 def test_folders_go_by_the_name_of_a_test_and_others_are_told(lab: Path) -> None:

@@ -41,15 +41,15 @@ def test_the_tables_state_what_they_refer_to() -> None:
     parameters, responses, runs = tables(THERE, STEM)
     assert parameters.title == "Parameters for OpenRadioss" and len(parameters.foot) == 1
     known = replace(THERE, adjusted=Rows([replace(THERE.adjusted[0], interval=(0.2, 0.3))]))
-    assert tables(known, STEM)[0].foot[1].startswith("95 % interval: computed from the standard error")
+    assert tables(known, STEM)[0].foot[1].startswith("95 % confidence interval: computed from the standard error")
     assert responses.foot == (
-        "The error at the target is below 2 % after 2 of at most 8 runs.",
+        "The error relative to the target is below 2 % after 2 of at most 8 runs.",
         "Error in % = 100·(measured − refined)/measured.",
     )
     assert [row[1] for row in runs.cells] == ["solution", "path"]
     after_a_joint_fit = tables(replace(THERE, aim=150.0, converged=False), STEM)[1].foot
     assert after_a_joint_fit[:2] == (
-        "The error at the target is above 2 % after 2 of at most 8 runs.",
+        "The error relative to the target is above 2 % after 2 of at most 8 runs.",
         "After a joint fit, the target is the value predicted by the model of the study (150 N).",
     )
     assert len(tables(HERE, STEM)) == 2

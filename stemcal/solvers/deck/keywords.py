@@ -50,7 +50,7 @@ def fitted(value: float, width: int) -> str:
         text = _short_exponent(f"{value:.{digits}g}")
         if len(text) <= width:
             return text
-    raise ValueError(f"{value:g} does not fit into {width} columns")
+    raise ValueError(f"{value:g} does not fit in {width} columns")
 
 
 def _short_exponent(text: str) -> str:

@@ -175,8 +175,8 @@ class Deck:
         elements = mesh_size(stem, how).elements
         if elements > MOST_ELEMENTS:
             raise UsageError(
-                f"the stem would have {elements:.3g} elements of {how.element_size:g} mm, more than the limit of "
-                f"{MOST_ELEMENTS:.0e}; increase `solver.element_size` or use a shorter specimen"
+                f"the stem would have {elements:.3g} elements (element size {how.element_size:g} mm), more than the "
+                f"limit of {MOST_ELEMENTS:.0e}; increase `solver.element_size` or use a shorter specimen"
             )
         supports = Supports(study.supports.clearance, study.supports.fillet_radius)
         lowest, size = 0.5 * diameter + GAP, how.element_size
@@ -221,8 +221,8 @@ class Deck:
             )
             if self._element_size > most:
                 yield (
-                    f"elements of {self._element_size:.3g} mm are too large for the edge radius, so the force is too "
-                    f"high; reduce `solver.element_size` to at most {floor(1e3 * most) / 1e3:g} mm"
+                    f"an element size of {self._element_size:.3g} mm is too large for the edge radius, so the force is "
+                    f"too high; reduce `solver.element_size` to at most {floor(1e3 * most) / 1e3:g} mm"
                 )
         if self.form.for_ls_dyna and self.form.lengths and self.internal_length > 0.0:
             yield "*MAT_NONLOCAL averages history variable 1, the plastic strain; the card is untested in LS-DYNA"
@@ -236,7 +236,7 @@ class Deck:
         beta = self.given["hardening_parameter"]
         if not self.form.for_ls_dyna and beta < 1.0 and self.given["tangent_modulus"] > 0.0:
             kinematic = 100.0 * (1.0 - beta)
-            yield f"*MAT_024 has isotropic hardening; in the study, {kinematic:g} % of the hardening is kinematic"
+            yield f"*MAT_024 uses isotropic hardening; in the study, {kinematic:g} % of the hardening is kinematic"
 
     def _rate(self) -> Iterator[str]:
         if self._rate_law != "paper":

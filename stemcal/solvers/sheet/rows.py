@@ -91,7 +91,7 @@ def result_in(study: Study, row: Filled) -> Answer:
     said = {text for text in (*row.values.values(), row.remark) if text.casefold().startswith(FAILED)}
     given = {name: text for name, text in row.values.items() if text and text not in said}
     if said and given:
-        message = f"{row.run} has a value and is marked as failed; delete the value or the word `failed`"
+        message = f"{row.run} has a value but is marked as failed; delete the value or the word `failed`"
         raise RowRefused(row, "failed_with_value", message)
     if said:
         reason = " ".join(said)[len(FAILED) :].lstrip(" :,-–").strip()

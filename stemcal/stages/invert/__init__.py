@@ -19,8 +19,8 @@ class Calibration(Stage["InvertResult"]):
 
     name, title, attribute, reads = "invert", "Calibration", "inversion", ("invert", "targets")
     simulates = False
-    help = "Determine the parameters and their intervals from the measurements."
-    purpose = "Stage 3: calibration of the parameters to the measured values."
+    help = "Calibrate the parameters and compute their confidence intervals."
+    purpose = "Stage 3: calibration of the parameters against the measured values."
 
     def needs(self, study: Study) -> str | None:
         return "rsm"

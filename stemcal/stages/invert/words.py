@@ -97,7 +97,7 @@ def range_to_cite(stage: InvertResult, names: Names) -> list[str]:
         for name in stage.point.solution
     )
     return [
-        "Report the 95 % interval of each parameter; the interval contains all values consistent with the measurement.",
+        "Report the 95 % confidence interval of each parameter: all values consistent with the measurement.",
         *assumption(stage.certainty),
         "If the error of the response surface is neglected, all parameter values that reproduce the target are within "
         f"these ranges: {exact}.",
@@ -145,7 +145,7 @@ def _of_many(joint: JointFitted, names: Names) -> Iterator[Note]:
         tests = any(row.left_out_interval is not None for row in joint.rows)
         each = "test" if tests else condition.long if condition is not None and several else "response"
         text = (
-            f"If one {each} at a time is left out of the fit, the largest prediction error is "
+            f"When each {each} in turn is left out of the fit, the largest prediction error is "
             f"{fixed(joint.max_abs_left_out_error_percent, 1)} %."
         )
         yield Note("left_out", "info", text)

@@ -47,14 +47,14 @@ def _parameters(stage: RefineResult, names: Names) -> Table:
         Column("between", "Range", form=interval, of=lambda one: (one.low, one.high)),
     ]
     foot = [
-        "Other parameters retain their calibrated values. The search stops as soon as the error is within the "
+        "The other parameters retain their calibrated values. The search stops as soon as the error is within the "
         "tolerance, so other parameter values may fit equally well."
     ]
-    foot += (
-        ["95 % interval: computed from the standard error of the measured mean, with the other parameters fixed."]
-        if known
-        else []
-    )
+    if known:
+        foot += [
+            "95 % confidence interval: computed from the standard error of the measured mean, with the other "
+            "parameters fixed."
+        ]
     foot += [f"The parameters are valid only with {settings}."] if settings else []
     return Table.of(columns, stage.adjusted, f"Parameters for {program(stage.model.kind)}", foot)
 
@@ -72,8 +72,8 @@ def responses(stage: RefineResult, names: Names) -> Table:
         ERROR,
     ]
     foot = [
-        f"The error at the target is {'below' if stage.converged else 'above'} {stage.tolerance_percent:g} % after "
-        f"{len(stage.made)} of at most {stage.budget} runs."
+        f"The error relative to the target is {'below' if stage.converged else 'above'} {stage.tolerance_percent:g} % "
+        f"after {len(stage.made)} of at most {stage.budget} runs."
     ]
     if stage.aim != stage.fitted.measured:
         foot += [

@@ -122,7 +122,7 @@ def anova_table(stage: SurfaceResult) -> Table:
         Column("p", "p", form=starred, of=lambda row: (row.p, row.stars)),
     ]
     foot = ["** p < 0.01, * p < 0.05."]
-    foot += [] if stage.lack_of_fit_testable else ["The lack of fit cannot be tested without pure error."]
+    foot += [] if stage.lack_of_fit_testable else ["Lack of fit cannot be tested without an estimate of pure error."]
     strong = frozenset(i for i, row in enumerate(stage.anova) if row.stars)
     return Table.of(columns, stage.anova, "Analysis of variance", foot, strong=strong, detail=True)
 

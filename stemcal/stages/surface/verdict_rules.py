@@ -225,8 +225,8 @@ def rough_response(evidence: Evidence) -> Iterator[Note]:
     exact = surface.deterministic if repeats is None else repeats.kind == "equal_repeats"
     if exact and (cv := surface.cv_percent) is not None and abs(cv) > ROUGH_PERCENT:
         text = (
-            f"The response is not smooth or not quadratic: the response surface deviates from the runs by "
-            f"{abs(cv):.1f} %, although the simulation is deterministic."
+            f"The response is not smooth or not quadratic: the residual standard deviation is "
+            f"{abs(cv):.1f} % of the mean response, although the simulation is deterministic."
         )
         levels = evidence.results.parameters if evidence.results.calibrated else None
         yield Note("rough_response", "warning", text, advice.to_smooth(evidence.study, surface, levels))

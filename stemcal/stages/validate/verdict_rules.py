@@ -43,8 +43,8 @@ def validation(evidence: Evidence) -> Iterator[Note]:
         remedy = advice.fit_all(study, "responses" if left_out else "conditions", until)
         if not left_out and chose_conditions(study):  # no advice undoes an earlier one
             remedy = Remedy(
-                "Use the parameters only where simulation and measurement agree, or add a factor that influences "
-                "the error."
+                "Use the parameters only where simulation and measurement agree, or add a factor that could "
+                "explain the error."
             )
         severity: Severity = "error" if evidence.mostly_off else "warning"
         yield Note("validation", severity, f"{miss(worst, evidence.names)}.", remedy)
