@@ -44,8 +44,8 @@ def symmetry() -> Topic:
         "equal except for rounding errors. In the simulations with element sizes of 1 and 2 mm, the blade edge is "
         "sharp, and failure is based on the local strain. After the first failure, rounding errors may determine which "
         "element fails next. Tolerances are therefore larger after the first failure. The cases labelled *as shipped* "
-        "use the default model options (spread edge, nonlocal failure, graded mesh), unusual parameter values and an "
-        "element size of d/12, where d is the stem diameter."
+        "use the default model options (spread edge, nonlocal failure, graded mesh) with unusual parameter values. The "
+        "element size in these cases is d/12, where d is the stem diameter."
     )
     return Topic("Full model and quarter model", text, tuple(cases))
 
