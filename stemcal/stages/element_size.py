@@ -153,7 +153,7 @@ def strain_table(found: SizedStrain) -> Table:
     columns = [
         Column("element_size", "Element size", "mm", significant),
         Column("failure_strain", "Failure strain", form=significant),
-        Column("interval", "95 % interval", form=interval),
+        Column("interval", "95 % confidence interval", form=interval),
         Column("force", "Mean force", "N", significant),
         Column("sd_percent", "SD over positions", "%", fixed),
         Column("positions", "Positions", form=format),
@@ -163,8 +163,8 @@ def strain_table(found: SizedStrain) -> Table:
     foot = (
         f"The search ends at the first failure strain at which the mean force is within {100.0 * TOLERANCE:g} % of "
         f"{found.aim:.4g} N (stem diameter {found.condition:g} mm). A failure strain is valid if the error and the "
-        "standard error of the mean force are below 5 %. The 95 % interval of the failure strain follows from the "
-        "scatter of the force over mesh positions."
+        "standard error of the mean force are below 5 %. The 95 % confidence interval of the failure strain "
+        "follows from the scatter of the force over mesh positions."
     )
     return Table.of(columns, [found], "Failure strain for this element size", [foot])
 

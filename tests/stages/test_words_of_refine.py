@@ -41,7 +41,7 @@ def test_the_tables_state_what_they_refer_to() -> None:
     parameters, responses, runs = tables(THERE, STEM)
     assert parameters.title == "Parameters for OpenRadioss" and len(parameters.foot) == 1
     known = replace(THERE, adjusted=Rows([replace(THERE.adjusted[0], interval=(0.2, 0.3))]))
-    assert tables(known, STEM)[0].foot[1].startswith("95 % interval: computed from the standard error")
+    assert tables(known, STEM)[0].foot[1].startswith("95 % confidence interval: from the standard error")
     assert responses.foot == (
         "The error at the target is below 2 % after 2 of at most 8 runs.",
         "Error in % = 100·(measured − refined)/measured.",

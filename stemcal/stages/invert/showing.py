@@ -40,8 +40,8 @@ class InvertShowing(Showing[InvertResult]):
         units = {name: setting.study.factor(name).unit for name in result.point.solution}
         labels = {name: axis_of(setting.labels.get(name, name), unit) for name, unit in units.items()}
         text = (
-            "Misfit as a function of each factor, minimized over the other factors. In the 95 % interval (shaded), "
-            "the misfit is below the dashed line. The vertical line marks the calibrated value."
+            "Misfit as a function of each factor, minimized over the other factors. In the 95 % confidence interval "
+            "(shaded), the misfit is below the dashed line. The vertical line marks the calibrated value."
         )
         return [Plot("profiles", "invert", text, partial(profiles, result, labels), claims=True)]
 
@@ -144,7 +144,8 @@ def _joint_table(joint: JointFitted, names: Names) -> Table:
     rows = from_means(map(to_json, (*joint.rows, *joint.further)), names)
     columns.append(ERROR)
     if left_out is None:
-        return Table.of(columns, rows, _JOINT, [f"Largest absolute error: {fixed(error)} %.", *scores(names)])
+        foot = f"Largest absolute percentage error: {fixed(error)} %.", *scores(names)
+        return Table.of(columns, rows, _JOINT, foot)
     columns.append(Column("left_out_error_percent", "Left out", "%", fixed))
     tests = any(row.left_out_interval is not None for row in joint.rows)
     largest = f"Largest error: {fixed(error)} % for fitted values, {fixed(left_out)} % for values left out of the fit."

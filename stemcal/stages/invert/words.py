@@ -52,7 +52,7 @@ def known(part: Certainty, stage: InvertResult, names: Names) -> list[str]:
         said.append(f"The {data} does not determine {series(map(names.in_text, part.free), 'or')}.")
     for found in part.unseen_changes:
         changes = (change(f"{names.in_text(name)} changes by", size, part.units[name]) for name, size in found.items())
-        said.append(f"If {series(changes)}, the {data} is unchanged to first order.")
+        said.append(f"To first order, the {data} hardly changes if {series(changes)}.")
     return [*said, *assumption(part)]
 
 
@@ -97,7 +97,7 @@ def range_to_cite(stage: InvertResult, names: Names) -> list[str]:
         for name in stage.point.solution
     )
     return [
-        "Report the 95 % interval of each parameter; the interval contains all values consistent with the measurement.",
+        "Report the 95 % confidence interval of each parameter: all values consistent with the measurement.",
         *assumption(stage.certainty),
         "If the error of the response surface is neglected, all parameter values that reproduce the target are within "
         f"these ranges: {exact}.",

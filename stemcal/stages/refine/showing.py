@@ -43,7 +43,7 @@ def _parameters(stage: RefineResult, names: Names) -> Table:
         factor(names),
         Column("calibrated", "Calibrated", form=significant),
         Column("value", "Other", form=significant),
-        *([Column("interval", "95 % interval", form=interval, claims=True)] if known else []),
+        *([Column("interval", "95 % confidence interval", form=interval, claims=True)] if known else []),
         Column("between", "Range", form=interval, of=lambda one: (one.low, one.high)),
     ]
     foot = [
@@ -51,7 +51,7 @@ def _parameters(stage: RefineResult, names: Names) -> Table:
         "tolerance, so other parameter values may fit equally well."
     ]
     foot += (
-        ["95 % interval: computed from the standard error of the measured mean, with the other parameters fixed."]
+        ["95 % confidence interval: from the standard error of the measured mean, with the other parameters fixed."]
         if known
         else []
     )
