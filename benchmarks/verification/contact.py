@@ -41,8 +41,8 @@ def rebound() -> Topic:
         "A block falls on a rigid table. The contact is so compliant that the block is effectively rigid. Without "
         "damping, the falling block must rebound at its impact speed. With damping, the rebound speed must equal that "
         "of a damped oscillator that transmits no tension. In the case with two tools, a spinning elastic-plastic "
-        "block is in frictional contact with a table and a moving wedge. The change in momentum of the spinning block "
-        "must equal the impulse on the table and the wedge."
+        "block is in frictional contact with a table and a moving wedge. The momentum lost by the spinning block must "
+        "equal the impulse on the table and the wedge."
     )
     return Topic("Rebound and momentum", text, tuple(cases))
 
@@ -73,7 +73,7 @@ def sliding() -> Topic:
         history = slide(Contact(mu, mu), speed, 0.0, 1.5 * speed / (mu * GRAVITY))
         thrown[mu, speed] = history.time, speeds(history), np.maximum(speed - mu * GRAVITY * history.time, 0.0)
         case = Case(f"stopping distance, μ = {mu:g}, {speed:g} mm/s", moved(history), speed**2 / (2.0 * mu * GRAVITY),
-                    0.01, "v²/2μg", "mm")  # fmt: skip
+                    0.01, "v²/(2μg)", "mm")  # fmt: skip
         cases.append(case)
         taken = history.contact[-1] / history.kinetic[0]
         cases.append(Case(f"energy dissipated by friction, μ = {mu:g}, {speed:g} mm/s", taken, 1.0, 0.02, "energy"))
@@ -92,10 +92,10 @@ def sliding() -> Topic:
         cases.append(case)
     text = (
         "A block that slides on a table with initial speed v and friction coefficient μ must stop after a distance of "
-        "v²/2μg. A block that is pulled with a force below the friction limit must move only by the elastic deflection "
-        "of its contact. If the pulling force exceeds the friction limit, the block must accelerate. If the static "
-        "coefficient of friction exceeds the dynamic coefficient, the friction force must increase as the block slows "
-        "down."
+        "v²/(2μg). A block that is pulled with a force below the friction limit must move only by the elastic "
+        "deflection of its contact. If the pulling force exceeds the friction limit, the block must accelerate. If the "
+        "static coefficient of friction exceeds the dynamic coefficient, the friction force must increase as the block "
+        "slows down."
     )
     drawing = figures.sliding(thrown, (speed, friction, law))
     caption = (
@@ -145,11 +145,11 @@ def taylor() -> Topic:
         f"{1e-3 * SPEED:g} m/s (Wilkins and Guinan 1973). The shape of the rod 80 µs after the impact is compared with "
         "published results. The copper has E = 117 GPa, ν = 0.35, σy = 400 MPa, Et = 100 MPa and ρ = 8930 kg/m³. The "
         "Taylor bar has no closed-form solution. The reference values for the Taylor bar are the means of results "
-        "published for other explicit codes (Hallquist; Zhu and Cescotto 1995). The tolerances for the Taylor bar are "
-        "half the range of the published results, with two exceptions. On the coarser mesh, the tolerance for the foot "
-        "radius of the Taylor bar exceeds half the published range by 0.05 mm. The maximum plastic strain in the "
-        "Taylor bar occurs in a single element and increases with mesh refinement. On the finer mesh, the tolerance "
-        "for the maximum plastic strain therefore exceeds half the published range by 0.4."
+        "published for other explicit codes (Hallquist, *DYNA3D User's Manual*; Zhu and Cescotto 1995). The tolerances "
+        "for the Taylor bar are half the range of the published results, with two exceptions. On the coarser mesh, the "
+        "tolerance for the foot radius of the Taylor bar exceeds half the published range by 0.05 mm. The maximum "
+        "plastic strain in the Taylor bar occurs in a single element and increases with mesh refinement. On the finer "
+        "mesh, the tolerance for the maximum plastic strain therefore exceeds half the published range by 0.4."
     )
     caption = (
         "Maximum radius of each cross-section of the Taylor bar after 80 µs for both meshes, and initial radius "

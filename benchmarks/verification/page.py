@@ -101,8 +101,8 @@ def _cases(topics: list[Topic]) -> Iterator[str]:
     yield NOTICE
     yield "# Verification cases"
     yield (
-        "This page is for readers of the [*Verification*](../verification.md) page and lists every computed value with "
-        "its exact value. A difference in % is relative to the exact value, unless the value "
+        "This page is for readers of the [*Verification*](../verification.md) page and lists every computed value "
+        "and the corresponding exact value. A difference in % is relative to the exact value, unless the value "
         "itself is in %. For errors and energy drifts, the exact value is 0, and the tolerance is the allowed limit."
     )
     yield _provenance()
@@ -112,8 +112,8 @@ def _cases(topics: list[Topic]) -> Iterator[str]:
 def _provenance() -> str:
     packages = ", ".join(f"{name} {version(name)}" for name in PACKAGES)
     return (
-        f"The values were computed by `python benchmarks/verification_page.py` with stemcal {__version__}, Python "
-        f"{platform.python_version()}, {packages}. Values below 1e-6 are single-precision rounding "
+        f"The values were computed by `python benchmarks/verification_page.py` (stemcal {__version__}, Python "
+        f"{platform.python_version()}, {packages}). Values below 1e-6 are single-precision rounding "
         "errors; only their order of magnitude is shown."
     )
 

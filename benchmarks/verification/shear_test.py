@@ -41,10 +41,11 @@ def symmetry() -> Topic:
         cases.append(Case(text, off, 0.0, 1e-4, "the full model", relative=False))
     text = (
         "The shear test has two mirror planes, so the force–travel curves of the quarter, half and full models must be "
-        "equal except for rounding errors. For element sizes of 1 and 2 mm, the blade edge is sharp, and failure is "
-        "based on the local strain. After the first failure, rounding errors may determine which element fails next. "
-        "Tolerances are therefore larger after the first failure. The cases labelled *as shipped* use the default "
-        "model with unusual parameter values and an element size of d/12, where d is the stem diameter."
+        "equal except for rounding errors. In the simulations with element sizes of 1 and 2 mm, the blade edge is "
+        "sharp, and failure is based on the local strain. After the first failure, rounding errors may determine which "
+        "element fails next. Tolerances are therefore larger after the first failure. The cases labelled *as shipped* "
+        "use the default model options (spread edge, nonlocal failure, graded mesh) with unusual parameter values. The "
+        "element size in these cases is d/12, where d is the stem diameter."
     )
     return Topic("Full model and quarter model", text, tuple(cases))
 
@@ -70,11 +71,11 @@ def energy() -> Topic:
         Case("work of the blade, Σ force · displacement", work.external[-1], force_times_way, 0.002, "definition", "mJ")
     )
     text = (
-        "The kinetic, internal, hourglass, eroded and contact energies, including friction and damping, must add up to "
-        "the work done by the blade. The energy drift is the largest error in the energy balance divided by the "
-        "maximum work done by the blade. In the shear test with an element size of 1 mm, the peak force is "
-        f"{result.peak_force:.1f} N at a travel of {result.peak_travel:.3f} mm. Up to the peak force, the hourglass "
-        f"energy is at most {result.hourglass_ratio_percent:.1f} % of the internal energy."
+        "The kinetic, internal, hourglass, eroded and contact energies must add up to the work done by the blade. The "
+        "contact energy includes the dissipation by friction and damping. The energy drift is the largest error in the "
+        "energy balance divided by the maximum work done by the blade. In the shear test with an element size of 1 mm, "
+        f"the peak force is {result.peak_force:.1f} N at a travel of {result.peak_travel:.3f} mm. Up to the peak "
+        f"force, the hourglass energy is at most {result.hourglass_ratio_percent:.1f} % of the internal energy."
     )
     caption = "Energies and error in the energy balance versus blade travel (half model, element size of 1 mm)."
     return Topic("Energy balance of the shear test", text, tuple(cases),

@@ -60,8 +60,8 @@ def simulate(
 ) -> None:
     """Simulate the virtual shear test or another test defined in the spec.
 
-    If the study uses an external simulation program, the command runs this program once. Factors that are not set
-    with `--set` are set to the middle of their range.
+    If the study uses an external simulation program, the command runs this program once. Factors that are not
+    specified with `--set` are set to their mid-range values.
 
     Example: [bold]stemcal simulate configs/smoke.yaml --diameter 7 --set yield_stress=18[/bold]
     """

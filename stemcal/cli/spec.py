@@ -73,7 +73,7 @@ def _write_new(path: Path, text: str) -> None:
 def check(spec: Spec, out: Out = None, workers: Workers = None, as_json: AsJson = False) -> None:
     """Check a spec and estimate the number of runs and the computing time.
 
-    No simulation is run, and no file is written. The estimated time excludes runs that are already in the study folder.
+    No simulation is run, and no file is written. The estimated time excludes runs that are already recorded.
 
     Example: [bold]stemcal check my-study.yaml[/bold]
     """

@@ -139,7 +139,7 @@ def slide(contact: Contact, velocity_x: float, pull: float, time: float, axis: i
     [*((0, 0.3, 100.0), (1, 0.3, 200.0)), *(pytest.param(axis, 0.1, 100.0, marks=pytest.mark.slow) for axis in (0, 1))],
 )
 def test_stopping_distance(axis: int, mu: float, speed: float) -> None:
-    """A block thrown at v stops after v²/2μg in v/μg and stays; its energy is in the contact's account.
+    """A block thrown at v stops after v²/(2μg) in v/(μg) and stays; its energy is in the contact's account.
 
     Tolerance 1 %: the stick of the friction spring and the ringing of the block.
     """

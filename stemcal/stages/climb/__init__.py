@@ -21,10 +21,10 @@ class Climbing(Stage["ClimbResult"]):
     one_by_one = True
     help = """Move the centre of the design towards the target by steepest ascent.
 
-        All significant factors are changed simultaneously until the response passes the target. The screening effects
-        determine the direction of steepest ascent. The `climb.steps` key limits the number of steps. The step closest
-        to the target becomes the centre of the response surface design. `stemcal run` includes the steepest ascent if
-        the spec has a `climb` section.
+        All significant factors are changed simultaneously until the response passes the target. The effects
+        estimated in the screening determine the direction of steepest ascent. The `climb.steps` key limits the number
+        of steps. The step whose response is closest to the target becomes the centre of the response surface design.
+        `stemcal run` includes the steepest ascent if the spec has a `climb` section.
         """
     purpose = (
         "Steepest ascent between stages 1 and 2: steps towards the target response. If a spec has no `climb` section, "
