@@ -202,7 +202,7 @@ MOST_LISTED = 12
 class Names:
     """The names and units that sentences are written with.
 
-    Notes and the terminal write a factor's name, as specs and commands do; the page has `labels` for its tables.
+    Notes and the terminal write a factor's name, as specs and commands do; the page writes its label (`labels`).
     """
 
     naming: Naming = CUTTING

@@ -152,7 +152,7 @@ def opened(
             sheet, n = hand_out(study, folder, waiting)
             folder.remember_spec(study.source)
             to_do, code = f"{counted(n, 'result')} from the {waiting.stage} stage; fill in {sheet}", waiting.exit_code
-    await_(f"Waiting for {to_do}. Once this is done, run `stemcal run {spec}`")
+    await_(f"Waiting for {to_do}. Then run `stemcal run {spec}`")
     raise typer.Exit(code)
 
 

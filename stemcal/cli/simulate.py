@@ -230,9 +230,9 @@ def _lines(study: Study, answer: Answer) -> list[str]:
     values = {naming.response.name: answer.response, **details.get(RESPONSES, {})}
     lines = [f"{naming.named(name).label}: {naming.named(name).text(value, '.4g')}" for name, value in values.items()]
     if "peak_travel" in details:
-        lines.append(f"travel at the peak: {details['peak_travel']:.3f} mm")
+        lines.append(f"travel at maximum force: {details['peak_travel']:.3f} mm")
     if "deleted_in_all" in details:
         lines.append(
-            f"deleted elements: {details['deleted_elements']} at the peak, {details['deleted_in_all']} in total"
+            f"deleted elements: {details['deleted_elements']} at maximum force, {details['deleted_in_all']} in total"
         )
     return lines

@@ -125,7 +125,7 @@ class Discretisation:
     def __post_init__(self) -> None:
         """Refuse a mirror plane through elements."""
         if self.symmetry == "quarter" and self.edge_over == "elements":
-            raise ValueError("a quarter model has nodes on its mirror planes; compute half of the stem")
+            raise ValueError('a quarter model requires edge_over="nodes"; use symmetry="half"')
 
 
 @dataclass(frozen=True)

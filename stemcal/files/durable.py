@@ -82,7 +82,7 @@ def what_happened(error: OSError) -> str:
     >>> what_happened(OSError(errno.EROFS, "Read-only file system"))
     'Read-only file system; make the folder writable or choose another folder with `--out`'
     """
-    remedy = _REMEDIES.get(error.errno or 0, "correct the cause, then repeat the command; finished runs are kept")
+    remedy = _REMEDIES.get(error.errno or 0, "fix the problem, then repeat the command; finished runs are kept")
     return f"{error.strerror or error}; {remedy}"
 
 

@@ -75,7 +75,7 @@ class Showing(Checked, Generic[R]):
         return []
 
     def cited(self, result: R) -> Mapping[str, str]:
-        """Return the 95 % interval of each parameter that it sets, to cite."""
+        """Return the 95 % confidence interval of each parameter that it sets, to cite."""
         return {}
 
     def beside(self, result: R, holds: bool) -> list[str]:
@@ -102,7 +102,7 @@ def showing_of(result: StageResult) -> Showing[Any]:
     return found
 
 
-RANGE = "95 % interval"
+RANGE = "95 % confidence interval"
 """What the range of a parameter to cite is called."""
 
 

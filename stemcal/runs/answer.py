@@ -162,7 +162,7 @@ def _require_quorum(requests: Sequence[Request], outcomes: Sequence[Outcome], qu
     if len(outcomes) - failed >= needed:
         return
     counts = f"{failed} of {len(outcomes)} runs failed, but at least {needed} must succeed"
-    head = f"{requests[0].stage}: {counts}; correct the cause, then run `stemcal run SPEC --retry`"
+    head = f"{requests[0].stage}: {counts}; fix the problem, then run `stemcal run SPEC --retry`"
     raise RunsFailed("\n".join([head, *_reason_lines(requests, outcomes)]))
 
 

@@ -52,7 +52,7 @@ def test_run_continues_as_far_as_the_sheet_allows(tmp_path: Path) -> None:
     assert "runs must be done by hand, 16 in total" in planned and "unknown" not in planned
     done = command("run", spec, "--out", out)
     assert done.exit_code == 6
-    assert f"Waiting for 15 results from the rsm stage; fill in {out / 'sheet.csv'}. Once this is done," in done.stderr
+    assert f"Waiting for 15 results from the rsm stage; fill in {out / 'sheet.csv'}. Then run `stemcal" in done.stderr
     head, *rows = cells_of((out / "sheet.csv").read_text("utf-8"))
     assert head == ["run", "sliding", "rolling", "wall", "angle (deg)", "who", "when", "remark", "study"]
     assert sorted(row[0] for row in rows) == sorted(f"rsm {number}" for number in range(1, 16))

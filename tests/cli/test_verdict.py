@@ -45,7 +45,7 @@ def test_the_last_screen_holds_verdict_table_and_path(
     table = next(number for number, line in enumerate(lines) if line.startswith("Calibrated parameters"))
     assert (
         "at most 10 % at diameters of 7, 8 and 10 mm." in " ".join(lines[end + 1 : table])
-        and "95 % interval" in lines[table + 1]
+        and "95 % confidence interval" in lines[table + 1]
     )
     assert [line.split()[0] for line in lines[-7:-4]] == ["7", "8", "10"]
     assert lines[-1].startswith("Report: ") and lines[-1].endswith("report.html")
@@ -78,12 +78,12 @@ def test_no_interval_is_shown_where_nothing_is_calibrated(
         ending,
     )
     assert "Next: Use much smaller elements" in ending
-    for claim in ("95 % interval", "Identifiability", "95 % interval"):
+    for claim in ("95 % confidence interval", "Identifiability", "95 % confidence interval"):
         assert claim not in said.stdout + alone.stdout
     page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
     body = page[page.index("<main>") :]
     assert body.index("Not calibrated") < body.index("Outcome")
-    for claim in ("95 % interval", "Identifiability", "Equal within", "The 95 % confidence interval"):
+    for claim in (">95 % confidence interval<", "Identifiability", "Equal within", "The 95 % confidence interval"):
         assert claim not in body
     assert "parameter intervals and agreement with the measurements are not reported" in body
 
@@ -94,7 +94,7 @@ def test_a_single_stage_shows_the_intervals_of_a_study_that_is_only_not_finished
     monkeypatch.setattr(SOLVERS.named("embedded"), "make", lambda _study: SpecSolver())
     for stage in ("screen", "rsm", "invert"):
         said = command(stage, spec, "--out", tmp_path / "good", "-j", 1)
-    assert "95 % interval" in said.stdout and "Identifiability" in said.stdout
+    assert "95 % confidence interval" in said.stdout and "Identifiability" in said.stdout
     assert "Not calibrated. Unfinished stages: Validation." in " ".join(said.stderr.split())
 
 

@@ -61,6 +61,7 @@ def test_words_come_first(page: str) -> None:
     place = text.index("Outcome", text.index("Which parameter values reproduce the measured"))
     assert place < text.index("Confidence") < text.index("Effects on the maximum")
     assert "At yield stress = 18.37 MPa, failure strain = " in text
+    assert "constrains yield stress to between 15.35 and 19.96 MPa" in text
     assert "of the parameter combinations that fit equally well" in text
     assert "was read from a table" in text
 
@@ -240,4 +241,4 @@ def test_what_the_values_belong_to_stands_below_them(replayed: tuple[Any, Any]) 
     found["invert"] = replace(found["invert"], belongs_to={"element_size": "d/16 (0.5 mm)"})  # type: ignore[type-var]
     first = render(study, folder, replace(what, results=Results(tuple(found.values()))))
     sentence = "The parameters are valid only with element_size d/16 (0.5 mm)"
-    assert first.index("95 % interval") < first.index(sentence) < first.index('id="outcome"')
+    assert first.index("95 % confidence interval") < first.index(sentence) < first.index('id="outcome"')

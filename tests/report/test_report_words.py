@@ -141,7 +141,7 @@ def test_a_condition_of_its_own_has_a_column(moist: Told) -> None:
     errors = [row.compared.error_percent for row in validation.rows]
     errors += [one.error_percent for row in validation.rows for one in row.further]
     largest = max(abs(error or 0.0) for error in errors)
-    assert table.foot[0].startswith(f"Largest error: {largest:.2f} %")
+    assert table.foot[0].startswith(f"Largest absolute percentage error: {largest:.2f} %")
 
 
 def test_further_responses_are_named_with_their_units(moist: Told) -> None:
@@ -221,7 +221,7 @@ def test_sentences_speak_of_no_stem(angle: Told, moist: Told) -> None:
     assert of_stems(notes) == []
     validation, joint = angle[2].of(ValidateResult), moist[2].of(InvertResult)
     assert validation is not None and joint is not None
-    difference = r"The largest error in the simulated angle of repose is [\d.]+ %\."
+    difference = r"The simulated angle of repose differs from the measurement by at most [\d.]+ %\."
     assert re.fullmatch(difference, outcome_of(validation)[0])
     missed = r".* response surfaces are [\d.]+ % \(angle of repose\) and [\d.]+ % \(bulk density\)\."
     assert re.fullmatch(missed, outcome_of(joint)[1])

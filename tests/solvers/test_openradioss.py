@@ -211,7 +211,7 @@ def test_commands_say_what_is_missing_and_run_once(tmp_path: Path) -> None:
     assert "no run can start" not in command("check", spec).stderr
     run = command("simulate", spec, *levels, "--csv", tmp_path / "curve.csv")
     assert "Maximum force: 125.9 N" in run.stdout
-    assert "travel at the peak: 0.459 mm" in run.stdout
+    assert "travel at maximum force: 0.459 mm" in run.stdout
     assert (tmp_path / "curve.csv").read_text(encoding="utf-8").startswith("travel,force")
     told = json.loads(command("simulate", spec, *levels, "--json").stdout)["result"]
     assert (told["status"], told["response"]) == ("ok", pytest.approx(125.9459, abs=1e-4))

@@ -22,7 +22,7 @@ def test_one_comparison_has_no_mean(results: Any) -> None:
     whole = results.of(ValidateResult)
     one = replace(whole, rows=whole.rows[:1], worst_percent=1.23)
     (said,) = outcome(one, Names(ANGLE))
-    assert said == "The largest error in the simulated angle of repose is 1.2 %."
+    assert said == "The simulated angle of repose differs from the measurement by at most 1.2 %."
 
 
 def test_notes_of_the_published_forces(results: Any) -> None:

@@ -327,7 +327,7 @@ def fit(observations: Sequence[Observation], region: Region, priors: Sequence[Pr
     """
     if len({o.surface.names for o in observations}) != 1:
         raise UsageError(
-            "joint fit: pass at least one response surface; all surfaces must have the same factors in the same order"
+            "joint fit: the surfaces have different factors, or none is given; pass surfaces with the same factors"
         )
     errors = errors_of(observations, len(observations) - region.k)
     m, q = len(observations), len(priors)

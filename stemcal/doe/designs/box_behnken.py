@@ -22,7 +22,7 @@ _BLOCKS: dict[int, tuple[tuple[int, ...], ...]] = {
 def box_behnken(k: int, centre_points: int = 3) -> Array:
     """Build the design for 3 to 7 factors: 12, 24, 40, 48 or 56 runs, and the centre points."""
     if k not in _BLOCKS:
-        raise UsageError(f"Box–Behnken designs exist only for 3 to 7 factors, not for {k}; use `central-composite`")
+        raise UsageError(f"Box–Behnken designs are available for 3 to 7 factors, not for {k}; use `central-composite`")
     from pyDOE3 import ff2n
 
     rows = []

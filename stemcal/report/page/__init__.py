@@ -123,7 +123,9 @@ def render(study: Study, folder: StudyFolder, what: _Shown | None = None) -> str
     grown = [grown_table(study, results.parameters)] if has_grown else []
     profilers = (showing_of(result).profiler(result, setting) for result in done)
     shared, script, templates = Shared(), part("page.js"), environment()
-    templates.filters["coded"] = coded
+    templates.filters["coded"] = lambda text: coded(
+        re.sub(r"`[^`]*`|\w+_\w+", lambda found: people.in_text(found[0]), text)
+    )
     return templates.get_template("page.html").render(
         study=study,
         title=study.title or study.name,

@@ -144,7 +144,8 @@ def _joint_table(joint: JointFitted, names: Names) -> Table:
     rows = from_means(map(to_json, (*joint.rows, *joint.further)), names)
     columns.append(ERROR)
     if left_out is None:
-        return Table.of(columns, rows, _JOINT, [f"Largest error: {fixed(error)} %.", *scores(names)])
+        foot = f"Largest absolute percentage error: {fixed(error)} %.", *scores(names)
+        return Table.of(columns, rows, _JOINT, foot)
     columns.append(Column("left_out_error_percent", "Left out", "%", fixed))
     tests = any(row.left_out_interval is not None for row in joint.rows)
     largest = f"Largest error: {fixed(error)} % for fitted values, {fixed(left_out)} % for values left out of the fit."

@@ -52,7 +52,7 @@ def known(part: Certainty, stage: InvertResult, names: Names) -> list[str]:
         said.append(f"The {data} does not determine {series(map(names.in_text, part.free), 'or')}.")
     for found in part.unseen_changes:
         changes = (change(f"{names.in_text(name)} changes by", size, part.units[name]) for name, size in found.items())
-        said.append(f"If {series(changes)}, the {data} is unchanged to first order.")
+        said.append(f"To first order, the {data} hardly changes if {series(changes)}.")
     return [*said, *assumption(part)]
 
 

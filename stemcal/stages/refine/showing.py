@@ -43,7 +43,7 @@ def _parameters(stage: RefineResult, names: Names) -> Table:
         factor(names),
         Column("calibrated", "Calibrated", form=significant),
         Column("value", "Other", form=significant),
-        *([Column("interval", "95 % interval", form=interval, claims=True)] if known else []),
+        *([Column("interval", "95 % confidence interval", form=interval, claims=True)] if known else []),
         Column("between", "Range", form=interval, of=lambda one: (one.low, one.high)),
     ]
     foot = [

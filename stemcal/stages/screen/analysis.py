@@ -193,7 +193,7 @@ def _screening_notes(
         )
         found.append(Note("too_few_effects", "caution", text))
     elif not tested:
-        few = f"the residual has only {counted(df, 'degree')} of freedom" if df < LEAST_DF else "the residual is zero"
+        few = f"the number of residual degrees of freedom is only {df}" if df < LEAST_DF else "the residual is zero"
         text = f"The significant factors are selected by Lenth's method because {few}."
         found.append(Note("lenth_decides", "caution", text))
     found += _disagreements(effects, size, alpha, written)

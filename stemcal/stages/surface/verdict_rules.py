@@ -27,8 +27,7 @@ UNITS = {1000.0: "kN and N, or mm and m", 9.80665: "kgf and N", 1000.0 / 9.80665
 _FAR, _ROOM = 3.0, 0.25
 _MANY = 0.1  # share of failed runs that is a reservation by itself
 _RETRY = (
-    "Correct the causes of the failures (listed by `stemcal status SPEC --failed`), then run `stemcal run SPEC "
-    "--retry`."
+    "Fix the causes of the failures (listed by `stemcal status SPEC --failed`), then run `stemcal run SPEC --retry`."
 )
 
 

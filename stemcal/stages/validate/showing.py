@@ -24,11 +24,11 @@ class ValidateShowing(Showing[ValidateResult]):
         """Return by how much simulation and measurement differ."""
         if result.worst_percent is None:
             return ["All validation runs failed."]
-        responses = "responses" if names.naming.others else names.response.long
+        differ = "responses differ" if names.naming.others else f"{names.response.long} differs"
         worst, mean = fixed(result.worst_percent, 1), fixed(result.mean_abs_error_percent, 1)
-        n, of = len(result.rows), names.condition.long
-        of_all = f" (mean absolute percentage error over {n} values of the {of}: {mean} %)" if n > 1 else ""
-        return [f"The largest error in the simulated {responses} is {worst} %{of_all}."]
+        over = f" ({mean} % on average over {len(result.rows)} values of the {names.condition.long})"
+        of_all = over if len(result.rows) > 1 else ""
+        return [f"The simulated {differ} from the measurement by at most {worst} %{of_all}."]
 
     def tables(self, result: ValidateResult, names: Names) -> list[Table]:
         """Return measured against simulated, and further responses."""
@@ -69,7 +69,7 @@ def _errors_in_short(stage: ValidateResult, names: Names) -> str:
     """Return the largest and the mean error, then the largest held-out error next to that of a formula."""
     of = " (all responses)" if names.naming.others else ""
     worst, mean = fixed(stage.worst_percent), fixed(stage.mean_abs_error_percent)
-    every = f"Largest error: {worst} %; mean absolute percentage error: {mean} %{of}."
+    every = f"Largest absolute percentage error: {worst} %; mean absolute percentage error: {mean} %{of}."
     if stage.worst_held_out_percent is None:
         return every
     formula = stage.formula

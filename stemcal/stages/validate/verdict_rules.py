@@ -18,8 +18,8 @@ def validation(evidence: Evidence) -> Iterator[Note]:
         return
     if checked.is_given:
         text = (
-            "The simulated values used for the validation were read from a table, not computed with the calibrated "
-            "parameters."
+            "The simulated values used for the validation were read from a table, so they may have been computed with "
+            "parameter values that differ from the calibrated values."
         )
         yield Note(
             "validation_from_table",
