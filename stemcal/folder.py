@@ -150,7 +150,7 @@ class StudyFolder:
     def record_path(self, key: str) -> Path:
         """Return the file of a record."""
         if _KEY.fullmatch(key) is None:
-            raise ValueError(f"{key!r} is not the key of a record")
+            raise ValueError(f"{key!r} is not a valid record key")
         return self.runs / f"{key}.json"
 
     def keys(self) -> list[str]:
@@ -260,10 +260,10 @@ def _problem_of(record: Mapping[str, Any], key: str) -> str:
     if (version := record.get("record_version")) != RECORD_VERSION:
         return f"has record version {version!r:.20}; this version of stemcal requires {RECORD_VERSION}"
     if missing := [name for name in _RECORDED if name not in record]:
-        return f"is not the record of a run: {', '.join(missing)} missing"
+        return f"is not a valid run record: it does not contain {', '.join(missing)}"
     status, response = record["status"], record["response"]
     if status not in ("ok", "failed") or (status == "ok") != (response is not None):
-        return f"is not the record of a run: status {status!r:.20} contradicts response {response!r:.20}"
+        return f"is not a valid run record: the status {status!r:.20} contradicts the response {response!r:.20}"
     if record.get("key") != key or key_of(record["identity"]) != key:
         return "has a file name that does not match its content"
     return ""

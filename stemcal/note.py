@@ -141,7 +141,7 @@ def force_after_break(travel: float, force: float, peak: float) -> Note:
 def nothing_deleted() -> Note:
     """Return the warning that the material deletes no elements."""
     text = (
-        "The material has no failure criterion: elements lose their shear strength at the failure strain but are not "
-        "deleted."
+        "The material law does not delete failed elements: they lose their shear strength at the failure strain but "
+        "remain in the mesh."
     )
     return Note("nothing_deleted", "warning", text)

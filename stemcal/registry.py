@@ -130,12 +130,6 @@ def stages() -> Registry[Any]:
     return found
 
 
-def surface_designs() -> Registry[Any]:
-    """Return the list of designs for a response surface, for code next to or below them."""
-    found: Registry[Any] = import_module("stemcal.doe.designs.catalogue").SURFACES
-    return found
-
-
 def _may_declare(group: str) -> bool:
     """Return whether any installed package has the group; `importlib.metadata` takes a tenth of a short command."""
     for folder in sys.path:

@@ -148,8 +148,8 @@ def judged(design: Design) -> Iterator[Note]:
     terms = ("1", *design.names) if design.order == 1 else term_names(design.names)
     if lost := not_estimable(term_columns(design.coded)[:, : len(terms)], terms):
         text = (
-            f"{design.stage}: the terms {series(lost)} cannot be estimated from the {len(design.coded)} runs of the "
-            f"design ({design.kind})."
+            f"{design.stage}: the design ({design.kind}, {len(design.coded)} runs) is not sufficient to estimate "
+            f"{series(lost)}."
         )
         yield Note("cannot_estimate", "caution", text, Remedy("Add runs or factor levels."))
     elif design.order == 1:

@@ -48,7 +48,7 @@ def _parameters(setting: Setting) -> list[Table]:
         Column("value", "Value", form=significant, of=lambda factor: levels[factor.name]),
         Column("known", RANGE if setting.holds else "Source", of=known),
     ]
-    foot = ["fixed: the parameter was not calibrated and has the mid-range value."] if len(ranges) < len(levels) else []
+    foot = ["fixed: the parameter was set to its mid-range value."] if len(ranges) < len(levels) else []
     return [Table.of(columns, setting.study.factors, "Parameters of the simulation", foot)]
 
 

@@ -55,7 +55,7 @@ def _run_plots(study: Study, records: Records) -> list[Plot]:
     if curves:
         chosen = [label for label in curves if records[label].at_solution]
         text = "Force versus blade travel. Validation runs are in colour; all other runs are grey."
-        text += " Curves are dotted after the stem has broken." if any(curve.broke for curve in curves.values()) else ""
+        text += " Curves are dotted beyond stem failure." if any(curve.broke for curve in curves.values()) else ""
         plots.append(Plot("force-travel", "runs", text, partial(force_travel, curves, chosen)))
     calibrated = f"{short(study.targets.calibrate_at)} mm"
     for condition, modes in study.targets.modes.items():
@@ -78,7 +78,7 @@ def _run(label: str, details: Details, on_page: bool, hollow: bool) -> list[Plot
     """Return the pictures of one run: energies and cut stem. The page shows those of the calibration diameter."""
     name, plots = label.replace(" ", ""), []
     if details.energies:
-        text = f"Energies in the simulation of the {label} stem versus blade travel."
+        text = f"Energies versus blade travel in the simulation of the {label} stem."
         draw = partial(energies, details.energies)
         plots.append(Plot(f"energies-{name}", "runs", text, draw, on_page, detail=True))
     if details.shape:

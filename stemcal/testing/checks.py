@@ -252,7 +252,7 @@ def _nan_is_a_failed_run(at: SolverAtWork) -> None:
             (answer,) = at.answers(place, [wrong])
         require(
             not answer.ok and bool(answer.reason),
-            f"a run with NaN levels has the status {answer.status!r} and the response {answer.response}",
+            f"a run with NaN levels does not fail with a reason (status {answer.status!r}, response {answer.response})",
         )
 
 

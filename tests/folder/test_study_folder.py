@@ -72,7 +72,7 @@ def test_missing_is_none(folder: StudyFolder) -> None:
 
 @pytest.mark.parametrize("key", ["../../etc/passwd", "", "g" * 32, "0" * 33, "0" * 31 + "\n"])
 def test_keys_are_no_paths(folder: StudyFolder, key: str) -> None:
-    with pytest.raises(ValueError, match="not the key"):
+    with pytest.raises(ValueError, match="not a valid record key"):
         folder.load(key)
 
 
@@ -306,7 +306,7 @@ def test_a_failing_disk_loses_nothing(
             patch.setattr(durable, "_replace", fail)
         else:
             patch.setattr(Path, "open", fail)
-        with pytest.raises(StemcalError, match="the same command then resumes"):
+        with pytest.raises(StemcalError, match="then repeat the command; finished runs are kept"):
             folder.save(record(response=1.0))
     assert folder.record_path(KEY).read_bytes() == before
     assert [path.name for path in folder.runs.iterdir()] == [f"{KEY}.json"]

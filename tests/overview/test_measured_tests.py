@@ -79,7 +79,7 @@ def test_they_get_into_the_spec_and_nothing_else_changes(lab: Path) -> None:
     spec.write_text(text, encoding="utf-8")
     refused = command("measure", "tests", spec, lab, "--write", "--preload", 0)
     assert refused.exit_code == 2
-    assert "the targets contain no cutting force for 9 mm" in " ".join(refused.stderr.split())
+    assert "no cutting force is given for a diameter of 9 mm" in " ".join(refused.stderr.split())
     assert spec.read_text(encoding="utf-8") == text
     for name in ("9mm-1", "9mm-2"):
         (lab / "pull" / f"{name}.csv").unlink()

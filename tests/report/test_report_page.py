@@ -219,8 +219,8 @@ def test_warnings_of_the_runs_are_told_once_per_kind() -> None:
     assert [note.text for note in run_warnings(records)] == [
         "2 of 3 runs (first: screen 1): The hourglass energy is 16.3 % of the internal energy. Use smaller elements "
         "(`solver.element_size`).",
-        "1 of 3 runs (first: screen 2): The material has no failure criterion: elements lose their shear strength at "
-        "the failure strain but are not deleted.",
+        "1 of 3 runs (first: screen 2): The material law does not delete failed elements: they lose their shear "
+        "strength at the failure strain but remain in the mesh.",
     ]
 
 

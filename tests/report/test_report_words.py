@@ -206,7 +206,7 @@ def test_without_a_condition_the_axis_has_no_values(angle: Told) -> None:
 
 
 def test_the_page_asks_in_the_studys_words(angle: Told, moist: Told) -> None:
-    assert kind_of(angle[0]) == "Calibration of a simulation to the measured angle of repose"
+    assert kind_of(angle[0]) == "Calibration of a simulation against the measured angle of repose"
     assert question(angle[0]) == "Which parameter values reproduce the measured angle of repose?"
     assert question(moist[0]) == (
         "Which parameter values reproduce the measured angle of repose and bulk density at moisture 12 and 16 %?"

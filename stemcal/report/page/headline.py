@@ -68,8 +68,8 @@ def next_step(verdict: Verdict) -> Remedy:
 def kind_of(study: Study) -> str:
     """Return what is calibrated."""
     if study.naming.is_cutting:
-        return "Calibration of a stem cutting model"
-    return f"Calibration of a simulation to the measured {series(_fitted(study))}"
+        return "Calibration of a stem-cutting model"
+    return f"Calibration of a simulation against the measured {series(_fitted(study))}"
 
 
 def question(study: Study) -> str:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from stemcal.registry import surface_designs
 from stemcal.stages.stage import Stage, stage_called
 
 if TYPE_CHECKING:
@@ -33,7 +32,9 @@ class ResponseSurface(Stage["SurfaceResult"]):
 
     def inputs(self, study: Study) -> Mapping[str, object]:
         """Return another package's design, where a joint fit has it run as well, and what it fits there."""
-        joint, package = study.joint_targets, surface_designs().version_of(self._options(study).design)
+        from stemcal.doe.designs.catalogue import SURFACES
+
+        joint, package = study.joint_targets, SURFACES.version_of(self._options(study).design)
         fitted = {"conditions": [target.condition for target in joint], "responses": study.fitted_responses}
         return ({"package": package} if package else {}) | (fitted if joint else {})
 

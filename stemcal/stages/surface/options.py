@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
 from pydantic import BeforeValidator, Field, WithJsonSchema
 from pydantic_core import PydanticKnownError
 
+from stemcal.doe.designs.catalogue import SURFACES
 from stemcal.note import Note
-from stemcal.registry import surface_designs
 from stemcal.stages.screen.options import is_screened
 from stemcal.study.types.factor import MOST_FACTORS, PARAMETERS
 from stemcal.study.types.field_types import Frozen, Number, Whole, complain
@@ -30,14 +30,14 @@ class _OfSurfaces:
     """The JSON schema of the name of a surface's design, read from the list of designs where it is wanted."""
 
     def __get_pydantic_json_schema__(self, _schema: Any, _handler: Any) -> dict[str, Any]:
-        return {"enum": [design.name for design in surface_designs().all], "type": "string"}
+        return {"enum": [design.name for design in SURFACES.all], "type": "string"}
 
 
 def _surface_design(given: Any) -> str:
     """Return the name of a design for the surface that exists, here or in another package."""
-    if isinstance(given, str) and surface_designs().named(given) is not None:
+    if isinstance(given, str) and SURFACES.named(given) is not None:
         return given
-    *others, last = (repr(design.name) for design in surface_designs().all)
+    *others, last = (repr(design.name) for design in SURFACES.all)
     raise PydanticKnownError("literal_error", {"expected": f"{', '.join(others)} or {last}"})
 
 
@@ -55,7 +55,7 @@ def _chosen_or_names(given: Any) -> Any:
 
 def factors_taken(design: str) -> tuple[int, int]:
     """Return how few and how many factors a design for the surface takes."""
-    found = surface_designs().named(design)
+    found = SURFACES.named(design)
     return (2, MOST_FACTORS) if found is None else found.factors
 
 

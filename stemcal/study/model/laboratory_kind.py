@@ -128,8 +128,8 @@ class PieceSection(LaboratorySection):
     def misfits(self, diameter: float) -> Iterator[tuple[str, str, str]]:
         stroke, room = self.stroke_at(diameter), self.room(diameter)
         if stroke >= 0.5 * room:
-            message = f"the stroke of {stroke:g} mm must be less than half the specimen size ({room:g} mm)"
-            yield "stroke", message, "reduce the stroke"
+            message = f"the stroke of {stroke:g} mm is too long for the specimen"
+            yield "stroke", message, f"use less than {0.5 * room:g} mm"
 
 
 class FurtherCutSection(LaboratorySection):

@@ -239,7 +239,7 @@ class _Row:
             return sd
         if len(names) > 1:
             shown = f"{sd:g}" if isinstance(sd, float) else str(sd)[:60]
-            message = f"the standard deviation {shown} could apply to {' or to '.join(names)}"
+            message = f"the standard deviation of {shown} could apply to {' or '.join(names)}"
             self._find(("sd",), message, f"write `sd: {{{names[0]}: {shown}, {names[1]}: …}}`")
             return {}
         if not names and not self.row.get("curves"):

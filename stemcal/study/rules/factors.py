@@ -124,14 +124,14 @@ def _material_is_given_once(draft: Draft) -> Iterator[Finding]:
             yield Finding(("material", name), f"{name} is also a factor", remedy, at_key=True)
         elif name not in draft.names and growth.value is None:
             remedy = f"add `value: …` (usual range: {PARAMETERS[name].usual}), or add {name} to `factors`"
-            yield Finding(("material", name), f"{name} has no value at its reference diameter", remedy, at_key=True)
+            yield Finding(("material", name), f"{name} has no value for the reference diameter", remedy, at_key=True)
 
 
 def _sections_are_given_once(draft: Draft) -> Iterator[Finding]:
     """What a factor varies in a section has no fixed value there, and the stroke is set once."""
     for key in ("static_friction", "dynamic_friction", "decay") if FRICTION in draft.names else ():
         if key in draft.study.contact.model_fields_set:
-            message = f"this value is set by the factor `{FRICTION}`"
+            message = f"this value is set by the `{FRICTION}` factor"
             yield Finding(("contact", key), message, "remove this key, or remove the factor", at_key=True)
     if {"duration", "stroke"} <= draft.study.loading.model_fields_set:
         message = "`duration` also sets the stroke"

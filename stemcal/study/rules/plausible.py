@@ -40,7 +40,7 @@ _THROUGH, _THROUGH_THIN, _THIN = 3, 4, 0.6
 _RESOLVED = 0.6
 _LEAST_SCATTER = 3e-4  # of a mean
 _MACHINE, _MOWER = 50.0, 1000.0  # mm/s: the fastest testing machine, the slowest mower
-FALL = "results decrease by up to 10 % if the element size is reduced by a third"
+FALL = "the simulated values decrease by up to 10 % if the element size is reduced by a third"
 
 
 def doubts(study: Study) -> list[Finding]:

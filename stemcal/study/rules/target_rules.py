@@ -130,7 +130,7 @@ def _tests_differ(draft: Draft) -> Iterator[Finding]:
         seen.add(key)
         for response in test.measured:
             if test.called(response) in draft.names:
-                message = f"{test.called(response)!r} is the name of a factor and of a response"
+                message = f"{test.called(response)!r} is the name of both a factor and a response"
                 yield Finding(("tests", index, "name"), message, "choose another name")
 
 
@@ -176,7 +176,7 @@ def _test_targets_stand_beside_forces(draft: Draft) -> Iterator[Finding]:
                 yield Finding(place, message, "keep one row with the mean and `n`")
             if not any(isclose(means.diameter, other) for other in cut):
                 listed = ", ".join(f"{other:g}" for other in cut[:20])
-                message = f"the targets contain no cutting force for {means.diameter:g} mm, only for {listed} mm"
+                message = f"no cutting force is given for a diameter of {means.diameter:g} mm, only for {listed} mm"
                 yield Finding(place, message, "add a row with the cutting force, or remove this row")
             seen.append(means.diameter)
 

@@ -109,7 +109,7 @@ def _read_text(document: Document, text: str) -> None:
         if loader.check_node():
             second: Any = loader.peek_event()  # type: ignore[no-untyped-call]
             loader.stop(
-                second, "a second YAML document begins here", "keep one study per file, and remove the line `---`"
+                second, "a second YAML document begins here", "keep one study per file, and remove the `---` line"
             )
         document.complete = True
     except yaml.reader.ReaderError as error:
