@@ -47,7 +47,7 @@ app = typer.Typer(
 )
 
 STAGE_PANEL = "Stages of a study (an interrupted stage resumes where it stopped)"
-STUDY_PANEL = "Prepare, follow and publish a study"
+STUDY_PANEL = "Prepare, monitor and publish a study"
 COMMANDS: dict[str, tuple[Any, ...]] = {
     STAGE_PANEL: (run.run, *(run.command_of(stage) for stage in STAGES.built_in), run.enter, run.report),
     STUDY_PANEL: (spec.init, spec.check, simulate.simulate, status.status),

@@ -33,7 +33,7 @@ def _follows_a_slope(draft: Draft) -> Iterator[Finding]:
     if not is_screened(draft.study) and draft.study.given(ClimbOptions) is not None:
         yield Finding(
             ("climb",),
-            "a climb requires a screening, which this study does not have",
+            "steepest ascent requires a screening, which this study does not have",
             "remove `screen.design: none`",
         )
 

@@ -218,7 +218,7 @@ def _disagreements(effects: Sequence[Effect], size: Lenth, alpha: float, written
             continue
         yes, no = ("the F test", "Lenth's method") if effect.p < alpha else ("Lenth's method", "the F test")
         text = (
-            f"The factor {effect.factor} is significant by {yes} but not by {no} (p {signed_probability(effect.p)}; "
+            f"The effect of {effect.factor} is significant by {yes} but not by {no} (p {signed_probability(effect.p)}; "
             f"effect {written.quantity(effect.effect, '+.4g')}, margin of error {written.quantity(size.me)})."
         )
         yield Note("methods_disagree", "warning", text)

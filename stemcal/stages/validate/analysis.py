@@ -140,7 +140,7 @@ def notes_of(stage: ValidateResult) -> list[Note]:
 def _fitted(stage: ValidateResult, names: Names) -> Iterator[Note]:
     if stage.fitted:
         where = names.at(*stage.fitted) if names.placed else " of a fitted response"
-        values = "these measurements" if names.placed and len(stage.fitted) > 1 else "this measurement"
+        values = "these measurements" if names.placed and len(stage.fitted) > 1 else "the same measurement"
         text = f"The error{where} is not an independent check because the parameters were fitted to {values}."
         yield Note("fitted", "info", text)
 
