@@ -226,7 +226,7 @@ def require_sheet(study: Study) -> None:
     if study.by_hand.kind.answers != "asks_people":
         kind = study.by_hand.solver.kind
         raise UsageError(
-            f"solver.kind: the `{kind}` solver computes all runs; write `solver: {{kind: sheet}}` to enter results"
+            f"solver.kind: the `{kind}` solver computes all runs; for manual results, write `solver: {{kind: sheet}}`"
         )
 
 
@@ -284,7 +284,7 @@ def _against_record(
         filled,
         "known_otherwise",
         f"{filled.run} already has the result {_said(before)} ({' '.join(told).strip()}), but the new "
-        f'result is {_said(result.answer)}; to replace the result, enter the sheet with `--replace "why"`',
+        f'result is {_said(result.answer)}; to replace the result, enter the sheet again with `--replace REASON`',
     )
 
 

@@ -72,8 +72,8 @@ def measure_tests(
     asked = [one.partition("/") for one in exclude]
     if unknown := [one for one in asked if one[0] not in {test.name for test in there}]:
         raise UsageError(
-            f"--exclude {''.join(unknown[0])[:60]!r}: no test has this name; write TEST/SPECIMEN, as in "
-            f"`{there[0].name}/8mm-1`"
+            f"--exclude {''.join(unknown[0])[:60]!r}: no test is named {unknown[0][0][:60]!r}; write TEST/SPECIMEN, "
+            f"as in `{there[0].name}/8mm-1`"
         )
     left_out = {test.name: [specimen for name, _, specimen in asked if name == test.name] for test in there}
     read = {name: measure_shear(find_files(folder / name), how, None, names) for name, names in left_out.items()}

@@ -243,7 +243,7 @@ def inspect(study: Study, folder: StudyFolder) -> tuple[int, dict[str, str]]:
                 continue
             if CODE not in changes_since(study, solver, folder, stage.name):  # of other code it may have another shape
                 tables = changed_tables(stage.result().from_json(content), folder)
-                changed_file = "is missing or was changed; `stemcal run SPEC` writes the file again"
+                changed_file = "is missing or has been changed; `stemcal run SPEC` writes the file again"
                 damaged |= dict.fromkeys(tables, changed_file)
         except UsageError as error:
             damaged[name] = str(error).removeprefix(str(folder.path / name)).removeprefix(name).lstrip(": ")

@@ -61,9 +61,9 @@ def _run_plots(study: Study, records: Records) -> list[Plot]:
     for condition, modes in study.targets.modes.items():
         if (label := f"{short(condition)} mm") in curves and records[label].at_solution:
             text = (
-                "Measured force, and force simulated with the calibrated parameters, versus relative travel up to the "
-                "peak force. The lower panel shows the difference between the two forces in units of the standard "
-                "deviation between specimens."
+                "Measured force and simulated force (calibrated parameters) versus relative travel up to the peak "
+                "force. The lower panel shows the difference between the two forces in units of the between-specimen "
+                "standard deviation."
             )
             name = "measured-curves" if label == calibrated else f"measured-curves-{short(condition)}mm"
             plots.append(Plot(name, "runs", text, partial(measured_band, modes, curves[label])))

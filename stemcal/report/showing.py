@@ -137,7 +137,7 @@ MOST = 5
 """The number of notes that are shown after a run."""
 KNOWN = "known"
 """The kind of the notes on intervals, which are true of a calibrated study only."""
-_WITHHELD = "The study is not calibrated: parameter intervals and agreement with the measurements are not reported."
+_WITHHELD = "The study is not calibrated: confidence intervals and agreement with the measurements are not reported."
 
 
 def outcome_of(result: StageResult, holds: bool = True, labels: Mapping[str, str] | None = None) -> list[str]:

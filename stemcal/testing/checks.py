@@ -105,7 +105,7 @@ def _points_are_finite_for_each_number_of_factors(at: DesignAtWork) -> None:
             found = at.each[k] if k in at.each else at.points(k)
             require(
                 found.ndim == 2 and found.shape[1] == k,
-                f"the design points for {k} factors have the shape {found.shape}",
+                f"the design points for {k} factors have shape {found.shape}, but {k} columns are required",
             )
             require(bool(np.isfinite(found).all()), f"the design points for {k} factors are not finite")
 
@@ -240,7 +240,7 @@ def _interrupted_runs_equal_uninterrupted_ones(at: SolverAtWork) -> None:
             at.answers(place, at.requests[:1])
             second = at.answers(place, at.requests)
         both = [[(one.response, one.responses) for one in some] for some in (at.answered, second)]
-        require(both[0] == both[1], f"the responses differ after an interruption: {both[0]} and {both[1]}")
+        require(both[0] == both[1], f"the responses without and with an interruption differ: {both[0]} and {both[1]}")
 
 
 def _nan_is_a_failed_run(at: SolverAtWork) -> None:
@@ -252,7 +252,7 @@ def _nan_is_a_failed_run(at: SolverAtWork) -> None:
             (answer,) = at.answers(place, [wrong])
         require(
             not answer.ok and bool(answer.reason),
-            f"a run with NaN levels does not fail with a reason (status {answer.status!r}, response {answer.response})",
+            f"a run with NaN levels must fail and give a reason (status {answer.status!r}, response {answer.response})",
         )
 
 
@@ -304,7 +304,7 @@ def _model_is_sound(at: LaboratoryAtWork) -> None:
     velocity = np.zeros(model.mesh.nodes.shape) if model.velocity is None else model.velocity
     require(bool(np.isfinite(velocity).all()), "the initial velocities are not finite")
     moved = any(tool.speed != 0.0 for tool in model.tools) or bool(np.abs(velocity[model.held]).max(initial=0.0) > 0.0)
-    require(moved, "neither a tool nor a driven node moves")
+    require(moved, "no tool or driven node moves")
 
 
 def _responses_are_positive_and_repeatable(at: LaboratoryAtWork) -> None:

@@ -201,7 +201,7 @@ def test_verify_sees_a_changed_table_and_a_version_that_it_does_not_know(failed:
     table = failed.out / "screen.csv"
     table.write_text(table.read_text("utf-8").replace("yield_stress", "yield_strain"), encoding="utf-8")
     result = failed("status", "--verify")
-    assert result.exit_code == 1 and "screen.csv is missing or was changed" in result.stderr
+    assert result.exit_code == 1 and "screen.csv is missing or has been changed" in result.stderr
     path = failed.out / "screen.json"
     content = json.loads(path.read_text("utf-8")) | {"schema_version": 99}
     path.write_text(sealed({name: part for name, part in content.items() if name != "sha256"}), encoding="utf-8")

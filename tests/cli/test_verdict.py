@@ -69,7 +69,7 @@ def test_no_interval_is_shown_where_nothing_is_calibrated(
         alone = command(stage, spec, "--out", tmp_path / "out", "-j", 1)
         assert alone.exit_code == 0
     told = " ".join(alone.stderr.split())
-    assert "parameter intervals and agreement with the measurements are not reported" in told
+    assert "confidence intervals and agreement with the measurements are not reported" in told
     assert "hourglass energy is up to 40 %" in told and "8 mm alone" not in told
     said = command("run", spec, "--out", tmp_path / "out", "-j", 1)
     ending = " ".join(said.stdout.split())
@@ -85,7 +85,7 @@ def test_no_interval_is_shown_where_nothing_is_calibrated(
     assert body.index("Not calibrated") < body.index("Outcome")
     for claim in (">95 % confidence interval<", "Identifiability", "Equal within", "The 95 % confidence interval"):
         assert claim not in body
-    assert "parameter intervals and agreement with the measurements are not reported" in body
+    assert "confidence intervals and agreement with the measurements are not reported" in body
 
 
 def test_a_single_stage_shows_the_intervals_of_a_study_that_is_only_not_finished(

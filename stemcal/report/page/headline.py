@@ -14,7 +14,7 @@ from stemcal.version import __version__
 from stemcal.words import series
 
 _TWO_LINES = 240  # characters
-_REPORT = Remedy("Report the parameters with their intervals and the simulation settings.")
+_REPORT = Remedy("Report the parameter values, their confidence intervals and the simulation settings.")
 _LOOK = Remedy("See the reasons below.")
 
 

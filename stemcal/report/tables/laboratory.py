@@ -36,7 +36,7 @@ def shear_tables(tests: ShearTests) -> list[Table]:
         Column("mean", "Mean", "N", significant),
         Column("sd", "SD", "N", significant),
         Column("cv_percent", "CV", "%", to_decimals(1)),
-        Column("mean_interval", "95 % of the mean", "N", interval),
+        Column("mean_interval", "95 % CI of the mean", "N", interval),
     ]
     specimens = [
         Column("name", "Specimen"),
@@ -71,8 +71,8 @@ def _statistics(found: Diameters) -> dict[str, str]:
     verdict = "not rejected" if test.p >= 0.05 else "rejected"
     return {
         "Stems": f"{summary.n}, {found.readings} readings",
-        "Mean, mm": f"{summary.mean:.3f} (95 % {interval(summary.mean_interval)})",
-        "Standard deviation, mm": f"{summary.sd:.3f} (95 % {interval(summary.sd_interval)})",
+        "Mean, mm": f"{summary.mean:.3f} (95 % CI {interval(summary.mean_interval)})",
+        "Standard deviation, mm": f"{summary.sd:.3f} (95 % CI {interval(summary.sd_interval)})",
         "Coefficient of variation, %": fixed(summary.cv_percent, 2),
         "Shapiro–Wilk": f"{test.statistic:.4f}, p {signed_probability(test.p)}, normality {verdict}",
     }
@@ -82,6 +82,6 @@ def _growth(law: PowerLaw | None) -> list[str]:
     """Return how the force grows with the diameter."""
     if law is None:
         return []
-    ends = "" if law.exponent_interval is None else f" (95 % {interval(law.exponent_interval, 3)})"
+    ends = "" if law.exponent_interval is None else f" (95 % CI {interval(law.exponent_interval, 3)})"
     formula = f"F = {significant(law.factor, 3)}·d^{law.exponent:.2f}{ends}"
     return [f"{formula} with F in N and d in mm (R² = {law.r2:.3f} for the log–log fit)."]

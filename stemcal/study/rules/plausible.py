@@ -103,7 +103,7 @@ def _mesh(study: Study) -> Iterator[Finding]:
         coarse = [d for d in conditions if mesh.element_size.at(d) > _RESOLVED * length.at(d) * (1.0 + 1e-9)]
         if coarse:
             whole = f"`{'.'.join(path)}` ({length}) at a diameter of {coarse[0]:g} mm"
-            message = f"the element size {mesh.element_size} exceeds {_RESOLVED:g} times {whole}"
+            message = f"the element size of {mesh.element_size} exceeds {_RESOLVED:g} times {whole}"
             remedy = f"use at most {_RESOLVED * length.at(coarse[0]):.2g} mm; otherwise, the force depends on the mesh"
             yield Finding(("solver", "element_size"), message, remedy)
 
@@ -172,7 +172,7 @@ def _outliers(study: Study) -> Iterator[Finding]:
         ]
         if target.response > _FAR * max(expected) or target.response < min(expected) / _FAR:
             message = (
-                f"the force of {target.response:g} N at {target.condition:g} mm is far from the value of about "
+                f"the force of {target.response:g} N for a diameter of {target.condition:g} mm is far from the "
                 f"{median(expected):.3g} N expected from the other targets"
             )
             yield Finding(("targets", target.row, "force"), message, "check the decimal point and the unit")
@@ -197,7 +197,7 @@ def _factors(study: Study) -> Iterator[Finding]:
         try:
             unit = units.parse_unit(factor.unit)
         except units.UnitError as error:
-            meant = error.remedy if "did you mean" in error.remedy else "the levels are used without conversion"
+            meant = error.remedy if "did you mean" in error.remedy else "the levels are used without unit conversion"
             yield Finding((*path, "unit"), error.message, meant)
             continue
         parameter = EMBEDDED.get(factor.name)

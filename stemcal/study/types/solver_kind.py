@@ -70,7 +70,7 @@ class SolverOptions(Frozen):
 
     def without_curve(self) -> tuple[str, str] | None:
         """Return why a run has no force–travel curve and what to do; None if it has one."""
-        return f"the {self.title} solver returns no force–travel curve for the comparison", "fit only the force"
+        return f"the {self.title} solver returns no force–travel curve to compare with `curves`", "fit only the force"
 
     def chance_remedy(self) -> Remedy:
         """Return how to declare or remove the randomness of its answers."""

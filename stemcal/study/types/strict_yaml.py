@@ -123,7 +123,7 @@ def _read_text(document: Document, text: str) -> None:
         remedy = next((remedy for part, remedy in _REMEDIES.items() if part in problem), "check this line")
         document.note(_place(_mark(error)), f"the file is not valid YAML: {problem}", remedy)
     except RecursionError:
-        document.note(_TOP, "the file is nested too deeply", "a spec needs at most four levels; check the brackets")
+        document.note(_TOP, "the file is nested too deeply", "a spec has up to four nesting levels; check the brackets")
     except (yaml.YAMLError, ValueError, OverflowError):
         here = _place(loader.get_mark() if loader else None)
         document.note(

@@ -185,7 +185,7 @@ def test_elements_too_coarse_for_the_lengths_are_doubted() -> None:
         said = study_of(coarse).warnings
         assert len(said) == 1
         size = "at a diameter of 7 mm; use at most 0.44 mm"
-        assert f"the element size d/12 exceeds 0.6 times `blade.edge_spread` (d/9.5) {size}" in said[0]
+        assert f"the element size of d/12 exceeds 0.6 times `blade.edge_spread` (d/9.5) {size}" in said[0]
     assert not study_of(with_lengths.replace("d/12", "d/16")).warnings
     assert not study_of(with_lengths.replace(", nonlocal_failure: true", "")).warnings
 
