@@ -284,7 +284,7 @@ def _against_record(
         filled,
         "known_otherwise",
         f"{filled.run} already has the result {_said(before)} ({' '.join(told).strip()}), but the new "
-        f'result is {_said(result.answer)}; to replace the result, enter the sheet again with `--replace REASON`',
+        f"result is {_said(result.answer)}; to replace the result, enter the sheet again with `--replace REASON`",
     )
 
 
