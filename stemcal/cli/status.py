@@ -111,7 +111,7 @@ def _stage(stage: StageStatus) -> Iterator[str]:
             f"{'the run' if stage.damaged == 1 else 'these runs'}."
         )
     if stage.changed:
-        yield f"{name}.json is out of date: {', '.join(stage.changed)} changed after this file was written."
+        yield f"{name}.json is out of date: {', '.join(stage.changed)} changed after {name}.json was written."
 
 
 def _runs(study: Study, folder: StudyFolder, failed: bool, as_json: bool) -> dict[str, Any]:
