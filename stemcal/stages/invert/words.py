@@ -51,7 +51,7 @@ def known(part: Certainty, stage: InvertResult, names: Names) -> list[str]:
     if part.free:
         said.append(f"The {data} does not determine {series(map(names.in_text, part.free), 'or')}.")
     for found in part.unseen_changes:
-        changes = (change(f"{names.in_text(name)} changes by", size, part.units[name]) for name, size in found.items())
+        changes = (change(names.in_text(name), size, part.units[name]) for name, size in found.items())
         said.append(f"To first order, the {data} hardly changes if {series(changes)}.")
     return [*said, *assumption(part)]
 
@@ -177,7 +177,7 @@ def prior_unused(factors: tuple[str, ...]) -> Note:
 
 def flat_direction(changes: Mapping[str, float], units: Mapping[str, str]) -> Note:
     """Return that a joint fit cannot separate factors; `changes` in their units go together."""
-    together = series(change(f"{name} changes by", size, units[name]) for name, size in changes.items())
+    together = series(change(name, size, units[name]) for name, size in changes.items())
     text = (
         f"The measurements cannot separate the parameters: if {together}, the fit hardly changes. Of all points "
         "that fit almost equally well, the point nearest to the design centre is reported."
