@@ -113,12 +113,12 @@ def with_unit(number: str, unit: str) -> str:
 
 
 def change(factor: str, size: float, unit: str) -> str:
-    """Return by how much a factor changes.
+    """Return that a factor increases or decreases, and by how much.
 
     >>> change("yield_stress", -1.9, "MPa"), change("failure_strain", 0.0141, "1")
-    ('yield_stress −1.9 MPa', 'failure_strain +0.0141')
+    ('yield_stress decreases by 1.9 MPa', 'failure_strain increases by 0.0141')
     """
-    return with_unit(f"{factor} {minus(f'{size:+.3g}')}", unit)
+    return with_unit(f"{factor} {'in' if size > 0 else 'de'}creases by {minus(f'{abs(size):.3g}')}", unit)
 
 
 def decimals(values: Iterable[float | None], usual: int, digits: int = 3) -> int:

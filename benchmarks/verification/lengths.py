@@ -49,11 +49,11 @@ def failure() -> Topic:
     cases.append(Case(text, fine, coarse, 0.06, "elements of 0.5 mm", "mJ"))
     text = (
         "With an internal length ℓ, an element fails when the weighted mean of the plastic strain in its neighbourhood "
-        "reaches the failure strain. If one slice of a bar has a strain of 1, the weighted mean along the bar must be "
-        "proportional to exp(−x²/ℓ²), where x is the distance from the slice. The work done on a sharply notched plate "
-        "up to the first element failure must be almost independent of the element size. If failure is based on the "
-        f"local strain, the work decreases from {work_to_failure(0.5, 0.0):.1f} to {work_to_failure(0.25, 0.0):.1f} mJ "
-        "when the element size is halved from 0.5 to 0.25 mm."
+        "reaches the failure strain. If only one slice of a bar is strained, the weighted mean along "
+        "the bar must be proportional to exp(−x²/ℓ²), where x is the distance from the slice. The work done on a "
+        "sharply notched plate up to the first element failure must be almost independent of the element size. If "
+        f"failure is based on the local strain, the work decreases from {work_to_failure(0.5, 0.0):.1f} to "
+        f"{work_to_failure(0.25, 0.0):.1f} mJ when the element size is halved from 0.5 to 0.25 mm."
     )
     return Topic("Nonlocal failure", text, tuple(cases))
 

@@ -103,7 +103,8 @@ def _cases(topics: list[Topic]) -> Iterator[str]:
     yield (
         "This page is for readers of the [*Verification*](../verification.md) page and lists every computed value "
         "and the corresponding exact value. A difference in % is relative to the exact value, unless the value "
-        "itself is in %. For errors and energy drifts, the exact value is 0, and the tolerance is the allowed limit."
+        "itself is in %. For errors and energy drifts, the exact value is 0, and the tolerance is the largest "
+        "permitted value."
     )
     yield _provenance()
     yield _table(topics)

@@ -72,10 +72,10 @@ def energy() -> Topic:
     )
     text = (
         "The kinetic, internal, hourglass, eroded and contact energies must add up to the work done by the blade. The "
-        "contact energy includes the dissipation by friction and damping. The energy drift is the largest error in the "
-        "energy balance divided by the maximum work done by the blade. In the shear test with an element size of 1 mm, "
-        f"the peak force is {result.peak_force:.1f} N at a travel of {result.peak_travel:.3f} mm. Up to the peak "
-        f"force, the hourglass energy is at most {result.hourglass_ratio_percent:.1f} % of the internal energy."
+        "contact energy includes the energy dissipated by friction and damping. The energy drift is the largest error "
+        "in the energy balance divided by the maximum work done by the blade. In the shear test with an element size "
+        f"of 1 mm, the peak force is {result.peak_force:.1f} N at a travel of {result.peak_travel:.3f} mm. Up to the "
+        f"peak force, the hourglass energy is at most {result.hourglass_ratio_percent:.1f} % of the internal energy."
     )
     caption = "Energies and error in the energy balance versus blade travel (half model, element size of 1 mm)."
     return Topic("Energy balance of the shear test", text, tuple(cases),

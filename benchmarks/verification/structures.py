@@ -46,7 +46,7 @@ def wave() -> Topic:
         "divides the wave speed by the square root of the scaling factor."
     )
     caption = (
-        "Stress along the bar before and after the wave front reaches its far end: "
+        "Stress along the bar before and after the wave front reaches the far end: "
         "computed stress and exact stress (dashed)."
     )
     drawing = Drawing("wave", figures.wave({end: bar(end) for end in ("free", "fixed")}, STRESS_BEHIND), caption)

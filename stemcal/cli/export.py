@@ -26,7 +26,7 @@ TableFormat = Annotated[
 Names = Annotated[
     list[str] | None,
     typer.Argument(
-        metavar="NAME", help="Names or prefixes of figures; `list` prints all figure names.", show_default="all"
+        metavar="NAME", help="Figure names or their prefixes; `list` prints all figure names.", show_default="all"
     ),
 ]
 FigureFormat = Annotated[
@@ -156,7 +156,7 @@ def write_film(study: Study, records: Records, folder: StudyFolder, name: str) -
     if wanted not in known:
         remedy = "the `refine` and `validate` stages store the frames; run `stemcal run SPEC` first"
         raise UsageError(
-            f"no figure is named {wanted!r}; the animations are {', '.join(known)}" if known else f"{wanted}: {remedy}"
+            f"unknown animation {wanted!r}; the animations are {', '.join(known)}" if known else f"{wanted}: {remedy}"
         )
     details = records[known[wanted]].details
     curve = None if details.curve is None else (details.curve.travel, details.curve.force)

@@ -85,7 +85,7 @@ def _program_of(study: Study, path: Path, asked: str | None) -> Literal["lsdyna"
         raise UsageError(f"{path}: LS-DYNA cannot read {RADIOSS} files; name the deck {path.stem}.k")
     if own is not None and found != own:
         raise UsageError(
-            f"--for {found}: the study is calibrated for {own}, and its values do not apply to {found}. Use "
+            f"--for {found}: the study is calibrated for {own}, and the calibrated values do not apply to {found}. Use "
             f"`--for {own}`, or calibrate for {found}: write `solver: {{kind: deck, program: {found}}}` and run "
             "`stemcal run SPEC`"
         )

@@ -23,9 +23,7 @@ _MOST_NAMES = 20
 
 Runs = Annotated[bool, typer.Option("--runs", help="List all runs with their factor levels and results.")]
 Failed = Annotated[bool, typer.Option("--failed", help="List the failed runs.")]
-Verify = Annotated[
-    bool, typer.Option("--verify", help="Check all files of the study (exit code 1 if a file has changed).")
-]
+Verify = Annotated[bool, typer.Option("--verify", help="Check whether any file has changed (exit code 1 if so).")]
 
 
 def status(
@@ -111,7 +109,7 @@ def _stage(stage: StageStatus) -> Iterator[str]:
             f"{'the run' if stage.damaged == 1 else 'these runs'}."
         )
     if stage.changed:
-        yield f"{name}.json is out of date: {', '.join(stage.changed)} changed after this file was written."
+        yield f"{name}.json is out of date: {', '.join(stage.changed)} changed after {name}.json was written."
 
 
 def _runs(study: Study, folder: StudyFolder, failed: bool, as_json: bool) -> dict[str, Any]:

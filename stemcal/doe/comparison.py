@@ -18,7 +18,6 @@ from stemcal.errors import UsageError
 from stemcal.files.typed import absent
 from stemcal.naming import CUTTING, Names, Naming
 from stemcal.note import Note
-from stemcal.numbers import minus
 from stemcal.power_law import PowerLaw, fit_power_law
 
 
@@ -156,9 +155,9 @@ def _error_trend(rows: Sequence[ValidationRow]) -> tuple[float | None, tuple[Not
     total, explained = (float(np.sum((values - values.mean()) ** 2)) for values in (errors, slope * d))
     if not explained > 0.5 * total > 0.0:
         return slope, ()
-    size = minus(f"{slope:+.1f}")
+    changes = f"{'in' if slope > 0 else 'de'}creases by {abs(slope):.1f}"
     text = (
-        f"The relative error changes by {size} percentage points per mm of diameter. A constant scale factor for the "
+        f"The relative error {changes} percentage points per mm of diameter. A constant scale factor for the "
         "force would not remove this trend in the error."
     )
     return slope, (Note("error_trend", "warning", text),)

@@ -245,7 +245,7 @@ def _check(outcome: int, state: State) -> None:
     element, time = f"element {number[0]}", f"at t = {state.clock.time[0]:.6g} s"
     raise {
         INVERTED: SimulationFailed("inverted", f"{element} was inverted {time}"),
-        COLLAPSED: SimulationFailed("time_step", f"the time step of {element} fell below the limit of {time}"),
+        COLLAPSED: SimulationFailed("time_step", f"the time step of {element} fell below the lower limit {time}"),
         NOT_FINITE: SimulationFailed("nan", f"a nodal velocity was infinite or NaN {time}"),
     }[outcome]
 

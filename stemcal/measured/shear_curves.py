@@ -134,7 +134,7 @@ def _pairs(table: TextTable, how: CurveOptions) -> tuple[list[tuple[int, int]], 
         travels = _first(table, "displacement", travels, notes)
     if len(travels) == 1 < len(forces):
         text = f"{len(forces)} specimens share one displacement column ({shown(table.columns[travels[0]])})."
-        remedy = Remedy("If the force columns are channels of one specimen, select one channel with `--force-column`.")
+        remedy = Remedy("If the force columns are from one specimen, select one of them with `--force-column`.")
         if how.force_column is None:
             notes.append(Note("shared_displacement", "caution", text, remedy))
         travels = travels * len(forces)

@@ -82,7 +82,7 @@ class Deck(SolverKind):
         try:
             yield "OpenRadioss", installation(DeckSolver(program="openradioss"), Path.cwd()).starter, True
         except UsageError as error:
-            missing = f"not found: {HOME} is not set; required only for `solver: {{kind: deck, program: openradioss}}`"
+            missing = f"not found: {HOME} is not set (required only for `solver: {{kind: deck, program: openradioss}}`)"
             yield ("OpenRadioss", str(error), False) if HOME in os.environ else ("OpenRadioss", missing, None)
 
 

@@ -30,7 +30,7 @@ _SLOW = 100.0 / 60.0
 ThroughWall = Annotated[
     Annotated[Whole, Field(ge=1, le=50)] | None,
     Field(
-        description="Number of elements through the wall. By default, the radial element length is at most "
+        description="Number of elements through the wall thickness. By default, the radial element length is at most "
         "`element_size`."
     ),
 ]

@@ -25,7 +25,7 @@ def _elements_fit_stem(draft: Draft, solver: EmbeddedSolver) -> Iterator[Finding
         message = f"an element size of {solver.element_size} is too large for a stem diameter of {thinnest:g} mm"
         yield Finding(("solver", "element_size"), message, f"use about {thinnest / 8:.2g} mm")
     if (across := thickest / solver.element_size.at(thickest)) > _MOST_ACROSS:
-        message = f"an element size of {solver.element_size} is too small ({across:.3g} elements over {thickest:g} mm)"
+        message = f"an element size of {solver.element_size} is too small ({across:.3g} elements in {thickest:g} mm)"
         yield Finding(("solver", "element_size"), message, "write d/16, or check the unit")
 
 

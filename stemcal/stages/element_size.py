@@ -155,7 +155,7 @@ def strain_table(found: SizedStrain) -> Table:
         Column("failure_strain", "Failure strain", form=significant),
         Column("interval", "95 % confidence interval", form=interval),
         Column("force", "Mean force", "N", significant),
-        Column("sd_percent", "SD over positions", "%", fixed),
+        Column("sd_percent", "CV over positions", "%", fixed),
         Column("positions", "Positions", form=format),
         Column("runs", "Runs", form=format),
         Column("valid", "Valid", of=lambda row: "yes" if row.valid else "no"),
@@ -191,6 +191,6 @@ def not_valid(found: SizedStrain) -> str:
     """Return why its element size is not valid, and what to do."""
     return (
         f"--element-size: no valid failure strain was found for an element size of {found.element_size:g} mm. The mean "
-        f"force is {found.force:.4g} N (target {found.aim:.4g} N), with a standard deviation of "
+        f"force is {found.force:.4g} N (target {found.aim:.4g} N), with a coefficient of variation of "
         f"{found.sd_percent or 0.0:.3g} % over {found.positions} mesh positions. Choose another element size."
     )

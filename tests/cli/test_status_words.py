@@ -37,7 +37,7 @@ def test_what_is_wrong_with_a_stage() -> None:
         "screen: some runs failed: inverted (2), timeout (1); `stemcal status SPEC --failed` lists the failed runs.",
         "screen: 1 response may be too low because the stroke ended before the force had clearly passed its maximum.",
         "screen: 2 damaged records; `stemcal run SPEC` repeats these runs.",
-        "screen.json is out of date: rsm, solver version changed after this file was written.",
+        "screen.json is out of date: rsm, solver version changed after screen.json was written.",
     ]
 
 

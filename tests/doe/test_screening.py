@@ -40,7 +40,7 @@ def test_lenth_leaves_x7_out_where_the_paper_has_f_with_two_degrees_of_freedom(p
 
 def test_notes_say_which_test_decides_where_both_disagree_and_the_aliases(pb):
     decides, disagree, aliases = pb.notes
-    assert decides.kind == "lenth_decides" and "2 degrees" in decides.text
+    assert decides.kind == "lenth_decides" and "freedom is only 2" in decides.text
     assert disagree.kind == "methods_disagree"
     assert "X7 is" in disagree.text and "p = 0.0462" in disagree.text and f"{pb.lenth.me:.4g} N" in disagree.text
     assert aliases.kind == "partly_aliased" and "up to 0.33" in aliases.text

@@ -29,7 +29,7 @@ def test_growth_with_diameter(table13):
 
 def test_the_error_is_a_trend_of_the_diameter(table13):
     (trend,) = table13.notes
-    assert trend.kind == "error_trend" and "+4.3 percentage points per mm" in trend.text
+    assert trend.kind == "error_trend" and "increases by 4.3 percentage points per mm" in trend.text
 
 
 def test_a_failed_run_has_no_error():

@@ -36,7 +36,7 @@ def test_what_the_force_leaves_open(stages: dict[str, Any]) -> None:
     """The two directions of the null space of one force, in natural units."""
     text = " ".join(printed(stages["invert"]).split())
     assert "constrains yield_stress to between 15.35 and 19.96 MPa (46 % of the factor range)" in text
-    assert "hardly changes if yield_stress changes by −0.483 MPa and failure_strain changes by +0.01." in text
+    assert "hardly changes if yield_stress decreases by 0.483 MPa and failure_strain increases by 0.01." in text
 
 
 def test_travel_and_work_stand_beside_the_force(stages: dict[str, Any]) -> None:

@@ -97,7 +97,7 @@ def test_a_large_scatter_takes_more_positions(tmp_path: Path, monkeypatch: pytes
 def test_a_force_that_is_not_reached_is_no_valid_size(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     found = found_for(tmp_path, monkeypatch, 4.0)
     assert not found.valid and found.force == pytest.approx(90.0)
-    assert "mean force is 90 N (target 110 N), with a standard deviation of 5 % over 5" in not_valid(found)
+    assert "mean force is 90 N (target 110 N), with a coefficient of variation of 5 % over 5" in not_valid(found)
 
 
 def test_a_material_that_grows_states_its_diameter(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

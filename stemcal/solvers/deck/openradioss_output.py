@@ -138,7 +138,7 @@ def require_normal_termination(folder: Path, ended: Ended) -> None:
     said = f"{text_left(folder, ENGINE_LISTING)}\n{ended.output}"
     if missing := re.search(r"ERROR: FILE (\S+) NOT FOUND", said):
         raise SimulationFailed(
-            "no_restart", f"the engine did not find {missing[1]}, the restart file written by the starter"
+            "no_restart", f"the engine did not find {missing[1]}, the restart file that the starter should have written"
         )
     if ended.code == 0 and "NORMAL TERMINATION" in said:
         return

@@ -64,15 +64,15 @@ def _notes(rows: Sequence[ClimbRow], best: ClimbRow, reached: bool, names: Names
     """Yield where the surface is centred, and that the climb ended before the target."""
     error = minus(f"{best.error_percent or 0.0:+.1f}")
     text = (
-        f"The response surface design is centred at climb step {best.step} of {len(rows)}, where the response is "
-        f"closest to the target (error {error} %)."
+        f"The response surface design is centred at step {best.step} of {len(rows)} of steepest ascent, where "
+        f"the response is closest to the target (error {error} %)."
     )
     yield Note("nearest_step", "info", text)
     if not reached:
         response = names.response.long
         text = (
-            f"The climb ended at the limits of the factor ranges, but the {response} did not reach the target. The "
-            "target may be out of reach."
+            f"Steepest ascent ended at the limits of the factor ranges, but the {response} did not reach the target. "
+            "The target may be out of reach."
         )
         remedy = Remedy("Widen the factor ranges, or check the target value.")
         yield Note("target_not_passed", "warning", text, remedy)
@@ -149,7 +149,7 @@ def later(study: Study) -> Later | None:
     note = Note(
         "decided_later",
         "caution",
-        f"The climb requires at most {counted(options.steps + 1, 'additional run')}, simulated {when}.",
+        f"Steepest ascent requires at most {counted(options.steps + 1, 'additional run')}, simulated {when}.",
     )
     step = Request("climb", 0, study.midlevels(), study.targets.calibrate_at)
     return Later([[step]] * (options.steps // 2), note)

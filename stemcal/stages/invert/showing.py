@@ -40,8 +40,8 @@ class InvertShowing(Showing[InvertResult]):
         units = {name: setting.study.factor(name).unit for name in result.point.solution}
         labels = {name: axis_of(setting.labels.get(name, name), unit) for name, unit in units.items()}
         text = (
-            "Misfit as a function of each factor, minimized over the other factors. In the 95 % confidence interval "
-            "(shaded), the misfit is below the dashed line. The vertical line marks the calibrated value."
+            "Misfit as a function of each factor, minimized over the other factors. Within the 95 % confidence "
+            "interval (shaded), the misfit is below the dashed line. The vertical line marks the calibrated value."
         )
         return [Plot("profiles", "invert", text, partial(profiles, result, labels), claims=True)]
 
@@ -120,7 +120,7 @@ def calibration_table(stage: InvertResult, names: Names, refined: Mapping[str, f
     response = names.response.long
     ends = (
         f"The 95 % confidence interval of the mean {response} is {_ends(point.mean_interval, names)}. The 95 % "
-        f"prediction interval of a single run is {_ends(point.prediction_interval, names)}."
+        f"prediction interval for a single run is {_ends(point.prediction_interval, names)}."
     )
     claimed = (ends, *range_to_cite(stage, names))
     return Table.of(columns, rows, "Calibrated parameters", (where, *valid_for(stage)), claimed=claimed)

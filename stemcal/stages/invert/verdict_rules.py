@@ -142,7 +142,7 @@ def not_identified(evidence: Evidence) -> Iterator[Note]:
 def _not_identified(known: Certainty) -> str:
     """Return which factors the fit leaves free, and the combination along which it hardly changes."""
     factors = series(known.not_identified, "or")
-    changes = [change(f"{name} changes by", size, known.units[name]) for name, size in known.loosest.items()]
+    changes = [change(name, size, known.units[name]) for name, size in known.loosest.items()]
     if len(changes) > 1:
         together = f"If {series(changes)}, the fitted responses hardly change."
         return f"The fit does not determine {factors}. {together}"

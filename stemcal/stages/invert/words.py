@@ -51,7 +51,7 @@ def known(part: Certainty, stage: InvertResult, names: Names) -> list[str]:
     if part.free:
         said.append(f"The {data} does not determine {series(map(names.in_text, part.free), 'or')}.")
     for found in part.unseen_changes:
-        changes = (change(f"{names.in_text(name)} changes by", size, part.units[name]) for name, size in found.items())
+        changes = (change(names.in_text(name), size, part.units[name]) for name, size in found.items())
         said.append(f"To first order, the {data} hardly changes if {series(changes)}.")
     return [*said, *assumption(part)]
 
@@ -97,7 +97,7 @@ def range_to_cite(stage: InvertResult, names: Names) -> list[str]:
         for name in stage.point.solution
     )
     return [
-        "Report the 95 % confidence interval of each parameter: all values consistent with the measurement.",
+        "Report the 95 % confidence interval of each parameter, that is, all values consistent with the measurement.",
         *assumption(stage.certainty),
         "If the error of the response surface is neglected, all parameter values that reproduce the target are within "
         f"these ranges: {exact}.",
@@ -152,7 +152,7 @@ def _of_many(joint: JointFitted, names: Names) -> Iterator[Note]:
     yield from _beside_formula(joint)
     if joint.scatter == "misfit":
         text = (
-            "Without standard deviations, all values have the same relative weight, and the scatter is "
+            "Without standard deviations, the relative errors of all values are weighted equally, and the scatter is "
             "estimated from the misfit."
         )
         yield Note("weights", "caution", text)
@@ -171,13 +171,13 @@ def _beside_formula(joint: JointFitted) -> Iterator[Note]:
 
 def prior_unused(factors: tuple[str, ...]) -> Note:
     """Return that factors with a prior are not varied."""
-    text = f"A prior has no effect if the factor is not varied in the response surface design: {series(factors)}."
+    text = f"Priors are ignored for factors that are not varied in the response surface design: {series(factors)}."
     return Note("prior_unused", "caution", text)
 
 
 def flat_direction(changes: Mapping[str, float], units: Mapping[str, str]) -> Note:
     """Return that a joint fit cannot separate factors; `changes` in their units go together."""
-    together = series(change(f"{name} changes by", size, units[name]) for name, size in changes.items())
+    together = series(change(name, size, units[name]) for name, size in changes.items())
     text = (
         f"The measurements cannot separate the parameters: if {together}, the fit hardly changes. Of all points "
         "that fit almost equally well, the point nearest to the design centre is reported."

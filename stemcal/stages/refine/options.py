@@ -105,7 +105,7 @@ def _refinement_is_possible(draft: Draft) -> Iterator[Finding]:
         message = "this key requires `refine.in`, which is missing"
         yield Finding(("refine", key), message, "add `refine.in`, or remove this key", at_key=True)
     if refine.in_ is not None and draft.kind.answers == kind_of(refine.in_).answers == "asks_people":
-        message = "the runs of this study are entered by hand; a run sheet can contain the results of only one program"
+        message = "this study's results are entered by hand; a run sheet can contain the results of only one program"
         yield Finding(("refine", "in", "kind"), message, "create a separate study for the other program")
 
 

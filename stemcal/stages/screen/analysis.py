@@ -188,13 +188,13 @@ def _screening_notes(
         found.append(flat_response("no factor has an effect"))
     elif len(effects) < FEWEST:
         text = (
-            f"The significant factors are selected by the F test because Lenth's method requires at least {FEWEST} "
+            f"The significant factors are identified by the F test because Lenth's method requires at least {FEWEST} "
             "effects."
         )
         found.append(Note("too_few_effects", "caution", text))
     elif not tested:
         few = f"the number of residual degrees of freedom is only {df}" if df < LEAST_DF else "the residual is zero"
-        text = f"The significant factors are selected by Lenth's method because {few}."
+        text = f"The significant factors are identified by Lenth's method because {few}."
         found.append(Note("lenth_decides", "caution", text))
     found += _disagreements(effects, size, alpha, written)
     return (*found, aliases_note(design, [effect.factor for effect in effects]))

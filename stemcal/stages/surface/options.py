@@ -251,12 +251,12 @@ def _doubts(study: Study) -> Iterator[Finding]:
     for factor in study.factors:
         screened, unseen = is_screened(study), factor.name in exponents
         if isinstance(chosen, str) and screened and unseen:
-            message = f"the screening at {at:g} mm cannot estimate {factor.name}, which has no effect at this diameter"
+            message = f"{factor.name} has no effect at {at:g} mm, the diameter of the screening runs"
             remedy = "list the factors of the response surface in `rsm.factors`, or write another diameter for `at`"
             yield Finding(("material", exponents[factor.name], "at"), message, remedy)
         elif not isinstance(chosen, str) and factor.name not in chosen and (unseen or not screened):
             message = (
-                f"no run varies the factor {factor.name} because it is neither screened nor listed in `rsm.factors`"
+                f"{factor.name} is not varied in any run because it is neither screened nor listed in `rsm.factors`"
             )
             yield Finding(("rsm", "factors"), message, "list the factor, or replace its range with a fixed value")
 
@@ -286,7 +286,7 @@ def surface_factors(study: Study, solver: Solver, screened: ScreenResult) -> tup
         return chosen, notes
     columns = [name for name in given[0] if name in study.names]
     if set(columns) != set(chosen):
-        text = f"The solver table varies {series(columns)}, but the screening selected {series(chosen)}."
+        text = f"In the solver table, the factors are {series(columns)}, but the screening selected {series(chosen)}."
         notes = [Note("table_varies", "warning", text)]
     return columns, notes
 

@@ -168,7 +168,7 @@ def canonical_table(stage: SurfaceResult, shape: Shape, names: Names) -> Table:
         Column("curvature", "Curvature", names.response.written, significant),
         *levels(stage.names, heads, to_decimals(3)),
     ]
-    point = "The response surface has no unique stationary point: the surface is planar or constant in one direction."
+    point = "The response surface has no unique stationary point because it is linear or constant in one direction."
     if shape.natural is not None and shape.predicted is not None:
         place = ", ".join(
             f"{names.in_text(name)} {with_unit(significant(value), stage.factor(name).unit)}"

@@ -155,5 +155,5 @@ def to_smooth(study: Study, surface: Surfaces, levels: Mapping[str, float] | Non
     if not (study.solver.repeats or by_mesh):
         return found
     replicates, over = min(max(5, 2 * study.solver.repeats), _MOST_AVERAGED), "mesh positions" if by_mesh else "seeds"
-    average = f"If the response is rough, average over {over} with `replicates: {replicates}`."
+    average = f"If the response is not smooth, average over {over} with `replicates: {replicates}`."
     return replace(found, text=f"{found.text} {average}")

@@ -190,8 +190,8 @@ def for_trend(study: Study, surface: Surfaces, solution: Mapping[str, float]) ->
     found = remedies_of(fitted, may_grow)
     if not found:
         return Remedy(
-            "Check the wall thickness, the clearance of the supports and the stroke, or vary another parameter. No "
-            "parameter of the response surface removes the trend within its range."
+            "Check the wall thickness, the clearance of the supports and the stroke, or vary another parameter. The "
+            "trend cannot be removed by changing a single parameter of the response surface within its range."
         )
     texts, edits = zip(*(_as_text_and_edit(study, surface, one) for one in found), strict=True)
     best, *second = texts
