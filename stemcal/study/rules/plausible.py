@@ -173,7 +173,7 @@ def _outliers(study: Study) -> Iterator[Finding]:
         if target.response > _FAR * max(expected) or target.response < min(expected) / _FAR:
             message = (
                 f"the force of {target.response:g} N for a diameter of {target.condition:g} mm is far from the "
-                f"{median(expected):.3g} N expected from the other targets"
+                f"force of about {median(expected):.3g} N expected from the other targets"
             )
             yield Finding(("targets", target.row, "force"), message, "check the decimal point and the unit")
 
