@@ -153,7 +153,7 @@ def strain_table(found: SizedStrain) -> Table:
     columns = [
         Column("element_size", "Element size", "mm", significant),
         Column("failure_strain", "Failure strain", form=significant),
-        Column("interval", "95 % confidence interval", form=interval),
+        Column("interval", "95 % interval", form=interval),
         Column("force", "Mean force", "N", significant),
         Column("sd_percent", "CV over positions", "%", fixed),
         Column("positions", "Positions", form=format),
