@@ -51,7 +51,7 @@ app = typer.Typer(
 
 @app.command()
 def tables(spec: Spec, kind: TableFormat = "csv", out: Out = None, as_json: AsJson = False) -> None:
-    """Write publication-ready tables of a study.
+    """Write publication-ready tables of the results.
 
     The tables are saved in the `tables` subfolder of the study folder. The tables contain the factors, the runs and
     results of each stage, and the calibrated parameters. With `--format docx`, the Word file also contains the figures.

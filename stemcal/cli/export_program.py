@@ -176,8 +176,8 @@ def export_material(
 
     If each element fails independently of its neighbours, the simulated force depends on the element size and on the
     position of the mesh relative to the blade. The command adjusts the failure strain until the mean of the forces
-    simulated at several mesh positions equals the target force. Before you use this command, calibrate the
-    study with `stemcal run SPEC`.
+    simulated at several mesh positions equals the target force. Before you use this command, run the
+    calibration with `stemcal run SPEC`.
 
     Example: [bold]stemcal export material configs/smoke.yaml material --for lsdyna --element-size "2 mm"[/bold]
     """

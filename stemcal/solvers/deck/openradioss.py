@@ -93,7 +93,7 @@ def installation(options: DeckSolver, folder: Path) -> _Installation:
 def _program(home: Path, name: str) -> str:
     there = (path for path in (home / "exec").glob(f"{_BEGINNINGS[name]}*") if os.access(path, os.X_OK))
     if not (found := sorted(there, key=lambda path: (len(path.name), path.name))):
-        raise UsageError(f"solver.home: {home / 'exec'} contains no program {name}; install the complete package")
+        raise UsageError(f"solver.home: {home / 'exec'} does not contain {name}; install the complete package")
     return str(found[0])
 
 

@@ -100,7 +100,7 @@ def _length(error: Mapping[str, Any], path: NodePath, shown_path: NodePath) -> F
             return Finding(path, "the value is empty", "write a value")
         return Finding(path, f"{_show(given)} is too short", "write a longer value")
     most = error["ctx"].get("max_length")
-    return Finding(path, f"the value has a length of {len(error['input'])}", f"reduce the length to at most {most}")
+    return Finding(path, f"the value is too long (length {len(error['input'])})", f"shorten it to at most {most}")
 
 
 _SPECIAL: dict[str, Callable[[Mapping[str, Any], NodePath, NodePath], Finding]] = {
