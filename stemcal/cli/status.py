@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 _MOST_NAMES = 20
 
-Runs = Annotated[bool, typer.Option("--runs", help="List all runs with their factor levels and results.")]
+Runs = Annotated[bool, typer.Option("--runs", help="List all runs with their status and results.")]
 Failed = Annotated[bool, typer.Option("--failed", help="List the failed runs.")]
 Verify = Annotated[bool, typer.Option("--verify", help="Check whether any file has changed (exit code 1 if so).")]
 
