@@ -91,7 +91,7 @@ def test_report_draws_page_and_figures_again(done: Path, monkeypatch: pytest.Mon
     figures = done / "figures"
     assert {path.suffix for path in figures.iterdir()} == {".svg", ".png"}
     before = {path.name: path.read_bytes() for path in figures.glob("*.svg")}
-    assert len(before) == 13
+    assert len(before) == 11
     (figures / "pareto.svg").unlink()
     assert command("report", REPLAY, "--out", done).exit_code == 0
     assert {path.name: path.read_bytes() for path in figures.glob("*.svg")} == before

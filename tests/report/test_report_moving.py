@@ -135,7 +135,7 @@ def test_what_a_record_with_a_film_can_show(with_film: tuple[Any, StudyFolder]) 
     assert list(films(records)) == ["animation-8mm"]
     path = write_film(study, records, folder, "animation")
     assert path.name == "animation-8mm.gif" and path.stat().st_size > 50_000
-    with pytest.raises(UsageError, match="figures: animation-8mm"):
+    with pytest.raises(UsageError, match="animation-8mm"):
         write_film(study, records, folder, "animation-7mm")
 
 
