@@ -28,7 +28,7 @@ from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface
 from stemcal.naming import FIRST
 from stemcal.runs.record import Outcome
-from stemcal.stages.fitting import Surfaces, fit_of_study, fitted_surfaces, measured_means
+from stemcal.stages.fitting import Surfaces, fit_over, fitted_surfaces, measured_means, priors_of
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.loop import NOTHING, How, Judged, Point, Predicted, Stopped
 from stemcal.study.model import Study
@@ -67,7 +67,8 @@ class SurfaceSteps:
         self.conditions = list(dict.fromkeys(mean.condition for mean in self.means))
         self.visited: list[Array] = []
         self.trials: list[Trial] = []
-        self.surfaces, self.fit = self._refitted(), fit_of_study(study, surface)
+        self.surfaces = self._refitted()
+        self.fit = fit_over(self.means, self.surfaces, self.region, priors_of(study, self.coding))
         self.reach = FIRST_RADIUS
 
     def first(self) -> Point:
