@@ -164,9 +164,10 @@ def test_output_that_the_terminal_cannot_encode(tmp_path: Path) -> None:
 
 
 SLOW = """
-import sys, time
+import signal, time
 import typer
 from stemcal.cli.guard import exit_codes
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background jobs inherit that it is ignored
 app = typer.Typer()
 @app.command()
 def wait():
