@@ -25,7 +25,6 @@ from cases import CONFIGS, paper_cases, tests_of
 from numba import njit
 
 from stemcal import cutting
-from stemcal.executors.local import LocalExecutor
 from stemcal.fem.kernels import element as kernels
 from stemcal.fem.kernels import march
 from stemcal.fem.kernels.compile import ONE, ZERO
@@ -33,9 +32,10 @@ from stemcal.fem.kernels.nodes import kick_and_drift, leave_pushes
 from stemcal.fem.state import State, start
 from stemcal.fem.stepper import _Marching
 from stemcal.fem.warm import warm
-from stemcal.folder import StudyFolder
 from stemcal.report.gallery import write_figures
 from stemcal.report.page import shown, write_page
+from stemcal.runs.executors.local import LocalExecutor
+from stemcal.runs.folder import StudyFolder
 from stemcal.solvers import make_solver
 from stemcal.stages.fresh import make_all
 from stemcal.study.reading import load_study

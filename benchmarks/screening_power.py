@@ -12,8 +12,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from stemcal.doe.designs.factorial import plackett_burman
 from stemcal.doe.effects import stands_out
+from stemcal.doe.factorial import plackett_burman
 from stemcal.doe.regression.least_squares import Array
 from stemcal.stages.screen.analysis import analyse_screening
 

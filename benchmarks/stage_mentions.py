@@ -3,7 +3,7 @@
     python benchmarks/stage_mentions.py
 
 A line counts if it contains the name of the stage as a whole text or identifier, or the name of its result or options.
-The folder of the stage, the list of stages in `stemcal/stages/stage.py`, comments and docstrings do not count. The
+The folder of the stage, the list of stages in `study/types/stage_kind.py`, comments and docstrings do not count. The
 script prints a line per stage: number of lines, number of files, and the five files with the most lines.
 """
 
@@ -47,11 +47,7 @@ def mentions(stage: str) -> Counter[str]:
     pattern, own = re.compile(NAMES[stage]), PACKAGE / "stages" / FOLDERS.get(stage, stage)
     found = Counter[str]()
     for path in sorted(PACKAGE.rglob("*.py")):
-        inside = (
-            own in path.parents
-            or path == own.with_suffix(".py")
-            or (path.name == "stage.py" and path.parent == own.parent)
-        )
+        inside = own in path.parents or path == own.with_suffix(".py") or path.name == "stage_kind.py"
         if not inside and (lines := lines_of(path, pattern)):
             found[path.relative_to(PACKAGE).as_posix()] = len(lines)
     return found

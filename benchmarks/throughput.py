@@ -17,9 +17,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from stemcal.executors.local import LocalExecutor
-from stemcal.folder import StudyFolder
 from stemcal.runs.answer import answer_all
+from stemcal.runs.executors.local import LocalExecutor
+from stemcal.runs.folder import StudyFolder
 from stemcal.solvers.protocol import Answer, Request, Solver
 
 RUNS = 10_000
@@ -53,7 +53,7 @@ def executor_of(address: str) -> Executor:
     """Return the executor at an address, the local one without."""
     if not address:
         return LocalExecutor()
-    from stemcal.executors.cluster import DaskExecutor
+    from stemcal.runs.executors.cluster import DaskExecutor
 
     return DaskExecutor(address.removeprefix("dask://"))
 

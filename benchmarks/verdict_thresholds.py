@@ -24,7 +24,7 @@ from stemcal import cutting
 from stemcal.cutting import CuttingResult, ShearTest
 from stemcal.doe.calibration.confidence_intervals import profiles_of
 from stemcal.doe.calibration.likelihood import fit
-from stemcal.doe.designs.catalogue import central_composite
+from stemcal.doe.designs import central_composite
 from stemcal.doe.regression.least_squares import same_points
 from stemcal.doe.regression.surface import fit_surface
 from stemcal.stages.verdict.physics import LIMITS

@@ -32,9 +32,11 @@ class Checked:
 
     def __init_subclass__(cls) -> None:
         super().__init_subclass__()
-        interface = next((base for base in cls.__mro__[1:] if Checked in base.__bases__), None)
+        if Checked in cls.__bases__:  # an interface itself
+            return
+        interface = next(base for base in cls.__mro__[1:] if Checked in base.__bases__)
         known = [name for name in dir(interface) if not name.startswith("_")]
-        for name in vars(cls) if interface is not None else ():
+        for name in vars(cls):
             if not name.startswith("_") and name not in known:
                 raise TypeError(f"{cls.__name__}.{name} is never used: {did_you_mean(name, known)}")
 
@@ -122,12 +124,6 @@ class Registry(Generic[T]):
     def _leave_out(self, entry: EntryPoint, reason: str, name: str = "") -> None:
         self.broken[name or entry.name] = f"{_package(entry)}: {reason}"
         logger.warning("%s is skipped: %s: %s", entry.name, _package(entry), reason)
-
-
-def stages() -> Registry[Any]:
-    """Return the list of stages, for code below them: `study` asks whether one of them has a section."""
-    found: Registry[Any] = import_module("stemcal.stages.stage").STAGES
-    return found
 
 
 def _may_declare(group: str) -> bool:

@@ -75,8 +75,8 @@ def replayed(tmp_path_factory: pytest.TempPathFactory) -> tuple[Any, Any]:
     """The study of the printed tables and its folder, all stages done."""
     from workflow import calibrate
 
-    from stemcal.executors import InlineExecutor
-    from stemcal.folder import StudyFolder
+    from stemcal.runs.executors import InlineExecutor
+    from stemcal.runs.folder import StudyFolder
     from stemcal.study.reading import load_study
 
     study = load_study(ROOT / "configs" / "paper-replay.yaml")

@@ -6,7 +6,7 @@ import pickle
 import pytest
 
 from stemcal import errors
-from stemcal.executors import ClusterLost, WorkerDied
+from stemcal.runs.executors import ClusterLost, WorkerDied
 from stemcal.study.types.units import UnitError
 from stemcal.time_limit import RunTimedOut
 

@@ -10,44 +10,26 @@ import pytest
 
 PACKAGE = Path(__file__).parents[1] / "stemcal"
 
-FLOORS = {
-    "stemcal.errors": 0,
-    "stemcal.version": 0,
-    "stemcal.words": 0,
-    "stemcal.files": 1,
-    "stemcal.interrupts": 0,
-    "stemcal.time_limit": 0.5,
-    "stemcal.processes": 1,
-    "stemcal.naming": 0.5,
-    "stemcal.note": 0,
-    "stemcal.numbers": 0,
-    "stemcal.power_law": 0,
-    "stemcal.registry": 1,
-    "stemcal.fem.kernels": 1,
-    "stemcal.fem": 2,
-    "stemcal.doe": 3,
-    "stemcal.measured": 2,
-    "stemcal.study": 3,
-    "stemcal.cutting": 3,
-    "stemcal.laboratory": 4,
-    "stemcal.solvers": 5,
-    "stemcal.executors": 6,
-    "stemcal.folder": 7,
-    "stemcal.runs": 8,
-    "stemcal.stages": 9,
-    "stemcal.overview": 10,
-    "stemcal.manual_sheet": 11,
-    "stemcal.report": 13,
-    "stemcal.python": 14,
-    "stemcal.testing": 14,
-    "stemcal.cli": 14,
-    "stemcal.__main__": 15,
-}
-WORKFLOW = 11  # every other module at the top
+LAYERS = (
+    (
+        *("errors", "version", "words", "note", "numbers", "power_law", "naming", "registry", "files"),
+        *("interrupts", "time_limit", "processes"),
+    ),
+    ("fem.kernels", "fem", "cutting", "doe", "measured"),
+    ("study",),
+    ("laboratory", "solvers"),
+    ("runs.executors", "runs"),
+    ("stages", "overview"),
+    ("report", "showing", "python", "testing", "cli", "__main__", ""),
+)
+"""The layers from the bottom, and in each its packages and modules: one may import from those before it."""
+ORDER = [f"stemcal.{name}".rstrip(".") for layer in LAYERS for name in layer]
+SHOWING = "stemcal.showing"
+"""Stands for the files of a stage that show it: above the report, which they use and which knows none of them."""
 SLICES = {path.parent.name for path in (PACKAGE / "stages").glob("*/__init__.py")} - {"verdict"}
 """The folders of `stemcal.stages`, one for each stage; the verdict is no stage, it judges all of them."""
-SHOWN, SHELL = ("showing", "figures", "profiler", "verdict_rules"), 13.5
-"""The files of a slice that show it, and their floor: above the report, which they use and which knows none of them."""
+SHOWN = ("showing", "figures", "profiler", "verdict_rules")
+"""The files of a stage that show it."""
 OF_OTHERS = ("result", "options")
 """What others may import of a slice; all else of it they reach through `stemcal.stages.stage.STAGES`."""
 LIGHT_HERE = ("stemcal.stages.stage", "stemcal.registry")
@@ -62,8 +44,8 @@ PLACES = {
     "matplotlib": ("stemcal.report",),
     "jinja2": ("stemcal.report",),
     "numba": ("stemcal.fem",),
-    "distributed": ("stemcal.executors",),
-    "psutil": ("stemcal.processes", "stemcal.executors"),
+    "distributed": ("stemcal.runs.executors",),
+    "psutil": ("stemcal.processes", "stemcal.runs.executors"),
 }
 INSIDE_FUNCTIONS = (
     "statsmodels", "pandas", "pyDOE3", "matplotlib", "jinja2", "distributed",
@@ -88,19 +70,11 @@ def slice_of(module: str) -> tuple[str, str]:
     return (parts[2], parts[3]) if parts[:2] == ["stemcal", "stages"] and parts[2] in SLICES else ("", "")
 
 
-def floor_of(module: str) -> float:
-    if slice_of(module)[1] in SHOWN:
-        return SHELL
-    known = [package for package in FLOORS if within(module, package)]
-    return FLOORS[max(known, key=len)] if known else WORKFLOW
-
-
 def house_of(module: str) -> str:
-    """Return the package within which modules may import each other: of a stage its slice."""
+    """Return the package of `ORDER` that a module belongs to."""
     if slice_of(module)[1] in SHOWN:
-        return f"stemcal.stages.{slice_of(module)[0]}.showing"
-    known = [package for package in FLOORS if within(module, package)]
-    return max(known, key=len) if known else "workflow"
+        return SHOWING
+    return max((package for package in ORDER if within(module, package)), key=len)
 
 
 @cache
@@ -138,8 +112,17 @@ def test_imports_point_down() -> None:
         assert imported != "stemcal.__version__", f"{module} imports it from above; it stands in stemcal.version"
         if slice_of(module)[0] == slice_of(imported)[0] != "":
             continue
-        if house_of(imported) != house_of(module):
-            assert floor_of(imported) < floor_of(module), f"{module} imports {imported}"
+        place, below = house_of(module), house_of(imported)
+        if place != below or place == SHOWING:
+            assert ORDER.index(below) < ORDER.index(place), f"{module} imports {imported}"
+
+
+def test_layers() -> None:
+    """Seven at most, and every folder and module of the package has its place in one."""
+    found = {name_of(path) for path in PACKAGE.iterdir() if path.is_dir() and any(path.glob("*.py"))}
+    found |= {name_of(path) for path in PACKAGE.glob("*.py")}
+    assert len(LAYERS) <= 7
+    assert found == {name for name in ORDER if name.count(".") < 2} - {SHOWING}
 
 
 def test_a_stage_is_reached_through_the_list_of_stages() -> None:

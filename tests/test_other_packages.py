@@ -15,8 +15,8 @@ import numpy as np
 import pytest
 from fakes import FakeSolver, make_study
 
-from stemcal.doe.designs.catalogue import SURFACES
-from stemcal.doe.regression.coding import term_columns
+from stemcal.doe.coding import term_columns
+from stemcal.doe.designs import SURFACES
 from stemcal.errors import SpecError, UsageError
 from stemcal.registry import Registry
 from stemcal.stages.stage import STAGES, Stage, stage_called, stages_of
@@ -107,13 +107,14 @@ def test_the_example_of_a_design_is_a_choice_where_it_is_installed(
 
 PLUGINS = ROOT / "examples" / "plugins"
 CHECKED = """
-from stemcal.registry import stages, surface_designs
+from stemcal.doe.designs import SURFACES
+from stemcal.stages.stage import STAGES
 from stemcal.study.model import SOLVERS, TESTS
 from stemcal.testing import check_design, check_laboratory_test, check_solver, check_stage
 
-check_design(surface_designs().named("doehlert"))
+check_design(SURFACES.named("doehlert"))
 check_solver(SOLVERS.named("beam"), "beam.yaml")
-check_stage(stages().named("repeatability"), "piece.yaml")
+check_stage(STAGES.named("repeatability"), "piece.yaml")
 check_laboratory_test(TESTS.named("four-point-bending"), "piece.yaml")
 """
 PIECE = """

@@ -8,10 +8,10 @@ import pytest
 from fakes import PYTHON
 from workflow import calibrate
 
-from stemcal.doe.regression.coding import term_columns
-from stemcal.executors import InlineExecutor
-from stemcal.folder import StudyFolder
+from stemcal.doe.coding import term_columns
 from stemcal.naming import FIRST
+from stemcal.runs.executors import InlineExecutor
+from stemcal.runs.folder import StudyFolder
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.results import Results, fresh_results
 from stemcal.stages.screen.result import ScreenResult

@@ -4,7 +4,7 @@ import ast
 from collections import Counter
 from pathlib import Path
 
-from stemcal.doe.designs.catalogue import SURFACES
+from stemcal.doe.designs import SURFACES
 from stemcal.stages.stage import STAGES
 from stemcal.study.model import SOLVERS, TESTS
 

@@ -10,11 +10,11 @@ import workflow
 from fakes import FakeSolver, lines, make_study
 
 from stemcal.errors import RunsFailed, UsageError
-from stemcal.executors import InlineExecutor
 from stemcal.files.typed import to_json
-from stemcal.folder import StudyFolder
 from stemcal.overview.plan import plan
 from stemcal.runs.answer import Progress
+from stemcal.runs.executors import InlineExecutor
+from stemcal.runs.folder import StudyFolder
 from stemcal.stages.fresh import CODE, changes_since
 
 CONFIGS = Path(__file__).parent.parent / "configs"

@@ -2,9 +2,9 @@
 
 from typing import Any
 
-from stemcal.executors import RunExecutor
-from stemcal.folder import StudyFolder
 from stemcal.runs.answer import Watch, ignore
+from stemcal.runs.executors import RunExecutor
+from stemcal.runs.folder import StudyFolder
 from stemcal.solvers.protocol import Solver
 from stemcal.stages.fresh import make_all
 from stemcal.stages.result import read_result

@@ -72,7 +72,7 @@ class _Envelope:
         """Print it on stdout, in ASCII so that every terminal can show it; a number that is none becomes null."""
         if not self.command:
             return
-        from stemcal.exit_codes import EXIT_CODES
+        from stemcal.cli.exit_codes import EXIT_CODES
         from stemcal.files.durable import plain
 
         status = EXIT_CODES.get(code, EXIT_CODES[1])[0]

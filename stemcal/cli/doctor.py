@@ -58,7 +58,7 @@ def _versions() -> list[Finding]:
 
 def _plugins() -> list[Finding]:
     """Return the parts of other packages, and why some cannot be loaded."""
-    from stemcal.doe.designs.catalogue import SURFACES
+    from stemcal.doe.designs import SURFACES
     from stemcal.stages.stage import STAGES
     from stemcal.study.model import SOLVERS, TESTS
 

@@ -14,9 +14,9 @@ from stemcal.errors import UsageError
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from stemcal.folder import StudyFolder
     from stemcal.report.figures.plot import Plot
     from stemcal.report.records import Records
+    from stemcal.runs.folder import StudyFolder
     from stemcal.study.model import Study
 
 TableFormat = Annotated[

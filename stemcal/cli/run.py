@@ -193,7 +193,7 @@ def enter(
 
     Example: [bold]stemcal enter my-study.yaml my-sheet.xlsx[/bold]
     """
-    from stemcal.manual_sheet import enter
+    from stemcal.overview.manual_sheet import enter
     from stemcal.solvers.sheet.reading import MAX_BYTES, filled
 
     try:

@@ -54,9 +54,9 @@ Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Suppress the progres
 
 
 if TYPE_CHECKING:
-    from stemcal.executors import RunExecutor
-    from stemcal.folder import StudyFolder
     from stemcal.report.progress import Watcher
+    from stemcal.runs.executors import RunExecutor
+    from stemcal.runs.folder import StudyFolder
     from stemcal.stages.results import Results
     from stemcal.study.model import Study
 
@@ -80,8 +80,8 @@ class Session:
 
         if finished(self.study, self.folder, stage):
             return
-        from stemcal.executors.local import LocalExecutor
         from stemcal.overview.foresight import demand_of, left_to_run, warnings_before
+        from stemcal.runs.executors.local import LocalExecutor
 
         here = isinstance(self.executor, LocalExecutor)
         solver = make_solver(self.study if stage is None else stage_called(stage).seen(self.study))
@@ -104,7 +104,7 @@ def read_study(spec: Path) -> Study:
 def _executor_called(name: str, workers: int | None) -> Callable[[float | None], RunExecutor]:
     """Return what makes the executor of that name, given the seconds that a run may take; refuse an unknown one."""
     if name == "local":
-        from stemcal.executors.local import LocalExecutor
+        from stemcal.runs.executors.local import LocalExecutor
 
         return lambda time_limit: LocalExecutor(workers, time_limit)
     host, _, port = name.removeprefix(DASK).rpartition(":")
@@ -117,7 +117,7 @@ def _executor_called(name: str, workers: int | None) -> Callable[[float | None],
             "--workers: this option applies only to `--executor local`; omit the option, and start the workers on "
             "the cluster"
         )
-    from stemcal.executors.cluster import DaskExecutor
+    from stemcal.runs.executors.cluster import DaskExecutor
 
     return lambda time_limit: DaskExecutor(name.removeprefix(DASK), time_limit)
 
@@ -133,8 +133,8 @@ def opened(
     make_executor = _executor_called(executor, workers)
     study = read_study(spec)
 
-    from stemcal.folder import StudyFolder, place_of
     from stemcal.report.progress import make_watch
+    from stemcal.runs.folder import StudyFolder, place_of
 
     with ExitStack() as stack:
         pool = stack.enter_context(make_executor(study.solver.run_limit))
@@ -147,7 +147,7 @@ def opened(
             yield work
             return
         except Waiting as waiting:
-            from stemcal.manual_sheet import hand_out
+            from stemcal.overview.manual_sheet import hand_out
 
             sheet, n = hand_out(study, folder, waiting)
             folder.remember_spec(study.source)
@@ -158,7 +158,7 @@ def opened(
 
 def _enter_own(work: Session, other: Path | None) -> None:
     """Enter the results in the sheet of the study folder."""
-    from stemcal.manual_sheet import enter
+    from stemcal.overview.manual_sheet import enter
     from stemcal.overview.status import SHEET
     from stemcal.solvers.sheet.reading import MAX_BYTES, filled
 
@@ -170,7 +170,7 @@ def _enter_own(work: Session, other: Path | None) -> None:
 
 def existing_folder(study: Study, out: Path | None) -> StudyFolder:
     """Return the folder of a study that has been worked on; nothing is made."""
-    from stemcal.folder import StudyFolder, place_of
+    from stemcal.runs.folder import StudyFolder, place_of
 
     path = place_of(study.name, out)
     if not path.is_dir():

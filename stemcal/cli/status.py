@@ -14,9 +14,9 @@ from stemcal.files.typed import to_json
 from stemcal.words import counted
 
 if TYPE_CHECKING:
-    from stemcal.folder import StudyFolder
     from stemcal.naming import Names
     from stemcal.overview.status import StageStatus, Status
+    from stemcal.runs.folder import StudyFolder
     from stemcal.study.model import Study
 
 _MOST_NAMES = 20

@@ -1,11 +1,11 @@
 """Designed experiments on a scalar response: arrays in, results out, no files and no printing.
 
+    designs       the runs of a design, by its name; `composite`, `box_behnken` and `factorial` compute them, `aliases`
+                  finds the interactions that main effects are aliased with, `coding` converts natural ↔ coded units
+    effects       of factors at two levels, with their tests; `lenth` for Lenth's method
     regression    `least_squares`, the fit under all of them; `surface`, the full quadratic in coded units, with `anova`
                   and the influence of each run; `backward_elimination` removes terms, `canonical` finds the stationary
-                  point; `coding` natural ↔ coded units
-    designs       which runs to make, by name (`catalogue`); `aliases` finds the interactions that main effects are
-                  aliased with
-    effects       of factors at two levels, with their tests; `lenth` for Lenth's method
+                  point
     calibration   all solutions for one target value and the ranges of the factors over them (`level_set_ranges`), or
                   the fit to several measured values (`likelihood`) with its `confidence_intervals`; `region` has the
                   bounds, `search_path` chooses the next simulation

@@ -5,11 +5,11 @@ from dataclasses import dataclass
 from math import ceil, floor, log10
 
 from stemcal.errors import UsageError
-from stemcal.executors import machine_memory
-from stemcal.folder import StudyFolder
 from stemcal.note import Note, Remedy
 from stemcal.numbers import duration, in_bytes
 from stemcal.overview.plan import asked, missing
+from stemcal.runs.executors import machine_memory
+from stemcal.runs.folder import StudyFolder
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Request, Solver
 from stemcal.study.model import Study

@@ -11,14 +11,14 @@ from math import ceil
 from statistics import fmean
 from typing import Literal
 
-from stemcal.doe.designs.aliases import aliases_note
-from stemcal.doe.regression.coding import term_columns, term_names
+from stemcal.doe.aliases import aliases_note
+from stemcal.doe.coding import term_columns, term_names
 from stemcal.doe.regression.least_squares import not_estimable
-from stemcal.executors import available_cores
 from stemcal.files.rows import Rows
-from stemcal.folder import StudyFolder
 from stemcal.note import Note, Remedy
 from stemcal.numbers import duration, in_bytes
+from stemcal.runs.executors import available_cores
+from stemcal.runs.folder import StudyFolder
 from stemcal.runs.record import Run, by_key, stands
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Request, Solver

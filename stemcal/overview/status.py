@@ -6,13 +6,13 @@ from dataclasses import dataclass
 from typing import Any
 
 from stemcal.errors import UsageError
-from stemcal.executors import RunExecutor
 from stemcal.files.rows import Rows
 from stemcal.files.typed import absent
-from stemcal.folder import SCHEMA_VERSION as FILE_VERSION
-from stemcal.folder import StudyFolder
 from stemcal.overview.plan import asked
 from stemcal.runs.answer import Watch, answer_all, ignore
+from stemcal.runs.executors import RunExecutor
+from stemcal.runs.folder import SCHEMA_VERSION as FILE_VERSION
+from stemcal.runs.folder import StudyFolder
 from stemcal.runs.record import Run, outcome_of, stands
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Request, Solver

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Any
 
 from stemcal.errors import UsageError
 from stemcal.files.rows import Rows
-from stemcal.folder import StudyFolder
 from stemcal.naming import Names
 from stemcal.overview.status import Entry, ledger
 from stemcal.report.gallery import gallery
 from stemcal.report.page import coded
 from stemcal.report.records import Records, read_records
 from stemcal.report.showing import Setting, showing_of
+from stemcal.runs.folder import StudyFolder
 from stemcal.stages.result import R
 from stemcal.stages.results import fresh_results
 from stemcal.stages.stage import STAGES, stages_known

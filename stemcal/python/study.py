@@ -12,15 +12,15 @@ from pydantic import Field
 
 from stemcal.cutting import CuttingResult
 from stemcal.errors import UsageError
-from stemcal.executors.local import LocalExecutor
 from stemcal.files.rows import Column, Table
-from stemcal.folder import StudyFolder, place_of
-from stemcal.manual_sheet import awaited_runs, enter, gone_on, require_sheet
 from stemcal.overview.foresight import Demand, demand_of, demand_of_one, left_to_run, warnings_before
+from stemcal.overview.manual_sheet import awaited_runs, enter, gone_on, require_sheet
 from stemcal.python.results import StudyResults
 from stemcal.report.figures.curves import force_travel
 from stemcal.report.progress import notebook_watch
 from stemcal.report.records import Curve as DrawnCurve
+from stemcal.runs.executors.local import LocalExecutor
+from stemcal.runs.folder import StudyFolder, place_of
 from stemcal.solvers import make_solver
 from stemcal.solvers.embedded import simulate as shear_test
 from stemcal.solvers.sheet.reading import fields_of, told

@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING
 from stemcal.files.durable import digest, open_plain, read_plain
 from stemcal.files.sealed import MAX_BYTES
 from stemcal.files.typed import to_json
-from stemcal.folder import StudyFolder
 from stemcal.registry import code_version
 from stemcal.report.records import spec_hash
+from stemcal.runs.folder import StudyFolder
 
 if TYPE_CHECKING:
     from stemcal.stages.results import Results

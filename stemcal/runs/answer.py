@@ -11,8 +11,8 @@ from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 
 from stemcal.errors import RunsFailed, Waiting
-from stemcal.executors import InlineExecutor, RunExecutor
-from stemcal.folder import StudyFolder
+from stemcal.runs.executors import InlineExecutor, RunExecutor
+from stemcal.runs.folder import StudyFolder
 from stemcal.runs.record import Computed, Outcome, Run, outcome_of, stands
 from stemcal.runs.retries import Batch
 from stemcal.solvers.protocol import Request, Solver

@@ -16,10 +16,10 @@ from numpy.typing import ArrayLike
 from stemcal.files.durable import key_of
 from stemcal.files.log import now
 from stemcal.files.typed import absent
-from stemcal.folder import provenance
 from stemcal.naming import CUTTING, FIRST, Naming
 from stemcal.note import Note, Remedy
 from stemcal.registry import code_of
+from stemcal.runs.folder import provenance
 from stemcal.solvers.protocol import RESPONSES, Answer, Request, Solver
 from stemcal.solvers.replicates import Replicates
 from stemcal.study.types.field_types import MOST

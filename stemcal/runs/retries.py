@@ -8,9 +8,9 @@ from concurrent.futures import Future
 from dataclasses import replace
 
 from stemcal.errors import SimulationFailed, Waiting
-from stemcal.executors import ClusterLost, RunExecutor, WorkerDied
 from stemcal.files.log import now
-from stemcal.folder import provenance
+from stemcal.runs.executors import ClusterLost, RunExecutor, WorkerDied
+from stemcal.runs.folder import provenance
 from stemcal.runs.record import ACCIDENTS, TIMEOUT, Computed, Run
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.time_limit import RunTimedOut, next_of

@@ -13,12 +13,12 @@ from pathlib import Path
 from typing import Any
 
 from stemcal.errors import UsageError
-from stemcal.executors import RunExecutor
 from stemcal.files.durable import digest, holds
-from stemcal.folder import SCHEMA_VERSION, StudyFolder
 from stemcal.naming import FIRST
 from stemcal.registry import code_version
 from stemcal.runs.answer import Progress, Watch, ignore
+from stemcal.runs.executors import RunExecutor
+from stemcal.runs.folder import SCHEMA_VERSION, StudyFolder
 from stemcal.runs.record import Run, outcome_of, stands
 from stemcal.solvers import make_solver
 from stemcal.solvers.program import file_hash
@@ -144,7 +144,8 @@ def changes_since(study: Study, solver: Solver | None, folder: StudyFolder, stag
 
 
 def _by_hand(study: Study, stage: str) -> bool:
-    return stage_called(stage).seen(study).kind.answers == "asks_people"
+    seen: Study = stage_called(stage).seen(study)
+    return seen.kind.answers == "asks_people"
 
 
 def head_of(study: Study, solver: Solver | None, folder: StudyFolder, stage: str) -> Head:

@@ -12,9 +12,9 @@ from stemcal.errors import UsageError
 from stemcal.files.durable import plain, write_atomic
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import Spread, absent, from_json, inline, to_json
-from stemcal.folder import StudyFolder
 from stemcal.naming import CUTTING, Naming
 from stemcal.note import Note
+from stemcal.runs.folder import StudyFolder
 from stemcal.runs.record import Outcome
 
 if TYPE_CHECKING:

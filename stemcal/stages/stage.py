@@ -1,7 +1,4 @@
-"""The interface of a stage to commands, plan, status, report and export, and the list of stages.
-
-Methods import the parts of a stage, so that its name, title and position are available without cost.
-"""
+"""The interface of a stage to commands, plan, status, report and export; the stages of a study in their order."""
 
 from __future__ import annotations
 
@@ -10,37 +7,30 @@ from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar
 
 from stemcal.errors import UsageError
 from stemcal.registry import Checked, Registry
+from stemcal.study.types import stage_kind
+from stemcal.study.types.stage_kind import StageKind
 from stemcal.words import series
 
 if TYPE_CHECKING:
-    from stemcal.folder import StudyFolder
     from stemcal.note import Note
+    from stemcal.runs.folder import StudyFolder
     from stemcal.solvers.protocol import Solver
     from stemcal.stages.design import Asked, Later
     from stemcal.stages.result import StageResult
-    from stemcal.study.model import Study, Target
-    from stemcal.study.rules import Draft
-    from stemcal.study.types.field_types import Frozen
-    from stemcal.study.types.strict_yaml import Finding
+    from stemcal.study.model import Study
 
 R = TypeVar("R", bound="StageResult")
 
 
-class Stage(Checked, Generic[R]):
+class Stage(StageKind, Checked, Generic[R]):
     """One stage of a study.
 
     Attributes
     ----------
-    name : str
-        Name of its command and its files.
-    title, help : str
-        Title of the stage; description of its command.
+    help : str
+        Description of its command.
     attribute : str
         Attribute of `StudyResults` with its result; by default its name.
-    purpose : str
-        Purpose of its section in the spec.
-    by_section : bool
-        Whether a study has it only if its spec has its section.
     reads : tuple of str
         The sections of the spec that it depends on.
     simulates : bool
@@ -51,12 +41,8 @@ class Stage(Checked, Generic[R]):
         Whether each run depends on the previous one, so that the next run can replace a failed one.
     """
 
-    name: ClassVar[str] = ""
-    title: ClassVar[str] = ""
     help: ClassVar[str] = ""
     attribute: ClassVar[str] = ""
-    purpose: ClassVar[str] = ""
-    by_section: ClassVar[bool] = False
     reads: ClassVar[tuple[str, ...]] = ()
     simulates: ClassVar[bool] = True
     pictured: ClassVar[bool] = False
@@ -71,35 +57,13 @@ class Stage(Checked, Generic[R]):
         section = self.section() if self.by_section else None
         return section is None or study.given(section) is not None
 
-    def seen(self, study: Study) -> Study:
-        """Return the study that the stage simulates."""
-        return study
-
     def inputs(self, study: Study) -> Mapping[str, object]:
         """Return further inputs of its file, in addition to factors, sections, solver and the previous file."""
         return {}
 
-    def section(self) -> type[Frozen] | None:
-        """Return the model of its section in the spec."""
-        return None
-
-    def rules(self) -> Sequence[Callable[[Draft], Iterator[Finding]]]:
-        """Return the rules of its section: functions of a draft that yield mistakes."""
-        section = self.section()
-        return () if section is None else section.rules
-
-    def doubts(self, study: Study) -> Iterator[Finding]:
-        """Yield values that are possible but probably mistakes."""
-        section = self.section()
-        yield from () if section is None else section.doubts(study)
-
     def calibrates(self, study: Study) -> bool:
         """Return whether it sets the parameters in the model of the study; the last such stage decides."""
         return False
-
-    def fits(self, study: Study) -> tuple[tuple[Target, ...], tuple[str, ...]] | None:
-        """Return the targets that it fits together (none if it fits one force) and the fitted responses."""
-        return None
 
     def result(self) -> type[R]:
         """Return the class of its result."""
@@ -126,18 +90,7 @@ class Stage(Checked, Generic[R]):
         raise NotImplementedError
 
 
-STAGES: Registry[Stage[Any]] = Registry(
-    Stage,
-    "stemcal.stages",
-    (
-        "stemcal.stages.screen:Screening",
-        "stemcal.stages.climb:Climbing",
-        "stemcal.stages.surface:ResponseSurface",
-        "stemcal.stages.invert:Calibration",
-        "stemcal.stages.refine:Refinement",
-        "stemcal.stages.validate:Validating",
-    ),
-)
+STAGES: Registry[Stage[Any]] = stage_kind.STAGES
 
 
 def stage_called(name: str) -> Stage[Any]:

@@ -5,9 +5,9 @@ from dataclasses import dataclass, replace
 from functools import wraps
 
 from stemcal.errors import UsageError
-from stemcal.executors import InlineExecutor, RunExecutor
-from stemcal.folder import StudyFolder
 from stemcal.runs.answer import QUORUM, Watch, answer_all, ignore
+from stemcal.runs.executors import InlineExecutor, RunExecutor
+from stemcal.runs.folder import StudyFolder
 from stemcal.runs.record import Outcome, merged
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Request, Solver

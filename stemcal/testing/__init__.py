@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from stemcal.doe.designs.catalogue import SurfaceDesign
+from stemcal.doe.designs import SurfaceDesign
 from stemcal.errors import UsageError
 from stemcal.stages.stage import Stage
 from stemcal.study.model import LaboratoryKind, SolverKind, Study

@@ -17,13 +17,13 @@ from typing import Any
 import numpy as np
 
 from stemcal import cutting
-from stemcal.doe.designs.catalogue import SurfaceDesign, SurfaceOptions
-from stemcal.doe.regression.coding import term_columns
+from stemcal.doe.coding import term_columns
+from stemcal.doe.designs import SurfaceDesign, SurfaceOptions
 from stemcal.doe.regression.least_squares import Array
 from stemcal.errors import UsageError
-from stemcal.folder import StudyFolder
 from stemcal.laboratory.build import build, rounded
 from stemcal.runs.answer import answer_all
+from stemcal.runs.folder import StudyFolder
 from stemcal.runs.record import Outcome, Run
 from stemcal.solvers.embedded import test_of
 from stemcal.solvers.laboratory_runs import identity, perform

@@ -11,9 +11,9 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from stemcal.folder import StudyFolder
 from stemcal.report.showing import Showing, names_of
 from stemcal.runs.answer import Progress
+from stemcal.runs.folder import StudyFolder
 from stemcal.stages.fresh import changes_since
 from stemcal.stages.result import read_result
 from stemcal.stages.stage import Stage, stage_called

@@ -5,8 +5,8 @@ import io
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from stemcal.folder import StudyFolder
-from stemcal.manual_sheet import Entered, awaited_runs, enter, gone_on
+from stemcal.overview.manual_sheet import Entered, awaited_runs, enter, gone_on
+from stemcal.runs.folder import StudyFolder
 from stemcal.solvers.sheet.reading import filled, sheet_text
 from stemcal.study.model import Study
 

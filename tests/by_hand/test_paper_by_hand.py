@@ -10,8 +10,8 @@ import workflow
 from sheets import Cells, awaited, entered, filled_in, paper_by_hand, text_of
 
 from stemcal.errors import Waiting
-from stemcal.executors import InlineExecutor
-from stemcal.folder import StudyFolder
+from stemcal.runs.executors import InlineExecutor
+from stemcal.runs.folder import StudyFolder
 from stemcal.stages.fresh import changes_since
 from stemcal.study.reading import load_study
 

@@ -5,8 +5,8 @@ import pytest
 from commanding import REPLAY, command, undrawn
 from fakes import leave_blank
 
-from stemcal.executors import InlineExecutor
-from stemcal.executors.local import LocalExecutor
+from stemcal.runs.executors import InlineExecutor
+from stemcal.runs.executors.local import LocalExecutor
 
 
 @pytest.fixture(scope="session")
@@ -33,7 +33,7 @@ class Here(LocalExecutor):
 @pytest.fixture
 def without_workers(monkeypatch: pytest.MonkeyPatch) -> None:
     """Start no processes where it is not asked what they do."""
-    monkeypatch.setattr("stemcal.executors.local.LocalExecutor", Here)
+    monkeypatch.setattr("stemcal.runs.executors.local.LocalExecutor", Here)
 
 
 @pytest.fixture(autouse=True)

@@ -11,8 +11,8 @@ from commanding import REPLAY, command
 from fakes import SPEC, SpecSolver, force, lines
 
 from stemcal.files.sealed import sealed
-from stemcal.folder import StudyFolder
 from stemcal.registry import code_version
+from stemcal.runs.folder import StudyFolder
 from stemcal.study.model import SOLVERS
 
 pytestmark = pytest.mark.usefixtures("without_workers")

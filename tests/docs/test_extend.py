@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 from shown import DOCS
 
-from stemcal.doe.designs.catalogue import SurfaceOptions
-from stemcal.doe.regression.coding import term_columns
+from stemcal.doe.coding import term_columns
+from stemcal.doe.designs import SurfaceOptions
 from stemcal.laboratory import Kind
 from stemcal.solvers.protocol import Request
 from stemcal.stages.stage import STAGES

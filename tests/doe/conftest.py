@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from printed import read_printed
 
-from stemcal.doe.regression.coding import Coding
+from stemcal.doe.coding import Coding
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface, fit_surface
 from stemcal.stages.screen.analysis import analyse_screening

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from stemcal.doe.designs.catalogue import screening_runs
+from stemcal.doe.designs import screening_runs
 from stemcal.stages.screen.analysis import analyse_screening
 
 # D. C. Montgomery, Design and Analysis of Experiments, 8th ed., section 6.8: yield over time and temperature, a 2²

@@ -7,7 +7,7 @@ from printed import agrees
 from statsmodels.formula.api import ols
 from statsmodels.stats.anova import anova_lm
 
-from stemcal.doe.designs.catalogue import plackett_burman
+from stemcal.doe.designs import plackett_burman
 from stemcal.doe.lenth import lenth
 from stemcal.errors import RunsFailed, UsageError
 from stemcal.files.typed import to_json

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from printed import agrees
 
-from stemcal.doe.designs.box_behnken import box_behnken
-from stemcal.doe.designs.factorial import full_factorial
+from stemcal.doe.box_behnken import box_behnken
+from stemcal.doe.coding import Coding
+from stemcal.doe.factorial import full_factorial
 from stemcal.doe.regression.canonical import canonical_analysis
-from stemcal.doe.regression.coding import Coding
 from stemcal.doe.regression.surface import fit_surface
 
 

@@ -11,8 +11,8 @@ from typing import Any
 import workflow
 from fakes import FakeSolver, make_study
 
-from stemcal.executors.local import LocalExecutor
-from stemcal.folder import StudyFolder
+from stemcal.runs.executors.local import LocalExecutor
+from stemcal.runs.folder import StudyFolder
 
 
 class WitnessedFolder(StudyFolder):

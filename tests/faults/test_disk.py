@@ -20,8 +20,8 @@ from fakes import ENVIRONMENT, FakeSolver, make_study
 from trying import CONFIGS, POSIX, command, results, trials
 
 from stemcal.errors import StemcalError
-from stemcal.executors import InlineExecutor
-from stemcal.folder import StudyFolder
+from stemcal.runs.executors import InlineExecutor
+from stemcal.runs.folder import StudyFolder
 
 REPLAY = CONFIGS / "paper-replay.yaml"
 CALLS = {"write": "write", "fsync": "fsync", "rename": "rename,renameat,renameat2"}

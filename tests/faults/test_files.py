@@ -12,13 +12,13 @@ import workflow
 from fakes import FakeSolver, lines, make_study
 from trying import CONFIGS, POINTS, POSIX, command, finished, results, trials
 
-from stemcal import folder as module_of_folders
 from stemcal.errors import StemcalError
-from stemcal.executors import InlineExecutor
 from stemcal.files.sealed import sealed
-from stemcal.folder import StudyFolder
 from stemcal.overview.status import inspect, status
 from stemcal.report.export import study_tables
+from stemcal.runs import folder as module_of_folders
+from stemcal.runs.executors import InlineExecutor
+from stemcal.runs.folder import StudyFolder
 from stemcal.stages.fresh import changes_since
 from stemcal.stages.results import fresh_results
 from stemcal.study.model import Study

@@ -18,11 +18,11 @@ from fakes import ENVIRONMENT, FakeSolver, make_study
 from trying import CONFIGS, POSIX, command, trials
 
 from stemcal.errors import SimulationFailed, SpecError, UsageError
-from stemcal.executors import InlineExecutor
 from stemcal.files.rows import Column, Table
-from stemcal.folder import StudyFolder
 from stemcal.measured.shear import ShearTests, find_files, measure_shear
 from stemcal.report.export import export_tables
+from stemcal.runs.executors import InlineExecutor
+from stemcal.runs.folder import StudyFolder
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.solvers.readers import read_number
 from stemcal.solvers.result_reader import ResultReader
@@ -299,7 +299,7 @@ def test_a_study_that_no_machine_can_hold(folder: Path, number: int, _rng: rando
     deck: list[object] = [folder / "monster.k", "--for", "lsdyna"]
     options = {"check": [], "simulate": [], "export deck": deck}.get(verb, ["--out", folder / "out"])
     began = time.monotonic()
-    with mock.patch("stemcal.executors.machine_memory", lambda: 2.0e9):
+    with mock.patch("stemcal.runs.executors.machine_memory", lambda: 2.0e9):
         result = command(*verb.split(), spec, *options)
     said = " ".join(result.stderr.split())
     assert time.monotonic() - began < 30.0 and "internal error" not in said, said

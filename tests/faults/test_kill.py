@@ -13,8 +13,8 @@ import workflow
 from fakes import ENVIRONMENT, FakeSolver, lines, make_study
 from trying import POINTS, POSIX, results
 
-from stemcal.executors import InlineExecutor
-from stemcal.folder import StudyFolder
+from stemcal.runs.executors import InlineExecutor
+from stemcal.runs.folder import StudyFolder
 
 pytestmark = POSIX
 

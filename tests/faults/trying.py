@@ -13,8 +13,8 @@ from fakes import FakeSolver, make_study
 from typer.testing import CliRunner, Result
 
 from stemcal.cli.app import app
-from stemcal.executors import InlineExecutor
-from stemcal.folder import StudyFolder
+from stemcal.runs.executors import InlineExecutor
+from stemcal.runs.folder import StudyFolder
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 POINTS = "rsm: {centre_points: 3}\n"

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 from fakes import FakeSolver, make_study
 
-from stemcal.folder import StudyFolder
 from stemcal.overview.plan import costs_of, elapsed, overhead, plan
+from stemcal.runs.folder import StudyFolder
 from stemcal.runs.record import Run
 from stemcal.solvers.protocol import Answer, Request
 

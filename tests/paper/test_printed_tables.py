@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from printed import agrees, differing, read_printed
 
-from stemcal.doe.designs.catalogue import central_composite, plackett_burman
+from stemcal.doe.designs import central_composite, plackett_burman
 from stemcal.doe.regression.least_squares import stars
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.results import Results

@@ -19,8 +19,8 @@ import pytest
 from fakes import SPEC, FakeSolver
 
 from stemcal.files.rows import Rows
-from stemcal.folder import StudyFolder
 from stemcal.report.page import _Shown, render, shown
+from stemcal.runs.folder import StudyFolder
 from stemcal.solvers.protocol import RESPONSES, Answer, Request
 from stemcal.stages.fitting import fitted_surfaces
 from stemcal.stages.invert.result import InvertResult

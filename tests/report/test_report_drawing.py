@@ -8,11 +8,11 @@ from typing import Any
 
 import pytest
 
-from stemcal.folder import StudyFolder
 from stemcal.report import drawing, gallery
 from stemcal.report import page as pages
 from stemcal.report.drawing import draw
 from stemcal.report.page import _Shown, shown
+from stemcal.runs.folder import StudyFolder
 
 
 @pytest.fixture

@@ -16,10 +16,10 @@ from stemcal.cutting.end_state import Shape
 from stemcal.errors import UsageError
 from stemcal.fem.material import Material
 from stemcal.fem.model import Integration
-from stemcal.folder import StudyFolder
 from stemcal.report.figures.fracture import write_animation
 from stemcal.report.page import render
 from stemcal.report.records import read_records
+from stemcal.runs.folder import StudyFolder
 from stemcal.solvers.embedded import Embedded
 from stemcal.solvers.film import FRAMES, Film, Frame, frames_of
 from stemcal.solvers.protocol import Request

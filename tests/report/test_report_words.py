@@ -11,9 +11,7 @@ import pytest
 from fakes import PYTHON
 from workflow import calibrate
 
-from stemcal.executors import InlineExecutor
 from stemcal.files.rows import Table
-from stemcal.folder import StudyFolder
 from stemcal.naming import CUTTING, Named, Names, Naming
 from stemcal.overview.status import ledger
 from stemcal.report.export import document, numbered, study_tables
@@ -27,6 +25,8 @@ from stemcal.report.showing import certainty, outcome_of, shown_notes, tables_of
 from stemcal.report.tables.of_designs import runs_table
 from stemcal.report.tables.setting import setting_tables
 from stemcal.report.terminal import final_tables
+from stemcal.runs.executors import InlineExecutor
+from stemcal.runs.folder import StudyFolder
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.results import Results, fresh_results
 from stemcal.stages.surface.showing import equation

@@ -9,9 +9,9 @@ import workflow
 from fakes import FakeSolver, lines, make_study
 
 from stemcal.errors import RunsFailed
-from stemcal.executors import InlineExecutor
-from stemcal.executors.local import LocalExecutor
-from stemcal.folder import StudyFolder
+from stemcal.runs.executors import InlineExecutor
+from stemcal.runs.executors.local import LocalExecutor
+from stemcal.runs.folder import StudyFolder
 
 
 @pytest.fixture

@@ -219,7 +219,7 @@ def test_program_dies_with_a_killed_stemcal(tmp_path: Path) -> None:
     study_of(tmp_path / "spec", STUBBORN.format(pids=tmp_path / "pids"))
     script = (
         "from stemcal.solvers.program import Command; from stemcal.solvers.protocol import Request\n"
-        "from stemcal.executors.local import LocalExecutor\n"
+        "from stemcal.runs.executors.local import LocalExecutor\n"
         f"from stemcal.study.reading import load_study; s = load_study({str(tmp_path / 'spec' / 'study.yaml')!r})\n"
         "with LocalExecutor(1) as executor:\n"
         f"    executor.submit(Command(s).solve, Request('screen', 0, {dict(REQUEST.levels)!r}, 8.0)).result()\n"

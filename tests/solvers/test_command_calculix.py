@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 import workflow
 
-from stemcal.executors import InlineExecutor
-from stemcal.folder import StudyFolder
+from stemcal.runs.executors import InlineExecutor
+from stemcal.runs.folder import StudyFolder
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Request
 from stemcal.study.reading import load_study

@@ -11,9 +11,9 @@ import workflow
 
 from stemcal.cutting.result import moving_mean
 from stemcal.errors import SimulationFailed, SpecError
-from stemcal.executors import InlineExecutor
-from stemcal.folder import StudyFolder
 from stemcal.measured.curve_modes import CurveModes, modes_of
+from stemcal.runs.executors import InlineExecutor
+from stemcal.runs.folder import StudyFolder
 from stemcal.solvers import make_solver
 from stemcal.solvers.deck import DeckProgram
 from stemcal.solvers.deck.lsdyna import contact_force

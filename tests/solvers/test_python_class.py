@@ -8,9 +8,9 @@ import pytest
 from fakes import TWO_FACTORS
 
 from stemcal.errors import UsageError
-from stemcal.executors.local import LocalExecutor
-from stemcal.folder import StudyFolder
 from stemcal.runs.answer import answer_all
+from stemcal.runs.executors.local import LocalExecutor
+from stemcal.runs.folder import StudyFolder
 from stemcal.runs.record import Run
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import RESPONSES, Request

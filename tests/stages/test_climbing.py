@@ -10,11 +10,11 @@ import workflow
 from fakes import FakeSolver, make_study
 
 from stemcal.errors import UsageError, Waiting
-from stemcal.executors import InlineExecutor
 from stemcal.files.rows import Rows
-from stemcal.folder import StudyFolder
 from stemcal.naming import CUTTING, Names
 from stemcal.report.export import study_tables
+from stemcal.runs.executors import InlineExecutor
+from stemcal.runs.folder import StudyFolder
 from stemcal.runs.record import Outcome
 from stemcal.stages.climb.analysis import ascent_path
 from stemcal.stages.climb.result import ClimbResult, ClimbRow

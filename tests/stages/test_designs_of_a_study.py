@@ -7,12 +7,12 @@ import pytest
 import workflow
 from fakes import FakeSolver, lines, make_study
 
-from stemcal.doe.regression.coding import Coding
+from stemcal.doe.coding import Coding
 from stemcal.errors import SpecError, UsageError
-from stemcal.executors import InlineExecutor
 from stemcal.files.typed import to_json
-from stemcal.folder import StudyFolder
 from stemcal.overview.plan import judged, plan
+from stemcal.runs.executors import InlineExecutor
+from stemcal.runs.folder import StudyFolder
 from stemcal.stages.design import Design
 from stemcal.stages.screen.analysis import screening_design
 from stemcal.stages.surface.analysis import surface_design

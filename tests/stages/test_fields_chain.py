@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stemcal.doe.designs.aliases import alias_matrix, aliases_note
-from stemcal.doe.designs.catalogue import plackett_burman
+from stemcal.doe.aliases import alias_matrix, aliases_note
+from stemcal.doe.designs import plackett_burman
 from stemcal.errors import SpecError
 from stemcal.note import Note
 from stemcal.overview.foresight import beforehand

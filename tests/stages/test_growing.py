@@ -7,9 +7,9 @@ import pytest
 import workflow
 from fakes import FakeSolver
 
-from stemcal.executors import InlineExecutor
-from stemcal.folder import StudyFolder
 from stemcal.report.tables.setting import grown_table
+from stemcal.runs.executors import InlineExecutor
+from stemcal.runs.folder import StudyFolder
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.study.model import Study
 from stemcal.study.reading import load_study

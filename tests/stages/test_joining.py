@@ -9,8 +9,8 @@ import workflow
 from fakes import TWO_FACTORS, FakeSolver, make_study
 
 from stemcal.errors import SpecError
-from stemcal.executors import InlineExecutor
-from stemcal.folder import StudyFolder
+from stemcal.runs.executors import InlineExecutor
+from stemcal.runs.folder import StudyFolder
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.study.reading import load_study
 

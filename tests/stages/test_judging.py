@@ -13,9 +13,9 @@ from fakes import TWO_FACTORS, SpecSolver, make_study
 
 from stemcal.cutting import result as cutting_result
 from stemcal.errors import TargetUnreachable
-from stemcal.executors import InlineExecutor
-from stemcal.folder import StudyFolder
 from stemcal.note import Remedy
+from stemcal.runs.executors import InlineExecutor
+from stemcal.runs.folder import StudyFolder
 from stemcal.solvers.options import EmbeddedSolver, SheetSolver
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.stages.result import Judged

@@ -6,10 +6,10 @@ import pytest
 import workflow
 from fakes import TWO_FACTORS, FakeSolver
 
-from stemcal.executors import InlineExecutor
-from stemcal.folder import StudyFolder
 from stemcal.naming import Names
 from stemcal.report.showing import shown_notes
+from stemcal.runs.executors import InlineExecutor
+from stemcal.runs.folder import StudyFolder
 from stemcal.stages.invert import words
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.results import Results

@@ -10,8 +10,8 @@ import workflow
 from fakes import FakeSolver, make_study
 
 from stemcal.errors import Waiting
-from stemcal.executors import InlineExecutor
-from stemcal.folder import StudyFolder
+from stemcal.runs.executors import InlineExecutor
+from stemcal.runs.folder import StudyFolder
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.study.reading import load_study
 

@@ -11,9 +11,9 @@ import workflow
 from fakes import TWO_FACTORS, FakeSolver
 
 from stemcal.errors import RunsFailed
-from stemcal.executors import InlineExecutor
-from stemcal.folder import StudyFolder
 from stemcal.report.showing import tables_of
+from stemcal.runs.executors import InlineExecutor
+from stemcal.runs.folder import StudyFolder
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.refine.result import RefineResult

@@ -14,8 +14,8 @@ from typer.testing import CliRunner, Result
 import stemcal
 from stemcal.cli.app import app
 from stemcal.errors import RunsFailed, SpecError, UsageError
-from stemcal.executors import InlineExecutor
-from stemcal.folder import StudyFolder
+from stemcal.runs.executors import InlineExecutor
+from stemcal.runs.folder import StudyFolder
 from stemcal.solvers.options import CommandSolver, EmbeddedSolver
 from stemcal.stages.stage import stage_called
 from stemcal.study.reading import load_study

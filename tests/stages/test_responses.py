@@ -9,8 +9,8 @@ import workflow
 from fakes import TWO_FACTORS, FakeSolver
 
 from stemcal.errors import RunsFailed, UsageError
-from stemcal.executors import InlineExecutor
-from stemcal.folder import StudyFolder
+from stemcal.runs.executors import InlineExecutor
+from stemcal.runs.folder import StudyFolder
 from stemcal.runs.record import measures, work_until
 from stemcal.solvers.embedded import Embedded
 from stemcal.solvers.protocol import Answer, Request

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from stemcal.doe.calibration.region import Region
-from stemcal.doe.regression.coding import Coding
+from stemcal.doe.coding import Coding
 from stemcal.stages.verdict.trend_advice import Fitted, remedies_of, trend_of
 
 DIAMETERS = np.array([7.0, 8.0, 9.0, 10.0, 11.0])

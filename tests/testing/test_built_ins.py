@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from stemcal.doe.designs.catalogue import SURFACES
+from stemcal.doe.designs import SURFACES
 from stemcal.stages.stage import STAGES
 from stemcal.study.model import SOLVERS, TESTS
 from stemcal.testing import Check, parametrize_with_checks

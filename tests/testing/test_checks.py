@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from stemcal.doe.designs.catalogue import SURFACES, SurfaceDesign, SurfaceOptions
+from stemcal.doe.designs import SURFACES, SurfaceDesign, SurfaceOptions
 from stemcal.errors import UsageError
 from stemcal.files.rows import Column, Table
 from stemcal.laboratory.axial import Axial, Tension

@@ -8,7 +8,7 @@ from itertools import permutations
 
 import numpy as np
 
-from stemcal.doe.designs.catalogue import SurfaceDesign, SurfaceOptions
+from stemcal.doe.designs import SurfaceDesign, SurfaceOptions
 from stemcal.doe.regression.least_squares import Array
 
 

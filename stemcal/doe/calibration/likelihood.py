@@ -30,7 +30,7 @@ import numpy as np
 
 from stemcal.doe.calibration.observations import Errors, Observation, errors_of
 from stemcal.doe.calibration.region import Objective, Region, optimise
-from stemcal.doe.regression.coding import term_columns, term_gradient
+from stemcal.doe.coding import term_columns, term_gradient
 from stemcal.doe.regression.least_squares import Array
 from stemcal.errors import UsageError
 

@@ -26,7 +26,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from stemcal.doe.regression.coding import term_columns
+from stemcal.doe.coding import term_columns
 from stemcal.doe.regression.least_squares import Array, same_points
 from stemcal.doe.regression.surface import Surface
 from stemcal.errors import UsageError

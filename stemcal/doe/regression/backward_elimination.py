@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stemcal.doe.regression.coding import term_columns, term_names
+from stemcal.doe.coding import term_columns, term_names
 from stemcal.doe.regression.least_squares import copies_of, f_test, fit_least_squares, not_estimable
 from stemcal.doe.regression.surface import Surface, fit_surface
 from stemcal.errors import UsageError

@@ -9,7 +9,7 @@ from typing import Literal
 
 import numpy as np
 
-from stemcal.doe.regression.coding import Coding
+from stemcal.doe.coding import Coding
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface
 

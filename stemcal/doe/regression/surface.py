@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
+from stemcal.doe.coding import term_columns, term_gradient, term_names
 from stemcal.doe.regression.anova import (
     AnovaRow,
     Coefficient,
@@ -21,7 +22,6 @@ from stemcal.doe.regression.anova import (
     run_diagnostics,
     share_explained,
 )
-from stemcal.doe.regression.coding import term_columns, term_gradient, term_names
 from stemcal.doe.regression.least_squares import (
     Array,
     LeastSquares,

@@ -8,8 +8,8 @@ from typing import Any, ClassVar, Literal
 
 from stemcal.doe.calibration.level_set_ranges import Assessment
 from stemcal.doe.calibration.observations import Scatter
+from stemcal.doe.coding import Coding
 from stemcal.doe.comparison import Formula
-from stemcal.doe.regression.coding import Coding
 from stemcal.files.rows import Column, Rows, Table
 from stemcal.files.typed import absent, inline
 from stemcal.naming import FIRST

@@ -11,8 +11,9 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stemcal.doe.designs import catalogue
-from stemcal.doe.designs.aliases import aliases_note
+from stemcal.doe import designs
+from stemcal.doe.aliases import aliases_note
+from stemcal.doe.coding import Coding
 from stemcal.doe.effects import (
     Curvature,
     Effect,
@@ -23,7 +24,6 @@ from stemcal.doe.effects import (
     stands_out,
 )
 from stemcal.doe.lenth import FEWEST, Lenth
-from stemcal.doe.regression.coding import Coding
 from stemcal.doe.regression.least_squares import Array, LeastSquares, fit_least_squares, require_estimable
 from stemcal.doe.regression.surface import flat_response
 from stemcal.errors import RunsFailed, UsageError
@@ -81,7 +81,7 @@ def screening_design(study: Study, solver: Solver) -> Design:
         chosen = study.of(ScreenOptions)
         if chosen.design == "none":
             raise UsageError("screen.design: the value is `none`. Choose a design for the screening.")
-        corners = catalogue.screening_runs(chosen.design, len(factors), chosen.runs, chosen.fold_over)
+        corners = designs.screening_runs(chosen.design, len(factors), chosen.runs, chosen.fold_over)
         coded = np.vstack([corners, np.zeros((chosen.centre_points, len(factors)))])
         kind = f"{chosen.design}, folded over" if chosen.fold_over else chosen.design
         once = Design("screen", kind, coding, coded, coding.runs(coded, study.midlevels()), order=1)

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 from stemcal.stages.stage import Stage, stage_called
 
 if TYPE_CHECKING:
-    from stemcal.folder import StudyFolder
     from stemcal.note import Note
+    from stemcal.runs.folder import StudyFolder
     from stemcal.solvers.protocol import Solver
     from stemcal.stages.design import Asked
     from stemcal.stages.surface.options import RsmOptions
@@ -32,7 +32,7 @@ class ResponseSurface(Stage["SurfaceResult"]):
 
     def inputs(self, study: Study) -> Mapping[str, object]:
         """Return another package's design, where a joint fit has it run as well, and what it fits there."""
-        from stemcal.doe.designs.catalogue import SURFACES
+        from stemcal.doe.designs import SURFACES
 
         joint, package = study.joint_targets, SURFACES.version_of(self._options(study).design)
         fitted = {"conditions": [target.condition for target in joint], "responses": study.fitted_responses}

@@ -10,17 +10,17 @@ from typing import Any
 
 import numpy as np
 
-from stemcal.doe.designs import catalogue
+from stemcal.doe import designs
+from stemcal.doe.coding import Coding
 from stemcal.doe.regression.backward_elimination import ReductionStep, reduce_surface
 from stemcal.doe.regression.canonical import canonical_analysis
-from stemcal.doe.regression.coding import Coding
 from stemcal.doe.regression.surface import Surface, fit_surface
 from stemcal.errors import RunsFailed, UsageError
 from stemcal.files.rows import Rows
-from stemcal.folder import StudyFolder
 from stemcal.naming import FIRST, Names
 from stemcal.note import Note, Remedy
 from stemcal.runs.answer import reasons_given
+from stemcal.runs.folder import StudyFolder
 from stemcal.runs.record import lower_bound_notes
 from stemcal.solvers.protocol import Solver
 from stemcal.stages.design import Asked, Design, given_design, runs_of
@@ -188,7 +188,7 @@ def surface_design(
     coding = Coding(tuple(names), tuple(centre for centre, _ in pairs), tuple(half for _, half in pairs))
     given = solver.given_design("rsm")
     if given is None:
-        coded = catalogue.surface_runs(len(names), rsm.chosen())
+        coded = designs.surface_runs(len(names), rsm.chosen())
         once = Design("rsm", rsm.design, coding, coded, coding.runs(coded, study.midlevels()))
         return once.repeated(study.solver.repeats)
     return given_design("rsm", study, coding, given)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
 from pydantic import BeforeValidator, Field, WithJsonSchema
 from pydantic_core import PydanticKnownError
 
-from stemcal.doe.designs.catalogue import SURFACES
+from stemcal.doe.designs import SURFACES
 from stemcal.note import Note
 from stemcal.stages.screen.options import is_screened
 from stemcal.study.types.factor import MOST_FACTORS, PARAMETERS
@@ -19,7 +19,7 @@ from stemcal.study.types.strict_yaml import Finding
 from stemcal.words import series
 
 if TYPE_CHECKING:
-    from stemcal.doe.designs.catalogue import SurfaceOptions
+    from stemcal.doe.designs import SurfaceOptions
     from stemcal.solvers.protocol import Solver
     from stemcal.stages.screen.result import ScreenResult
     from stemcal.study.model import Study
@@ -129,19 +129,19 @@ class RsmOptions(Frozen):
 
     def chosen(self) -> SurfaceOptions:
         """Return what a design for the surface is made from."""
-        from stemcal.doe.designs.catalogue import SurfaceOptions
+        from stemcal.doe.designs import SurfaceOptions
 
         return SurfaceOptions(self.design, self.centre_points, self.alpha, self.runs, self.extra_runs)
 
     def reach(self, k: int) -> float:
         """Return how far the outermost runs of `k` factors lie from the centre along an axis, in coded units."""
-        from stemcal.doe.designs.catalogue import surface_design
+        from stemcal.doe.designs import surface_design
 
         return surface_design(self.design).reach(k, self.chosen())
 
     def radius(self, k: int) -> float:
         """Return how far from the centre a surface of `k` factors may be trusted, in coded units."""
-        from stemcal.doe.designs.catalogue import surface_design
+        from stemcal.doe.designs import surface_design
 
         return surface_design(self.design).radius(k, self.chosen())
 

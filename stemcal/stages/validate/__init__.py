@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 from stemcal.stages.stage import Stage, calibrating
 
 if TYPE_CHECKING:
-    from stemcal.folder import StudyFolder
     from stemcal.note import Note
+    from stemcal.runs.folder import StudyFolder
     from stemcal.solvers.protocol import Solver
     from stemcal.stages.design import Asked
     from stemcal.stages.validate.options import ValidateOptions

@@ -11,9 +11,9 @@ import numpy as np
 from stemcal.doe.comparison import Formula, Validation, ValidationRow, compare_conditions, formula_elsewhere
 from stemcal.errors import UsageError
 from stemcal.files.rows import Rows
-from stemcal.folder import StudyFolder
 from stemcal.naming import Names
 from stemcal.note import Note
+from stemcal.runs.folder import StudyFolder
 from stemcal.runs.record import Outcome, lower_bound_notes, merged
 from stemcal.solvers.protocol import Request, Solver
 from stemcal.solvers.replicates import repeated

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-from stemcal.folder import StudyFolder
 from stemcal.naming import Names
 from stemcal.note import Note, Remedy, Severity
+from stemcal.runs.folder import StudyFolder
 from stemcal.stages.result import Judged, R
 from stemcal.stages.results import Results, fresh_results
 from stemcal.stages.stage import stages_of

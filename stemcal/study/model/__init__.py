@@ -16,7 +16,6 @@ from pydantic import BaseModel, ConfigDict, Field, PrivateAttr, create_model
 
 from stemcal.errors import UsageError
 from stemcal.naming import DIAMETER, FORCE, Naming
-from stemcal.registry import stages
 from stemcal.study.model.growth import MOST_EXPONENT, Growth
 from stemcal.study.model.laboratory_kind import (
     TESTS,
@@ -43,6 +42,7 @@ from stemcal.study.types.factor import EMBEDDED, FRICTION, MOST_FACTORS, PARAMET
 from stemcal.study.types.field_types import Frozen, Number, StudyName, Time, Title
 from stemcal.study.types.named import naming_of
 from stemcal.study.types.solver_kind import SOLVERS, AnySolver, Mesh, SolverKind, SolverOptions, kind_of, usual_solver
+from stemcal.study.types.stage_kind import STAGES
 from stemcal.words import counted, did_you_mean
 
 _NO_RATE = {"strain_rate_c": 0.0, "strain_rate_p": 1.0}  # what solvers take for a yield stress without rate
@@ -95,7 +95,7 @@ def _form() -> type[OwnSections]:
     A stage whose section decides whether a study has it has none by default.
     """
     fields: dict[str, Any] = {}
-    for stage in stages().built_in:
+    for stage in STAGES.built_in:
         kind = stage.section()
         name = f"{stage.name}_" if hasattr(BaseModel, stage.name) else stage.name
         key = None if name == stage.name else stage.name
@@ -246,7 +246,7 @@ class Study(StudyForm):
     @property
     def there(self) -> Study:
         """The study as a stage simulates it in another model; the study itself where none does."""
-        seen = (stage.seen(self) for stage in stages().built_in)
+        seen = (stage.seen(self) for stage in STAGES.built_in)
         return next((study for study in seen if study is not self), self)
 
     @property
@@ -279,5 +279,5 @@ class Study(StudyForm):
     @property
     def _fitted(self) -> tuple[tuple[Target, ...], tuple[str, ...]]:
         found: tuple[tuple[Target, ...], tuple[str, ...]]
-        found = next(fitted for stage in stages().built_in if (fitted := stage.fits(self)) is not None)
+        found = next(fitted for stage in STAGES.built_in if (fitted := stage.fits(self)) is not None)
         return found

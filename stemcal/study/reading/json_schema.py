@@ -10,9 +10,9 @@ from typing import Any
 from pydantic.json_schema import GenerateJsonSchema
 from pydantic_core import core_schema
 
-from stemcal.registry import stages
 from stemcal.study.model import SOLVERS, StudyForm
 from stemcal.study.types.field_types import Frozen
+from stemcal.study.types.stage_kind import STAGES
 from stemcal.study.types.strict_yaml import NodePath
 
 _DEFS = "#/$defs/"
@@ -36,12 +36,12 @@ def json_schema() -> dict[str, Any]:
     schema["$defs"]["Factor"]["required"] = ["name", "low", "high"]
     own_names = {"anyOf": [{"type": "string"}, {"type": "number"}]}
     schema["$defs"]["TargetRow"]["additionalProperties"] = own_names
-    for stage in stages().external:
+    for stage in STAGES.external:
         if (further := stage.section()) is not None:
             own = further.model_json_schema(schema_generator=_Described)
             schema["$defs"] = {**own.pop("$defs", {}), further.__name__: own, **schema["$defs"]}
             schema["properties"][stage.name] = {"$ref": f"{_DEFS}{further.__name__}"}
-    for stage in stages().all:
+    for stage in STAGES.all:
         if stage.name in schema["properties"]:
             schema["properties"][stage.name]["description"] = " ".join((stage.purpose or stage.title).split())
     return schema

@@ -12,11 +12,11 @@ import yaml
 
 from stemcal.errors import SpecError, SpecProblem
 from stemcal.files.durable import open_plain
-from stemcal.registry import stages
 from stemcal.study.model import Study, StudyForm
 from stemcal.study.reading.sections import Sections, read_sections
 from stemcal.study.rules import Draft, factors, target_rules
 from stemcal.study.rules.plausible import doubts
+from stemcal.study.types.stage_kind import STAGES
 from stemcal.study.types.strict_yaml import MAX_BYTES, Document, Finding, NodePath, Position, read_yaml
 
 
@@ -124,7 +124,7 @@ def broken_rules(draft: Draft) -> list[Finding]:
     solver = getattr(draft.study, "solver", None)
     own = () if solver is None else draft.kind.rules
     found = [*(rule(draft) for rule in (*factors.RULES, *target_rules.RULES)), *(rule(draft, solver) for rule in own)]
-    found += [rule(draft) for stage in stages().with_(draft.study.further) for rule in stage.rules()]
+    found += [rule(draft) for stage in STAGES.with_(draft.study.further) for rule in stage.rules()]
     return [finding for findings in found for finding in _as_far_as_read(findings)]
 
 

@@ -11,7 +11,6 @@ from typing import Any, TypeGuard, get_type_hints
 from pydantic import BaseModel, TypeAdapter, ValidationError
 
 from stemcal.naming import CUTTING, DIAMETER, FIRST, FORCE, Naming
-from stemcal.registry import stages
 from stemcal.study.model import FIELDS, MOST_FACTORS, TESTS, Factor, LaboratorySection, StudyForm, Targets
 from stemcal.study.model.laboratory_kind import named_responses, with_tests
 from stemcal.study.model.measured_targets import fitted_responses, named_modes
@@ -20,6 +19,7 @@ from stemcal.study.reading.messages import finding_of
 from stemcal.study.reading.target_rows import Rows
 from stemcal.study.types.named import naming_of
 from stemcal.study.types.solver_kind import usual_solver
+from stemcal.study.types.stage_kind import STAGES
 from stemcal.study.types.strict_yaml import Finding, NodePath
 from stemcal.words import listed, nearest
 
@@ -82,7 +82,7 @@ class Sections:
         for key in self.data:
             if key in known:
                 continue
-            if (stage := stages().named(key)) is None or (kind := stage.section()) is None:
+            if (stage := STAGES.named(key)) is None or (kind := stage.section()) is None:
                 self.findings.append(_unknown_section(key, known))
                 continue
             try:
@@ -198,7 +198,7 @@ def _unknown_section(key: str, known: Collection[str]) -> Finding:
     remedy = f"remove the key; known sections are {listed(known)}"
     if near or section:
         remedy = f"did you mean {near}?" if near else f"move the key to the `{section}` section"
-    if (broken := stages().broken.get(key)) is not None:
+    if (broken := STAGES.broken.get(key)) is not None:
         remedy = f"the {key[:60]} stage cannot be loaded: {broken}"
     return Finding((key,), f"unknown key {key[:60]!r}", remedy, at_key=True)
 

@@ -5,11 +5,11 @@ from collections.abc import Iterator
 from statistics import median
 
 from stemcal.naming import DIAMETER, FIRST, FORCE, TRAVEL
-from stemcal.registry import stages
 from stemcal.study.model import EMBEDDED, PARAMETERS, Mesh, Study
 from stemcal.study.types import units
 from stemcal.study.types.factor import in_unit
 from stemcal.study.types.field_types import Length
+from stemcal.study.types.stage_kind import STAGES
 from stemcal.study.types.strict_yaml import Finding, NodePath
 from stemcal.words import counted
 
@@ -48,7 +48,7 @@ def doubts(study: Study) -> list[Finding]:
     virtual, measured = (_sizes, _speeds, _tests, _mesh), (_targets, _scatters, _outliers)
     found = (*virtual, *measured, _materials, _factors, _agreement)
     told = [finding for of in found for finding in of(study)]
-    return [*told, *(finding for stage in stages().with_(study.further) for finding in stage.doubts(study))]
+    return [*told, *(finding for stage in STAGES.with_(study.further) for finding in stage.doubts(study))]
 
 
 def _sizes(study: Study) -> Iterator[Finding]:

@@ -5,8 +5,8 @@ import pytest
 
 from stemcal.doe.calibration.level_set_ranges import assess_point, solve_target
 from stemcal.doe.calibration.region import Region
-from stemcal.doe.designs.catalogue import central_composite
-from stemcal.doe.regression.coding import term_columns, term_names
+from stemcal.doe.coding import term_columns, term_names
+from stemcal.doe.designs import central_composite
 from stemcal.doe.regression.surface import fit_surface
 from stemcal.errors import TargetUnreachable, UsageError
 

@@ -10,7 +10,7 @@ from stemcal.doe.calibration.confidence_intervals import contradiction, left_out
 from stemcal.doe.calibration.likelihood import Fit, Prior, fit
 from stemcal.doe.calibration.observations import Contrasts, Observation, Uniforms, variances
 from stemcal.doe.calibration.region import Region
-from stemcal.doe.designs.composite import central_composite
+from stemcal.doe.composite import central_composite
 from stemcal.doe.regression.surface import Surface, fit_surface
 from stemcal.errors import UsageError
 

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from test_random_designs import CLOSE, random_case
 
-from stemcal.doe.designs.catalogue import plackett_burman
-from stemcal.doe.regression.coding import term_columns
+from stemcal.doe.coding import term_columns
+from stemcal.doe.designs import plackett_burman
 from stemcal.doe.regression.surface import fit_surface
 from stemcal.errors import RunsFailed
 from stemcal.stages.screen.analysis import analyse_screening

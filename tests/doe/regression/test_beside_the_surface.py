@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
-from stemcal.doe.designs.catalogue import SurfaceOptions, central_composite, surface_runs
+from stemcal.doe.coding import Coding, term_columns, term_names
+from stemcal.doe.designs import SurfaceOptions, central_composite, surface_runs
 from stemcal.doe.regression.backward_elimination import reduce_surface
 from stemcal.doe.regression.canonical import canonical_analysis
-from stemcal.doe.regression.coding import Coding, term_columns, term_names
 from stemcal.doe.regression.surface import fit_surface
 from stemcal.errors import UsageError
 

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from stemcal.doe.designs.catalogue import central_composite
+from stemcal.doe.designs import central_composite
 from stemcal.doe.regression.backward_elimination import reduce_surface
 from stemcal.doe.regression.least_squares import copies_of, t_quantile
 from stemcal.doe.regression.surface import fit_surface

@@ -9,8 +9,8 @@ from statsmodels.formula.api import ols
 from statsmodels.stats.anova import anova_lm
 from statsmodels.stats.outliers_influence import OLSInfluence, variance_inflation_factor
 
-from stemcal.doe.designs.catalogue import SurfaceOptions, surface_runs
-from stemcal.doe.regression.coding import term_columns, term_names
+from stemcal.doe.coding import term_columns, term_names
+from stemcal.doe.designs import SurfaceOptions, surface_runs
 from stemcal.doe.regression.surface import fit_surface
 from stemcal.errors import RunsFailed
 

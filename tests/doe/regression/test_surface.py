@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from stemcal.doe.designs.catalogue import central_composite
-from stemcal.doe.regression.coding import term_columns, term_gradient, term_names
+from stemcal.doe.coding import term_columns, term_gradient, term_names
+from stemcal.doe.designs import central_composite
 from stemcal.doe.regression.surface import fit_surface
 from stemcal.errors import RunsFailed, UsageError
 from stemcal.files.typed import to_json

@@ -6,10 +6,10 @@ from printed import agrees
 from statsmodels.regression.linear_model import OLS
 from test_worked_examples import cells_agree
 
-from stemcal.doe.designs.factorial import full_factorial
+from stemcal.doe.coding import Coding, term_columns, term_names
+from stemcal.doe.factorial import full_factorial
 from stemcal.doe.lenth import lenth
 from stemcal.doe.regression.canonical import canonical_analysis
-from stemcal.doe.regression.coding import Coding, term_columns, term_names
 from stemcal.doe.regression.surface import fit_surface
 
 AXIAL = 2.0**0.5  # printed as 1.414; the book's sums of squares are those of √2

@@ -9,8 +9,8 @@ import pytest
 import workflow
 
 from stemcal.errors import SpecError
-from stemcal.executors import InlineExecutor
-from stemcal.folder import StudyFolder
+from stemcal.runs.executors import InlineExecutor
+from stemcal.runs.folder import StudyFolder
 from stemcal.solvers.protocol import RESPONSES, Answer, Request, Solver
 from stemcal.study.model import Study
 from stemcal.study.reading import load_study

@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stemcal.doe.regression.coding import Coding
+from stemcal.doe.coding import Coding
 from stemcal.errors import UsageError
 
 size = st.floats(1e-6, 1e6)

@@ -13,8 +13,8 @@ from pathlib import Path
 import pytest
 from fakes import ENVIRONMENT
 
-from stemcal.executors import InlineExecutor, WorkerDied, available_cores
-from stemcal.executors.local import LocalExecutor
+from stemcal.runs.executors import InlineExecutor, WorkerDied, available_cores
+from stemcal.runs.executors.local import LocalExecutor
 from stemcal.time_limit import RunTimedOut
 
 POSIX = pytest.mark.skipif(os.name == "nt", reason="POSIX signals")
@@ -209,7 +209,7 @@ STOPPED = """
 import sys, time
 sys.path.insert(0, sys.argv[1])
 from test_local import whoami
-from stemcal.executors.local import LocalExecutor
+from stemcal.runs.executors.local import LocalExecutor
 if __name__ == "__main__":
     with LocalExecutor(1, time_limit=2.0) as executor:
         executor.submit(whoami).result()
@@ -278,7 +278,7 @@ PARENT = """
 import sys, time
 sys.path.insert(0, sys.argv[1])
 from test_local import whoami
-from stemcal.executors.local import LocalExecutor
+from stemcal.runs.executors.local import LocalExecutor
 if __name__ == "__main__":
     with LocalExecutor(2) as executor:
         print(*[f.result() for f in [executor.submit(whoami, 0.5) for _ in range(2)]], flush=True)

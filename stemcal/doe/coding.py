@@ -13,8 +13,9 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from stemcal.doe.regression.least_squares import Array
 from stemcal.errors import UsageError
+
+Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

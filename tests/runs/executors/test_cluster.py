@@ -21,14 +21,14 @@ from test_local import Prepared
 
 import stemcal
 from stemcal.errors import UsageError
-from stemcal.executors import ClusterLost, InlineExecutor, WorkerDied
-from stemcal.folder import StudyFolder
 from stemcal.registry import code_version
+from stemcal.runs.executors import ClusterLost, InlineExecutor, WorkerDied
+from stemcal.runs.folder import StudyFolder
 from stemcal.time_limit import RunTimedOut
 
 pytest.importorskip("distributed", reason="needs Dask: pip install 'stemcal[dask]'")
 
-from stemcal.executors.cluster import DaskExecutor
+from stemcal.runs.executors.cluster import DaskExecutor
 
 POSIX = pytest.mark.skipif(os.name == "nt", reason="POSIX signals")
 HERE = str(Path(__file__).parent)
@@ -181,7 +181,7 @@ def test_a_lost_worker_costs_nothing_and_a_lost_scheduler_ends_the_study_but_fai
 
 
 def test_nobody_answers(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("stemcal.executors.cluster.CONNECT_S", 0.5)
+    monkeypatch.setattr("stemcal.runs.executors.cluster.CONNECT_S", 0.5)
     begun = time.monotonic()
     with pytest.raises(UsageError, match="no Dask scheduler responds"):
         DaskExecutor("127.0.0.1:9")
@@ -251,7 +251,7 @@ def test_an_encrypted_cluster_is_used_by_dasks_own_settings(tmp_path: Path, monk
         monkeypatch.setenv(name, value)
         monkeypatch.setitem(ENVIRONMENT, name, value)
     code = (
-        "import sys; from stemcal.executors.cluster import DaskExecutor\n"
+        "import sys; from stemcal.runs.executors.cluster import DaskExecutor\n"
         "with DaskExecutor(sys.argv[1]) as executor: print(executor.submit(pow, 2, 10).result(timeout=60))"
     )
     encrypted = Cluster(tmp_path, workers=1, scheme="tls")
@@ -267,7 +267,7 @@ def test_an_encrypted_cluster_is_used_by_dasks_own_settings(tmp_path: Path, monk
 CONNECTING = """\
 import sys, time
 from stemcal.errors import UsageError
-from stemcal.executors import cluster
+from stemcal.runs.executors import cluster
 cluster.CONNECT_S, began = 1.0, time.monotonic()
 try:
     cluster.DaskExecutor(sys.argv[1])

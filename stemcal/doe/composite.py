@@ -6,7 +6,7 @@ Hunter, Ann. Math. Stat. 28 (1957), 195–241.
 
 import numpy as np
 
-from stemcal.doe.designs.factorial import fraction
+from stemcal.doe.factorial import fraction
 from stemcal.doe.regression.least_squares import Array
 from stemcal.errors import UsageError
 

@@ -3,7 +3,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from stemcal.doe.designs.factorial import GENERATORS, fraction, full_factorial
+from stemcal.doe.factorial import GENERATORS, fraction, full_factorial
 from stemcal.errors import UsageError
 
 # Words of length 3, 4, 5, … of the minimum aberration fractions (Chen, Sun and Wu 1993, tables of 16 and 32 runs;

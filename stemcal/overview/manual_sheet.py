@@ -14,14 +14,14 @@ from pathlib import Path
 from typing import Any, Literal
 
 from stemcal.errors import StemcalError, UsageError, Waiting
-from stemcal.executors import InlineExecutor
 from stemcal.files.durable import make_folder, write_atomic
 from stemcal.files.log import now
-from stemcal.folder import StudyFolder, provenance
 from stemcal.naming import FIRST
 from stemcal.overview.plan import asked, missing
 from stemcal.overview.status import SHEET, ledger
 from stemcal.runs.answer import Watch, ignore, keep
+from stemcal.runs.executors import InlineExecutor
+from stemcal.runs.folder import StudyFolder, provenance
 from stemcal.runs.record import Run, by_key, stands
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import RESPONSES, Answer, Request, Solver

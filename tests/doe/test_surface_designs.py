@@ -1,9 +1,11 @@
 import numpy as np
 import pytest
 
-from stemcal.doe.designs.aliases import aliases_note
-from stemcal.doe.designs.box_behnken import box_behnken
-from stemcal.doe.designs.catalogue import (
+from stemcal.doe.aliases import aliases_note
+from stemcal.doe.box_behnken import box_behnken
+from stemcal.doe.coding import term_columns
+from stemcal.doe.composite import axial_distance, central_composite
+from stemcal.doe.designs import (
     SurfaceOptions,
     extra_runs,
     fold_over,
@@ -11,9 +13,7 @@ from stemcal.doe.designs.catalogue import (
     plackett_burman,
     surface_runs,
 )
-from stemcal.doe.designs.composite import axial_distance, central_composite
-from stemcal.doe.designs.factorial import fraction
-from stemcal.doe.regression.coding import term_columns
+from stemcal.doe.factorial import fraction
 from stemcal.errors import UsageError
 
 

@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stemcal.doe.designs.catalogue import axial_distance, central_composite, plackett_burman, screening_runs
+from stemcal.doe.designs import axial_distance, central_composite, plackett_burman, screening_runs
 from stemcal.errors import UsageError
 
 

@@ -12,8 +12,8 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from types import TracebackType
 from typing import Any, ParamSpec, TypeVar
 
-from stemcal.executors import RunExecutor, WorkerDied, available_cores
 from stemcal.processes import Child, ChildDied
+from stemcal.runs.executors import RunExecutor, WorkerDied, available_cores
 from stemcal.time_limit import RunTimedOut
 
 P = ParamSpec("P")

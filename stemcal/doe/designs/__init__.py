@@ -1,1 +1,0 @@
-"""Which runs to make: designs by name, runs added to them, and their aliases."""
