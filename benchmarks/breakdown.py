@@ -35,7 +35,7 @@ from stemcal.fem.warm import warm
 from stemcal.report.gallery import write_figures
 from stemcal.report.page import shown, write_page
 from stemcal.runs.executors.local import LocalExecutor
-from stemcal.runs.folder import StudyFolder
+from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers import make_solver
 from stemcal.stages.fresh import make_all
 from stemcal.study.reading import load_study

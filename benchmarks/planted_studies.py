@@ -33,7 +33,7 @@ import numpy as np
 from stemcal.errors import StemcalError
 from stemcal.note import Note
 from stemcal.runs.executors import InlineExecutor
-from stemcal.runs.folder import StudyFolder
+from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers.protocol import Answer, Request, Solver
 from stemcal.stages.fresh import make_all
 from stemcal.stages.invert.result import InvertResult

@@ -24,7 +24,7 @@ from stemcal.doe.calibration.observations import Observation
 from stemcal.doe.calibration.region import Region
 from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface
-from stemcal.runs.folder import StudyFolder
+from stemcal.runs.study_folder import StudyFolder
 from stemcal.stages.fitting import fitted_surfaces, measured_means
 from stemcal.stages.surface.analysis import fit_response_surface
 from stemcal.study.reading import load_study

@@ -19,7 +19,7 @@ from typing import Any
 
 from stemcal.runs.answer import answer_all
 from stemcal.runs.executors.local import LocalExecutor
-from stemcal.runs.folder import StudyFolder
+from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers.protocol import Answer, Request, Solver
 
 RUNS = 10_000

@@ -19,7 +19,7 @@ Row = tuple[str, ...]
 def stage_files() -> list[tuple[str, Row, list[Row]]]:
     """Return title, heading and rows of a table for each stage file, and one for the CSV files."""
     from stemcal.runs.executors import InlineExecutor
-    from stemcal.runs.folder import StudyFolder
+    from stemcal.runs.study_folder import StudyFolder
     from stemcal.stages.fresh import make_all
     from stemcal.study.reading import load_study
 

@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING
 from stemcal.version import __version__
 
 if TYPE_CHECKING:
+    from stemcal.python.results import Curve as Curve
+    from stemcal.python.results import Simulated as Simulated
     from stemcal.python.results import StudyResults as StudyResults
-    from stemcal.python.study import Curve as Curve
-    from stemcal.python.study import Simulated as Simulated
     from stemcal.python.study import calibrate as calibrate
     from stemcal.python.study import load_study as load_study
     from stemcal.python.study import open_results as open_results
@@ -35,8 +35,8 @@ _NAMES = {
     "load_study": "stemcal.python.study",
     "open_results": "stemcal.python.study",
     "simulate": "stemcal.python.study",
-    "Curve": "stemcal.python.study",
-    "Simulated": "stemcal.python.study",
+    "Curve": "stemcal.python.results",
+    "Simulated": "stemcal.python.results",
     "StudyResults": "stemcal.python.results",
     "ScreenResult": "stemcal.stages.screen.result",
     "ClimbResult": "stemcal.stages.climb.result",

@@ -76,7 +76,7 @@ def replayed(tmp_path_factory: pytest.TempPathFactory) -> tuple[Any, Any]:
     from workflow import calibrate
 
     from stemcal.runs.executors import InlineExecutor
-    from stemcal.runs.folder import StudyFolder
+    from stemcal.runs.study_folder import StudyFolder
     from stemcal.study.reading import load_study
 
     study = load_study(ROOT / "configs" / "paper-replay.yaml")

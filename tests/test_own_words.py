@@ -11,7 +11,7 @@ from workflow import calibrate
 from stemcal.doe.coding import term_columns
 from stemcal.naming import FIRST
 from stemcal.runs.executors import InlineExecutor
-from stemcal.runs.folder import StudyFolder
+from stemcal.runs.study_folder import StudyFolder
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.results import Results, fresh_results
 from stemcal.stages.screen.result import ScreenResult

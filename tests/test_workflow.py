@@ -14,7 +14,7 @@ from stemcal.files.typed import to_json
 from stemcal.overview.plan import plan
 from stemcal.runs.answer import Progress
 from stemcal.runs.executors import InlineExecutor
-from stemcal.runs.folder import StudyFolder
+from stemcal.runs.study_folder import StudyFolder
 from stemcal.stages.fresh import CODE, changes_since
 
 CONFIGS = Path(__file__).parent.parent / "configs"

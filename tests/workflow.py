@@ -4,7 +4,7 @@ from typing import Any
 
 from stemcal.runs.answer import Watch, ignore
 from stemcal.runs.executors import RunExecutor
-from stemcal.runs.folder import StudyFolder
+from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers.protocol import Solver
 from stemcal.stages.fresh import make_all
 from stemcal.stages.result import read_result

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from stemcal.report.figures.plot import Plot
     from stemcal.report.records import Records
-    from stemcal.runs.folder import StudyFolder
+    from stemcal.runs.study_folder import StudyFolder
     from stemcal.study.model import Study
 
 TableFormat = Annotated[

@@ -96,7 +96,7 @@ def _program_of(study: Study, path: Path, asked: str | None) -> Literal["lsdyna"
 
 def _calibrated(study: Study, program: str, out: Path | None) -> tuple[Study, dict[str, float]]:
     """Return the calibrated values for a program and the study as it sees them; else mid-levels, and warn."""
-    from stemcal.runs.folder import StudyFolder, place_of
+    from stemcal.runs.study_folder import StudyFolder, place_of
     from stemcal.stages.refine.result import RefineResult
     from stemcal.stages.results import fresh_results
 

@@ -194,7 +194,7 @@ def enter(
     Example: [bold]stemcal enter my-study.yaml my-sheet.xlsx[/bold]
     """
     from stemcal.overview.manual_sheet import enter
-    from stemcal.solvers.sheet.reading import MAX_BYTES, filled
+    from stemcal.solvers.sheet.run_sheet import MAX_BYTES, filled
 
     try:
         content = read_plain(sheet, MAX_BYTES)

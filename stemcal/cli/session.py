@@ -56,7 +56,7 @@ Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Suppress the progres
 if TYPE_CHECKING:
     from stemcal.report.progress import Watcher
     from stemcal.runs.executors import RunExecutor
-    from stemcal.runs.folder import StudyFolder
+    from stemcal.runs.study_folder import StudyFolder
     from stemcal.stages.results import Results
     from stemcal.study.model import Study
 
@@ -134,7 +134,7 @@ def opened(
     study = read_study(spec)
 
     from stemcal.report.progress import make_watch
-    from stemcal.runs.folder import StudyFolder, place_of
+    from stemcal.runs.study_folder import StudyFolder, place_of
 
     with ExitStack() as stack:
         pool = stack.enter_context(make_executor(study.solver.run_limit))
@@ -160,7 +160,7 @@ def _enter_own(work: Session, other: Path | None) -> None:
     """Enter the results in the sheet of the study folder."""
     from stemcal.overview.manual_sheet import enter
     from stemcal.overview.status import SHEET
-    from stemcal.solvers.sheet.reading import MAX_BYTES, filled
+    from stemcal.solvers.sheet.run_sheet import MAX_BYTES, filled
 
     path = work.folder.path / SHEET
     if path.is_file() and not (other and other.exists() and path.samefile(other)):
@@ -170,7 +170,7 @@ def _enter_own(work: Session, other: Path | None) -> None:
 
 def existing_folder(study: Study, out: Path | None) -> StudyFolder:
     """Return the folder of a study that has been worked on; nothing is made."""
-    from stemcal.runs.folder import StudyFolder, place_of
+    from stemcal.runs.study_folder import StudyFolder, place_of
 
     path = place_of(study.name, out)
     if not path.is_dir():

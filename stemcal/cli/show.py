@@ -12,7 +12,7 @@ from stemcal.naming import Names
 from stemcal.words import counted
 
 if TYPE_CHECKING:
-    from stemcal.runs.folder import StudyFolder
+    from stemcal.runs.study_folder import StudyFolder
     from stemcal.stages.result import StageResult
     from stemcal.stages.results import Results
     from stemcal.stages.verdict.result import Verdict

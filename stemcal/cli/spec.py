@@ -81,7 +81,7 @@ def check(spec: Spec, out: Out = None, workers: Workers = None, as_json: AsJson 
     from stemcal.overview.foresight import Demand, beforehand, demand_of_one, excess
     from stemcal.overview.plan import plan
     from stemcal.runs.executors import machine_memory
-    from stemcal.runs.folder import StudyFolder, place_of
+    from stemcal.runs.study_folder import StudyFolder, place_of
     from stemcal.study.reading import load_study
 
     route_log()

@@ -16,7 +16,7 @@ from stemcal.words import counted
 if TYPE_CHECKING:
     from stemcal.naming import Names
     from stemcal.overview.status import StageStatus, Status
-    from stemcal.runs.folder import StudyFolder
+    from stemcal.runs.study_folder import StudyFolder
     from stemcal.study.model import Study
 
 _MOST_NAMES = 20

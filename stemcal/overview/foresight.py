@@ -9,7 +9,7 @@ from stemcal.note import Note, Remedy
 from stemcal.numbers import duration, in_bytes
 from stemcal.overview.plan import asked, missing
 from stemcal.runs.executors import machine_memory
-from stemcal.runs.folder import StudyFolder
+from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Request, Solver
 from stemcal.study.model import Study

@@ -21,12 +21,13 @@ from stemcal.overview.plan import asked, missing
 from stemcal.overview.status import SHEET, ledger
 from stemcal.runs.answer import Watch, ignore, keep
 from stemcal.runs.executors import InlineExecutor
-from stemcal.runs.folder import StudyFolder, provenance
 from stemcal.runs.record import Run, by_key, stands
+from stemcal.runs.study_folder import StudyFolder, provenance
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import RESPONSES, Answer, Request, Solver
 from stemcal.solvers.replicates import seed_of
-from stemcal.solvers.sheet.reading import (
+from stemcal.solvers.sheet.row_checks import RowRefused, by_name, first_of, meant_run, result_in
+from stemcal.solvers.sheet.run_sheet import (
     FAILED,
     REMARK,
     STUDY,
@@ -39,7 +40,6 @@ from stemcal.solvers.sheet.reading import (
     run_name,
     sheet_text,
 )
-from stemcal.solvers.sheet.rows import RowRefused, by_name, first_of, meant_run, result_in
 from stemcal.stages.fresh import make
 from stemcal.stages.stage import stage_called, stages_of
 from stemcal.study.model import Study

@@ -18,8 +18,8 @@ from stemcal.files.rows import Rows
 from stemcal.note import Note, Remedy
 from stemcal.numbers import duration, in_bytes
 from stemcal.runs.executors import available_cores
-from stemcal.runs.folder import StudyFolder
 from stemcal.runs.record import Run, by_key, stands
+from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Request, Solver
 from stemcal.stages.design import Asked, Design

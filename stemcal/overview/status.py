@@ -11,9 +11,9 @@ from stemcal.files.typed import absent
 from stemcal.overview.plan import asked
 from stemcal.runs.answer import Watch, answer_all, ignore
 from stemcal.runs.executors import RunExecutor
-from stemcal.runs.folder import SCHEMA_VERSION as FILE_VERSION
-from stemcal.runs.folder import StudyFolder
 from stemcal.runs.record import Run, outcome_of, stands
+from stemcal.runs.study_folder import SCHEMA_VERSION as FILE_VERSION
+from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Request, Solver
 from stemcal.stages.design import Asked

@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import cached_property
 from html import escape
 from typing import TYPE_CHECKING, Any
 
+from stemcal.cutting import CuttingResult
 from stemcal.errors import UsageError
-from stemcal.files.rows import Rows
+from stemcal.files.rows import Column, Rows, Table
 from stemcal.naming import Names
 from stemcal.overview.status import Entry, ledger
+from stemcal.report.figures.curves import force_travel
 from stemcal.report.gallery import gallery
 from stemcal.report.page import coded
+from stemcal.report.records import Curve as DrawnCurve
 from stemcal.report.records import Records, read_records
 from stemcal.report.showing import Setting, showing_of
-from stemcal.runs.folder import StudyFolder
+from stemcal.runs.study_folder import StudyFolder
 from stemcal.stages.result import R
 from stemcal.stages.results import fresh_results
 from stemcal.stages.stage import STAGES, stages_known
@@ -25,7 +29,10 @@ from stemcal.study.model import Study
 from stemcal.words import did_you_mean
 
 if TYPE_CHECKING:
+    import pandas as pd
     from matplotlib.figure import Figure
+
+    from stemcal.cutting.result import Array
 
 
 class StudyResults:
@@ -120,3 +127,49 @@ class StudyResults:
         first, *further = map(coded, self.verdict_text.splitlines())
         verdict = "".join(f"<br>{line}" for line in further)
         return f"<p><b>{first}</b>{verdict}</p><p>Study {escape(self.study.name)}</p><ul>{rows}{stale}</ul>"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Curve:
+    """Filtered force on the blade (N) versus its travel from first contact (mm), and the travel at break, if any."""
+
+    travel: Array
+    force: Array
+    broke: float | None = None
+
+    def to_frame(self) -> pd.DataFrame:
+        """Return a pandas frame."""
+        rows = zip(self.travel.tolist(), self.force.tolist(), strict=True)
+        return Table((Column("travel"), Column("force")), tuple(rows)).to_frame()
+
+    def plot(self) -> Figure:
+        """Draw the curve."""
+        return force_travel({"force": DrawnCurve(tuple(self.travel), tuple(self.force), self.broke)}, ["force"])
+
+    def __repr__(self) -> str:
+        return f"Curve with {len(self.travel)} points (maximum force {self.force.max():.4g} N)"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Simulated:
+    """One virtual shear test; `result` contains all results of the solver."""
+
+    levels: dict[str, float]
+    diameter: float
+    result: CuttingResult
+
+    @property
+    def peak_force(self) -> float:
+        """Maximum force, N."""
+        return self.result.peak_force
+
+    @property
+    def curve(self) -> Curve:
+        """Force versus travel."""
+        history = self.result.history
+        return Curve(history.travel, history.force_filtered, self.result.break_travel)
+
+    def __repr__(self) -> str:
+        result = self.result
+        where = f"{result.peak_force:.4g} N at {result.peak_travel:.3g} mm"
+        return f"Shear test (stem diameter {self.diameter:g} mm): {where}, {result.elements} elements"

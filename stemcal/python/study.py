@@ -10,20 +10,16 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import Field
 
-from stemcal.cutting import CuttingResult
 from stemcal.errors import UsageError
-from stemcal.files.rows import Column, Table
 from stemcal.overview.foresight import Demand, demand_of, demand_of_one, left_to_run, warnings_before
 from stemcal.overview.manual_sheet import awaited_runs, enter, gone_on, require_sheet
-from stemcal.python.results import StudyResults
-from stemcal.report.figures.curves import force_travel
+from stemcal.python.results import Simulated, StudyResults
 from stemcal.report.progress import notebook_watch
-from stemcal.report.records import Curve as DrawnCurve
 from stemcal.runs.executors.local import LocalExecutor
-from stemcal.runs.folder import StudyFolder, place_of
+from stemcal.runs.study_folder import StudyFolder, place_of
 from stemcal.solvers import make_solver
 from stemcal.solvers.embedded import simulate as shear_test
-from stemcal.solvers.sheet.reading import fields_of, told
+from stemcal.solvers.sheet.run_sheet import fields_of, told
 from stemcal.stages.fresh import make_all
 from stemcal.study.model import Study
 from stemcal.study.reading import load_study as read_spec
@@ -35,10 +31,7 @@ from stemcal.words import did_you_mean
 _Workers = Annotated[Whole, Field(ge=1)] | None
 
 if TYPE_CHECKING:
-    import pandas as pd
-    from matplotlib.figure import Figure
-
-    from stemcal.cutting.result import Array
+    pass
 
 
 def load_study(path: str | Path, **changes: object) -> Study:
@@ -136,52 +129,6 @@ def open_results(folder: str | Path, study: Study | None = None) -> StudyResults
             raise UsageError(f"{place}: the folder contains no spec. Pass the study: `open_results(folder, study)`.")
         study = load_study(spec)
     return StudyResults(study, found)
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class Curve:
-    """Filtered force on the blade (N) versus its travel from first contact (mm), and the travel at break, if any."""
-
-    travel: Array
-    force: Array
-    broke: float | None = None
-
-    def to_frame(self) -> pd.DataFrame:
-        """Return a pandas frame."""
-        rows = zip(self.travel.tolist(), self.force.tolist(), strict=True)
-        return Table((Column("travel"), Column("force")), tuple(rows)).to_frame()
-
-    def plot(self) -> Figure:
-        """Draw the curve."""
-        return force_travel({"force": DrawnCurve(tuple(self.travel), tuple(self.force), self.broke)}, ["force"])
-
-    def __repr__(self) -> str:
-        return f"Curve with {len(self.travel)} points (maximum force {self.force.max():.4g} N)"
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class Simulated:
-    """One virtual shear test; `result` contains all results of the solver."""
-
-    levels: dict[str, float]
-    diameter: float
-    result: CuttingResult
-
-    @property
-    def peak_force(self) -> float:
-        """Maximum force, N."""
-        return self.result.peak_force
-
-    @property
-    def curve(self) -> Curve:
-        """Force versus travel."""
-        history = self.result.history
-        return Curve(history.travel, history.force_filtered, self.result.break_travel)
-
-    def __repr__(self) -> str:
-        result = self.result
-        where = f"{result.peak_force:.4g} N at {result.peak_travel:.3g} mm"
-        return f"Shear test (stem diameter {self.diameter:g} mm): {where}, {result.elements} elements"
 
 
 def simulate(study: Study | str | Path, diameter: float | str | None = None, **levels: float | str) -> Simulated:

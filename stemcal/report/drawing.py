@@ -15,7 +15,7 @@ from stemcal.files.sealed import MAX_BYTES
 from stemcal.files.typed import to_json
 from stemcal.registry import code_version
 from stemcal.report.records import spec_hash
-from stemcal.runs.folder import StudyFolder
+from stemcal.runs.study_folder import StudyFolder
 
 if TYPE_CHECKING:
     from stemcal.stages.results import Results

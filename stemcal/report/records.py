@@ -8,7 +8,7 @@ from stemcal.files.typed import from_json
 from stemcal.naming import DIAMETER
 from stemcal.note import Note
 from stemcal.numbers import duration
-from stemcal.runs.folder import StudyFolder
+from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers.program import file_hash
 from stemcal.stages.result import StageResult
 from stemcal.stages.results import Results

@@ -12,9 +12,9 @@ from dataclasses import asdict, dataclass
 
 from stemcal.errors import RunsFailed, Waiting
 from stemcal.runs.executors import InlineExecutor, RunExecutor
-from stemcal.runs.folder import StudyFolder
 from stemcal.runs.record import Computed, Outcome, Run, outcome_of, stands
 from stemcal.runs.retries import Batch
+from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers.protocol import Request, Solver
 
 logger = logging.getLogger(__name__)

@@ -19,7 +19,7 @@ from stemcal.files.typed import absent
 from stemcal.naming import CUTTING, FIRST, Naming
 from stemcal.note import Note, Remedy
 from stemcal.registry import code_of
-from stemcal.runs.folder import provenance
+from stemcal.runs.study_folder import provenance
 from stemcal.solvers.protocol import RESPONSES, Answer, Request, Solver
 from stemcal.solvers.replicates import Replicates
 from stemcal.study.types.field_types import MOST

@@ -10,8 +10,8 @@ from dataclasses import replace
 from stemcal.errors import SimulationFailed, Waiting
 from stemcal.files.log import now
 from stemcal.runs.executors import ClusterLost, RunExecutor, WorkerDied
-from stemcal.runs.folder import provenance
 from stemcal.runs.record import ACCIDENTS, TIMEOUT, Computed, Run
+from stemcal.runs.study_folder import provenance
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.time_limit import RunTimedOut, next_of
 

@@ -18,8 +18,8 @@ from stemcal.naming import FIRST
 from stemcal.registry import code_version
 from stemcal.runs.answer import Progress, Watch, ignore
 from stemcal.runs.executors import RunExecutor
-from stemcal.runs.folder import SCHEMA_VERSION, StudyFolder
 from stemcal.runs.record import Run, outcome_of, stands
+from stemcal.runs.study_folder import SCHEMA_VERSION, StudyFolder
 from stemcal.solvers import make_solver
 from stemcal.solvers.program import file_hash
 from stemcal.solvers.protocol import Request, Solver

@@ -14,8 +14,8 @@ from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import Spread, absent, from_json, inline, to_json
 from stemcal.naming import CUTTING, Naming
 from stemcal.note import Note
-from stemcal.runs.folder import StudyFolder
 from stemcal.runs.record import Outcome
+from stemcal.runs.study_folder import StudyFolder
 
 if TYPE_CHECKING:
     import pandas as pd

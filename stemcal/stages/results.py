@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from stemcal.errors import UsageError
-from stemcal.runs.folder import StudyFolder
+from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers import make_solver
 from stemcal.stages.fresh import fresh, require_fresh
 from stemcal.stages.result import R, StageResult, read_result

@@ -13,7 +13,7 @@ from stemcal.words import series
 
 if TYPE_CHECKING:
     from stemcal.note import Note
-    from stemcal.runs.folder import StudyFolder
+    from stemcal.runs.study_folder import StudyFolder
     from stemcal.solvers.protocol import Solver
     from stemcal.stages.design import Asked, Later
     from stemcal.stages.result import StageResult

@@ -7,8 +7,8 @@ from functools import wraps
 from stemcal.errors import UsageError
 from stemcal.runs.answer import QUORUM, Watch, answer_all, ignore
 from stemcal.runs.executors import InlineExecutor, RunExecutor
-from stemcal.runs.folder import StudyFolder
 from stemcal.runs.record import Outcome, merged
+from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Request, Solver
 from stemcal.solvers.replicates import repeated

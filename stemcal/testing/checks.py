@@ -23,8 +23,8 @@ from stemcal.doe.regression.least_squares import Array
 from stemcal.errors import UsageError
 from stemcal.laboratory.build import build, rounded
 from stemcal.runs.answer import answer_all
-from stemcal.runs.folder import StudyFolder
 from stemcal.runs.record import Outcome, Run
+from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers.embedded import test_of
 from stemcal.solvers.laboratory_runs import identity, perform
 from stemcal.solvers.protocol import Request, Solver

@@ -13,7 +13,7 @@ from typing import Any
 
 from stemcal.report.showing import Showing, names_of
 from stemcal.runs.answer import Progress
-from stemcal.runs.folder import StudyFolder
+from stemcal.runs.study_folder import StudyFolder
 from stemcal.stages.fresh import changes_since
 from stemcal.stages.result import read_result
 from stemcal.stages.stage import Stage, stage_called

@@ -6,8 +6,8 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from stemcal.overview.manual_sheet import Entered, awaited_runs, enter, gone_on
-from stemcal.runs.folder import StudyFolder
-from stemcal.solvers.sheet.reading import filled, sheet_text
+from stemcal.runs.study_folder import StudyFolder
+from stemcal.solvers.sheet.run_sheet import filled, sheet_text
 from stemcal.study.model import Study
 
 ROOT = Path(__file__).parents[2]

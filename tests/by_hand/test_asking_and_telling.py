@@ -12,7 +12,7 @@ from typer.testing import CliRunner, Result
 import stemcal
 from stemcal.cli.app import app
 from stemcal.errors import UsageError, Waiting
-from stemcal.runs.folder import StudyFolder
+from stemcal.runs.study_folder import StudyFolder
 
 pytestmark = pytest.mark.usefixtures("blank_figures")
 HEAP = (Path(__file__).parents[2] / "examples" / "by-hand" / "heap.yaml").read_text("utf-8")

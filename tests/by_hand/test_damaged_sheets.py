@@ -13,7 +13,7 @@ import pytest
 from sheets import Cells, awaited, entered, text_of
 
 from stemcal.errors import UsageError
-from stemcal.runs.folder import StudyFolder
+from stemcal.runs.study_folder import StudyFolder
 from stemcal.study.model import Study
 from stemcal.study.reading import load_study
 

@@ -11,7 +11,7 @@ from sheets import Cells, awaited, entered, filled_in, paper_by_hand, text_of
 
 from stemcal.errors import Waiting
 from stemcal.runs.executors import InlineExecutor
-from stemcal.runs.folder import StudyFolder
+from stemcal.runs.study_folder import StudyFolder
 from stemcal.stages.fresh import changes_since
 from stemcal.study.reading import load_study
 

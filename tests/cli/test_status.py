@@ -12,7 +12,7 @@ from fakes import SPEC, SpecSolver, force, lines
 
 from stemcal.files.sealed import sealed
 from stemcal.registry import code_version
-from stemcal.runs.folder import StudyFolder
+from stemcal.runs.study_folder import StudyFolder
 from stemcal.study.model import SOLVERS
 
 pytestmark = pytest.mark.usefixtures("without_workers")

@@ -12,7 +12,7 @@ import workflow
 from fakes import FakeSolver, make_study
 
 from stemcal.runs.executors.local import LocalExecutor
-from stemcal.runs.folder import StudyFolder
+from stemcal.runs.study_folder import StudyFolder
 
 
 class WitnessedFolder(StudyFolder):

@@ -21,7 +21,7 @@ from trying import CONFIGS, POSIX, command, results, trials
 
 from stemcal.errors import StemcalError
 from stemcal.runs.executors import InlineExecutor
-from stemcal.runs.folder import StudyFolder
+from stemcal.runs.study_folder import StudyFolder
 
 REPLAY = CONFIGS / "paper-replay.yaml"
 CALLS = {"write": "write", "fsync": "fsync", "rename": "rename,renameat,renameat2"}

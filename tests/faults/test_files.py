@@ -16,9 +16,9 @@ from stemcal.errors import StemcalError
 from stemcal.files.sealed import sealed
 from stemcal.overview.status import inspect, status
 from stemcal.report.export import study_tables
-from stemcal.runs import folder as module_of_folders
+from stemcal.runs import study_folder as module_of_folders
 from stemcal.runs.executors import InlineExecutor
-from stemcal.runs.folder import StudyFolder
+from stemcal.runs.study_folder import StudyFolder
 from stemcal.stages.fresh import changes_since
 from stemcal.stages.results import fresh_results
 from stemcal.study.model import Study

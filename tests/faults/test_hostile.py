@@ -22,7 +22,7 @@ from stemcal.files.rows import Column, Table
 from stemcal.measured.shear import ShearTests, find_files, measure_shear
 from stemcal.report.export import export_tables
 from stemcal.runs.executors import InlineExecutor
-from stemcal.runs.folder import StudyFolder
+from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.solvers.readers import read_number
 from stemcal.solvers.result_reader import ResultReader

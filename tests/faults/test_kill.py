@@ -14,7 +14,7 @@ from fakes import ENVIRONMENT, FakeSolver, lines, make_study
 from trying import POINTS, POSIX, results
 
 from stemcal.runs.executors import InlineExecutor
-from stemcal.runs.folder import StudyFolder
+from stemcal.runs.study_folder import StudyFolder
 
 pytestmark = POSIX
 

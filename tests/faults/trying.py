@@ -14,7 +14,7 @@ from typer.testing import CliRunner, Result
 
 from stemcal.cli.app import app
 from stemcal.runs.executors import InlineExecutor
-from stemcal.runs.folder import StudyFolder
+from stemcal.runs.study_folder import StudyFolder
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 POINTS = "rsm: {centre_points: 3}\n"

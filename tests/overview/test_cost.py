@@ -8,8 +8,8 @@ import pytest
 from fakes import FakeSolver, make_study
 
 from stemcal.overview.plan import costs_of, elapsed, overhead, plan
-from stemcal.runs.folder import StudyFolder
 from stemcal.runs.record import Run
+from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers.protocol import Answer, Request
 
 

@@ -20,7 +20,7 @@ from fakes import SPEC, FakeSolver
 
 from stemcal.files.rows import Rows
 from stemcal.report.page import _Shown, render, shown
-from stemcal.runs.folder import StudyFolder
+from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers.protocol import RESPONSES, Answer, Request
 from stemcal.stages.fitting import fitted_surfaces
 from stemcal.stages.invert.result import InvertResult

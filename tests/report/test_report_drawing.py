@@ -12,7 +12,7 @@ from stemcal.report import drawing, gallery
 from stemcal.report import page as pages
 from stemcal.report.drawing import draw
 from stemcal.report.page import _Shown, shown
-from stemcal.runs.folder import StudyFolder
+from stemcal.runs.study_folder import StudyFolder
 
 
 @pytest.fixture

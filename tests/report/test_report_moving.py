@@ -19,7 +19,7 @@ from stemcal.fem.model import Integration
 from stemcal.report.figures.fracture import write_animation
 from stemcal.report.page import render
 from stemcal.report.records import read_records
-from stemcal.runs.folder import StudyFolder
+from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers.embedded import Embedded
 from stemcal.solvers.film import FRAMES, Film, Frame, frames_of
 from stemcal.solvers.protocol import Request

@@ -16,7 +16,7 @@ from stemcal.errors import UsageError
 from stemcal.note import Note, hourglass_energy, nothing_deleted
 from stemcal.report.page import coded, part, render, shown, write_page
 from stemcal.report.records import Details, _RunRecord, run_warnings
-from stemcal.runs.folder import StudyFolder
+from stemcal.runs.study_folder import StudyFolder
 from stemcal.stages.results import Results
 
 BLANK = pytest.mark.usefixtures("blank_figures")

@@ -26,7 +26,7 @@ from stemcal.report.tables.of_designs import runs_table
 from stemcal.report.tables.setting import setting_tables
 from stemcal.report.terminal import final_tables
 from stemcal.runs.executors import InlineExecutor
-from stemcal.runs.folder import StudyFolder
+from stemcal.runs.study_folder import StudyFolder
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.results import Results, fresh_results
 from stemcal.stages.surface.showing import equation

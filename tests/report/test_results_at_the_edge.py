@@ -9,7 +9,7 @@ from fakes import SpecSolver, make_study
 
 from stemcal.report.page import render, shown
 from stemcal.runs.executors import InlineExecutor
-from stemcal.runs.folder import StudyFolder
+from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.study.model import SOLVERS, Study
 

@@ -11,7 +11,7 @@ from fakes import FakeSolver, lines, make_study
 from stemcal.errors import RunsFailed
 from stemcal.runs.executors import InlineExecutor
 from stemcal.runs.executors.local import LocalExecutor
-from stemcal.runs.folder import StudyFolder
+from stemcal.runs.study_folder import StudyFolder
 
 
 @pytest.fixture

@@ -21,7 +21,7 @@ from stemcal.files import durable
 from stemcal.files.durable import as_json, canonical, digest
 from stemcal.files.rows import Table
 from stemcal.files.sealed import sealed
-from stemcal.runs.folder import StudyFolder
+from stemcal.runs.study_folder import StudyFolder
 
 IDENTITY = {"solver": "known", "levels": {"a": 1.5}}
 KEY = digest(IDENTITY)[:32]
@@ -218,7 +218,7 @@ LOCKER = """
 import sys, time
 from stemcal.files.rows import Table
 from stemcal.files.sealed import sealed
-from stemcal.runs.folder import StudyFolder
+from stemcal.runs.study_folder import StudyFolder
 with StudyFolder(sys.argv[1]):
     print("locked", flush=True)
     time.sleep(60)

@@ -8,7 +8,7 @@ import pytest
 from fakes import PYTHON
 
 from stemcal.errors import SpecError, UsageError
-from stemcal.runs.folder import StudyFolder
+from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers import make_solver
 from stemcal.solvers.program import Command
 from stemcal.solvers.protocol import Request

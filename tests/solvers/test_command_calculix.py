@@ -10,7 +10,7 @@ import pytest
 import workflow
 
 from stemcal.runs.executors import InlineExecutor
-from stemcal.runs.folder import StudyFolder
+from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Request
 from stemcal.study.reading import load_study

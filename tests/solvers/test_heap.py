@@ -14,7 +14,7 @@ import workflow
 
 from stemcal.doe.calibration.confidence_intervals import profiles_of
 from stemcal.runs.executors.local import LocalExecutor
-from stemcal.runs.folder import StudyFolder
+from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers.protocol import Request
 from stemcal.solvers.replicates import values_of
 from stemcal.stages.fitting import fit_over, fitted_surfaces, measured_means

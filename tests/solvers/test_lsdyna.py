@@ -13,7 +13,7 @@ from stemcal.cutting.result import moving_mean
 from stemcal.errors import SimulationFailed, SpecError
 from stemcal.measured.curve_modes import CurveModes, modes_of
 from stemcal.runs.executors import InlineExecutor
-from stemcal.runs.folder import StudyFolder
+from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers import make_solver
 from stemcal.solvers.deck import DeckProgram
 from stemcal.solvers.deck.lsdyna import contact_force

@@ -16,11 +16,11 @@ from stemcal.errors import SimulationFailed, UsageError
 from stemcal.measured.curve_modes import modes_of
 from stemcal.solvers import make_solver
 from stemcal.solvers.deck import Deck, DeckProgram
-from stemcal.solvers.deck.openradioss import leave_engine_input
 from stemcal.solvers.deck.openradioss_output import (
     contact_force,
     deleted_elements,
     deletes_elements,
+    leave_engine_input,
     starter_errors,
     values_not_read,
 )

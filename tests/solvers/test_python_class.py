@@ -10,8 +10,8 @@ from fakes import TWO_FACTORS
 from stemcal.errors import UsageError
 from stemcal.runs.answer import answer_all
 from stemcal.runs.executors.local import LocalExecutor
-from stemcal.runs.folder import StudyFolder
 from stemcal.runs.record import Run
+from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import RESPONSES, Request
 from stemcal.study.model import Study

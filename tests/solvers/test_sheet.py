@@ -9,7 +9,7 @@ from fakes import make_study
 from stemcal.errors import UsageError, Waiting
 from stemcal.overview.plan import plan
 from stemcal.runs.executors import InlineExecutor
-from stemcal.runs.folder import StudyFolder
+from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers.protocol import Request
 from stemcal.solvers.sheet import Sheet
 from stemcal.study.reading import load_study

@@ -8,7 +8,7 @@ import workflow
 
 from stemcal.errors import TargetUnreachable
 from stemcal.runs.executors import InlineExecutor
-from stemcal.runs.folder import StudyFolder
+from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers.protocol import Solver
 from stemcal.stages.results import Results, fresh_results
 from stemcal.stages.verdict.result import Verdict

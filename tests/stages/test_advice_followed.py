@@ -20,7 +20,7 @@ from fakes import TWO_FACTORS, SpecSolver
 from stemcal.errors import StemcalError
 from stemcal.note import Note
 from stemcal.runs.executors import InlineExecutor
-from stemcal.runs.folder import StudyFolder
+from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.stages.verdict.result import Verdict
 from stemcal.stages.verdict.verdict_rules import verdict_of

@@ -14,8 +14,8 @@ from stemcal.files.rows import Rows
 from stemcal.naming import CUTTING, Names
 from stemcal.report.export import study_tables
 from stemcal.runs.executors import InlineExecutor
-from stemcal.runs.folder import StudyFolder
 from stemcal.runs.record import Outcome
+from stemcal.runs.study_folder import StudyFolder
 from stemcal.stages.climb.analysis import ascent_path
 from stemcal.stages.climb.result import ClimbResult, ClimbRow
 from stemcal.stages.climb.showing import ClimbShowing

@@ -12,7 +12,7 @@ from stemcal.errors import SpecError, UsageError
 from stemcal.files.typed import to_json
 from stemcal.overview.plan import judged, plan
 from stemcal.runs.executors import InlineExecutor
-from stemcal.runs.folder import StudyFolder
+from stemcal.runs.study_folder import StudyFolder
 from stemcal.stages.design import Design
 from stemcal.stages.screen.analysis import screening_design
 from stemcal.stages.surface.analysis import surface_design

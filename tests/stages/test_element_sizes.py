@@ -19,7 +19,7 @@ from stemcal.overview.status import ledger
 from stemcal.report.progress import describe
 from stemcal.runs.answer import ignore
 from stemcal.runs.executors import InlineExecutor
-from stemcal.runs.folder import StudyFolder
+from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers.options import EmbeddedSolver
 from stemcal.solvers.protocol import Answer, Request, Solver
 from stemcal.stages.element_size import SizedStrain, material_lines, not_valid, strain_of, without_lengths

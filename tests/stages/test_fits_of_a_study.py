@@ -11,7 +11,7 @@ from fakes import FakeSolver, force, make_study
 
 from stemcal.errors import RunsFailed
 from stemcal.runs.executors import InlineExecutor
-from stemcal.runs.folder import StudyFolder
+from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.stages.surface.result import SurfaceResult
 

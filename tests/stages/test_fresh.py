@@ -12,7 +12,7 @@ from stemcal.errors import UsageError
 from stemcal.overview.status import inspect
 from stemcal.runs.answer import Progress, Watch, ignore
 from stemcal.runs.executors import InlineExecutor
-from stemcal.runs.folder import StudyFolder
+from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers import make_solver
 from stemcal.stages.fresh import _TEST, changes_since, finished, inputs_of, make, require_fresh
 from stemcal.stages.stage import STAGES, stage_called

@@ -9,7 +9,7 @@ from fakes import FakeSolver
 
 from stemcal.report.tables.setting import grown_table
 from stemcal.runs.executors import InlineExecutor
-from stemcal.runs.folder import StudyFolder
+from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.study.model import Study
 from stemcal.study.reading import load_study

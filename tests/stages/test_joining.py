@@ -10,7 +10,7 @@ from fakes import TWO_FACTORS, FakeSolver, make_study
 
 from stemcal.errors import SpecError
 from stemcal.runs.executors import InlineExecutor
-from stemcal.runs.folder import StudyFolder
+from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.study.reading import load_study
 

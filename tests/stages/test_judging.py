@@ -15,7 +15,7 @@ from stemcal.cutting import result as cutting_result
 from stemcal.errors import TargetUnreachable
 from stemcal.note import Remedy
 from stemcal.runs.executors import InlineExecutor
-from stemcal.runs.folder import StudyFolder
+from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers.options import EmbeddedSolver, SheetSolver
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.stages.result import Judged

@@ -9,7 +9,7 @@ from fakes import TWO_FACTORS, FakeSolver
 from stemcal.naming import Names
 from stemcal.report.showing import shown_notes
 from stemcal.runs.executors import InlineExecutor
-from stemcal.runs.folder import StudyFolder
+from stemcal.runs.study_folder import StudyFolder
 from stemcal.stages.invert import words
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.results import Results

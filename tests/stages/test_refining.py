@@ -11,7 +11,7 @@ from fakes import FakeSolver, make_study
 
 from stemcal.errors import Waiting
 from stemcal.runs.executors import InlineExecutor
-from stemcal.runs.folder import StudyFolder
+from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.study.reading import load_study
 

@@ -13,7 +13,7 @@ from fakes import TWO_FACTORS, FakeSolver
 from stemcal.errors import RunsFailed
 from stemcal.report.showing import tables_of
 from stemcal.runs.executors import InlineExecutor
-from stemcal.runs.folder import StudyFolder
+from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.refine.result import RefineResult

@@ -15,7 +15,7 @@ import stemcal
 from stemcal.cli.app import app
 from stemcal.errors import RunsFailed, SpecError, UsageError
 from stemcal.runs.executors import InlineExecutor
-from stemcal.runs.folder import StudyFolder
+from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers.options import CommandSolver, EmbeddedSolver
 from stemcal.stages.stage import stage_called
 from stemcal.study.reading import load_study

@@ -10,8 +10,8 @@ from fakes import TWO_FACTORS, FakeSolver
 
 from stemcal.errors import RunsFailed, UsageError
 from stemcal.runs.executors import InlineExecutor
-from stemcal.runs.folder import StudyFolder
 from stemcal.runs.record import measures, work_until
+from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers.embedded import Embedded
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.study.model import Study

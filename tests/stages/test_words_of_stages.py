@@ -15,7 +15,7 @@ from stemcal.naming import Names, Naming
 from stemcal.overview.plan import plan
 from stemcal.overview.status import ledger
 from stemcal.runs.executors import InlineExecutor
-from stemcal.runs.folder import StudyFolder
+from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers.protocol import RESPONSES, Answer, Request, Solver
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.results import fresh_results

@@ -27,7 +27,7 @@ from stemcal.report.records import Records, provenance_rows, read_records, run_w
 from stemcal.report.showing import Setting, certainty, failed_runs, outcome_of, showing_of, shown_notes, tables_of
 from stemcal.report.tables.of_designs import design_tables
 from stemcal.report.tables.setting import grown_table, setting_tables
-from stemcal.runs.folder import StudyFolder
+from stemcal.runs.study_folder import StudyFolder
 from stemcal.stages.result import StageResult
 from stemcal.stages.results import Results, fresh_results
 from stemcal.stages.stage import stage_called, stages_of

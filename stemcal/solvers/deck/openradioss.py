@@ -8,35 +8,19 @@ from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
-from stemcal.errors import SimulationFailed, UsageError
-from stemcal.files.durable import write_atomic
-from stemcal.note import nothing_deleted
+from stemcal.errors import UsageError
 from stemcal.processes import Ended, run_program
 from stemcal.solvers.deck.model import Deck
-from stemcal.solvers.deck.openradioss_output import (
-    contact_force,
-    deleted_elements,
-    deletes_elements,
-    require_normal_termination,
-    starter_accepted,
-    text_left,
-    values_not_read,
-)
+from stemcal.solvers.deck.openradioss_output import engine_ran, starter_ran, table_made
 from stemcal.solvers.deck.writer import (
     DECK,
     ENGINE_INPUT,
-    ENGINE_LISTING,
     HISTORY,
     STARTER_INPUT,
-    STARTER_LISTING,
-    TABLE,
-    TITLES,
-    engine_text,
 )
 from stemcal.solvers.options import DeckSolver
-from stemcal.solvers.program import OUTPUT, run_in
+from stemcal.solvers.program import run_in
 from stemcal.solvers.protocol import Answer
-from stemcal.solvers.readers import read_text
 
 HOME = "OPENRADIOSS_PATH"
 # The version that the starter prints.
@@ -106,9 +90,9 @@ def run(folder: Path, options: DeckSolver, spec_folder: Path, peak: Callable[...
     there = installation(options, spec_folder)
     options = options.model_copy(update={"environment": there.environment})
     steps: dict[str, tuple[list[str], Callable[[Ended], Answer]]] = {
-        "starter": ([there.starter, "-i", given, "-np", "1"], partial(_starter_ran, folder, deck)),
-        "engine": ([there.engine, "-i", ENGINE_INPUT], partial(_engine_ran, folder)),
-        "th_to_csv": ([there.th_to_csv, HISTORY], partial(_table_made, folder, peak)),
+        "starter": ([there.starter, "-i", given, "-np", "1"], partial(starter_ran, folder, deck)),
+        "engine": ([there.engine, "-i", ENGINE_INPUT], partial(engine_ran, folder)),
+        "th_to_csv": ([there.th_to_csv, HISTORY], partial(table_made, folder, peak)),
     }
     seconds: dict[str, float] = {}
     try:
@@ -133,47 +117,3 @@ def _program_version(there: _Installation) -> str:
         return ""
     found = [" ".join(match[0].split()) for match in _VERSION.finditer(said)]
     return ", ".join(dict.fromkeys(found))
-
-
-def _engine_ran(folder: Path, ended: Ended) -> Answer:
-    """Raise unless the engine came to its normal end."""
-    require_normal_termination(folder, ended)
-    return Answer("ok")
-
-
-def _table_made(folder: Path, peak: Callable[..., Answer], ended: Ended) -> Answer:
-    """Return the peak force by what the programs have left; raise if there is no table of the time histories."""
-    if ended.code != 0 or not (folder / TABLE).is_file():
-        because = "" if (folder / HISTORY).is_file() else f": the engine wrote no {HISTORY}"
-        raise SimulationFailed("no_history", f"th_to_csv exited with code {ended.code} and wrote no table{because}")
-    contact = contact_force(read_text(folder, TABLE))
-    gone = deleted_elements(read_text(folder, ENGINE_LISTING), text_left(folder, OUTPUT))
-    warnings = [] if deletes_elements(text_left(folder, STARTER_LISTING)) else [nothing_deleted()]
-    return peak(contact, failed=gone, warnings=warnings)
-
-
-def _starter_ran(folder: Path, deck: Deck, ended: Ended) -> Answer:
-    """Raise unless the starter has read the deck as it was written; then leave the engine its input."""
-    if unread := values_not_read(starter_accepted(folder, ended), deck.material, deck.nonlocal_length):
-        raise SimulationFailed(
-            "not_as_written", f"the starter did not read these values from the deck: {', '.join(unread)}"
-        )
-    leave_engine_input(folder, engine_text(deck, "run") if deck.nonlocal_length > 0.0 else None)
-    return Answer("ok")
-
-
-def leave_engine_input(folder: Path, text: str | None) -> None:
-    """Write the engine's input, by default what the starter has left for it, with the name of our runs and titles."""
-    if (folder / ENGINE_INPUT).is_symlink():
-        raise SimulationFailed(
-            "no_engine_input", f"{ENGINE_INPUT} is a symbolic link, and stemcal does not write through links"
-        )
-    try:
-        engine = read_text(folder, ENGINE_INPUT) if text is None else text
-    except SimulationFailed as missing:
-        raise SimulationFailed("no_engine_input", f"the starter wrote no {ENGINE_INPUT}: {missing}") from None
-    # the starter calls the run after the whole name of the deck, runk; its restart file is run's
-    engine = re.sub(r"^/RUN/[^/\r\n]+/", "/RUN/run/", engine, flags=re.MULTILINE)
-    if TITLES not in engine:
-        engine = f"{engine.rstrip()}\n{TITLES}\n"
-    write_atomic(folder / ENGINE_INPUT, engine)

@@ -2,17 +2,29 @@
 
 import csv
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
 
 from stemcal.errors import SimulationFailed
+from stemcal.files.durable import write_atomic
+from stemcal.note import nothing_deleted
 from stemcal.processes import Ended
 from stemcal.solvers.deck.contact_card import BLADE_CONTACT
+from stemcal.solvers.deck.model import Deck
 from stemcal.solvers.deck.peak import ContactForce
-from stemcal.solvers.deck.writer import ENGINE_LISTING, STARTER_LISTING, TABLE, TITLES
-from stemcal.solvers.program import code_is_zero
+from stemcal.solvers.deck.writer import (
+    ENGINE_INPUT,
+    ENGINE_LISTING,
+    HISTORY,
+    STARTER_LISTING,
+    TABLE,
+    TITLES,
+    engine_text,
+)
+from stemcal.solvers.program import OUTPUT, code_is_zero
+from stemcal.solvers.protocol import Answer
 from stemcal.solvers.readers import NUMBER, read_text, required_number
 
 # No pattern goes beyond a line, or over the same letters twice: a listing of nothing but line ends takes no time.
@@ -24,6 +36,50 @@ _CYCLE = re.compile(rf"[ \t]*\d+[ \t]+({NUMBER})[ \t]+\d\S*[ \t]+[A-Z]+[ \t]+\d+
 _COLUMN = re.compile(r"TH-INTER (\d{1,18}) (?:.* )?(F[NT]Z)")
 # Echoes have 13 digits, or four.
 _CLOSE = 2e-4
+
+
+def engine_ran(folder: Path, ended: Ended) -> Answer:
+    """Raise unless the engine came to its normal end."""
+    require_normal_termination(folder, ended)
+    return Answer("ok")
+
+
+def table_made(folder: Path, peak: Callable[..., Answer], ended: Ended) -> Answer:
+    """Return the peak force by what the programs have left; raise if there is no table of the time histories."""
+    if ended.code != 0 or not (folder / TABLE).is_file():
+        because = "" if (folder / HISTORY).is_file() else f": the engine wrote no {HISTORY}"
+        raise SimulationFailed("no_history", f"th_to_csv exited with code {ended.code} and wrote no table{because}")
+    contact = contact_force(read_text(folder, TABLE))
+    gone = deleted_elements(read_text(folder, ENGINE_LISTING), text_left(folder, OUTPUT))
+    warnings = [] if deletes_elements(text_left(folder, STARTER_LISTING)) else [nothing_deleted()]
+    return peak(contact, failed=gone, warnings=warnings)
+
+
+def starter_ran(folder: Path, deck: Deck, ended: Ended) -> Answer:
+    """Raise unless the starter has read the deck as it was written; then leave the engine its input."""
+    if unread := values_not_read(starter_accepted(folder, ended), deck.material, deck.nonlocal_length):
+        raise SimulationFailed(
+            "not_as_written", f"the starter did not read these values from the deck: {', '.join(unread)}"
+        )
+    leave_engine_input(folder, engine_text(deck, "run") if deck.nonlocal_length > 0.0 else None)
+    return Answer("ok")
+
+
+def leave_engine_input(folder: Path, text: str | None) -> None:
+    """Write the engine's input, by default what the starter has left for it, with the name of our runs and titles."""
+    if (folder / ENGINE_INPUT).is_symlink():
+        raise SimulationFailed(
+            "no_engine_input", f"{ENGINE_INPUT} is a symbolic link, and stemcal does not write through links"
+        )
+    try:
+        engine = read_text(folder, ENGINE_INPUT) if text is None else text
+    except SimulationFailed as missing:
+        raise SimulationFailed("no_engine_input", f"the starter wrote no {ENGINE_INPUT}: {missing}") from None
+    # the starter calls the run after the whole name of the deck, runk; its restart file is run's
+    engine = re.sub(r"^/RUN/[^/\r\n]+/", "/RUN/run/", engine, flags=re.MULTILINE)
+    if TITLES not in engine:
+        engine = f"{engine.rstrip()}\n{TITLES}\n"
+    write_atomic(folder / ENGINE_INPUT, engine)
 
 
 def values_not_read(listing: str, written: Mapping[str, float], nonlocal_length: float = 0.0) -> list[str]:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from stemcal.stages.stage import Stage
 
 if TYPE_CHECKING:
-    from stemcal.runs.folder import StudyFolder
+    from stemcal.runs.study_folder import StudyFolder
     from stemcal.solvers.protocol import Solver
     from stemcal.stages.design import Asked
     from stemcal.stages.screen.options import ScreenOptions

@@ -9,7 +9,7 @@ from stemcal.stages.stage import Stage, stage_called
 
 if TYPE_CHECKING:
     from stemcal.note import Note
-    from stemcal.runs.folder import StudyFolder
+    from stemcal.runs.study_folder import StudyFolder
     from stemcal.solvers.protocol import Solver
     from stemcal.stages.design import Asked
     from stemcal.stages.surface.options import RsmOptions

@@ -20,8 +20,8 @@ from stemcal.files.rows import Rows
 from stemcal.naming import FIRST, Names
 from stemcal.note import Note, Remedy
 from stemcal.runs.answer import reasons_given
-from stemcal.runs.folder import StudyFolder
 from stemcal.runs.record import lower_bound_notes
+from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers.protocol import Solver
 from stemcal.stages.design import Asked, Design, given_design, runs_of
 from stemcal.stages.fitting import AtCondition, ConditionRun, FactorCoding, FitSummary

@@ -13,8 +13,8 @@ from stemcal.errors import UsageError
 from stemcal.files.rows import Rows
 from stemcal.naming import Names
 from stemcal.note import Note
-from stemcal.runs.folder import StudyFolder
 from stemcal.runs.record import Outcome, lower_bound_notes, merged
+from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers.protocol import Request, Solver
 from stemcal.solvers.replicates import repeated
 from stemcal.stages.design import Asked

@@ -11,7 +11,7 @@ import numpy as np
 from stemcal.naming import NOWHERE
 from stemcal.note import MOST_DRIFT, MOST_HOURGLASS, MOST_INERTIA, NEGLIGIBLE_MASS, Remedy
 from stemcal.numbers import outwards
-from stemcal.runs.folder import StudyFolder
+from stemcal.runs.study_folder import StudyFolder
 from stemcal.stages.results import Results
 from stemcal.stages.stage import stage_called
 from stemcal.study.model import Study

@@ -14,7 +14,7 @@ from typing import Any
 
 from stemcal.naming import Names
 from stemcal.note import Note, Remedy, Severity
-from stemcal.runs.folder import StudyFolder
+from stemcal.runs.study_folder import StudyFolder
 from stemcal.stages.result import Judged, R
 from stemcal.stages.results import Results, fresh_results
 from stemcal.stages.stage import stages_of

@@ -23,7 +23,7 @@ import stemcal
 from stemcal.errors import UsageError
 from stemcal.registry import code_version
 from stemcal.runs.executors import ClusterLost, InlineExecutor, WorkerDied
-from stemcal.runs.folder import StudyFolder
+from stemcal.runs.study_folder import StudyFolder
 from stemcal.time_limit import RunTimedOut
 
 pytest.importorskip("distributed", reason="needs Dask: pip install 'stemcal[dask]'")

@@ -10,7 +10,7 @@ import workflow
 
 from stemcal.errors import SpecError
 from stemcal.runs.executors import InlineExecutor
-from stemcal.runs.folder import StudyFolder
+from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers.protocol import RESPONSES, Answer, Request, Solver
 from stemcal.study.model import Study
 from stemcal.study.reading import load_study
