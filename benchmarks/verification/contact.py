@@ -38,7 +38,7 @@ def rebound() -> Topic:
     text = "remaining momentum, spinning block between two tools"
     cases.append(Case(text, momentum_error(), 0.0, SINGLE, "Newton's third law", relative=False))
     text = (
-        "A block falls on a rigid table. The contact is so compliant that the block is effectively rigid. Without "
+        "A block falls onto a rigid table. The contact is so compliant that the block is effectively rigid. Without "
         "damping, the falling block must rebound at its impact speed. With damping, the rebound speed must equal that "
         "of a damped oscillator that transmits no tension. In the case with two tools, a spinning elastic-plastic "
         "block is in frictional contact with a table and a moving wedge. The momentum lost by the spinning block must "

@@ -33,7 +33,7 @@ def patch() -> Topic:
         "A uniform deformation gradient is applied in four steps to the nodes of a randomly distorted mesh of 3 × 3 × "
         "3 elements. The patch test is run with an elastic material and with an elastic-plastic material that has "
         "hardening and rate dependence. For each quantity, only the larger of the errors for the two materials is "
-        "listed. The stress in the mesh must be uniform, and the forces on interior nodes must be zero. The errors of "
+        "listed. The stress in the mesh must be uniform, and the forces on interior nodes must be zero. The errors in "
         "the patch test are relative to the largest stress or force."
     )
     return Topic("Patch test", text, tuple(cases))

@@ -77,9 +77,9 @@ def _parts(topics: list[Topic]) -> Iterator[str]:
     yield NOTICE
     yield "# Verification"
     yield (
-        "For readers who assess the correctness of the solver, this page compares results of the embedded solver "
-        f"with known solutions. {'All' if inside == count else f'{inside} of the'} {count} computed values are within "
-        f"their tolerances. The [*Verification cases*]({CASES}) page lists all computed values."
+        "For readers who want to assess the correctness of the solver, this page compares results of the embedded "
+        f"solver with known solutions. {'All' if inside == count else f'{inside} of the'} {count} computed values are "
+        f"within their tolerances. The [*Verification cases*]({CASES}) page lists all computed values."
     )
     yield _summary(topics)
     yield (

@@ -42,8 +42,8 @@ def wave() -> Topic:
         f"One end of a bar of {test_wave.LENGTH} cubic elements with ν = 0 is pushed at constant speed v. Behind "
         "the wave front, the compressive stress in the bar is ρcv, where ρ is the density and c is the wave speed. "
         "Reflection at a free end cancels the stress and doubles the particle velocity. Reflection at a fixed end "
-        "doubles the stress and stops the bar. Bulk viscosity spreads the wave front over a few elements. Mass scaling "
-        "divides the wave speed by the square root of the scaling factor."
+        "doubles the stress and stops the bar. Bulk viscosity spreads the wave front over a few elements. With mass "
+        "scaling, the wave speed is divided by the square root of the scaling factor."
     )
     caption = (
         "Stress along the bar before and after the wave front reaches the far end: "
@@ -73,7 +73,7 @@ def beams() -> Topic:
         "A cantilever of length 40 mm and height 4 mm under a suddenly applied load oscillates about its static "
         "equilibrium position. The mean of the oscillation is the static deflection of the cantilever. The first "
         "natural frequency is computed from the period of the oscillation. With an hourglass coefficient of 0.548, a "
-        "mesh with only one cubic element over the height of the cantilever reproduces the deflection from beam "
+        "mesh with only one cubic element through the height of the cantilever reproduces the deflection from beam "
         "theory. The other cantilever cases use an hourglass coefficient of 0.15."
     )
     return Topic("Cantilever", text, tuple(cases))
