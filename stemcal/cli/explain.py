@@ -80,7 +80,7 @@ def _keys_of_a_spec() -> tuple[Entry, ...]:
         path = f"{above}.{name}".removeprefix(".")
         keys = dict.fromkeys(key for section, _, key in paths if section == path)
         listed = f"{meaning} Keys: {series(keys)}." if keys else meaning
-        entries.append(Entry(place, listed, "a key of the spec", (path, name)))
+        entries.append(Entry(place, listed, "spec key", (path, name)))
     return tuple(entries)
 
 

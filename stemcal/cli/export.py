@@ -31,15 +31,13 @@ Names = Annotated[
 ]
 FigureFormat = Annotated[
     Literal["svg", "png", "pdf", "eps", "tiff"] | None,
-    typer.Option("--format", "-f", help="Format of the figures.", show_default="svg and png"),
+    typer.Option("--format", "-f", help="Figure format.", show_default="svg and png"),
 ]
 Dpi = Annotated[
     float,
     typer.Option("--dpi", metavar="N", min=50, max=1200, help="Resolution of PNG and TIFF files in dots per inch."),
 ]
-Width = Annotated[
-    float | None, typer.Option("--width", metavar="MM", min=40, max=400, help="Width of the figures in mm.")
-]
+Width = Annotated[float | None, typer.Option("--width", metavar="MM", min=40, max=400, help="Figure width in mm.")]
 ANIMATION = "animation"
 
 app = typer.Typer(

@@ -110,7 +110,7 @@ def _calibrated(study: Study, program: str, out: Path | None) -> tuple[Study, di
             return there, {**study.midlevels(), **refined.parameters}
         if results.calibrated:
             return study, {**study.midlevels(), **results.parameters}
-    warn("The study is not calibrated yet, so factors without `--set` have mid-range values.")
+    warn("The study is not calibrated yet, so factors not specified with `--set` have mid-range values.")
     return study, dict(study.midlevels())
 
 

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 app = typer.Typer(
     no_args_is_help=True,
-    help="Convert measurements to diameter grades or calibration targets.\n\n"
+    help="Derive diameter grades and calibration targets from measurements.\n\n"
     "Example: [bold]stemcal measure diameters stems.csv[/bold]",
 )
 
@@ -96,9 +96,7 @@ def diameters(
 
 @app.command()
 def shear(
-    folder: Annotated[
-        Path, typer.Argument(metavar="FOLDER", help="File with a force–travel curve, or a folder of such files.")
-    ],
+    folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="File or folder with force–travel curves.")],
     index: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Table that lists the specimen diameter for each file.")
     ] = None,

@@ -199,7 +199,7 @@ def enter(
     try:
         content = read_plain(sheet, MAX_BYTES)
     except OSError as error:
-        raise UsageError(f"{sheet}: {error.strerror}; specify the path of the sheet with the results") from None
+        raise UsageError(f"{sheet}: {error.strerror}; specify the path of the run sheet") from None
     with opened(spec, out, None, "local", quiet, entered=sheet) as work:
         rows, reason = filled(content, sheet.name, work.study.by_hand), replace.strip()
         found = enter(work.study, work.folder, rows, replace_because=reason)

@@ -19,7 +19,7 @@ Spec = Annotated[Path, typer.Argument(metavar="SPEC", help="Spec of the study (Y
 
 Out = Annotated[
     Path | None,
-    typer.Option("--out", "-o", metavar="DIR", help="Folder of the study.", show_default="runs/<study name>"),
+    typer.Option("--out", "-o", metavar="DIR", help="Study folder.", show_default="runs/<study name>"),
 ]
 
 Workers = Annotated[
@@ -151,7 +151,7 @@ def opened(
 
             sheet, n = hand_out(study, folder, waiting)
             folder.remember_spec(study.source)
-            to_do, code = f"{counted(n, 'result')} from the {waiting.stage} stage; fill in {sheet}", waiting.exit_code
+            to_do, code = f"{counted(n, 'result')} from the {waiting.stage} stage. Fill in {sheet}", waiting.exit_code
     await_(f"Waiting for {to_do}. Then run `stemcal run {spec}`")
     raise typer.Exit(code)
 

@@ -140,7 +140,8 @@ def _check_outputs(study: Study, csv_file: Path | None, figure: Path | None, oth
     """Refuse before the long computation what would fail after it."""
     given = [name for name, value in {**others, "--figure": figure}.items() if value is not None]
     if given and not study.kind.simulates_stems:
-        raise UsageError(f"{', '.join(given)}: this output requires `solver: {{kind: embedded}}`; omit the option")
+        these = "this option" if len(given) == 1 else "these options"
+        raise UsageError(f"{', '.join(given)}: available only with `solver: {{kind: embedded}}`; omit {these}")
     for path in (csv_file, figure):
         if path and not path.parent.is_dir():
             raise UsageError(f"{path}: the folder {path.parent} does not exist; create the folder first")
@@ -203,7 +204,7 @@ def _one_run(
         )
     solver = make_solver(study)
     solver.prepare()
-    with waiting(f"one run of {study.solver.kind}", quiet):
+    with waiting(f"one run of the {study.solver.kind} solver", quiet):
         answer = solver.solve(Request("simulate", 0, dict(levels), at))
     if as_json:
         say_json(vars(answer))

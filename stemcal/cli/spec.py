@@ -136,7 +136,7 @@ def _say_plan(found: Plan) -> None:
         Column("recorded", "Recorded", form=format),
         Column("to_run", "To compute", form=format),
         *([Column("seconds", "On one core", form=duration)] if timed else []),
-        *([Column("memory", "Memory of a run", form=in_bytes)] if weighed else []),
+        *([Column("memory", "Memory per run", form=in_bytes)] if weighed else []),
     )
     say_tables(Table.of(columns, found.stages, f"Runs of {found.study}", [" ".join(total(found))]))
 

@@ -90,7 +90,7 @@ def state(found: Status, names: Names) -> list[str]:
 
     stages = [line for stage in found.stages for line in _stage(stage)]
     if found.sheet is not None:
-        stages.append(f"Waiting for results: fill in {found.sheet}. Then run `stemcal run SPEC`.")
+        stages.append(f"Waiting for results. Fill in {found.sheet}. Then run `stemcal run SPEC`.")
     working = found.working or "no process is working on this study"
     return [f"{capital(working)}.", *stages, *in_full(found.verdict, names)]
 

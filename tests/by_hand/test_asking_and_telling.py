@@ -52,14 +52,14 @@ def test_run_continues_as_far_as_the_sheet_allows(tmp_path: Path) -> None:
     assert "runs must be done by hand, 16 in total" in planned and "unknown" not in planned
     done = command("run", spec, "--out", out)
     assert done.exit_code == 6
-    assert f"Waiting for 15 results from the rsm stage; fill in {out / 'sheet.csv'}. Then run `stemcal" in done.stderr
+    assert f"Waiting for 15 results from the rsm stage. Fill in {out / 'sheet.csv'}. Then run `stemcal" in done.stderr
     head, *rows = cells_of((out / "sheet.csv").read_text("utf-8"))
     assert head == ["run", "sliding", "rolling", "wall", "angle (deg)", "who", "when", "remark", "study"]
     assert sorted(row[0] for row in rows) == sorted(f"rsm {number}" for number in range(1, 16))
     assert json.loads(command("status", spec, "--out", out, "--json").stdout)["result"]["sheet"] == str(
         out / "sheet.csv"
     )
-    assert "fill in" in command("status", spec, "--out", out).stdout
+    assert "Fill in" in command("status", spec, "--out", out).stdout
     for count in (15, 16):
         filled(out)
         assert command("run", spec, "--out", out).exit_code == 6
@@ -161,7 +161,7 @@ def test_commands_refuse_what_has_no_sense(tmp_path: Path) -> None:
     smoke = Path(__file__).parents[2] / "configs" / "smoke.yaml"
     (tmp_path / "sheet.csv").write_text("run,angle\nrsm 1,3\n", encoding="utf-8")
     for words, said in (
-        (("enter", spec, tmp_path / "none.csv"), "specify the path of the sheet"),
+        (("enter", spec, tmp_path / "none.csv"), "specify the path of the run sheet"),
         (("enter", spec, spec), "no row contains the `run` heading"),
         (("enter", spec, tmp_path / "sheet.csv"), "no column has the heading sliding, rolling or wall"),
     ):
