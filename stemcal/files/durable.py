@@ -62,7 +62,7 @@ def refuse_link(path: Path) -> None:
     """
     if path.is_symlink():
         raise StemcalError(
-            f"{path} is a symbolic link, and stemcal does not write through links; remove the link or choose another "
+            f"{path} is a symbolic link, and stemcal writes only to regular files; remove the link or choose another "
             "path"
         )
 

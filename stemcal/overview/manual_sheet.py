@@ -226,7 +226,8 @@ def require_sheet(study: Study) -> None:
     if study.by_hand.kind.answers != "asks_people":
         kind = study.by_hand.solver.kind
         raise UsageError(
-            f"solver.kind: the `{kind}` solver computes all runs; for manual results, write `solver: {{kind: sheet}}`"
+            f"solver.kind: the `{kind}` solver computes all runs; for results entered by hand, write "
+            "`solver: {kind: sheet}`"
         )
 
 

@@ -48,7 +48,7 @@ class Embedded(Solver):
 
     study: Study
     drawn: bool = True
-    """Whether the places of replicates are drawn, others at other levels."""
+    """Whether the mesh positions of replicates are drawn at random, separately for each set of levels."""
 
     def prepare(self) -> None:
         """Compile the kernels before workers load them, unless the cache has them."""

@@ -53,7 +53,7 @@ class EmbeddedSolver(SolverOptions):
     """The explicit finite element solver that comes with stemcal."""
 
     kind: Literal["embedded"] = "embedded"
-    """The built-in solver of stemcal."""
+    """The embedded solver, which is included in stemcal."""
     rate_law: Literal["paper", "cowper_symonds", "none"] = "paper"
     """Rate law of the yield stress: `paper` is 1 + (rate/C)^P as printed in the wild chrysanthemum study,
     `cowper_symonds` is 1 + (rate/C)^(1/P), and `none` omits the rate effect."""
@@ -79,12 +79,13 @@ class EmbeddedSolver(SolverOptions):
     coarsening_around: Annotated[Number, Field(ge=1, le=10)] = 2.0
     """Ratio of the element width at the bottom of the cross-section to the element width under the edge."""
     replicates: Annotated[Whole, Field(ge=2, le=100)] | None = None
-    """Number of simulations of each point, each with another position of the mesh along the stem. Every interval
+    """Number of simulations of each point, each with a different mesh position along the stem. Every interval
     includes the scatter of the responses. Without this key, each point is simulated once."""
     time_limit: Time | None = None
-    """Time limit of one run, counted from the start of the run; unlimited by default."""
+    """Time limit for one run, measured from the start of the run; by default, there is no limit."""
     threads: Annotated[Whole, Field(ge=1, le=256)] = 1
-    """Number of threads of one simulation, for large models; `--workers` sets the number of parallel runs."""
+    """Number of threads per simulation. Use several threads for large models. The number of parallel runs is set with
+    `--workers`."""
 
     @property
     def version(self) -> str:
@@ -136,7 +137,7 @@ Environment = Annotated[dict[Variable, Annotated[str, StringConstraints(strict=T
 TimeLimit = Annotated[
     float,
     Quantity("time", above=0),
-    Field(description="Time limit of one run. If a run exceeds the limit, all its processes are terminated."),
+    Field(description="Time limit for one run. If a run exceeds the limit, all its processes are terminated."),
 ]
 
 
@@ -144,10 +145,11 @@ class ProgramOptions(SolverOptions):
     """Keys of every program that replaces the embedded solver."""
 
     environment: Environment = {}
-    """Additional environment variables by name. If a variable changes, all runs are repeated."""
+    """Additional environment variables, as a mapping from names to values. If a variable changes, all runs are
+    repeated."""
     time_limit: TimeLimit = 3600.0
     files: Annotated[tuple[SpecFile, ...], Field(max_length=MOST_FILES)] = ()
-    """Files copied into the folder of each run."""
+    """Files that are copied to each run folder."""
 
     @property
     def version(self) -> str:
@@ -179,11 +181,12 @@ class CommandSolver(ProgramOptions):
     For a stochastic program, `{{seed}}` is an integer that differs between runs, and `{{replicate}}` is the number of
     the replicate."""
     result: Annotated[dict[str, ResultReader], Field(max_length=20), BeforeValidator(_by_response)] = {}
-    """File and number that contain the response. For several responses, write one reader under each name."""
+    """Result file, and how the response is read from this file. For several responses, write one reader under the name
+    of each response."""
     replicates: Annotated[Whole, Field(ge=1, le=100)] | None = None
-    """Number of simulations of each point with different `{{seed}}`, for a stochastic program. With `1`, each run of
-    the design is simulated once, including repeated centre points. Without this key, the program must be deterministic:
-    the first run is repeated as a check."""
+    """Number of simulations of each point with different seeds (`{{seed}}`), for a stochastic program. With `1`, each
+    run of the design is simulated once, including repeated centre points. Without this key, the program must be
+    deterministic: the first run is repeated as a check."""
 
     def without_curve(self) -> tuple[str, str] | None:
         reader = self.result.get(FIRST)
@@ -222,7 +225,8 @@ class DeckSolver(ProgramOptions):
     elements_through_wall: ThroughWall = None
     mass_scaling: MassScaling = 1e4
     command: Annotated[tuple[Argument, ...], Field(max_length=200)] = ()
-    """Command of LS-DYNA: the program and its arguments as a list; `{{deck}}` is replaced by the name of the deck."""
+    """Command that starts LS-DYNA: the program and its arguments, as a list. `{{deck}}` is replaced by the file name of
+    the deck."""
     home: Argument | None = None
     """Installation folder of OpenRadioss with `exec`, `extlib` and `hm_cfg_files`. The default is the folder in the
     environment variable `OPENRADIOSS_PATH`."""
@@ -281,10 +285,10 @@ class SheetSolver(SolverOptions):
     """
 
     kind: Literal["sheet"] = "sheet"
-    """Results are entered into a sheet."""
+    """A run sheet in which results are entered by hand."""
     file: SpecFile | None = None
-    """Sheet of existing or planned runs (CSV or xlsx) with columns for the run, the factors and the responses. The rows
-    of a stage are the design of that stage; missing results are requested."""
+    """Run sheet (CSV or xlsx) that lists existing or planned runs, with columns for the run, the factors and the
+    responses. The rows of a stage form the design of that stage. stemcal requests any missing results."""
     templates: Annotated[tuple[SpecFile, ...], Field(max_length=MOST_FILES)] = ()
     """Input files that are written for each run; `{{factor}}` is replaced by the value of the factor."""
     replicates: Annotated[Whole, Field(ge=1, le=100)] | None = None

@@ -177,7 +177,7 @@ def executable(program: str, folder: Path, key: str = "command") -> str:
     if found is None:
         where = f"in {folder}" if by_path else "on PATH"
         raise UsageError(
-            f"solver.{key}: no program {program!r} was found {where}; install the program or correct its name"
+            f"solver.{key}: the program {program!r} was not found {where}; install the program or correct its name"
         )
     return str(Path(found).absolute())
 

@@ -79,11 +79,11 @@ class Solver:
     """
 
     immediate: ClassVar[bool] = False
-    """Whether it answers faster than a worker process can start."""
+    """Whether the solver answers faster than a worker process can start."""
     asks_people: ClassVar[bool] = False
-    """Whether its runs are done by hand: results are entered as records, unless it `knows` them."""
+    """Whether the runs are performed by hand. Their results are entered as records, unless the solver `knows` them."""
     of_spec_alone: ClassVar[bool] = False
-    """Whether its answers depend only on the spec and the code of stemcal."""
+    """Whether the answers depend only on the spec and on the stemcal code."""
 
     def identity(self, request: Request) -> dict[str, Any]:
         """Return everything that determines the answer, as JSON values; equal identities share one record."""

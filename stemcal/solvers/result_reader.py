@@ -55,13 +55,13 @@ class ResultReader(Frozen):
 
     file: RunFile
     column: Text | None = None
-    """Column with the numbers in a CSV file with a header."""
+    """Column that contains the numbers, in a CSV file with a header row."""
     path: Text | None = None
     """Path to the numbers in a JSON file: keys and indices separated by dots, such as `history.force` or
     `rows.0.force`."""
     pattern: Pattern | None = None
-    """Regular expression that is searched for in each line. The group `y` or, without `y`, the first group contains the
-    number. A group `x` contains the travel of a curve."""
+    """Regular expression that is applied to each line. The group `y` contains the number; if there is no group `y`, the
+    first group contains the number. An optional group `x` contains the travel of a curve."""
     along: Text | None = None
     """Column or path of the blade travel, for `curves` under `targets`."""
     reduction: Literal["max", "min", "first", "last"] = "last"

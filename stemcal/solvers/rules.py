@@ -25,7 +25,10 @@ def _elements_fit_stem(draft: Draft, solver: EmbeddedSolver) -> Iterator[Finding
         message = f"an element size of {solver.element_size} is too large for a stem diameter of {thinnest:g} mm"
         yield Finding(("solver", "element_size"), message, f"use about {thinnest / 8:.2g} mm")
     if (across := thickest / solver.element_size.at(thickest)) > _MOST_ACROSS:
-        message = f"an element size of {solver.element_size} is too small ({across:.3g} elements in {thickest:g} mm)"
+        message = (
+            f"an element size of {solver.element_size} is too small for a stem diameter of {thickest:g} mm "
+            f"({across:.3g} elements)"
+        )
         yield Finding(("solver", "element_size"), message, "write d/16, or check the unit")
 
 
@@ -48,7 +51,7 @@ def _placeholders_are_known(draft: Draft, solver: CommandSolver | SheetSolver) -
         if isinstance(content, OSError):
             yield Finding(node, f"the template cannot be read: {content.strerror}", "check the file")
         elif node == ("solver", "command", 0) and any(placeholders(content)):
-            yield Finding(node, "the name of the program cannot be a placeholder", "write the name of the program")
+            yield Finding(node, "the program name cannot be a placeholder", "write the name of the program")
         else:
             unknown = [(line, name) for line, name in placeholders(content) if name not in known]
             for line, name in unknown[:_MOST_UNKNOWN]:

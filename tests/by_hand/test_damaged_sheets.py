@@ -290,7 +290,7 @@ UNREADABLE: dict[str, tuple[Callable[[Cells], str | bytes], str]] = {
     "another study's sheet": (headed((1, "density (kg/m3)")), "no column has the heading sliding"),
     "an empty file": (lambda _cells: "", "no row contains the `run` heading"),
     "a torn workbook": (lambda cells: workbook()(cells)[:3000], "cannot be read as an Excel workbook"),
-    "two sheets alike": (workbook(with_a_copy), "several sheets have a `run` heading"),
+    "two sheets alike": (workbook(with_a_copy), "several worksheets have a `run` heading"),
     "an old workbook": (lambda _cells: b"\xd0\xcf\x11\xe0" + bytes(500), "save the file as .xlsx or CSV"),
     "a picture": (lambda _cells: b"\x89PNG\r\n" + bytes(range(256)), "save the sheet as .xlsx or CSV"),
     "another study's name": (put(STUDY, "heap 2"), "sheet.csv:4: the sheet is for the study 'heap 2', not for 'heap'"),

@@ -266,7 +266,7 @@ def test_input_changed_meanwhile_fails_the_run(tmp_path: Path) -> None:
 
 def test_missing_program_is_told_before_anything_runs(tmp_path: Path) -> None:
     solver = make_solver(study_of(tmp_path, command='["no-such-program-here", "x"]'))
-    with pytest.raises(UsageError, match="no program 'no-such-program-here' was found on PATH"):
+    with pytest.raises(UsageError, match="the program 'no-such-program-here' was not found on PATH"):
         solver.prepare()
 
 

@@ -217,7 +217,7 @@ class Deck:
             most = _RESOLVED * self.edge_spread
             yield (
                 f"an edge radius of {self.nose:.3g} mm and a nonlocal length of {self.nonlocal_length:.3g} mm replace "
-                f"{' and '.join(given)}; the resulting force is similar"
+                f"{' and '.join(given)}; the resulting force is similar to that of the embedded solver"
             )
             if self._element_size > most:
                 yield (

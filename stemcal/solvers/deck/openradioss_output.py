@@ -69,7 +69,7 @@ def leave_engine_input(folder: Path, text: str | None) -> None:
     """Write the engine's input, by default what the starter has left for it, with the name of our runs and titles."""
     if (folder / ENGINE_INPUT).is_symlink():
         raise SimulationFailed(
-            "no_engine_input", f"{ENGINE_INPUT} is a symbolic link, and stemcal does not write through links"
+            "no_engine_input", f"{ENGINE_INPUT} is a symbolic link, and stemcal writes only to regular files"
         )
     try:
         engine = read_text(folder, ENGINE_INPUT) if text is None else text

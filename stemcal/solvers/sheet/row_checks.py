@@ -108,12 +108,12 @@ def result_in(study: Study, row: Filled) -> Answer:
 def _value(row: Filled, response: Named) -> float:
     text = row.values.get(response.name, "")
     if not text:
-        message = f"{row.run} has no {response.name}; add this value, or write `failed: why`"
+        message = f"{row.run} has no {response.name}; add this value, or write `failed: REASON`"
         raise RowRefused(row, "incomplete", message)
     try:
         return number_in(text, row.decimal, row.units.get(response.name, response.unit), response.unit)
     except Unread as why:
-        raise RowRefused(row, "unreadable", f"{row.run}, {response.name}: {why}, or `failed: why`") from None
+        raise RowRefused(row, "unreadable", f"{row.run}, {response.name}: {why}, or `failed: REASON`") from None
 
 
 # ---- a cell as a number in the unit that is wanted

@@ -204,7 +204,9 @@ def _of_workbook(content: bytes, source: str, study: Study, partial: bool) -> li
     sheets = [(title, lines) for title, lines in tables if _head(lines) is not None]
     if len(sheets) > 1:
         titles = listed([title for title, _ in sheets])
-        raise UsageError(f"{source}: several sheets have a `{RUN}` heading ({titles}); keep only one of these sheets")
+        raise UsageError(
+            f"{source}: several worksheets have a `{RUN}` heading ({titles}); keep only one of these worksheets"
+        )
     return _of_lines(sheets[0][1] if sheets else [], source, study, partial)
 
 
@@ -290,7 +292,7 @@ def _columns(head: Sequence[str], source: str, study: Study, partial: bool) -> t
     missing = [column.heading for column in fields if column not in places and column.kind not in optional]
     if missing:
         raise UsageError(
-            f"{source}: no column has the heading {listed(missing)}; use the headings of the study's own sheet"
+            f"{source}: no column has the heading {listed(missing)}; use the headings of the sheet that stemcal wrote"
         )
     return places, units
 

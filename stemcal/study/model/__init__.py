@@ -121,7 +121,7 @@ class Study(StudyForm):
     source: Path = Field(default=Path("study.yaml"), exclude=True)
     warnings: tuple[str, ...] = Field(default=(), exclude=True)
     further: dict[str, Frozen] = Field(default={}, exclude=True)
-    """The sections of stages from other packages, by the names of the stages."""
+    """Sections of stages from other packages, by stage name."""
     _hands: Any = PrivateAttr(default=None)  # what asks for results of runs done by hand, and records them
 
     def ask(self, out: str | Path | None = None) -> list[dict[str, Any]]:

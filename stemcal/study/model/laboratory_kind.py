@@ -55,11 +55,11 @@ class LaboratorySection(Frozen):
     targets: SkipJsonSchema[Annotated[tuple[LaboratoryMeans, ...], BeforeValidator(_as_rows)]] = Field(default=())
 
     is_further_cut: ClassVar[bool] = False
-    """Whether it is the spec's own cutting test in another way, simulated as that is."""
+    """Whether the test is a further cutting test, simulated in the same way as the cutting test of the spec."""
     usual: ClassVar[tuple[str, ...]] = ("slope", "force", "work")
     """The responses that a calibration uses if all were measured."""
     plausible: ClassVar[Mapping[str, tuple[float, float]]] = {"stroke": (0.01, 500.0)}
-    """Lengths by key with the range outside which they are questioned, mm."""
+    """Plausible range of each length in mm, by key. A length outside this range causes a warning."""
 
     def stroke_at(self, diameter: float) -> float:
         """Return how far the machine moves at a stem diameter, mm; 0 where a further cut has the spec's own stroke."""
@@ -108,7 +108,7 @@ class PieceSection(LaboratorySection):
     the plates and d/16 elsewhere."""
 
     usual_size: ClassVar[Length] = Length(divisor=8.0)
-    """The length of its elements where the spec does not give it."""
+    """Default element length if the spec does not specify the length."""
 
     def stroke_at(self, diameter: float) -> float:
         return self.stroke.at(diameter)
@@ -137,9 +137,9 @@ class FurtherCutSection(LaboratorySection):
 
     kind: Literal["cutting"] = "cutting"
     blade: BladeSection | None = None
-    """Keys of the blade that differ from the `blade` section of the spec."""
+    """Blade keys whose values differ from those in the `blade` section of the spec."""
     supports: SupportsSection | None = None
-    """Keys of the supports that differ from the `supports` section of the spec."""
+    """Support keys whose values differ from those in the `supports` section of the spec."""
     stroke: StemLength | None = None
     """Stroke of the machine; by default the stroke in the `loading` section."""
 

@@ -38,7 +38,8 @@ class TargetRow(Frozen):
     travel: Size | None = None
     """Mean travel from first contact to the maximum force."""
     work: Annotated[float, Quantity("energy", above=0)] | None = None
-    """Mean work: up to the maximum force in cutting tests, up to the break or the end of the stroke in other tests."""
+    """Mean work: in cutting tests, up to the maximum force; in other tests, until the specimen breaks or the stroke
+    ends."""
     slope: Annotated[float, Quantity("force per length", above=0)] | None = None
     """Mean slope of the force–travel curve from 20 to 50 % of the maximum force, in tests other than cutting."""
     sd: Annotated[Any, WithJsonSchema(_SCATTER)] = None

@@ -146,7 +146,7 @@ def meanings() -> dict[str, str]:
     """Return what each key of a spec means, by its place.
 
     >>> meanings()["screen.alpha"], meanings()["solver.files, kind: command"]
-    ('Significance level. Factors with a smaller p-value are significant.', 'Files copied into the folder of each run.')
+    ('Significance level. Factors with a smaller p-value are significant.', 'Files that are copied to each run folder.')
     """
     found = {key: node["description"] for key, node in json_schema()["properties"].items()}
     for name, place in section_places().items():

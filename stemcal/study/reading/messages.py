@@ -100,7 +100,8 @@ def _length(error: Mapping[str, Any], path: NodePath, shown_path: NodePath) -> F
             return Finding(path, "the value is empty", "write a value")
         return Finding(path, f"{_show(given)} is too short", "write a longer value")
     most = error["ctx"].get("max_length")
-    return Finding(path, f"the value is too long (length {len(error['input'])})", f"shorten it to at most {most}")
+    remedy = f"shorten the value to a length of at most {most}"
+    return Finding(path, f"the value is too long (length {len(error['input'])})", remedy)
 
 
 _SPECIAL: dict[str, Callable[[Mapping[str, Any], NodePath, NodePath], Finding]] = {

@@ -47,7 +47,7 @@ def _curves_in(patterns: Sequence[str], folder: Path, path: NodePath) -> tuple[l
     try:
         files = _files(patterns, folder)
     except UsageError as error:
-        return read, [Finding(path, str(error), "list force–travel files from the folder of the spec")]
+        return read, [Finding(path, str(error), "list force–travel files from the spec folder")]
     for file in files:
         try:
             read += [smoothed(curve.travel, curve.force) for curve in read_curves(file, _WHOLE)]

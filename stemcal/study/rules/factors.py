@@ -34,7 +34,7 @@ def _ranges_rise(draft: Draft) -> Iterator[Finding]:
         low, high = in_unit(factor.low, factor.unit), in_unit(factor.high, factor.unit)
         if factor.low > factor.high:
             message = f"`low` ({low}) is above `high` ({high})"
-            yield Finding(("factors", index, "low"), message, "exchange `low` and `high`")
+            yield Finding(("factors", index, "low"), message, "swap `low` and `high`")
         elif factor.low == factor.high:
             message = f"`low` and `high` are both {low}"
             remedy = "widen the range, or move the parameter to the `material` section"

@@ -66,8 +66,8 @@ def _speeds(study: Study) -> Iterator[Finding]:
     speeds |= {("tests", index, "speed"): test.speed for index, test in enumerate(study.tests)}
     for path, speed in speeds.items():
         if _MACHINE < speed < _MOWER:
-            message = f"the speed of {speed:g} mm/s exceeds the speeds of testing machines (up to {_MACHINE:g} mm/s)"
-            yield Finding(path, message, "check the unit; speeds of testing machines are usually in mm/min")
+            message = f"the speed of {speed:g} mm/s exceeds the maximum speed of testing machines ({_MACHINE:g} mm/s)"
+            yield Finding(path, message, "check the unit; testing machine speeds are usually given in mm/min")
 
 
 def _tests(study: Study) -> Iterator[Finding]:

@@ -23,7 +23,7 @@ def _names_are_free(draft: Draft) -> Iterator[Finding]:
             if one.name in taken:
                 message = f"{one.name!r} is already {taken[one.name]}"
                 yield Finding((section, index, "name"), message, "choose another name")
-            taken[one.name] = "another response or condition"
+            taken[one.name] = "the name of another response or condition"
             if index == 0:
                 taken.setdefault(FIRST, "a reserved name")
 
@@ -78,7 +78,7 @@ def _friction_falls(draft: Draft) -> Iterator[Finding]:
     if contact.dynamic_friction > contact.static_friction:
         dynamic, static = contact.dynamic_friction, contact.static_friction
         message = f"the coefficient of dynamic friction ({dynamic:g}) exceeds that of static friction ({static:g})"
-        yield Finding(("contact", "dynamic_friction"), message, "exchange the two coefficients")
+        yield Finding(("contact", "dynamic_friction"), message, "swap the two coefficients")
 
 
 _CUTTING = "cutting"

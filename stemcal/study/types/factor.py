@@ -65,7 +65,7 @@ PARAMETERS: dict[str, Parameter] = {
 }
 
 FRICTION = "stem_friction"  # no property of the material: it takes the place of the friction of `contact`
-_OF_STEM = Parameter("friction of the stem", "dimensionless", "1", 0, True, 2, True, (0.01, 1))
+_OF_STEM = Parameter("stem friction", "dimensionless", "1", 0, True, 2, True, (0.01, 1))
 EMBEDDED = {**PARAMETERS, FRICTION: _OF_STEM}
 
 MOST_FACTORS = 100
@@ -86,7 +86,7 @@ class PriorKnowledge(Frozen):
     mean: Number
     """Mean of the prior distribution, in the unit of the factor."""
     sd: Annotated[Number, Field(gt=0)]
-    """Standard deviation of the factor among the stems of this study, not the standard error of a mean."""
+    """Standard deviation of the factor among the stems of this study, not the standard error of the mean."""
     source: Annotated[Title, Field(min_length=3)]
     """Source of the prior distribution, such as a publication; the report shows the source."""
 
@@ -95,8 +95,9 @@ class Factor(Frozen):
     """One parameter to calibrate, with its search range."""
 
     name: FactorName
-    """Name of the factor in tables and files. The factors of the embedded solver are nine material parameters and the
-    coefficient of friction `stem_friction`. With other programs, any name is allowed."""
+    """Name of the factor in tables and files. The `embedded` and `deck` solvers accept nine material parameters as
+    factors; the `embedded` solver also accepts the coefficient of friction `stem_friction`. With the other solvers, any
+    name is allowed."""
     symbol: Symbol
     """Symbol of the factor in tables and equations; by default X1 for the first factor, X2 for the second, and so
     on."""

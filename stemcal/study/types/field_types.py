@@ -143,7 +143,7 @@ def _resolve_file(given: Any, info: core_schema.ValidationInfo) -> Any:
     if not isinstance(given, str) or not given.strip() or "\0" in given or len(given) > 1000:
         raise complain("the value is not a valid file name", "write a path relative to the spec")
     folder: Path = info.context["spec"]
-    outside = complain(f"{given!r} is outside the folder of the spec", "copy the file into the folder of the spec")
+    outside = complain(f"{given!r} is outside the spec folder", "copy the file into the spec folder")
     windows = PureWindowsPath(given)
     if Path(given).is_absolute() or windows.drive or windows.root or ".." in windows.parts:
         raise outside

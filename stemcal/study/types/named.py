@@ -99,7 +99,7 @@ def responses_by_name(given: Any, info: ValidationInfo) -> Any:
     if given == "all":
         given = known
     if not isinstance(given, list | tuple) or not given or any(name not in known for name in given):
-        raise complain("the value is neither `all` nor a list of responses", f"choose among {', '.join(known)}")
+        raise complain("the value is neither `all` nor a list of responses", f"choose from {', '.join(known)}")
     return tuple(FIRST if name == naming.response.name else name for name in given)
 
 

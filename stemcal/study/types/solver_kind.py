@@ -86,18 +86,18 @@ class SolverKind:
 
     name: ClassVar[str]
     options: ClassVar[type[SolverOptions]]
-    """The model of its keys in a spec."""
+    """Model of the solver keys in a spec."""
     answers: ClassVar[Answers] = "computes"
-    """Whether it computes, looks up answers, or the runs are done by hand."""
+    """Whether the solver computes answers, looks them up, or asks people to perform the runs."""
     of_spec_alone: ClassVar[bool] = False
-    """Whether its answers depend only on the spec and the code of stemcal."""
+    """Whether the answers depend only on the spec and on the stemcal code."""
     starts_program: ClassVar[bool] = False
-    """Whether it requires a program that the spec names."""
+    """Whether the solver requires a program that the spec names."""
     simulates_stems: ClassVar[bool] = False
-    """Whether it simulates stems itself: cuts and other laboratory tests, elements of any size, the force over time,
-    travel and work, with an estimate of time and memory."""
+    """Whether the solver itself simulates stems: cuts and other laboratory tests, elements of any size, the force over
+    time, travel and work, with an estimate of time and memory."""
     writes_decks: ClassVar[bool] = False
-    """Whether it runs a program on decks that stemcal writes."""
+    """Whether the solver runs a program on decks that stemcal writes."""
     own_responses: ClassVar[bool] = True
     """Whether a study may declare responses and conditions instead of the force on a stem."""
     replicates: ClassVar[Literal["mesh", "seed"] | None] = None
@@ -105,7 +105,7 @@ class SolverKind:
     parameters: ClassVar[Mapping[str, Parameter]] = {}
     """The parameters that can be factors; empty if factors may have any name."""
     rules: ClassVar[tuple[Callable[[Any, Any], Iterator[Any]], ...]] = ()
-    """The rules of its keys: functions of a draft and its options that yield findings."""
+    """Rules for the solver keys: functions of a draft and the solver options that yield findings."""
 
     def make(self, study: Any) -> Any:
         """Return the solver of a study, a `solvers.protocol.Solver`."""

@@ -185,7 +185,7 @@ class _Loader(yaml.SafeLoader):
             key, below = key_node.value, (*path, key_node.value)
             first = self._document.keys.setdefault(below, _place(key_node.start_mark))
             if key in found:
-                message = f"the key {key[:60]!r} is repeated; line {first.line} already has this key"
+                message = f"the key {key[:60]!r} is already used in line {first.line}"
                 self._complain(key_node, message, "keep one of the two keys", below)
             else:
                 found[key] = self.value_of(value, below)

@@ -87,7 +87,7 @@ NAMES = [*permutations(("force", "travel", "work"), 2), ("diameter", "angle"), (
 @pytest.mark.parametrize("at", ["diameter", "moisture", "speed", "travel", "force"])
 def test_targets_are_read_with_and_without_units(tmp_path: Path, first: str, second: str, at: str) -> None:
     if at in (first, second):
-        with pytest.raises(SpecError, match="is already another response or condition"):
+        with pytest.raises(SpecError, match="is already the name of another response or condition"):
             spec_of(tmp_path, first, second, at)
         return
     for units, declared in ((True, True), (False, True), (False, False)):

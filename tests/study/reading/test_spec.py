@@ -292,7 +292,7 @@ def test_tables_reached_through_a_link_outside_are_refused(tmp_path: Path) -> No
     except OSError:
         pytest.skip("no symbolic links here")
     text = MINIMAL + "solver: {kind: sheet, file: link.csv}\n"
-    with pytest.raises(SpecError, match="is outside the folder of the spec"):
+    with pytest.raises(SpecError, match="is outside the spec folder"):
         read_study(text.encode(), folder / "study.yaml")
 
 

@@ -68,8 +68,8 @@ def test_a_missing_node_is_placed_at_what_would_hold_it() -> None:
 def test_duplicate_keys_name_both_lines_and_keep_the_first() -> None:
     document = read("low: 1\nhigh: 2\nlow: 3\nlow: {low: 4}\n")
     assert messages(document) == [
-        "the key 'low' is repeated; line 1 already has this key",
-        "the key 'low' is repeated; line 1 already has this key",
+        "the key 'low' is already used in line 1",
+        "the key 'low' is already used in line 1",
     ]
     assert [place.line for place, _ in document.problems] == [3, 4]
     assert document.data == {"low": 1, "high": 2}
