@@ -163,7 +163,7 @@ def strain_table(found: SizedStrain) -> Table:
     foot = (
         f"The search ends at the first failure strain at which the mean force is within {100.0 * TOLERANCE:g} % of "
         f"{found.aim:.4g} N (stem diameter {found.condition:g} mm). A failure strain is valid if the error and the "
-        "standard error of the mean force are below 5 %. The 95 % confidence interval of the failure strain is "
+        "standard error of the mean force are both below 5 %. The 95 % confidence interval of the failure strain is "
         "computed from the scatter of the force over mesh positions."
     )
     return Table.of(columns, [found], "Failure strain for this element size", [foot])

@@ -146,7 +146,7 @@ def test_a_condition_of_its_own_has_a_column(moist: Told) -> None:
 
 def test_further_responses_are_named_with_their_units(moist: Told) -> None:
     tables = {table.title: table for table in all_tables(moist)}
-    beside = tables["Responses besides the angle of repose"]
+    beside = tables["Responses other than the angle of repose"]
     assert [(*row[:3], row[4]) for row in beside.cells] == [
         ("bulk density", "12", "745", "kg/m³"),
         ("bulk density", "16", "741", "kg/m³"),

@@ -64,14 +64,14 @@ def _notes(rows: Sequence[ClimbRow], best: ClimbRow, reached: bool, names: Names
     """Yield where the surface is centred, and that the climb ended before the target."""
     error = minus(f"{best.error_percent or 0.0:+.1f}")
     text = (
-        f"The response surface design is centred at step {best.step} of {len(rows)} of steepest ascent, where "
-        f"the response is closest to the target (error {error} %)."
+        f"The response surface design is centred at step {best.step} of {len(rows)} on the path of steepest "
+        f"ascent, where the response is closest to the target (error {error} %)."
     )
     yield Note("nearest_step", "info", text)
     if not reached:
         response = names.response.long
         text = (
-            f"Steepest ascent ended at the limits of the factor ranges, but the {response} did not reach the target. "
+            f"Steepest ascent ended at the limits of the factor ranges before the {response} reached the target. "
             "The target may be out of reach."
         )
         remedy = Remedy("Widen the factor ranges, or check the target value.")

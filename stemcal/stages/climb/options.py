@@ -25,7 +25,8 @@ class ClimbOptions(Frozen):
     """Number of steps from the centre to the limits of the factor ranges."""
     at_once: Flag = False
     """Whether all steps are simulated at once, including steps beyond the target. The mean response of the screening
-    then determines the direction of steepest ascent. Use this key for manual runs, or if many cores are available."""
+    then determines whether the steps increase or decrease the response. Use this key for manual runs, or if many cores
+    are available."""
 
 
 def _follows_a_slope(draft: Draft) -> Iterator[Finding]:

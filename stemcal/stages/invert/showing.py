@@ -169,7 +169,7 @@ def profiles(invert: InvertResult, labels: Mapping[str, str] | None = None) -> F
             axes.axvline(invert.point.solution[name], color=INK, linewidth=0.8)
             axes.set_ylim(0.0, 3.0)
             axes.set_xlabel((labels or {}).get(name, name))
-        figure.supylabel("increase in misfit (1: 95 % limit)", fontsize=9)
+        figure.supylabel("increase in misfit (1 = 95 % limit)", fontsize=9)
     return figure
 
 

@@ -57,7 +57,7 @@ def _contradiction(found: Contradicted, names: Names) -> str:
     measured, low, high = (f"{short(value, 4)}{named.unit_suffix}" for value in values)
     return (
         f"The measured {named.long}{names.at(found.condition)} ({measured}) contradicts the other measurements, which "
-        f"predict {low} to {high} (difference: {found.standard_errors:.1f} standard errors)."
+        f"predict a value between {low} and {high} (difference: {found.standard_errors:.1f} standard errors)."
     )
 
 
@@ -199,7 +199,7 @@ def _to_reconcile(study: Study, joint: JointFitted) -> Remedy:
     if len(conditions) > 1 and apart is not None:
         name, at = study.naming.named(apart.response).long, Names(study.naming).at(apart.condition)
         return Remedy(
-            f"Check the unit, the specimens and the testing machine for the measured {name}{at}, and repeat the "
+            f"Check the unit of the measured {name}{at}, the specimens and the testing machine. Then repeat the "
             f"measurement. If the measured value is confirmed, add a factor that affects the {name}{at}."
         )
     if len(conditions) > 1:

@@ -233,7 +233,7 @@ def _in_another_model(stage: RefineResult, names: Names) -> Iterator[Note]:
         yield Note("still_rose", "warning", text, Remedy("Increase `refine.duration`."))
     simulated = {run.condition for run in stage.made if run.levels == stage.parameters}
     if left := [row.condition for row in stage.rows if row.condition not in simulated]:
-        why = "the run budget is exhausted" if stage.converged else "the target was not reached"
+        why = "the run budget was exhausted" if stage.converged else "the target was not reached"
         remedy = Remedy("Raise `refine.budget`.") if stage.converged else None
         text = f"The refined parameters were not simulated{names.at(*left)} because {why}."
         yield Note("not_run_there", "warning", text, remedy)

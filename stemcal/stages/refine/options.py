@@ -36,23 +36,23 @@ class RefineOptions(Frozen):
 
     in_: AnySolver | None = Field(default=None, validation_alias="in", serialization_alias="in")
     """The program or mesh in which the parameters will be used: any solver with its keys, or `embedded` with another
-    mesh. If the solver kind is the same, omitted keys have the values of the study. The default is the model of the
-    study."""
+    mesh. If the solver kind is the same, omitted keys take their values from the study. The default is the model of
+    the study."""
     internal_length: StemLengthOrZero | None = None
-    """Value of `material.internal_length` in the model of `in`; `0 mm` for local failure."""
+    """Value of `material.internal_length` in the model specified by `in`; `0 mm` for local failure."""
     edge_spread: StemLengthOrZero | None = None
-    """Value of `blade.edge_spread` in the model of `in`; `0 mm` for a sharp edge."""
+    """Value of `blade.edge_spread` in the model specified by `in`; `0 mm` for a sharp edge."""
     duration: Time | None = None
-    """Value of `loading.duration` in the model of `in`. Without characteristic lengths, the same force may require a
-    longer stroke."""
+    """Value of `loading.duration` in the model specified by `in`. Without characteristic lengths, the same force may
+    require a longer stroke."""
     adjust: Annotated[
         dict[str, tuple[Number, Number] | None],
         BeforeValidator(_by_name),
         WithJsonSchema({"anyOf": [_NAMES, _RANGES]}),
     ] = {}
-    """Factors that may change in the model of `in`, in this order: names, or `name: [low, high]`. The default is the
-    failure strain if the response surface varies it, otherwise the strongest factor. A factor without limits has the
-    range of the study; the range of the failure strain extends from a tenth of its lower limit to 1."""
+    """Factors that may change in the model specified by `in`, in this order: names, or `name: [low, high]`. The default
+    is the failure strain if the response surface varies it, otherwise the strongest factor. If a factor has no limits,
+    its range in the study is used; the range of the failure strain extends from a tenth of its lower limit to 1."""
     tolerance_percent: Annotated[Number, Field(gt=0, le=50)] = 1.0
     """Largest allowed error in the simulated response at the calibrated values, in percent."""
     budget: Annotated[Whole, Field(ge=1, le=1000)] = 10

@@ -82,7 +82,7 @@ def responses(stage: RefineResult, names: Names) -> Table:
         ]
     where = program(stage.model.kind) if stage.elsewhere else "the model of the study"
     foot += ["Error in % = 100·(measured − refined)/measured."]
-    return Table.of(columns, stage.rows, f"Measured and simulated in {where}", foot)
+    return Table.of(columns, stage.rows, f"Measured values and simulations in {where}", foot)
 
 
 def runs(stage: RefineResult, names: Names) -> Table:

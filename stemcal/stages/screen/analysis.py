@@ -193,7 +193,9 @@ def _screening_notes(
         )
         found.append(Note("too_few_effects", "caution", text))
     elif not tested:
-        few = f"the number of residual degrees of freedom is only {df}" if df < LEAST_DF else "the residual is zero"
+        few = "the residual sum of squares is zero"
+        if df < LEAST_DF:
+            few = f"the number of residual degrees of freedom is only {df}"
         text = f"The significant factors are identified by Lenth's method because {few}."
         found.append(Note("lenth_decides", "caution", text))
     found += _disagreements(effects, size, alpha, written)

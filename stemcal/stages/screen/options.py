@@ -23,7 +23,7 @@ class ScreenOptions(Frozen):
     design: ScreeningDesign = "plackett-burman"
     """The design of the screening."""
     centre_points: Annotated[Whole, Field(ge=0, le=50)] = 0
-    """Number of runs at the centre of all ranges, to detect curvature and scatter."""
+    """Number of runs at the centre of all ranges, to detect curvature and estimate the scatter."""
     runs: Annotated[Whole, Field(ge=4, le=512)] | None = None
     """Number of runs. The default for a Plackett–Burman design is 12 runs for 5 to 11 factors."""
     fold_over: Flag = False

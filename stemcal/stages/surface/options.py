@@ -110,7 +110,8 @@ class RsmOptions(Frozen):
     reduce: Literal["none", "backward"] = "none"
     """With `backward`, terms with a p-value above 0.1 are removed one by one; the model hierarchy is preserved."""
     coding: dict[str, tuple[Number, Number]] = {}
-    """Factor values at coded −1 and +1, as in `yield_stress: [12, 18]`. All other factors use their ranges."""
+    """Factor values at coded −1 and +1, as in `yield_stress: [12, 18]`. For all other factors, the range
+    of the factor is used."""
 
     def coded(self, name: str) -> tuple[float, float]:
         """Return centre and half step of a factor in `coding`."""
@@ -164,7 +165,7 @@ def _surface_factors_exist(draft: Draft) -> Iterator[Finding]:
         yield Finding(("rsm", "factors"), "a response surface requires at least one factor", "list a factor")
     if len(chosen) > MOST_CCD_FACTORS:
         message = f"{len(chosen)} factors require too many corner runs"
-        yield Finding(("rsm", "factors"), message, f"list at most {MOST_CCD_FACTORS}")
+        yield Finding(("rsm", "factors"), message, f"list at most {MOST_CCD_FACTORS} factors")
 
 
 def _factors_are_found(draft: Draft) -> Iterator[Finding]:

@@ -13,4 +13,4 @@ class ValidateOptions(Frozen):
     """Comparison of simulated and measured responses."""
 
     tolerance_percent: Annotated[Number, Field(gt=0, lt=100)] = 10.0
-    """Largest error, in percent, at which simulated and measured responses are considered equal."""
+    """Largest error, in percent, at which simulated and measured responses are considered to agree."""

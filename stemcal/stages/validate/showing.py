@@ -28,7 +28,8 @@ class ValidateShowing(Showing[ValidateResult]):
         worst, mean = fixed(result.worst_percent, 1), fixed(result.mean_abs_error_percent, 1)
         over = f" ({mean} % on average over {len(result.rows)} values of the {names.condition.long})"
         of_all = over if len(result.rows) > 1 else ""
-        return [f"The simulated {differ} from the measurement by at most {worst} %{of_all}."]
+        measured = "measurements" if names.naming.others or of_all else "measurement"
+        return [f"The simulated {differ} from the {measured} by at most {worst} %{of_all}."]
 
     def tables(self, result: ValidateResult, names: Names) -> list[Table]:
         """Return measured against simulated, and further responses."""
@@ -36,7 +37,7 @@ class ValidateShowing(Showing[ValidateResult]):
         every = [{"condition": row.compared.condition, **to_json(one)} for row in result.rows for one in row.further]
         if further := from_means(every, names):
             values = ("measured", "Measured", short), ("simulated", "Simulated", significant)
-            title = f"Responses besides the {names.response.long}"
+            title = f"Responses other than the {names.response.long}"
             columns = [*measured_of(names, True, values), ERROR]
             tables.append(Table.of(columns, further, title, scores(names)))
         return tables

@@ -111,7 +111,7 @@ def trend_reason(
     if len(rows) < 3 or not (study.naming.is_force_on_stems and study.naming.is_cutting and study.kind.simulates_stems):
         return
     if (law := trend_of(*zip(*rows, strict=True))) is not None:
-        how = "faster" if law.exponent > 0.0 else "more slowly"
+        how = "more steeply" if law.exponent > 0.0 else "less steeply"
         text = (
             f"The error depends on diameter d: the measured force increases {how} than the simulated force, by a "
             f"factor of d^{abs(law.exponent):.2f}. The largest error of the simulation is {worst_percent:.1f} %."

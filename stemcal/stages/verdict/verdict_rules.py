@@ -171,7 +171,7 @@ def unfinished(evidence: Evidence) -> Iterator[Note]:
     done = {result.name for result in evidence.results.done}
     missing = [stage for stage in stages_of(evidence.study) if stage.name not in done]
     if missing:
-        by_hand = "Fill in the sheet in the study folder. " if evidence.study.kind.answers == "asks_people" else ""
+        by_hand = "Fill in the run sheet in the study folder. " if evidence.study.kind.answers == "asks_people" else ""
         remedy = Remedy(f"{by_hand}Continue with `stemcal run SPEC`.")
         there_alone = all(stage.seen(evidence.study) is not evidence.study for stage in missing)
         severity: Severity = "warning" if there_alone else "error"
