@@ -27,7 +27,7 @@ def outcome(stage: InvertResult, names: Names) -> list[str]:
     missed = series(f"{fixed(error, 1)} % ({names.naming.named(name).long})" for name, error in errors.items())
     count = len(joint.rows) + len(joint.further)
     return [
-        f"The joint fit to {count} measured values yields {values}.",
+        f"The joint fit to {count} measured values gives {values}.",
         f"The largest {'error' if len(errors) == 1 else 'errors'} of the response surfaces "
         f"{'is' if len(errors) == 1 else 'are'} {missed}.",
     ]
