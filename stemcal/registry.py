@@ -118,12 +118,12 @@ class Registry(Generic[T]):
                 if isinstance(one, self.kind) and one.name == name:
                     self._loaded[name] = one
                 else:
-                    self._leave_out(entry, f"{entry.value} is not a {self.kind.__name__} named {name}")
+                    self._leave_out(entry, f"{entry.value} must be a {self.kind.__name__} named {name}")
         return self._loaded.get(name)
 
     def _leave_out(self, entry: EntryPoint, reason: str, name: str = "") -> None:
         self.broken[name or entry.name] = f"{_package(entry)}: {reason}"
-        logger.warning("%s is skipped: %s: %s", entry.name, _package(entry), reason)
+        logger.warning("%s was skipped: %s: %s", entry.name, _package(entry), reason)
 
 
 def _may_declare(group: str) -> bool:

@@ -34,12 +34,12 @@ def aliases_note(coded: Array, names: Sequence[str]) -> Note:
     if k < 2:
         return Note("no_interactions", "caution", "A single factor has no interactions.")
     if largest < 1e-9:
-        clear = f"In the {n} runs of the design, no main effect is aliased with a two-factor interaction."
+        clear = f"In this design with {n} runs, no main effect is aliased with a two-factor interaction."
         return Note("clear_of_interactions", "caution", clear)
     if largest > 1.0 - 1e-9:
         return _fully_aliased(n, weights, names)
     text = (
-        f"In the {n} runs of the design, main effects are partially aliased with interactions (alias coefficients of "
+        f"In this design with {n} runs, main effects are partially aliased with interactions (alias coefficients of "
         f"up to {largest:.2g})."
     )
     return Note("partly_aliased", "caution", text)
@@ -53,7 +53,7 @@ def _fully_aliased(n: int, weights: Array, names: Sequence[str]) -> Note:
     listed = [f"{factor} with {_first(pairs)}" for factor, pairs in list(hidden.items())[:_SHOWN_FACTORS]]
     if (more := len(hidden) - _SHOWN_FACTORS) > 0:
         listed.append(f"{more} more")
-    text = f"In the {n} runs of the design, main effects are fully aliased with interactions: {'; '.join(listed)}."
+    text = f"In this design with {n} runs, main effects are fully aliased with interactions: {'; '.join(listed)}."
     return Note("fully_aliased", "caution", text)
 
 

@@ -91,7 +91,7 @@ def compare_conditions(
     """
     scatter = scatter or [(None, None)] * len(conditions)
     if not len(conditions) == len(measured) == len(simulated):
-        raise UsageError("validation: conditions, measured values and simulated values must have equal lengths")
+        raise UsageError("validation: conditions, measured values and simulated values must be equal in number")
     rows = tuple(
         _row(float(d), float(m), s, calibration_condition, naming, *spread)
         for d, m, s, spread in zip(conditions, measured, simulated, scatter, strict=True)

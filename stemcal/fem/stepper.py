@@ -244,7 +244,7 @@ def _check(outcome: int, state: State) -> None:
     number = np.flatnonzero(state.topology.slots == state.clock.trouble[0])
     element, time = f"element {number[0]}", f"at t = {state.clock.time[0]:.6g} s"
     raise {
-        INVERTED: SimulationFailed("inverted", f"{element} was inverted {time}"),
+        INVERTED: SimulationFailed("inverted", f"{element} became inverted {time}"),
         COLLAPSED: SimulationFailed("time_step", f"the time step of {element} fell below the lower limit {time}"),
         NOT_FINITE: SimulationFailed("nan", f"a nodal velocity was infinite or NaN {time}"),
     }[outcome]

@@ -93,7 +93,7 @@ def measure_diameters(
 def _check_grades(grades: Sequence[float], step: float) -> None:
     """Raise `UsageError` for grades that are no diameters, too many, or overlap."""
     if not 0.0 < step < WIDEST:
-        raise UsageError(f"--step {step:g}: the width of a grade must be above 0 mm and below {WIDEST:g} mm")
+        raise UsageError(f"--step {step:g}: the grade width must be above 0 mm and below {WIDEST:g} mm")
     for grade in grades:
         if not 0.0 < grade < WIDEST:
             raise UsageError(f"--grades: {grade:g} mm is not a plausible stem diameter; write diameters in mm")

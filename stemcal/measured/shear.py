@@ -78,7 +78,7 @@ class ShearTests:
                 name = tested[index].name
                 text = f"The maximum force of specimen {name} is an outlier (Grubbs' test). "
                 text += "The specimen is still included."
-                remedy = Remedy(f"If the laboratory records justify it, exclude the specimen: --exclude {name}")
+                remedy = Remedy(f"If the laboratory records justify excluding the specimen, use --exclude {name}")
                 yield Note("outlier", "caution", text, remedy)
 
 
@@ -142,7 +142,9 @@ def find_files(folder: Path) -> list[Path]:
         raise UsageError(f"{folder} does not exist; pass a folder of force–travel files or a single file")
     files = sorted(filter(_is_specimens, folder.rglob("*")), key=_by_number)
     if not files:
-        raise UsageError(f"{folder}: no file name ends in {listed(_SUFFIXES)}; add files from the testing machine")
+        raise UsageError(
+            f"{folder}: no files with the extension {listed(_SUFFIXES)} found; add files from the testing machine"
+        )
     return files
 
 

@@ -108,7 +108,7 @@ def read_tables(path: Path, form: Form = Form()) -> list[TextTable]:
     try:
         content = read_plain(path, MAX_BYTES)
     except OSError as error:
-        raise UsageError(f"{path}: {error.strerror}; pass the file of one specimen") from None
+        raise UsageError(f"{path}: {error.strerror}; pass a readable data file") from None
     if is_workbook(content, path):
         return _of_workbook(content, path, form)
     if form.sheet is not None:
@@ -133,7 +133,8 @@ def _of_workbook(content: bytes, path: Path, form: Form) -> list[TextTable]:
         if table.rows:
             tables.append(table)
     if not tables:
-        raise UsageError(f"{path}: no rows of numbers found in the workbook")
+        where = "the workbook" if form.sheet is None else f"sheet {shown(form.sheet)}"
+        raise UsageError(f"{path}: no numeric rows found in {where}; use a sheet that contains measured values")
     return tables
 
 
@@ -147,7 +148,7 @@ def _of_text(content: bytes, path: Path, form: Form) -> TextTable:
     table = _table(split(texts, separator), Form(encoding, separator, decimal), str(path), ragged=separator != " ")
     if not table.rows:
         raise UsageError(
-            f"{path}: no rows of numbers found; describe the format with `--separator`, `--decimal` and `--encoding`"
+            f"{path}: no numeric rows found; describe the format with `--separator`, `--decimal` and `--encoding`"
         )
     return table
 

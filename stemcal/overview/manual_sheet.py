@@ -157,7 +157,7 @@ class Entered:
         """Return how many results were accepted."""
         said = [f"Results accepted: {len(self.taken)}."]
         if self.known:
-            said.append(f"Results already known: {len(self.known)}.")
+            said.append(f"Results already recorded: {len(self.known)}.")
         if self.replaced:
             said.append(f"Results replaced: {len(self.replaced)} ({', '.join(self.replaced)}).")
         return " ".join(said)
@@ -226,7 +226,8 @@ def require_sheet(study: Study) -> None:
     if study.by_hand.kind.answers != "asks_people":
         kind = study.by_hand.solver.kind
         raise UsageError(
-            f"solver.kind: the `{kind}` solver computes all runs; for manual results, write `solver: {{kind: sheet}}`"
+            f"solver.kind: the `{kind}` solver computes all runs; to enter results by hand, write "
+            "`solver: {kind: sheet}`"
         )
 
 

@@ -22,7 +22,7 @@ def write_word(tables: Sequence[PaperTable], plots: Sequence[Plot], path: Path) 
     page.page_width, page.page_height = Cm(21.0), Cm(29.7)
     page.left_margin = page.right_margin = page.top_margin = page.bottom_margin = Cm(2.5)
     document.styles["Normal"].font.size = Pt(9)
-    document.core_properties.title = "Tables and figures of a stemcal study"
+    document.core_properties.title = "Tables and figures from a stemcal study"
     for table in tables:
         _add_table(document, table)
     for number, plot in enumerate(plots, 1):

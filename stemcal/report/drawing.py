@@ -30,7 +30,7 @@ def draw(study: Study, folder: StudyFolder, results: Results, verdict: Verdict, 
 
     The last line of the page has the hashes of its inputs. With `again` it is written anyway.
     """
-    page, made_of = folder.path / "report.html", f"<!-- made of {inputs_of(study, folder, results, verdict)}"
+    page, made_of = folder.path / "report.html", f"<!-- inputs: {inputs_of(study, folder, results, verdict)}"
     if not again and _last_line(page).startswith(made_of):
         return page
     from stemcal.report.gallery import write_figures

@@ -49,7 +49,7 @@ def _parameters(setting: Setting) -> list[Table]:
         Column("known", RANGE if setting.holds else "Source", of=known),
     ]
     foot = ["fixed: the parameter was set to its mid-range value."] if len(ranges) < len(levels) else []
-    return [Table.of(columns, setting.study.factors, "Parameters of the simulation", foot)]
+    return [Table.of(columns, setting.study.factors, "Simulation parameters", foot)]
 
 
 # ---- files
@@ -128,7 +128,7 @@ def _markdown_cell(text: str) -> str:
     return re.sub(r"(?i)(?<=www)\.|:(?=//)|(?<=mailto):|(?<=xmpp):", lambda found: f"\\{found[0]}", text)
 
 
-_HEAD = r"""% Written by stemcal; names in Chinese need XeLaTeX with the package xeCJK.
+_HEAD = r"""% Written by stemcal; Chinese names require XeLaTeX with the xeCJK package.
 \documentclass[a4paper]{article}
 \usepackage{iftex}
 \ifPDFTeX\usepackage[T1]{fontenc}\usepackage[utf8]{inputenc}\fi

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from stemcal.runs.answer import Progress
 
 _SPARSE_SECONDS = 30.0
-COMPILING = "compiling the solver for this machine (takes about half a minute, needed only once)"
+COMPILING = "compiling the solver for this machine (required only once, about half a minute)"
 _TITLES = {stage.name: stage.title for stage in STAGES.built_in} | {"material": "Failure strain for this element size"}
 
 

@@ -225,7 +225,7 @@ class StudyFolder:
         except Broken as broken:
             raise UsageError(f"{path} is damaged: the file {broken}; run `stemcal {stage} SPEC` again") from None
         if content.get("stage") != stage:
-            raise UsageError(f"{path} is not a result of {stage}; run `stemcal {stage} SPEC` again")
+            raise UsageError(f"{path} is not a result of the {stage} stage; run `stemcal {stage} SPEC` again")
         return content
 
     def has_stage(self, stage: str) -> bool:

@@ -44,7 +44,7 @@ class Batch:
                 continue
             begun = self._begun[run.key]
             if answer.reason in ACCIDENTS and begun < _TRIES:
-                logger.info("%s run %d is restarted", run.request.stage, run.request.row + 1)
+                logger.info("%s run %d is being restarted", run.request.stage, run.request.row + 1)
                 self._submit(run)
                 continue
             if begun > 1:

@@ -240,7 +240,8 @@ def _interrupted_runs_equal_uninterrupted_ones(at: SolverAtWork) -> None:
             at.answers(place, at.requests[:1])
             second = at.answers(place, at.requests)
         both = [[(one.response, one.responses) for one in some] for some in (at.answered, second)]
-        require(both[0] == both[1], f"the responses without and with an interruption differ: {both[0]} and {both[1]}")
+        differing = f"an uninterrupted and an interrupted run: {both[0]} and {both[1]}"
+        require(both[0] == both[1], f"the responses differ between {differing}")
 
 
 def _nan_is_a_failed_run(at: SolverAtWork) -> None:
@@ -312,7 +313,8 @@ def _responses_are_positive_and_repeatable(at: LaboratoryAtWork) -> None:
     with apart(at.study):
         found, again = (perform(at.test()).responses for _ in range(2))
     for name in at.section.usual:
-        require(0.0 < found.get(name, math.nan) < math.inf, f"the response {name} is {found.get(name)}")
+        value = found.get(name, math.nan)
+        require(0.0 < value < math.inf, f"the response {name} must be positive and finite, not {value}")
     require(again == found, f"the responses differ between two identical runs: {found} and {again}")
 
 

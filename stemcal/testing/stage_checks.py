@@ -84,7 +84,8 @@ def _interrupted_stage_equals_uninterrupted_one(at: StageAtWork) -> None:
         at.make(place)
         found, known = at.files(place), at.files(at.made[1].path)
         differing = [name for name in known if known[name] != found[name]]
-    require(not differing, f"these files of an interrupted and an uninterrupted run differ: {', '.join(differing)}")
+    names = ", ".join(differing)
+    require(not differing, f"these files differ between an interrupted and an uninterrupted run: {names}")
 
 
 def _stage_is_stale_when_an_input_changes(at: StageAtWork) -> None:

@@ -53,7 +53,7 @@ def test_the_independent_maximum_leaves_the_calibration_diameter_out():
 
 
 def test_senseless_input_is_refused():
-    with pytest.raises(UsageError, match="must have equal lengths"):
+    with pytest.raises(UsageError, match="must be equal in number"):
         compare_conditions([7], [1.0, 2.0], [1.0], 7)
     with pytest.raises(UsageError, match="must be positive"):
         compare_conditions([7], [0.0], [1.0], 7)

@@ -62,8 +62,8 @@ def test_what_is_given_overrides_what_is_found(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("content", "form", "words"),
     [
-        (b"no numbers here\n", Form(), "no rows of numbers"),
-        (b"", Form(), "no rows of numbers"),
+        (b"no numbers here\n", Form(), "no numeric rows"),
+        (b"", Form(), "no numeric rows"),
         (b"x,y\n1,2\n", Form(encoding="klingon"), "--encoding klingon: unknown"),
         (b"\xff\xff\n", Form(encoding="utf-8"), "not encoded in utf-8"),
         (b"x,y\n1,2\n", Form(separator="pipe"), "--separator pipe"),

@@ -44,7 +44,7 @@ def test_compiling_is_said_where_a_bar_would_stand_still() -> None:
             watch(progress(0, preparing=True))
     assert "compiling, once" in shown(out)
     assert lines.getvalue().splitlines()[-1] == (
-        "Screening: compiling the solver for this machine (takes about half a minute, needed only once)"
+        "Screening: compiling the solver for this machine (required only once, about half a minute)"
     )
 
 

@@ -42,7 +42,7 @@ def test_the_tables_of_the_paper_are_among_those_of_the_study(tables: dict[str, 
         "Analysis of variance": 14,
         "Calibrated parameters": 3,
         "Measured and simulated maximum force": 5,
-        "Parameters of the simulation": 9,
+        "Simulation parameters": 9,
     }
     assert {title: len(tables[title].rows) for title in rows} == rows
     effects, anova = tables["Effects on the maximum force"], tables["Analysis of variance"]
@@ -59,13 +59,13 @@ def test_the_tables_of_the_paper_are_among_those_of_the_study(tables: dict[str, 
 def test_the_range_to_cite_is_that_of_the_page_and_only_of_a_calibrated_study(
     replayed: tuple[Any, Any], results: Results, tables: dict[str, Table]
 ) -> None:
-    parameters = tables["Parameters of the simulation"]
+    parameters = tables["Simulation parameters"]
     assert parameters.heads == ("Symbol", "Parameter", "Value", "95 % confidence interval")
     assert parameters.cells[0] == ("X1", "Density (kg/m³)", "1100", "fixed")
     assert parameters.cells[3] == ("X4", "Yield stress (MPa)", "18.37", "15.35 to 19.96")
     assert set(cited_ranges(results).values()) < {row[3] for row in parameters.cells}
     doubted = {table.title: table for table in study_tables(replayed[0], results, holds=False)}
-    assert {row[3] for row in doubted["Parameters of the simulation"].cells} == {"calibrated", "fixed"}
+    assert {row[3] for row in doubted["Simulation parameters"].cells} == {"calibrated", "fixed"}
     assert "range" not in [column.key for column in doubted["Calibrated parameters"].columns]
 
 

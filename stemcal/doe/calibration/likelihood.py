@@ -326,7 +326,9 @@ def fit(observations: Sequence[Observation], region: Region, priors: Sequence[Pr
         If the surfaces are not over the same factors.
     """
     if len({o.surface.names for o in observations}) != 1:
-        raise UsageError("joint fit: no surface is given, or the factors differ; pass surfaces with the same factors")
+        raise UsageError(
+            "joint fit: the surfaces are missing or have different factors; pass surfaces with the same factors"
+        )
     errors = errors_of(observations, len(observations) - region.k)
     m, q = len(observations), len(priors)
     seeds, found = region.cloud(_CLOUD), None

@@ -40,7 +40,8 @@ def reduce_surface(
     columns = term_columns(points[present])
     if not_estimable(columns, chosen):
         raise UsageError(
-            "rsm.reduce: backward elimination starts from the full quadratic model, which requires more runs; add runs"
+            f"rsm.reduce: backward elimination starts from the full quadratic model, but its {columns.shape[1]} "
+            f"coefficients cannot be estimated from {np.count_nonzero(present)} runs; add runs"
         )
     steps: list[ReductionStep] = []
     while removable := _removable(chosen):
