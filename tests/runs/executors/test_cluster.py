@@ -192,6 +192,8 @@ def test_another_version_is_refused(
     cluster: Cluster, monkeypatch: pytest.MonkeyPatch, request: pytest.FixtureRequest
 ) -> None:
     request.addfinalizer(code_version.cache_clear)
+    with DaskExecutor(cluster.address) as same:
+        assert same.submit(pow, 2, 10).result(timeout=60) == 1024  # a worker has joined; versions are those of workers
     monkeypatch.setattr("stemcal.registry.__version__", "0.1.0")
     code_version.cache_clear()
     with pytest.raises(UsageError, match=r"the study uses 0\.1\.0\+\w+; install the same version of stemcal"):
