@@ -1,4 +1,4 @@
-"""Sealed files: JSON objects that carry the SHA-256 of their content, so that a changed digit is seen."""
+"""The seal of stage files and run records: the SHA-256 of their content, so that a changed digit is seen."""
 
 import hashlib
 import json

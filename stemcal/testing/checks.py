@@ -215,11 +215,11 @@ def _identity_changes_with_each_factor(at: SolverAtWork) -> None:
     middle = at.requests[0]
     for factor in at.study.factors:
         other = replace(middle, levels={**middle.levels, factor.name: factor.low})
-        require(at.key(middle) != at.key(other), f"the identity of a run does not include {factor.name}")
+        require(at.key(middle) != at.key(other), f"runs with different values of {factor.name} have the same identity")
     if at.study.naming.condition is None:
         return
     other = replace(middle, condition=1.25 * middle.condition)
-    require(at.key(middle) != at.key(other), "the identity of a run does not include the condition")
+    require(at.key(middle) != at.key(other), "runs at different conditions have the same identity")
 
 
 def _every_response_is_answered(at: SolverAtWork) -> None:
@@ -294,7 +294,7 @@ def _identity_of_test_changes_with_each_factor(at: LaboratoryAtWork) -> None:
     require(found[0] == found[1], "the identity of the test changes when the test is pickled")
     for factor in at.study.factors:
         other = json.dumps(identity(at.section, at.test(**{factor.name: factor.low})))
-        require(other != found[0], f"the identity of a run does not include {factor.name}")
+        require(other != found[0], f"runs with different values of {factor.name} have the same identity")
 
 
 def _model_is_sound(at: LaboratoryAtWork) -> None:
