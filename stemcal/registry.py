@@ -37,6 +37,8 @@ class Checked:
         interface = next(base for base in cls.__mro__[1:] if Checked in base.__bases__)
         known = [name for name in dir(interface) if not name.startswith("_")]
         for name in vars(cls):
+            if name in known and callable(getattr(interface, name)) and not callable(getattr(cls, name)):
+                raise TypeError(f"{cls.__name__}.{name} must be a method")
             if not name.startswith("_") and name not in known:
                 raise TypeError(f"{cls.__name__}.{name} is never used: {did_you_mean(name, known)}")
 

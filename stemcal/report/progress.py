@@ -18,7 +18,12 @@ if TYPE_CHECKING:
 
 _SPARSE_SECONDS = 30.0
 COMPILING = "compiling the solver for this machine (required only once, about half a minute)"
-_TITLES = {stage.name: stage.title for stage in STAGES.built_in} | {"material": "Failure strain for this element size"}
+_OTHERS = {"material": "Failure strain for this element size"}
+
+
+def _title(stage: str) -> str:
+    found = STAGES.named(stage)
+    return _OTHERS.get(stage, stage) if found is None else found.title
 
 
 def make_watch(console: Console | None, naming: Naming = CUTTING) -> Watcher:
@@ -45,7 +50,7 @@ def describe(progress: Progress, naming: Naming = CUTTING) -> str:
     ...                   last_condition=8.0, preparing=False, points=14))
     'Screening: 5/12 runs for 14 design points, 2 from earlier, 1 failed, last 120.4 N at 8 mm'
     """
-    title = _TITLES.get(progress.stage, progress.stage)
+    title = _title(progress.stage)
     if progress.preparing:
         return f"{title}: {COMPILING}"
     repeated = f" for {progress.points} design points" if progress.points > progress.total else ""
@@ -130,7 +135,7 @@ class _Bar(Watcher):
         """Move the bar of the stage; without a total it pulses."""
         stage, compiling = progress.stage, progress.preparing
         if stage not in self.tasks:
-            self.busy(_TITLES.get(stage, stage), stage)
+            self.busy(_title(stage), stage)
         tail = "compiling, once" if compiling else ", ".join(_remarks(progress, self.naming))
         total = None if compiling else progress.total
         self.bars.update(self.tasks[stage], completed=progress.done, total=total, tail=tail)

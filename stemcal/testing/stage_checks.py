@@ -11,11 +11,12 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from stemcal.report.showing import Showing, names_of
+from stemcal.report.showing import Setting, Showing, names_of
 from stemcal.runs.answer import Progress
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.stages.fresh import changes_since
 from stemcal.stages.result import read_result
+from stemcal.stages.results import fresh_results
 from stemcal.stages.stage import Stage, stage_called
 from stemcal.stages.work import HERE
 from stemcal.testing.checks import AtWork, apart, require
@@ -120,7 +121,26 @@ def _tables_have_titles_and_units(at: StageAtWork) -> None:
         )
 
 
+def _stage_is_shown(at: StageAtWork) -> None:
+    """The sentences of a stage are texts, its tables can be written and its figures can be drawn."""
+    _, folder, result = at.made
+    showing, names = at.thing.showing(), names_of(result)
+    assert isinstance(showing, Showing)
+    require(
+        all(isinstance(text, str) for text in showing.outcome(result, names)), "`outcome` must return a list of texts"
+    )
+    for table in showing.tables(result, names):
+        written = [
+            column.written(value) for row in table.rows for column, value in zip(table.columns, row, strict=True)
+        ]
+        require(
+            all(isinstance(text, str) for text in written), f"{table.title}: the format of a column returns no text"
+        )
+    for plot in showing.figures(result, Setting(at.study, fresh_results(at.study, folder))):
+        require(bool(plot.document), f"the {plot.name} figure is empty")
+
+
 OF_STAGES: tuple[Callable[[StageAtWork], None], ...] = (
     _stage_is_declared, _result_is_its_file, _interrupted_stage_equals_uninterrupted_one,
-    _stage_is_stale_when_an_input_changes, _tables_have_titles_and_units,
+    _stage_is_stale_when_an_input_changes, _tables_have_titles_and_units, _stage_is_shown,
 )  # fmt: skip

@@ -78,6 +78,19 @@ def test_a_stage_passes_the_checks(tmp_path: Path) -> None:
     check_stage(stage, tmp_path / "study.yaml")
 
 
+@pytest.mark.usefixtures("installed")
+def test_a_sentence_and_a_figure() -> None:
+    """Of a finished stage, and of one whose run failed."""
+    import figure
+
+    for force, written in ((12.34, "12.3"), (None, "–")):
+        result = SimpleNamespace(force=force)
+        assert figure.outcome(None, result, None) == [f"In the middle of the ranges, the maximum force is {written} N."]
+    (plot,) = figure.figures(None, SimpleNamespace(force=12.34), None)
+    (bar,) = plot.figure.axes[0].patches
+    assert (plot.section, bar.get_height()) == ("middle", 12.34)
+
+
 @pytest.mark.slow
 @pytest.mark.usefixtures("installed")
 def test_a_laboratory_test_passes_the_checks(tmp_path: Path) -> None:

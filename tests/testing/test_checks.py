@@ -15,6 +15,7 @@ from stemcal.doe.designs import SURFACES, SurfaceDesign, SurfaceOptions
 from stemcal.errors import UsageError
 from stemcal.files.rows import Column, Table
 from stemcal.laboratory.axial import Axial, Tension
+from stemcal.report.figures.plot import Plot
 from stemcal.solvers.kinds import Python
 from stemcal.solvers.protocol import Answer, Request, Solver
 from stemcal.stages.climb import Climbing
@@ -160,13 +161,23 @@ def test_one_error_names_all_that_failed() -> None:
 
 
 class Untitled(ClimbShowing):
-    def tables(self, result: Any, names: Any, judged: bool = False) -> list[Table]:
-        return [replace(table, title="") for table in super().tables(result, names, judged)]
+    def tables(self, result: Any, names: Any) -> list[Table]:
+        return [replace(table, title="") for table in super().tables(result, names)]
 
 
 class Unitless(ClimbShowing):
-    def tables(self, result: Any, names: Any, judged: bool = False) -> list[Table]:
+    def tables(self, result: Any, names: Any) -> list[Table]:
         return [Table((Column("mass", "Mass", form=str),), ((1.5,),), "Mass of the stem")]
+
+
+class Undrawn(ClimbShowing):
+    def figures(self, result: Any, setting: Any) -> list[Plot]:
+        return [Plot("path", "climb", "The path.", lambda: setting.labels.figure)]
+
+
+class Unwritten(ClimbShowing):
+    def tables(self, result: Any, names: Any) -> list[Table]:
+        return [Table((Column("force", "Force", "N", "{:.1f}".format),), ((None,),), "Force of a failed run")]
 
 
 STAGES: list[tuple[Mapping[str, Any], str]] = [
@@ -174,6 +185,8 @@ STAGES: list[tuple[Mapping[str, Any], str]] = [
     ({"title": ""}, "stage_is_declared"),
     ({"showing": lambda self: Untitled()}, "tables_have_titles_and_units"),
     ({"showing": lambda self: Unitless()}, "tables_have_titles_and_units"),
+    ({"showing": lambda self: Undrawn()}, "stage_is_shown"),
+    ({"showing": lambda self: Unwritten()}, "stage_is_shown"),
 ]
 
 

@@ -1,11 +1,11 @@
 # ruff: noqa: D100, D101, D103, I001
 # fmt: off
 from dataclasses import dataclass
-from typing import ClassVar
 
 from stemcal.files.rows import Column, Table
 from stemcal.files.typed import inline
 from stemcal.note import Note
+from stemcal.numbers import fixed
 from stemcal.report.showing import Showing
 from stemcal.solvers.protocol import Request
 from stemcal.stages.result import Head, StageResult
@@ -18,7 +18,7 @@ class MiddleOptions(Frozen):
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class MiddleResult(StageResult):
-    name: ClassVar[str] = "middle"
+    name = "middle"
     head: Head = inline()
     force: float | None
     notes: tuple[Note, ...] = ()
@@ -27,13 +27,13 @@ class MiddleResult(StageResult):
 
 @a_stage(MiddleResult)
 def make(work, head):
-    condition = work.study.of(MiddleOptions).condition
-    (outcome,) = work.outcomes([Request("middle", 0, work.study.midlevels(), condition)])
+    at, levels = work.study.of(MiddleOptions).condition, work.study.midlevels()
+    (outcome,) = work.outcomes([Request("middle", 0, levels, at)])
     return MiddleResult(head=head, force=outcome.response)
 
 class MiddleShowing(Showing):
     def tables(self, result, names):
-        column = Column("force", "Maximum force", "N", "{:.1f}".format)
+        column = Column("force", "Maximum force", "N", fixed)
         return [Table((column,), ((result.force,),), "Force in the middle of the ranges")]
 
 class Middle(Stage):

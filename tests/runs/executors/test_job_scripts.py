@@ -24,7 +24,7 @@ def test_job_script(kind: str) -> None:
     page = PAGE.read_text("utf-8")
     (code,) = (block for block in re.findall(r"```python\n(.*?)```", page, re.DOTALL) if "SLURMCluster" in block)
     if kind == "PBSCluster":
-        (added,) = re.findall(r"`PBSCluster` and add `(.*?)`", page)
+        (added,) = re.findall(r"`PBSCluster` class and add the argument `(.*?)`", page)
         code = code.replace("SLURMCluster", kind).replace(f"{kind}(\n", f"{kind}(\n    {added},\n")
     until_jobs = code.replace('"port": 8786', '"port": 0').partition("cluster.adapt")[0]
     done = subprocess.run(
