@@ -137,6 +137,7 @@ def _stage_is_shown(at: StageAtWork) -> None:
             all(isinstance(text, str) for text in written), f"{table.title}: the format of a column returns no text"
         )
     for plot in showing.figures(result, Setting(at.study, fresh_results(at.study, folder))):
+        require(plot.section == at.thing.name, f"the section of the {plot.name} figure must be {at.thing.name!r}")
         require(bool(plot.document), f"the {plot.name} figure is empty")
 
 

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 from stemcal.doe.designs import SURFACES, SurfaceDesign, SurfaceOptions
 from stemcal.errors import UsageError
@@ -180,12 +181,18 @@ class Unwritten(ClimbShowing):
         return [Table((Column("force", "Force", "N", "{:.1f}".format),), ((None,),), "Force of a failed run")]
 
 
+class Misplaced(ClimbShowing):
+    def figures(self, result: Any, setting: Any) -> list[Plot]:
+        return [Plot("path", "middle", "The path.", Figure)]
+
+
 STAGES: list[tuple[Mapping[str, Any], str]] = [
     ({}, ""),
     ({"title": ""}, "stage_is_declared"),
     ({"showing": lambda self: Untitled()}, "tables_have_titles_and_units"),
     ({"showing": lambda self: Unitless()}, "tables_have_titles_and_units"),
     ({"showing": lambda self: Undrawn()}, "stage_is_shown"),
+    ({"showing": lambda self: Misplaced()}, "stage_is_shown"),
     ({"showing": lambda self: Unwritten()}, "stage_is_shown"),
 ]
 
