@@ -43,7 +43,7 @@ def json_schema() -> dict[str, Any]:
             schema["properties"][stage.name] = {"$ref": f"{_DEFS}{further.__name__}"}
     for stage in STAGES.all:
         if stage.name in schema["properties"]:
-            schema["properties"][stage.name]["description"] = " ".join((stage.purpose or stage.title).split())
+            schema["properties"][stage.name]["description"] = " ".join((stage.purpose or f"{stage.title}.").split())
     return schema
 
 
