@@ -156,12 +156,14 @@ def minus(text: str) -> str:
     return text.replace("-", "−")
 
 
-def in_bytes(count: float) -> str:
+def in_bytes(count: float | None) -> str:
     """Return an amount of memory as people say it.
 
-    >>> in_bytes(2.5e8), in_bytes(7.1e9), in_bytes(3e15), in_bytes(float('inf'))
-    ('0.2 GB', '7.1 GB', 'more than 1000 TB', 'more than 1000 TB')
+    >>> in_bytes(2.5e8), in_bytes(7.1e9), in_bytes(3e15), in_bytes(float('inf')), in_bytes(None)
+    ('0.2 GB', '7.1 GB', 'more than 1000 TB', 'more than 1000 TB', '–')
     """
+    if count is None:
+        return MISSING
     if count < 1e12:
         return f"{max(count / 1e9, 0.1):.1f} GB"
     return f"{count / 1e12:.1f} TB" if count < 1e15 else "more than 1000 TB"

@@ -2,6 +2,7 @@
 
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -10,6 +11,10 @@ import pytest
 from commanding import REPLAY, ROOT, SMOKE, command, undrawn
 
 from stemcal.cli.explain import look_up
+from stemcal.cli.spec import _say_plan
+from stemcal.files.rows import Rows
+from stemcal.overview.plan import plan
+from stemcal.study.reading import load_study
 from stemcal.study.reading.json_schema import meanings
 
 DATA = ROOT / "configs" / "data"
@@ -153,3 +158,12 @@ def test_doctor_says_what_is_wrong(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_explain_takes_words_without_quotes() -> None:
     assert command("explain", "lack", "of", "fit").stdout == command("explain", "lack of fit").stdout
     assert command("explain", "strain", "rate").exit_code == 0
+
+
+def test_check_shows_a_finished_stage_without_memory(capsys: pytest.CaptureFixture[str]) -> None:
+    """A stage with nothing to compute needs none, while another has its estimate."""
+    found = plan(load_study(SMOKE), None)
+    first, *rest = found.stages
+    _say_plan(replace(found, stages=Rows([replace(first, to_run=0, memory=None), *rest])))
+    rows = {words[0]: words[-2:] for line in capsys.readouterr().out.splitlines() if (words := line.split())}
+    assert rows["screen"][-1] == "–" and rows["rsm"][-1] == "GB"
