@@ -186,7 +186,7 @@ class _Loader(yaml.SafeLoader):
             first = self._document.keys.setdefault(below, _place(key_node.start_mark))
             if key in found:
                 message = f"the key {key[:60]!r} is already used in line {first.line}"
-                self._complain(key_node, message, "keep one of the two keys", below)
+                self._complain(key_node, message, "merge the two entries under one key", below)
             else:
                 found[key] = self.value_of(value, below)
         return found
