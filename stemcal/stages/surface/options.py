@@ -249,6 +249,7 @@ def _doubts(study: Study) -> Iterator[Finding]:
         for name, growth in study.material.growing().items()
         if math.isclose(getattr(growth, "at", 0.0), at)
     }
+    fixed = []
     for factor in study.factors:
         screened, unseen = is_screened(study), factor.name in exponents
         if isinstance(chosen, str) and screened and unseen:
@@ -256,10 +257,10 @@ def _doubts(study: Study) -> Iterator[Finding]:
             remedy = "list the factors of the response surface in `rsm.factors`, or write another diameter for `at`"
             yield Finding(("material", exponents[factor.name], "at"), message, remedy)
         elif not isinstance(chosen, str) and factor.name not in chosen and (unseen or not screened):
-            message = (
-                f"{factor.name} is not varied in any run because it is neither screened nor listed in `rsm.factors`"
-            )
-            yield Finding(("rsm", "factors"), message, "list the factor, or replace its range with a fixed value")
+            fixed.append(factor.name)
+    if fixed:
+        message = f"not screened, not listed in `rsm.factors` and therefore not varied in any run: {', '.join(fixed)}"
+        yield Finding(("rsm", "factors"), message, "list each factor, or replace its range with a fixed value")
 
 
 RsmOptions.doubts = _doubts

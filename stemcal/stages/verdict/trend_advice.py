@@ -210,6 +210,6 @@ def _as_text_and_edit(study: Study, surface: Surfaces, change: Change) -> tuple[
     ]
     text = (
         f"Make {change.factor} proportional to the diameter raised to the power {change.exponent:.2f} (predicted "
-        f"largest error: {change.worst_percent:.1f} %): `{{{', '.join(edit)}}}`."
+        f"largest error: {change.worst_percent:.1f} %). Merge into the spec: `{{{', '.join(edit)}}}`."
     )
     return text, "\n".join(edit)
