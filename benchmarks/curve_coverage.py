@@ -30,8 +30,8 @@ from stemcal.doe.calibration.confidence_intervals import profiles_of
 from stemcal.doe.calibration.likelihood import Fit, fit
 from stemcal.doe.calibration.observations import Observation
 from stemcal.doe.calibration.region import Region
+from stemcal.doe.coding import Array
 from stemcal.doe.composite import central_composite
-from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface, fit_surface
 from stemcal.measured.curve_modes import Curve, modes_of, smoothed
 from stemcal.measured.shear_curves import contact_begins

@@ -38,9 +38,8 @@ from stemcal.doe.calibration.confidence_intervals import _CLOUD, _held_at
 from stemcal.doe.calibration.likelihood import Fit, Prior, fit
 from stemcal.doe.calibration.observations import Observation
 from stemcal.doe.calibration.region import Region
-from stemcal.doe.coding import term_columns
+from stemcal.doe.coding import Array, term_columns
 from stemcal.doe.composite import central_composite
-from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface, fit_surface
 from stemcal.errors import StemcalError
 

@@ -12,9 +12,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from stemcal.doe.coding import Array
 from stemcal.doe.effects import stands_out
 from stemcal.doe.factorial import plackett_burman
-from stemcal.doe.regression.least_squares import Array
 from stemcal.stages.screen.analysis import analyse_screening
 
 SEED, STUDIES, SIZE = 2_718, 400, 4.0

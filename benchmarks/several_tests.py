@@ -22,7 +22,7 @@ from stemcal.doe.calibration.confidence_intervals import profiles_of
 from stemcal.doe.calibration.likelihood import Fit, fit
 from stemcal.doe.calibration.observations import Observation
 from stemcal.doe.calibration.region import Region
-from stemcal.doe.regression.least_squares import Array
+from stemcal.doe.coding import Array
 from stemcal.doe.regression.surface import Surface
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.stages.fitting import fitted_surfaces, measured_means

@@ -5,7 +5,7 @@ from itertools import combinations
 
 import numpy as np
 
-from stemcal.doe.regression.least_squares import Array
+from stemcal.doe.coding import Array
 from stemcal.note import Note
 
 # Long lists of aliases are not read: the first ones are listed, the others counted.

@@ -8,7 +8,7 @@ from itertools import combinations
 
 import numpy as np
 
-from stemcal.doe.regression.least_squares import Array
+from stemcal.doe.coding import Array
 from stemcal.errors import UsageError
 
 # The factors that vary together while the others rest at the centre, counted from 1.

@@ -13,7 +13,8 @@ from typing import Literal
 
 import numpy as np
 
-from stemcal.doe.regression.least_squares import Array, fit_least_squares
+from stemcal.doe.coding import Array
+from stemcal.doe.regression.least_squares import fit_least_squares
 from stemcal.errors import UsageError
 from stemcal.files.typed import absent
 from stemcal.naming import CUTTING, Names, Naming

@@ -6,8 +6,8 @@ Hunter, Ann. Math. Stat. 28 (1957), 195–241.
 
 import numpy as np
 
+from stemcal.doe.coding import Array
 from stemcal.doe.factorial import fraction
-from stemcal.doe.regression.least_squares import Array
 from stemcal.errors import UsageError
 
 

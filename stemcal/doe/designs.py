@@ -12,10 +12,9 @@ from typing import ClassVar
 import numpy as np
 
 from stemcal.doe.box_behnken import box_behnken
-from stemcal.doe.coding import term_columns
+from stemcal.doe.coding import Array, term_columns
 from stemcal.doe.composite import axial_distance, central_composite
 from stemcal.doe.factorial import fraction, plackett_burman
-from stemcal.doe.regression.least_squares import Array
 from stemcal.errors import UsageError
 from stemcal.registry import Checked, Registry
 

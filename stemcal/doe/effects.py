@@ -6,8 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from stemcal.doe.coding import Array
 from stemcal.doe.lenth import Lenth, lenth
-from stemcal.doe.regression.least_squares import NEGLIGIBLE, ROUNDING, Array, LeastSquares, f_test
+from stemcal.doe.regression.least_squares import NEGLIGIBLE, ROUNDING, LeastSquares, f_test
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from operator import xor
 
 import numpy as np
 
-from stemcal.doe.regression.least_squares import Array
+from stemcal.doe.coding import Array
 from stemcal.errors import UsageError
 
 LETTERS = "ABCDEFGHJKLMNOPQ"  # I is the identity

@@ -11,7 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stemcal.doe.regression.least_squares import Array, t_quantile
+from stemcal.doe.coding import Array
+from stemcal.doe.regression.least_squares import t_quantile
 
 FEWEST = 3  # effects
 

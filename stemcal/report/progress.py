@@ -22,8 +22,10 @@ _OTHERS = {"material": "Failure strain for this element size"}
 
 
 def _title(stage: str) -> str:
+    if stage in _OTHERS:  # no stage: a look-up would read the entry points of all packages
+        return _OTHERS[stage]
     found = STAGES.named(stage)
-    return _OTHERS.get(stage, stage) if found is None else found.title
+    return stage if found is None else found.title
 
 
 def make_watch(console: Console | None, naming: Naming = CUTTING) -> Watcher:

@@ -7,8 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from stemcal.doe.coding import Coding
-from stemcal.doe.regression.least_squares import Array
+from stemcal.doe.coding import Array, Coding
 from stemcal.errors import UsageError
 from stemcal.files.rows import Rows
 from stemcal.note import Note

@@ -9,9 +9,8 @@ from functools import cached_property
 from stemcal.doe.calibration.likelihood import Fit, Prior, fit
 from stemcal.doe.calibration.observations import Observation
 from stemcal.doe.calibration.region import Region
-from stemcal.doe.coding import Coding
+from stemcal.doe.coding import Array, Coding
 from stemcal.doe.regression.anova import AnovaRow, Coefficient
-from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface, fit_surface
 from stemcal.files.rows import Rows
 from stemcal.files.typed import Spread, absent, inline

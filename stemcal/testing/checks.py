@@ -17,9 +17,8 @@ from typing import Any
 import numpy as np
 
 from stemcal import cutting
-from stemcal.doe.coding import term_columns
+from stemcal.doe.coding import Array, term_columns
 from stemcal.doe.designs import SurfaceDesign, SurfaceOptions
-from stemcal.doe.regression.least_squares import Array
 from stemcal.errors import UsageError
 from stemcal.laboratory.build import build, rounded
 from stemcal.runs.answer import answer_all

@@ -8,8 +8,8 @@ from itertools import permutations
 
 import numpy as np
 
+from stemcal.doe.coding import Array
 from stemcal.doe.designs import SurfaceDesign, SurfaceOptions
-from stemcal.doe.regression.least_squares import Array
 
 
 class Doehlert(SurfaceDesign):

@@ -14,7 +14,7 @@ import numpy as np
 
 from stemcal.doe.calibration.likelihood import LEVEL, Fit
 from stemcal.doe.calibration.region import Objective, Region, extremes, height, optimise, search_from, squared_distance
-from stemcal.doe.regression.least_squares import Array
+from stemcal.doe.coding import Array
 
 GRID, FREE = 25, 0.5
 """`FREE` is the share of its range from which a factor counts as free: data that only halve a range show little."""

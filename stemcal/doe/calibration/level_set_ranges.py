@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stemcal.doe.calibration.region import Objective, Region, coordinate, extremes, optimise, squared_distance
-from stemcal.doe.regression.least_squares import Array
+from stemcal.doe.coding import Array
 from stemcal.doe.regression.surface import Surface
 from stemcal.errors import TargetUnreachable, UsageError
 

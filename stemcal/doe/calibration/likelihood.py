@@ -30,8 +30,7 @@ import numpy as np
 
 from stemcal.doe.calibration.observations import Errors, Observation, errors_of
 from stemcal.doe.calibration.region import Objective, Region, optimise
-from stemcal.doe.coding import term_columns, term_gradient
-from stemcal.doe.regression.least_squares import Array
+from stemcal.doe.coding import Array, term_columns, term_gradient
 from stemcal.errors import UsageError
 
 LEVEL = 0.05

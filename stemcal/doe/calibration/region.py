@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stemcal.doe.regression.least_squares import Array
+from stemcal.doe.coding import Array
 from stemcal.doe.regression.surface import Surface
 from stemcal.errors import UsageError
 

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from stemcal.doe.coding import Array
 from stemcal.doe.regression.least_squares import (
     NEGLIGIBLE,
-    Array,
     LeastSquares,
     f_test,
     same_points,

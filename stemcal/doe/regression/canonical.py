@@ -9,8 +9,7 @@ from typing import Literal
 
 import numpy as np
 
-from stemcal.doe.coding import Coding
-from stemcal.doe.regression.least_squares import Array
+from stemcal.doe.coding import Array, Coding
 from stemcal.doe.regression.surface import Surface
 
 # An axis whose curvature is below this share of the largest is a ridge: the stationary point slides along it.

@@ -12,9 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from stemcal.doe.coding import Array
 from stemcal.errors import RunsFailed, UsageError
-
-Array = NDArray[np.float64]
 
 # Sums of squares below this share of the total are rounding, not variation.
 NEGLIGIBLE = 1e-12

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stemcal.doe.coding import term_columns, term_gradient, term_names
+from stemcal.doe.coding import Array, term_columns, term_gradient, term_names
 from stemcal.doe.regression.anova import (
     AnovaRow,
     Coefficient,
@@ -23,7 +23,6 @@ from stemcal.doe.regression.anova import (
     share_explained,
 )
 from stemcal.doe.regression.least_squares import (
-    Array,
     LeastSquares,
     copies_of,
     fit_least_squares,

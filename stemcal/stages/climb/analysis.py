@@ -10,8 +10,8 @@ from collections.abc import Iterable, Iterator, Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
+from stemcal.doe.coding import Array
 from stemcal.doe.comparison import error_percent
-from stemcal.doe.regression.least_squares import Array
 from stemcal.errors import RunsFailed, UsageError
 from stemcal.files.rows import Rows
 from stemcal.naming import Names

@@ -23,9 +23,8 @@ from stemcal.doe.calibration.confidence_intervals import (
 )
 from stemcal.doe.calibration.level_set_ranges import assess_point, solve_target
 from stemcal.doe.calibration.likelihood import Fit
-from stemcal.doe.coding import Coding
+from stemcal.doe.coding import Array, Coding
 from stemcal.doe.comparison import formula_left_out
-from stemcal.doe.regression.least_squares import Array
 from stemcal.files.rows import Rows
 from stemcal.naming import FIRST
 from stemcal.stages.fitting import Measured, Surfaces, fit_of_study, measured_means

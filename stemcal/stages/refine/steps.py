@@ -23,8 +23,8 @@ import numpy as np
 from stemcal.doe.calibration.confidence_intervals import settled
 from stemcal.doe.calibration.likelihood import Fit
 from stemcal.doe.calibration.region import Region
+from stemcal.doe.coding import Array
 from stemcal.doe.comparison import error_percent
-from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface
 from stemcal.naming import FIRST
 from stemcal.runs.record import Outcome

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from stemcal.doe import designs
 from stemcal.doe.aliases import aliases_note
-from stemcal.doe.coding import Coding
+from stemcal.doe.coding import Array, Coding
 from stemcal.doe.effects import (
     Curvature,
     Effect,
@@ -24,7 +24,7 @@ from stemcal.doe.effects import (
     stands_out,
 )
 from stemcal.doe.lenth import FEWEST, Lenth
-from stemcal.doe.regression.least_squares import Array, LeastSquares, fit_least_squares, require_estimable
+from stemcal.doe.regression.least_squares import LeastSquares, fit_least_squares, require_estimable
 from stemcal.doe.regression.surface import flat_response
 from stemcal.errors import RunsFailed, UsageError
 from stemcal.files.rows import Rows

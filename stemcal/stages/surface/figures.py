@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from stemcal.doe.regression.least_squares import Array
+from stemcal.doe.coding import Array
 from stemcal.naming import Names
 from stemcal.report.figures.plot import Plot
 from stemcal.report.figures.style import (

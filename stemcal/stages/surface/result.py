@@ -10,11 +10,10 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 
 from stemcal.doe.calibration.level_set_ranges import Assessment, assess_point
-from stemcal.doe.coding import term_columns, term_names
+from stemcal.doe.coding import Array, term_columns, term_names
 from stemcal.doe.regression.anova import AnovaRow, Coefficient, RunDiagnostics
 from stemcal.doe.regression.backward_elimination import ReductionStep
 from stemcal.doe.regression.canonical import Shape
-from stemcal.doe.regression.least_squares import Array
 from stemcal.files.rows import Rows, Table
 from stemcal.files.typed import absent, inline, to_json
 from stemcal.naming import Names

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stemcal.doe.calibration.region import extremes
-from stemcal.doe.regression.least_squares import Array
+from stemcal.doe.coding import Array
 from stemcal.doe.regression.surface import ROUGH_PERCENT
 from stemcal.note import Note, Remedy
 from stemcal.stages.fitting import fitted_surfaces, measured_means

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from stemcal.doe.calibration.region import extremes
-from stemcal.doe.regression.least_squares import Array
+from stemcal.doe.coding import Array
 from stemcal.naming import DIAMETER
 from stemcal.note import Note, Remedy
 from stemcal.numbers import outwards

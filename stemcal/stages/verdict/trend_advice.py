@@ -12,8 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stemcal.doe.calibration.region import Region
-from stemcal.doe.coding import Coding
-from stemcal.doe.regression.least_squares import Array
+from stemcal.doe.coding import Array, Coding
 from stemcal.doe.regression.surface import Surface
 from stemcal.naming import FIRST
 from stemcal.note import Note, Remedy

@@ -7,8 +7,8 @@ import pytest
 
 from stemcal.doe.calibration.level_set_ranges import solve_target
 from stemcal.doe.calibration.region import Region
+from stemcal.doe.coding import Array
 from stemcal.doe.designs import central_composite
-from stemcal.doe.regression.least_squares import Array
 from stemcal.doe.regression.surface import Surface, fit_surface
 from stemcal.stages.refine.steps import FIRST_RADIUS, Trial, best_of, next_step, toward
 
