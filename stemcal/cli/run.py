@@ -71,7 +71,7 @@ def _compute_again(work: Session) -> None:
     from stemcal.overview.status import retry
     from stemcal.words import counted
 
-    entries = retry(work.study, work.folder, work.executor, work.watch)
+    entries = work.continued(lambda: retry(work.study, work.folder, work.executor, work.watch))
     failed = sum(entry.status == "failed" for entry in entries)
     note(f"repeated {counted(len(entries), 'failed run')}")
     if failed:
@@ -90,7 +90,9 @@ def _go_through(work: Session, until: str | None = None) -> Callable[..., None]:
     made: list[StageResult] = []
     work.folder.remember_spec(work.study.source)
     try:
-        made = make_all(work.study, work.folder, work.executor, work.watch, done=_showing(work), until=until)
+        made = work.continued(
+            lambda: make_all(work.study, work.folder, work.executor, work.watch, done=_showing(work), until=until)
+        )
     except TargetUnreachable as error:
         unreachable = error
     work.watch.busy("drawing the report")
@@ -139,7 +141,7 @@ def command_of(stage: Stage[Any], example: str = "configs/smoke.yaml") -> Callab
         with opened(spec, out, workers, executor, quiet) as work:
             if stage.simulates:
                 work.foresee(stage.name)
-            result = make(stage, work.study, work.folder, work.executor, work.watch)
+            result = work.continued(lambda: make(stage, work.study, work.folder, work.executor, work.watch))
             verdict = verdict_of(work.study, work.folder)
         show_stage(result, verdict, work.folder, as_json, quiet)
 

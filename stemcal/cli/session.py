@@ -6,13 +6,12 @@ from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, TypeVar
 
 import typer
 
 from stemcal.cli.console import await_, envelope, route_log, stderr, warn
 from stemcal.errors import UsageError, Waiting
-from stemcal.files.durable import read_plain
 from stemcal.words import counted
 
 Spec = Annotated[Path, typer.Argument(metavar="SPEC", help="Spec of the study (YAML file).", show_default=False)]
@@ -54,6 +53,7 @@ Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Suppress the progres
 
 
 if TYPE_CHECKING:
+    from stemcal.overview.manual_sheet import OwnSheet
     from stemcal.report.progress import Watcher
     from stemcal.runs.executors import RunExecutor
     from stemcal.runs.study_folder import StudyFolder
@@ -61,6 +61,7 @@ if TYPE_CHECKING:
     from stemcal.study.model import Study
 
 DASK = "dask://"
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -71,6 +72,16 @@ class Session:
     folder: StudyFolder
     executor: RunExecutor
     watch: Watcher
+    sheet: OwnSheet | None
+
+    def continued(self, make: Callable[[], T]) -> T:
+        """Return what `make` returns; if it waits for results that were saved to the sheet meanwhile, repeat it."""
+        while True:
+            try:
+                return make()
+            except Waiting:
+                if self.sheet is None or not self.sheet.enter_saved():
+                    raise
 
     def foresee(self, stage: str | None = None) -> None:
         """Refuse what this machine's memory cannot hold, of all stages or of one; warn of what takes days."""
@@ -140,32 +151,37 @@ def opened(
         pool = stack.enter_context(make_executor(study.solver.run_limit))
         folder = stack.enter_context(StudyFolder(place_of(study.name, out)))
         watch = stack.enter_context(make_watch(None if quiet else stderr(), study.naming))
-        work = Session(study, folder, pool, watch)
+        sheet = _own_sheet(study, folder)
         try:
-            if study.by_hand.kind.answers == "asks_people":
-                _enter_own(work, entered)
-            yield work
+            if sheet is not None and not (entered and sheet.path.exists() and sheet.path.samefile(entered)):
+                sheet.enter_saved()
+            yield Session(study, folder, pool, watch, sheet)
             return
         except Waiting as waiting:
-            from stemcal.overview.manual_sheet import hand_out
-
-            sheet, n = hand_out(study, folder, waiting)
+            if sheet is None:
+                raise
+            stage, awaited = waiting.stage, sheet.hand_out(waiting)
             folder.remember_spec(study.source)
-            to_do, code = f"{counted(n, 'result')} from the {waiting.stage} stage. Fill in {sheet}", waiting.exit_code
-    await_(f"Waiting for {to_do}. Then run `stemcal run {spec}`")
-    raise typer.Exit(code)
+    _await(sheet, awaited, stage, spec)
+    raise typer.Exit(Waiting.exit_code)
 
 
-def _enter_own(work: Session, other: Path | None) -> None:
-    """Enter the results in the sheet of the study folder."""
-    from stemcal.overview.manual_sheet import enter
-    from stemcal.overview.status import SHEET
-    from stemcal.solvers.sheet.run_sheet import MAX_BYTES, filled
+def _own_sheet(study: Study, folder: StudyFolder) -> OwnSheet | None:
+    """Return the sheet of the study folder, None if no runs are done by hand."""
+    if study.by_hand.kind.answers != "asks_people":
+        return None
+    from stemcal.overview.manual_sheet import OwnSheet
 
-    path = work.folder.path / SHEET
-    if path.is_file() and not (other and other.exists() and path.samefile(other)):
-        rows = filled(read_plain(path, MAX_BYTES), str(path), work.study.by_hand)
-        enter(work.study, work.folder, rows).require_all()
+    return OwnSheet(study, folder)
+
+
+def _await(sheet: OwnSheet, awaited: int, stage: str, spec: Path) -> None:
+    """Print what a study waits for, and where the sheet is that was replaced."""
+    to_do = f"Waiting for {counted(awaited, 'result')} from the {stage} stage. Fill in {sheet.path}. Then run"
+    if not awaited:
+        to_do = f"All results in {sheet.path} are recorded. To continue, run"
+    earlier = f". The previous sheet is {sheet.earlier}" if sheet.earlier else ""
+    await_(f"{to_do} `stemcal run {spec}`{earlier}")
 
 
 def existing_folder(study: Study, out: Path | None) -> StudyFolder:

@@ -21,10 +21,11 @@ _PREFIX = ".writing-"
 _counter = itertools.count()
 
 
-def write_atomic(path: Path, content: str | bytes) -> None:
+def write_atomic(path: Path, content: str | bytes, *, new: bool = False) -> bool:
     """Replace `path` by a content: temporary file next to it, flush to disk, rename, flush the folder.
 
     A link in its place, which somebody else may have laid there, is replaced; what it leads to stays as it is.
+    If the file must be `new` but exists, the result is False, and the existing file stays unchanged.
 
     Raises
     ------
@@ -38,8 +39,9 @@ def write_atomic(path: Path, content: str | bytes) -> None:
             file.write(content.encode("utf-8", "surrogateescape") if isinstance(content, str) else content)
             file.flush()
             os.fsync(file.fileno())
-        _replace(temporary, path)
+        written = move_new(temporary, path) if new else _replace(temporary, path)
         _flush_folder(path.parent)
+        return written
     except OSError as error:
         raise StemcalError(f"{path}: {what_happened(error)}") from error
     finally:
@@ -144,15 +146,33 @@ def plain(content: Any) -> Any:
     raise TypeError(f"{type(content).__name__} cannot be written as JSON")
 
 
-def _replace(temporary: Path, path: Path) -> None:
+def _replace(temporary: Path, path: Path) -> bool:
     """Rename; on Windows wait out a scanner or an indexer that has the file open for a moment."""
     for pause in (0.02, 0.1, 0.5, 1.0) if os.name == "nt" else ():
         try:
             temporary.replace(path)
-            return
+            return True
         except PermissionError:
             time.sleep(pause)
     temporary.replace(path)
+    return True
+
+
+def move_new(source: Path, path: Path) -> bool:
+    """Rename a file unless `path` exists, even if another process creates it at this moment; return whether it did."""
+    try:
+        if os.name == "nt":  # a rename never replaces a file there
+            source.rename(path)
+        else:
+            os.link(source, path)
+            source.unlink()
+    except FileExistsError:
+        return False
+    except OSError:  # a file system without hard links
+        if path.exists():
+            return False
+        source.replace(path)
+    return True
 
 
 def _flush_folder(folder: Path) -> None:

@@ -8,13 +8,14 @@ has both.
 import getpass
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Literal
 
 from stemcal.errors import StemcalError, UsageError, Waiting
-from stemcal.files.durable import make_folder, write_atomic
+from stemcal.files.durable import make_folder, move_new, read_plain, write_atomic
 from stemcal.files.log import now
 from stemcal.naming import FIRST
 from stemcal.overview.plan import asked, missing
@@ -29,6 +30,7 @@ from stemcal.solvers.replicates import seed_of
 from stemcal.solvers.sheet.row_checks import RowRefused, by_name, first_of, meant_run, result_in
 from stemcal.solvers.sheet.run_sheet import (
     FAILED,
+    MAX_BYTES,
     REMARK,
     STUDY,
     WHEN,
@@ -36,6 +38,7 @@ from stemcal.solvers.sheet.run_sheet import (
     Filled,
     SheetRow,
     entered_responses,
+    filled,
     narrow,
     run_name,
     sheet_text,
@@ -92,22 +95,85 @@ def _known_runs(study: Study, folder: StudyFolder, waiting: Waiting | None) -> d
     return by_key(solver, (*awaited, *asked_for))
 
 
-def hand_out(study: Study, folder: StudyFolder, waiting: Waiting) -> tuple[Path, int]:
-    """Write the sheet of the study folder; return its place and the number of runs without results.
+class OwnSheet:
+    """The run sheet in the study folder. Whatever was saved to it is entered before another sheet replaces it.
 
-    It has the results that were entered, then a row for each run that is awaited. A sheet that differs is put aside.
+    The folder must be locked.
     """
-    runs = awaited_runs(study, folder, waiting)
-    rows: list[SheetRow] = [*_entered(study, folder, runs), *((run, {}) for run in runs)]
-    sheet, text = folder.path / SHEET, sheet_text(study.by_hand, rows)
-    if sheet.exists() and sheet.read_bytes() != text.encode():
+
+    def __init__(self, study: Study, folder: StudyFolder) -> None:
+        self.study, self.folder, self.path = study, folder, folder.path / SHEET
+        self.earlier: Path | None = None
+        """The place of the sheet that was replaced."""
+        self._entered: bytes | None = None
+
+    def enter_saved(self) -> bool:
+        """Enter the results that were saved since the last call; return whether any is new.
+
+        Raises
+        ------
+        UsageError
+            If rows are rejected; the sheet stays where it is.
+        """
+        content = self._saved(self.path)
+        if content is None or content == self._entered:
+            return False
+        found = enter(self.study, self.folder, filled(content, str(self.path), self.study.by_hand))
+        found.require_all()
+        self._entered = content
+        return bool(found.taken or found.replaced)
+
+    def hand_out(self, waiting: Waiting) -> int:
+        """Write a sheet with the results that were entered and a row for each awaited run; return their number.
+
+        It is 0 if the present sheet was saved after it was last entered: the study can then continue.
+        """
+        if self.enter_saved():
+            return 0
+        study, runs = self.study, awaited_runs(self.study, self.folder, waiting)
+        remarks = self._remarks(runs)
+        rows: list[SheetRow] = [*_entered(study, self.folder, runs), *zip(runs, remarks, strict=True)]
+        if not self._replace(sheet_text(study.by_hand, rows)):
+            return self.hand_out(waiting)
+        solver = make_solver(study.by_hand)
+        for name, request in _named(study.by_hand, runs):
+            solver.write_inputs(self.folder.path / INPUTS, name, request)
+        return len(runs)
+
+    def _saved(self, path: Path) -> bytes | None:
+        try:
+            return read_plain(path, MAX_BYTES)
+        except FileNotFoundError:
+            return None
+
+    def _replace(self, text: str) -> bool:
+        """Put the present sheet aside and write another; False if it has been saved since it was entered.
+
+        A program may save the sheet at any moment, so it is first moved, then compared with what was entered.
+        """
+        if self._entered == text.encode() == self._saved(self.path):
+            return True
         stamp = f"{datetime.now(UTC):%Y%m%dT%H%M%S%f}"
-        sheet.replace(make_folder(folder.path / OLD) / f"{stamp}-{SHEET}")
-    write_atomic(sheet, text)
-    solver = make_solver(study.by_hand)
-    for name, request in _named(study.by_hand, runs):
-        solver.write_inputs(folder.path / INPUTS, name, request)
-    return sheet, len(runs)
+        earlier = make_folder(self.folder.path / OLD) / f"{stamp}-{SHEET}"
+        try:
+            self.path.replace(earlier)
+        except FileNotFoundError:
+            return write_atomic(self.path, text, new=True)
+        self.earlier = earlier
+        if self._saved(earlier) != self._entered:
+            move_new(earlier, self.path)  # unless it has been saved once more
+            return False
+        return write_atomic(self.path, text, new=True)
+
+    def _remarks(self, runs: Sequence[Request]) -> list[dict[str, str | float]]:
+        """Return who, when and remark of each run in the present sheet, where the run has no result yet."""
+        study, solver, named = self.study.by_hand, make_solver(self.study.by_hand), by_name(runs)
+        found: dict[str, dict[str, str | float]] = {}
+        for row in filled(self._entered, str(self.path), study) if self._entered else []:
+            with suppress(RowRefused):
+                said = {name: text for name, text in row.said.items() if name != STUDY and row.is_empty}
+                found[Run.of(solver, meant_run(study, named, row)).key] = {**said}
+        return [found.get(Run.of(solver, run).key, {}) for run in runs]
 
 
 def _entered(study: Study, folder: StudyFolder, awaited: Sequence[Request]) -> Iterator[SheetRow]:
@@ -248,12 +314,12 @@ def _by_run(
 ) -> dict[str, list[_Result]]:
     """Return the rows that are right by themselves by the keys of their runs; the others are added to `refused`."""
     found: dict[str, list[_Result]] = {}
-    for filled in sheet:
+    for row in sheet:
         try:
-            if filled.broken:
-                raise RowRefused(filled, "broken_row", filled.broken)
-            request = meant_run(study, runs, filled)
-            result = _Result(filled, request, result_in(study, filled))
+            if row.broken:
+                raise RowRefused(row, "broken_row", row.broken)
+            request = meant_run(study, runs, row)
+            result = _Result(row, request, result_in(study, row))
         except RowRefused as one:
             refused.append(one)
             continue
