@@ -26,7 +26,7 @@ from stemcal.doe.coding import Array
 from stemcal.doe.regression.surface import Surface
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.stages.fitting import fitted_surfaces, measured_means
-from stemcal.stages.surface.analysis import fit_response_surface
+from stemcal.stages.rsm.analysis import fit_response_surface
 from stemcal.study.reading import load_study
 
 SPEC = Path(__file__).parents[1] / "configs" / "three-tests.yaml"

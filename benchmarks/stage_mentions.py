@@ -24,8 +24,6 @@ NAMES = {
     "refine": r"refine|Refine(Result|Options)|refinement|stages\.refine",
     "validate": r"validate|Validat(e|ion)(Result|Options|Plots)|stages\.validate",
 }
-FOLDERS = {"rsm": "surface"}
-"""Folders that are not called as their stage."""
 
 
 def lines_of(path: Path, pattern: re.Pattern[str]) -> set[int]:
@@ -44,7 +42,7 @@ def lines_of(path: Path, pattern: re.Pattern[str]) -> set[int]:
 
 def mentions(stage: str) -> Counter[str]:
     """Return the number of lines in each file that name a stage outside its folder."""
-    pattern, own = re.compile(NAMES[stage]), PACKAGE / "stages" / FOLDERS.get(stage, stage)
+    pattern, own = re.compile(NAMES[stage]), PACKAGE / "stages" / stage
     found = Counter[str]()
     for path in sorted(PACKAGE.rglob("*.py")):
         inside = own in path.parents or path == own.with_suffix(".py") or path.name == "stage_kind.py"

@@ -25,8 +25,8 @@ if TYPE_CHECKING:
     from stemcal.stages.climb.result import ClimbResult as ClimbResult
     from stemcal.stages.invert.result import InvertResult as InvertResult
     from stemcal.stages.refine.result import RefineResult as RefineResult
+    from stemcal.stages.rsm.result import RsmResult as RsmResult
     from stemcal.stages.screen.result import ScreenResult as ScreenResult
-    from stemcal.stages.surface.result import SurfaceResult as SurfaceResult
     from stemcal.stages.validate.result import ValidateResult as ValidateResult
     from stemcal.study.model import Study as Study
 
@@ -40,7 +40,7 @@ _NAMES = {
     "StudyResults": "stemcal.python.results",
     "ScreenResult": "stemcal.stages.screen.result",
     "ClimbResult": "stemcal.stages.climb.result",
-    "SurfaceResult": "stemcal.stages.surface.result",
+    "RsmResult": "stemcal.stages.rsm.result",
     "InvertResult": "stemcal.stages.invert.result",
     "RefineResult": "stemcal.stages.refine.result",
     "ValidateResult": "stemcal.stages.validate.result",

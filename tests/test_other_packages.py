@@ -19,8 +19,8 @@ from stemcal.doe.coding import term_columns
 from stemcal.doe.designs import SURFACES
 from stemcal.errors import SpecError, UsageError
 from stemcal.registry import Registry
+from stemcal.stages.rsm.analysis import surface_design
 from stemcal.stages.stage import STAGES, Stage, stage_called, stages_of
-from stemcal.stages.surface.analysis import surface_design
 
 ROOT = Path(__file__).parents[1]
 

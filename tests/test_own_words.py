@@ -14,8 +14,8 @@ from stemcal.runs.executors import InlineExecutor
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.results import Results, fresh_results
+from stemcal.stages.rsm.result import RsmResult
 from stemcal.stages.screen.result import ScreenResult
-from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.validate.result import ValidateResult
 from stemcal.stages.verdict.verdict_rules import verdict_of
 from stemcal.study.model import Study
@@ -62,7 +62,7 @@ def test_effects_of_each_response(two: tuple[Study, StudyFolder, Results]) -> No
 
 
 def test_a_factor_matters_that_moves_any_response(two: tuple[Study, StudyFolder, Results]) -> None:
-    screen, surface = two[2].of(ScreenResult), two[2].of(SurfaceResult)
+    screen, surface = two[2].of(ScreenResult), two[2].of(RsmResult)
     assert screen is not None and surface is not None and screen.responses is not None
     assert "grain_density" in screen.responses["bulk"].significant and "rolling" in screen.significant
     assert set(surface.names) >= {"static", "rolling", "grain_density"}
@@ -70,7 +70,7 @@ def test_a_factor_matters_that_moves_any_response(two: tuple[Study, StudyFolder,
 
 
 def test_surface_of_each_response(two: tuple[Study, StudyFolder, Results]) -> None:
-    surface = two[2].of(SurfaceResult)
+    surface = two[2].of(RsmResult)
     assert surface is not None
     (at,) = surface.conditions
     coded = np.array([[run.coded[name] for name in surface.names] for run in surface.design.runs])

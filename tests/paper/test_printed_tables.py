@@ -13,8 +13,8 @@ from stemcal.doe.designs import central_composite, plackett_burman
 from stemcal.doe.regression.least_squares import stars
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.results import Results
+from stemcal.stages.rsm.result import RsmResult
 from stemcal.stages.screen.result import ScreenResult
-from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.validate.result import ValidateResult
 from stemcal.study.model import Study
 
@@ -73,7 +73,7 @@ def test_table_8_levels(results: Results, named: dict[str, str]) -> None:
         coded = float(row["coded_level"])
         levels = {}
         for symbol in FITTED:
-            entry = results.of(SurfaceResult).factor(named[symbol])
+            entry = results.of(RsmResult).factor(named[symbol])
             levels[symbol] = entry.center + coded * entry.half_step
         differ += [(symbol, row[symbol]) for symbol in differing({s: row[s] for s in FITTED}, levels)]
     assert differ == [("X7", "100.00"), ("X4", "17.98"), ("X4", "10.00"), ("X7", "80.00")]
@@ -81,7 +81,7 @@ def test_table_8_levels(results: Results, named: dict[str, str]) -> None:
 
 def test_table_9_surface_runs(results: Results, named: dict[str, str]) -> None:
     """The runs are those of the rotatable design with six centre points; four print 17.98 for 17.97."""
-    printed, runs = read_printed("table09_ccd_runs.csv"), results.of(SurfaceResult).design.runs
+    printed, runs = read_printed("table09_ccd_runs.csv"), results.of(RsmResult).design.runs
     differ = []
     for row, run in zip(printed, runs, strict=True):
         levels = {symbol: run.levels[named[symbol]] for symbol in FITTED}
@@ -96,7 +96,7 @@ def test_table_9_surface_runs(results: Results, named: dict[str, str]) -> None:
 def test_table_10_analysis_of_variance(results: Results, named: dict[str, str]) -> None:
     fields = {"sum_of_squares": "sum_of_squares", "df": "df", "mean_square": "mean_square", "F": "f", "p": "p"}
     cells = 0
-    for row, ours in zip(read_printed("table10_ccd_anova_printed.csv"), results.of(SurfaceResult).anova, strict=True):
+    for row, ours in zip(read_printed("table10_ccd_anova_printed.csv"), results.of(RsmResult).anova, strict=True):
         assert ":".join(named.get(part, part) for part in row["source"].removesuffix("^2").split(":")) in ours.source
         cells += cells_of(row, ours, fields)
     assert cells == 63
@@ -104,7 +104,7 @@ def test_table_10_analysis_of_variance(results: Results, named: dict[str, str]) 
 
 def test_equation_1_has_one_wrong_sign(results: Results) -> None:
     printed = {row["term"]: row["coefficient"] for row in read_printed("eq1_coefficients_printed.csv")}
-    values = (row.value for row in results.of(SurfaceResult).coefficients)
+    values = (row.value for row in results.of(RsmResult).coefficients)
     wrong = differing(printed, dict(zip(printed, values, strict=True)))
     assert wrong == {"X7^2": pytest.approx(2.8831, abs=1e-4)} and printed["X7^2"] == "-2.88"
 
@@ -112,7 +112,7 @@ def test_equation_1_has_one_wrong_sign(results: Results) -> None:
 def test_table_11_is_one_of_many_solutions(results: Results, study: Study, named: dict[str, str]) -> None:
     """The surface of the runs gives 159.26 N at the printed parameters, for a target of 159.2 N."""
     levels = {named[row["symbol"]]: float(row["value"]) for row in read_printed("table11_calibrated.csv")}
-    found = results.of(SurfaceResult).predict(levels)
+    found = results.of(RsmResult).predict(levels)
     assert (found.response, *found.mean_interval) == pytest.approx((159.26, 152.8, 165.7), abs=0.05)
     assert study.calibration_target.response == 159.2
     assert all(low <= levels[name] <= high for name, (low, high) in results.of(InvertResult).ranges.items())

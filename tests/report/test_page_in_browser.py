@@ -25,9 +25,9 @@ from stemcal.solvers.protocol import RESPONSES, Answer, Request
 from stemcal.stages.fitting import fitted_surfaces
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.results import Results
-from stemcal.stages.surface.analysis import fit_response_surface
-from stemcal.stages.surface.profiler import profiler_data
-from stemcal.stages.surface.result import SurfaceResult
+from stemcal.stages.rsm.analysis import fit_response_surface
+from stemcal.stages.rsm.profiler import profiler_data
+from stemcal.stages.rsm.result import RsmResult
 from stemcal.stages.verdict.verdict_rules import verdict_of
 from stemcal.study.reading import load_study
 
@@ -171,7 +171,7 @@ def shown_force(view: Any) -> str:
 
 
 def predicted(results: Any, levels: list[float]) -> str:
-    rsm = results.of(SurfaceResult)
+    rsm = results.of(RsmResult)
     return f"{rsm.predict(dict(zip(rsm.names, levels, strict=True))).response:.4g} N"
 
 
@@ -184,7 +184,7 @@ def test_dragging_sets_a_factor(fresh: Any, results: Any) -> None:
     fresh.mouse.down()
     fresh.mouse.move(at[1], box["y"] + 50)
     fresh.mouse.up()
-    scale = results.of(SurfaceResult).coding["yield_stress"]
+    scale = results.of(RsmResult).coding["yield_stress"]
     low, high = scale.natural(-1.6818), scale.natural(1.6818)
     assert levels_of(fresh)[0] == pytest.approx(low + (high - low) * (0.5 * 280 - 44) / (272 - 44), rel=0.01)
     assert shown_force(fresh) == predicted(results, levels_of(fresh))
@@ -314,7 +314,7 @@ def test_names_of_the_study_are_never_markup(browser: Any, replayed: tuple[Any, 
     hostile = "</script><img src=x onerror='window.hacked=1'>\"'&\u2028" + "x" * 10_000
     what = shown(study, folder)
     factors = tuple(factor.model_copy(update={"label": hostile, "unit": hostile}) for factor in study.factors)
-    surface = what.results.of(SurfaceResult)
+    surface = what.results.of(RsmResult)
     entries = Rows(replace(entry, label=hostile, unit=hostile) for entry in surface.factors)
     done = tuple(replace(one, factors=entries) if one is surface else one for one in what.results.done)
     what = replace(what, results=Results(done))

@@ -8,9 +8,9 @@ from stemcal.naming import Names
 from stemcal.report.showing import tables_of
 from stemcal.report.tables.of_designs import design_tables
 from stemcal.report.tables.setting import setting_tables
+from stemcal.stages.rsm.figures import diagnostics
+from stemcal.stages.rsm.showing import canonical_table
 from stemcal.stages.screen.showing import pareto
-from stemcal.stages.surface.figures import diagnostics
-from stemcal.stages.surface.showing import canonical_table
 
 
 def test_significant_effects_are_bold(stages: dict[str, Any]) -> None:

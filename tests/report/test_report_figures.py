@@ -9,8 +9,8 @@ from stemcal.report.figures.plot import Plot, Shared, inline
 from stemcal.report.figures.style import save, svg
 from stemcal.report.gallery import write_figures
 from stemcal.report.records import Curve
+from stemcal.stages.rsm.figures import Solution, contours, observed_predicted
 from stemcal.stages.screen.showing import pareto
-from stemcal.stages.surface.figures import Solution, contours, observed_predicted
 from stemcal.stages.validate.figures import validation
 
 NAMES = {"density": "$x^$", "elastic_modulus": "屈服应力", "poisson_ratio": "<script>"}

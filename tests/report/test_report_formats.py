@@ -9,7 +9,7 @@ import pytest
 from stemcal.report.figures.plot import Plot
 from stemcal.report.gallery import write_as
 from stemcal.stages.invert.showing import profile_points
-from stemcal.stages.surface.figures import levels_of
+from stemcal.stages.rsm.figures import levels_of
 from stemcal.stages.validate.figures import validation
 
 

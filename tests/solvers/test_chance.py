@@ -13,9 +13,9 @@ from stemcal.solvers import make_solver
 from stemcal.solvers.program import Command
 from stemcal.solvers.protocol import Request
 from stemcal.solvers.replicates import seed_of
+from stemcal.stages.rsm.analysis import RsmResult, fit_response_surface, surface_design
 from stemcal.stages.screen.analysis import screen, screening_design
 from stemcal.stages.screen.result import ScreenResult
-from stemcal.stages.surface.analysis import SurfaceResult, fit_response_surface, surface_design
 from stemcal.stages.validate.analysis import requests_at
 from stemcal.study.model import Study
 from stemcal.study.reading import load_study
@@ -108,7 +108,7 @@ def test_centre_points_really_run_again_and_their_scatter_is_the_pure_error(tmp_
     """Ten pure-error runs' sd of 0.4 noise: within the 99.9 % limits of chi over its degrees of freedom."""
     study = study_of(tmp_path, "replicates: 2")
     surface = fit_response_surface(study, StudyFolder(tmp_path / "runs"))
-    assert isinstance(surface, SurfaceResult)
+    assert isinstance(surface, RsmResult)
     centre = [run.response for run in surface.design.runs if not any(run.coded.values())]
     assert len(centre) == len(set(centre)) == 8
     pure = next(row for row in surface.anova if row.source == "Pure error")

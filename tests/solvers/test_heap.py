@@ -20,8 +20,8 @@ from stemcal.solvers.replicates import values_of
 from stemcal.stages.fitting import fit_over, fitted_surfaces, measured_means
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.results import fresh_results
+from stemcal.stages.rsm.result import RsmResult
 from stemcal.stages.screen.result import ScreenResult
-from stemcal.stages.surface.result import SurfaceResult
 from stemcal.study.reading import load_study
 from stemcal.study.types.named import fill
 
@@ -114,7 +114,7 @@ def test_the_shipped_study_finds_the_hidden_friction(tmp_path: Path) -> None:
     with LocalExecutor(2) as executor:
         workflow.calibrate(study, store, executor)
     results = fresh_results(study, store)
-    surface, inversion, screen = results.of(SurfaceResult), results.of(InvertResult), results.of(ScreenResult)
+    surface, inversion, screen = results.of(RsmResult), results.of(InvertResult), results.of(ScreenResult)
     assert surface is not None and inversion is not None and screen is not None
     assert len(list(store.runs.glob("*.json"))) == 30 + 30 + 2
     assert screen.residual.df >= 3 and not screen.by_lenth

@@ -14,8 +14,8 @@ from stemcal.overview.plan import judged, plan
 from stemcal.runs.executors import InlineExecutor
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.stages.design import Design
+from stemcal.stages.rsm.analysis import surface_design
 from stemcal.stages.screen.analysis import screening_design
-from stemcal.stages.surface.analysis import surface_design
 
 THREE = "rsm: {{factors: [yield_stress, failure_strain, strain_rate_c], {}}}\n"
 

@@ -13,7 +13,7 @@ from stemcal.errors import RunsFailed
 from stemcal.runs.executors import InlineExecutor
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers.protocol import Answer, Request
-from stemcal.stages.surface.result import SurfaceResult
+from stemcal.stages.rsm.result import RsmResult
 
 TWO = "rsm: {factors: [yield_stress, failure_strain], centre_points: 1}\n"
 REPLICATES = "solver: {kind: embedded, replicates: 4}\n"
@@ -54,7 +54,7 @@ def test_replicates_become_pure_error(tmp_path: Path) -> None:
     assert pure["sum_of_squares"] == pytest.approx(float(np.sum((points - points.mean(axis=0)) ** 2)))
     assert stage["lack_of_fit_testable"] and rows_of(stage)["Lack of fit"]["p"] is not None
     assert stage["pure_error"]["kind"] == "scatter" and "(27 degrees of freedom)" in stage["pure_error"]["text"]
-    again = SurfaceResult.from_json(stage).fitted
+    again = RsmResult.from_json(stage).fitted
     assert again.beta == pytest.approx([row["value"] for row in stage["coefficients"]])
 
 

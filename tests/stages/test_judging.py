@@ -20,7 +20,7 @@ from stemcal.solvers.options import EmbeddedSolver, SheetSolver
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.stages.result import Judged
 from stemcal.stages.results import fresh_results
-from stemcal.stages.surface.result import SurfaceResult
+from stemcal.stages.rsm.result import RsmResult
 from stemcal.stages.verdict.advice import reach
 from stemcal.stages.verdict.physics import LIMITS, NEGLIGIBLE_MASS, Doubt, for_physics
 from stemcal.stages.verdict.result import Verdict
@@ -140,7 +140,7 @@ def test_a_study_on_the_edge_and_after_the_advice(tmp_path: Path, judged: Judge)
     study = written(tmp_path / "first", eight=124.0)
     found = judged(study, tmp_path / "first")
     assert kinds(found) == ["out_of_reach"]
-    _, top = reach(fresh_results(study, StudyFolder(tmp_path / "first" / "out")).of(SurfaceResult))
+    _, top = reach(fresh_results(study, StudyFolder(tmp_path / "first" / "out")).of(RsmResult))
     study = written(tmp_path / "edge", eight=top * 0.9995)
     before = judged(study, tmp_path / "edge")
     assert before.verdict == "with_reservations" and kinds(before) == ["on_the_edge"]

@@ -16,8 +16,8 @@ from stemcal.note import Note
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.results import Results
+from stemcal.stages.rsm.result import RsmResult
 from stemcal.stages.screen.result import ScreenResult
-from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.verdict.result import Verdict
 
 TRUTHS = [(0.3, -0.2), (-0.4, 0.3), (0.1, 0.5), (-0.2, -0.4)]
@@ -160,17 +160,17 @@ def test_a_fold_over_finds_the_pair_and_a_second_response_each_of_it(tmp_path, m
     before, results = plant.judged("one", spec)
     assert (
         results.of(ScreenResult) is not None
-        and results.of(SurfaceResult) is not None
+        and results.of(RsmResult) is not None
         and len(results.of(ScreenResult).design.runs) == 24
     )
     effects = {effect.factor: effect.effect for effect in results.of(ScreenResult).effects}
     assert effects == pytest.approx(
         dict.fromkeys(effects, 0.0) | {"yield_stress": 40.0, "failure_strain": 16.0}, abs=1e-9
     )
-    assert results.of(SurfaceResult).names == ("yield_stress", "failure_strain")
+    assert results.of(RsmResult).names == ("yield_stress", "failure_strain")
     reason = not_identified(before)
     assert before.verdict == "with_reservations" and reason is not None
-    assert results.of(InvertResult).certainty.not_identified == results.of(SurfaceResult).names
+    assert results.of(InvertResult).certainty.not_identified == results.of(RsmResult).names
     assert reason.remedy.edit == "invert: {responses: all}"
     after, again = plant.judged("two", spec + "invert: {responses: [force, travel]}\n")
     assert (after.verdict, after.reasons) == ("calibrated", ()) and plant.away(again) < 0.02
@@ -228,7 +228,7 @@ def test_rough_but_repeatable_answers_show_in_the_misfit_of_the_surface(tmp_path
     for number in range(4):
         change = ("low: 10, high: 20", f"low: 10, high: {20.0 + 0.01 * number}")
         found, results = plant.judged(str(number), plant.measured() + RSM, change)
-        assert results.of(SurfaceResult) is not None and results.of(SurfaceResult).fitted.df == 3
+        assert results.of(RsmResult) is not None and results.of(RsmResult).fitted.df == 3
         seen += [reason for reason in found.reasons if reason.kind == "rough_response"]
     assert len(seen) >= 2 and all(reason.remedy.edit for reason in seen)
     smooth, _ = Plant(tmp_path, monkeypatch, Planted(), TRUTHS[0]).judged("smooth", plant.measured() + RSM)

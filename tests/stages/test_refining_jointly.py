@@ -19,7 +19,7 @@ from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.refine.result import RefineResult
 from stemcal.stages.refine.steps import SurfaceSteps, Trial
 from stemcal.stages.result import read_result
-from stemcal.stages.surface.result import SurfaceResult
+from stemcal.stages.rsm.result import RsmResult
 from stemcal.study.reading import load_study
 
 SPEC = (
@@ -102,7 +102,7 @@ def test_settles_where_no_parameters_do_better(tmp_path: Path) -> None:
     assert stage["stopped"] == "settled" and not stage["converged"] and stage["notes"][0]["kind"] == "not_reached"
     measured = (7, 8, 10)
     study = load_study(tmp_path / "closing.yaml")
-    steps = SurfaceSteps(study, read_result(folder, SurfaceResult), read_result(folder, InvertResult))
+    steps = SurfaceSteps(study, read_result(folder, RsmResult), read_result(folder, InvertResult))
 
     def misfit(a: float, b: float) -> float:
         point = np.array([a, b])

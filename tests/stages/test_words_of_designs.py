@@ -9,13 +9,13 @@ from stemcal.naming import Names
 from stemcal.note import SEVERITIES, energy_drifts
 from stemcal.report.showing import notes_of_all, read_first
 from stemcal.stages.result import DesignRuns, Head
+from stemcal.stages.rsm.result import RsmResult
+from stemcal.stages.rsm.showing import RsmShowing
 from stemcal.stages.screen.analysis import analyse_screening
 from stemcal.stages.screen.result import ScreenResult
 from stemcal.stages.screen.showing import ScreenShowing
-from stemcal.stages.surface.result import SurfaceResult
-from stemcal.stages.surface.showing import SurfaceShowing
 
-screen, surface = ScreenShowing(), SurfaceShowing()
+screen, surface = ScreenShowing(), RsmShowing()
 NAMES = Names(labels={"yield_stress": "Yield stress"})
 
 
@@ -50,5 +50,5 @@ def test_notes_are_read_by_severity_each_kind_once(results: Any) -> None:
 
 
 def test_the_notes_of_the_published_surface(results: Any) -> None:
-    said = {note.kind: note.text for note in results.of(SurfaceResult).notes}
+    said = {note.kind: note.text for note in results.of(RsmResult).notes}
     assert "(5 degrees of freedom)" in said["scatter"]

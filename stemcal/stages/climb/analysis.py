@@ -22,8 +22,8 @@ from stemcal.stages.climb.options import ClimbOptions
 from stemcal.stages.climb.result import ClimbResult, ClimbRow
 from stemcal.stages.design import Later
 from stemcal.stages.result import CodedScale, DesignRuns, Head
+from stemcal.stages.rsm.options import RsmOptions, surface_factors
 from stemcal.stages.screen.result import ScreenResult
-from stemcal.stages.surface.options import RsmOptions, surface_factors
 from stemcal.stages.work import SimulateAt, Work, a_stage
 from stemcal.study.model import Study
 from stemcal.words import counted

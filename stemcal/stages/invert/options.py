@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from pydantic import BeforeValidator, Field, WithJsonSchema
 
 from stemcal.naming import FIRST, TRAVEL, WORK, Names, Naming
-from stemcal.stages.surface.options import RsmOptions
+from stemcal.stages.rsm.options import RsmOptions
 from stemcal.study.types.factor import EMBEDDED
 from stemcal.study.types.field_types import Frozen
 from stemcal.study.types.named import OwnCondition, responses_by_name

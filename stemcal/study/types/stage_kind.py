@@ -64,7 +64,7 @@ STAGES: Registry[Any] = Registry(
     (
         "stemcal.stages.screen:Screening",
         "stemcal.stages.climb:Climbing",
-        "stemcal.stages.surface:ResponseSurface",
+        "stemcal.stages.rsm:ResponseSurface",
         "stemcal.stages.invert:Calibration",
         "stemcal.stages.refine:Refinement",
         "stemcal.stages.validate:Validating",

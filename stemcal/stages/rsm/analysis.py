@@ -27,9 +27,9 @@ from stemcal.stages.design import Asked, Design, given_design, runs_of
 from stemcal.stages.fitting import AtCondition, ConditionRun, FactorCoding, FitSummary
 from stemcal.stages.fresh import read_fresh
 from stemcal.stages.result import CodedScale, DesignRun, DesignRuns, Head, StageResult
+from stemcal.stages.rsm.options import RsmOptions, surface_factors
+from stemcal.stages.rsm.result import RsmResult
 from stemcal.stages.stage import stage_called
-from stemcal.stages.surface.options import RsmOptions, surface_factors
-from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.work import Work, a_stage, repeats_itself
 from stemcal.study.model import Study, Target
 from stemcal.words import counted, series
@@ -43,8 +43,8 @@ _TOLD = (
 """What a result keeps of a fit as it is."""
 
 
-@a_stage(SurfaceResult)
-def fit_response_surface(work: Work, head: Head) -> SurfaceResult:
+@a_stage(RsmResult)
+def fit_response_surface(work: Work, head: Head) -> RsmResult:
     """Run the design of the surface over the factors that matter and fit it."""
     study, solver = work.study, work.solver
     names, coding, chosen = _factors(study, solver, _read_before(study, solver, work.folder))
@@ -56,7 +56,7 @@ def fit_response_surface(work: Work, head: Head) -> SurfaceResult:
         fit, reduction = _fit_terms(study, design, runs.runs)
     factors = zip(map(study.factor, names), design.coding.centre, design.coding.half_step, strict=True)
     entries = [FactorCoding(f.name, at, half, f.symbol, f.label, f.unit, f.low, f.high) for f, at, half in factors]
-    result = SurfaceResult(
+    result = RsmResult(
         head=head,
         names=design.names,
         factors=Rows(entries),
@@ -76,7 +76,7 @@ def fit_response_surface(work: Work, head: Head) -> SurfaceResult:
     return replace(result, conditions=conditions, notes=notes)
 
 
-def _notes(result: SurfaceResult) -> Iterator[Note]:
+def _notes(result: RsmResult) -> Iterator[Note]:
     """Yield what the reduction and repeated runs show."""
     if result.reduction is not None:
         removed = (
@@ -141,7 +141,7 @@ def foresee(study: Study, solver: Solver, folder: StudyFolder | None) -> Asked:
 # ---- the design run at the other diameters of a joint fit
 
 
-def _at_condition(work: Work, target: Target, result: SurfaceResult, design: Design) -> AtCondition:
+def _at_condition(work: Work, target: Target, result: RsmResult, design: Design) -> AtCondition:
     """Run the design at a diameter of the joint fit and fit the surfaces there, of the same terms as `result`."""
     condition, study = target.condition, work.study
     wanted = [n for n in study.fitted_responses if n == FIRST or target.mean_of(n)[0]]
@@ -155,7 +155,7 @@ def _at_condition(work: Work, target: Target, result: SurfaceResult, design: Des
 
 
 def _summary(
-    study: Study, result: SurfaceResult, runs: Sequence[ConditionRun], response: str, condition: float
+    study: Study, result: RsmResult, runs: Sequence[ConditionRun], response: str, condition: float
 ) -> FitSummary:
     """Return what is kept of the fit to one response."""
     silent = [run.run for run in runs if run.outcome.ok and run.outcome.of(response) is None]

@@ -14,8 +14,8 @@ from stemcal.doe.coding import Array
 from stemcal.doe.regression.surface import ROUGH_PERCENT
 from stemcal.note import Note, Remedy
 from stemcal.stages.fitting import fitted_surfaces, measured_means
+from stemcal.stages.rsm.result import RsmResult
 from stemcal.stages.stage import stages_of
-from stemcal.stages.surface.result import SurfaceResult
 from stemcal.stages.verdict import advice
 from stemcal.stages.verdict.verdict_rules import Evidence
 from stemcal.stages.work import SAME
@@ -34,7 +34,7 @@ _RETRY = (
 def undeclared_scatter(evidence: Evidence) -> Iterator[Note]:
     """Yield that a program gave two answers to the same levels, without replicates in the spec."""
     study = evidence.study
-    if study.solver.repeats or evidence.of(SurfaceResult) is not None:
+    if study.solver.repeats or evidence.of(RsmResult) is not None:
         return
     drawn = {stage.name for stage in stages_of(study) if stage.seen(study).solver.repeats}
     found: dict[str, list[float]] = defaultdict(list)
@@ -74,7 +74,7 @@ def probable_unit(evidence: Evidence) -> Iterator[Note]:
 
 def _reaches(evidence: Evidence) -> dict[str, Sequence[tuple[float, float, float]]]:
     """Return each measured value that is fitted, with the least and greatest that its surface takes, by response."""
-    surface, study = evidence.of(SurfaceResult), evidence.study
+    surface, study = evidence.of(RsmResult), evidence.study
     if surface is None:
         return {}
     found: dict[str, list[tuple[float, float, float]]] = defaultdict(list)
@@ -104,7 +104,7 @@ def _times(value: float, low: float, high: float) -> tuple[float, str] | None:
 
 def failed_runs(evidence: Evidence) -> Iterator[Note]:
     """Yield how many runs failed, where, and what they leave undetermined; of a stage that could not end, too."""
-    surface = evidence.of(SurfaceResult)
+    surface = evidence.of(RsmResult)
     if surface is None:
         yield from _lost(evidence)
         return
@@ -125,7 +125,7 @@ def failed_runs(evidence: Evidence) -> Iterator[Note]:
 
 def few_runs(evidence: Evidence) -> Iterator[Note]:
     """Yield that a surface has as many coefficients as runs, though none failed."""
-    surface = evidence.of(SurfaceResult)
+    surface = evidence.of(RsmResult)
     if surface is not None and _error_unknown(evidence.study, surface) and not any(failed_runs(evidence)):
         text = (
             f"The response surface has as many coefficients as runs ({len(surface.coefficients)}), so the error of the "
@@ -134,19 +134,19 @@ def few_runs(evidence: Evidence) -> Iterator[Note]:
         yield Note("few_runs", "warning", text, advice.more_runs(surface))
 
 
-def _error_unknown(study: Study, surface: SurfaceResult) -> bool:
+def _error_unknown(study: Study, surface: RsmResult) -> bool:
     """Return whether a fitted surface has no residual degrees of freedom."""
     return any(fitted.df < 1 for fitted in fitted_surfaces(study, surface))
 
 
-def _where(surface: SurfaceResult, coded: Array) -> str:
+def _where(surface: RsmResult, coded: Array) -> str:
     natural = surface.scales.to_natural(coded)
     ends = zip(surface.names, natural.min(axis=0).tolist(), natural.max(axis=0).tolist(), strict=True)
     units = {entry.factor: "" if entry.unit == "1" else f" {entry.unit}" for entry in surface.factors}
     return series(f"{n} {a:.4g}{f' to {b:.4g}' if b > a else ''}{units[n]}" for n, a, b in ends)
 
 
-def _after_failures(study: Study, surface: SurfaceResult, coded: Array, failed: NDArray[np.bool_]) -> Remedy:
+def _after_failures(study: Study, surface: RsmResult, coded: Array, failed: NDArray[np.bool_]) -> Remedy:
     """Return the range that leaves failed runs at one end of a factor out; else more runs."""
     for j, name in enumerate(surface.names):
         scale = surface.coding[name]
@@ -183,7 +183,7 @@ def _lost(evidence: Evidence) -> Iterator[Note]:
 
 def out_of_reach(evidence: Evidence) -> Iterator[Note]:
     """Yield that the surface does not take the one target inside the ranges."""
-    surface, study = evidence.of(SurfaceResult), evidence.study
+    surface, study = evidence.of(RsmResult), evidence.study
     if surface is None or study.joint_targets or evidence.results.calibrated:
         return
     target, (low, high), names = study.calibration_target.response, advice.reach(surface), evidence.names
@@ -217,7 +217,7 @@ def _sign_found(evidence: Evidence, factor: str) -> str | None:
 
 def rough_response(evidence: Evidence) -> Iterator[Note]:
     """Yield that a surface without scatter misses its own runs."""
-    surface = evidence.of(SurfaceResult)
+    surface = evidence.of(RsmResult)
     if surface is None:
         return
     repeats = surface.pure_error  # None: no runs are repeated

@@ -27,7 +27,7 @@ _BESIDE = ("value", "standard_error", "low", "high")
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
-class SurfaceResult(Surfaces):
+class RsmResult(Surfaces):
     """The response as a quadratic in the coded factors, with its analysis of variance, intervals and diagnostics.
 
     `covariance` is that of the coefficients, in their order. `deterministic`: equal inputs are known to give equal

@@ -14,7 +14,7 @@ from stemcal.doe.regression.surface import Surface
 from stemcal.naming import CUTTING, DIAMETER, FIRST, Names, capital
 from stemcal.numbers import unit_written
 from stemcal.stages.fitting import FactorCoding, Measured, fitted_surfaces, measured_means
-from stemcal.stages.surface.result import SurfaceResult
+from stemcal.stages.rsm.result import RsmResult
 from stemcal.study.model import Study
 
 MOST = 24
@@ -22,7 +22,7 @@ MOST = 24
 _NORMAL = 1.96
 
 
-def profiler_data(study: Study, rsm: SurfaceResult, values: Mapping[str, float], holds: bool) -> dict[str, Any]:
+def profiler_data(study: Study, rsm: RsmResult, values: Mapping[str, float], holds: bool) -> dict[str, Any]:
     """Return what the profiler shows, for JSON.
 
     `values` are the calibrated levels, or nothing: then the profiler begins at the centre. Where the calibration does
@@ -43,7 +43,7 @@ def profiler_data(study: Study, rsm: SurfaceResult, values: Mapping[str, float],
     }
 
 
-def _factor(rsm: SurfaceResult, entry: FactorCoding, values: Mapping[str, float]) -> dict[str, Any]:
+def _factor(rsm: RsmResult, entry: FactorCoding, values: Mapping[str, float]) -> dict[str, Any]:
     ends = (rsm.coding[entry.factor].natural(coded) for coded in rsm.drawn_between(entry.factor))
     unit = unit_written(entry.unit)
     return {

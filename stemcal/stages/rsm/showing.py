@@ -14,10 +14,10 @@ from stemcal.numbers import fixed, short, significant, with_unit
 from stemcal.report.figures.plot import Plot
 from stemcal.report.showing import Setting, Showing
 from stemcal.report.tables.columns import condition, levels, ratio, response_decimals, squares, starred, to_decimals
-from stemcal.stages.surface import figures
-from stemcal.stages.surface.figures import Solution
-from stemcal.stages.surface.profiler import profiler_data
-from stemcal.stages.surface.result import SurfaceResult
+from stemcal.stages.rsm import figures
+from stemcal.stages.rsm.figures import Solution
+from stemcal.stages.rsm.profiler import profiler_data
+from stemcal.stages.rsm.result import RsmResult
 from stemcal.study.reading.messages import checked_number
 from stemcal.words import counted
 
@@ -25,10 +25,10 @@ MANY = 3  # factors beyond which columns are headed by symbols instead of names
 ONE = "1"  # the term of the constant
 
 
-class SurfaceShowing(Showing[SurfaceResult]):
+class RsmShowing(Showing[RsmResult]):
     """The words, tables and figures of a response surface."""
 
-    def outcome(self, result: SurfaceResult, names: Names) -> list[str]:
+    def outcome(self, result: RsmResult, names: Names) -> list[str]:
         """Return what was fitted to which runs; copies of a deterministic run do not count."""
         responses = [run.response for run in result.design.runs if run.response is not None]
         count = len(result.runs_diagnostics)
@@ -42,28 +42,28 @@ class SurfaceShowing(Showing[SurfaceResult]):
             text += f" {counted(copies, 'replicate run')} of the deterministic solver {added} no information."
         return [text]
 
-    def tables(self, result: SurfaceResult, names: Names) -> list[Table]:
+    def tables(self, result: RsmResult, names: Names) -> list[Table]:
         shape = [canonical_table(result, result.canonical, names)] if result.canonical else []
         first = [anova_table(result), _coefficient_table(result, names), _fit_table(result), *shape]
         return [*first, *_further_tables(result, names), *_fits_table(result, names)]
 
-    def figures(self, result: SurfaceResult, setting: Setting) -> list[Plot]:
+    def figures(self, result: RsmResult, setting: Setting) -> list[Plot]:
         settled = (one.settles for one in setting.results.done)  # the first lie on the surface, refined ones do not
         levels = next((found for found in settled if found is not None), None)
         solved = None if levels is None else Solution(levels, setting.study.calibration_target.response)
         return figures.plots(result, solved, setting.labels)
 
-    def profiler(self, result: SurfaceResult, setting: Setting) -> dict[str, Any]:
+    def profiler(self, result: RsmResult, setting: Setting) -> dict[str, Any]:
         values = setting.results.parameters if setting.results.calibrated else {}
         return profiler_data(setting.study, result, values, setting.holds)
 
-    def in_notebook(self, result: SurfaceResult, setting: Setting) -> SurfaceResult:
+    def in_notebook(self, result: RsmResult, setting: Setting) -> RsmResult:
         surface = object.__new__(Surface)
         surface.__dict__.update(vars(result), _setting=setting)
         return surface
 
 
-class Surface(SurfaceResult):
+class Surface(RsmResult):
     """A surface that checks the levels of a prediction; notebooks show it as the profiler of the report."""
 
     _setting: Setting
@@ -80,7 +80,7 @@ class Surface(SurfaceResult):
     def _repr_html_(self) -> str:
         from stemcal.report.page import for_notebook
 
-        return for_notebook(SurfaceShowing().profiler(self, self._setting))
+        return for_notebook(RsmShowing().profiler(self, self._setting))
 
 
 def written(term: str, symbols: Mapping[str, str]) -> str:
@@ -110,7 +110,7 @@ def equation(coefficients: Sequence[Coefficient], symbols: Mapping[str, str], re
     return f"{response.symbol} = {text}"
 
 
-def anova_table(stage: SurfaceResult) -> Table:
+def anova_table(stage: RsmResult) -> Table:
     """Return the analysis of variance."""
     symbols = stage.symbols()
     columns = [
@@ -127,7 +127,7 @@ def anova_table(stage: SurfaceResult) -> Table:
     return Table.of(columns, stage.anova, "Analysis of variance", foot, strong=strong, detail=True)
 
 
-def _coefficient_table(stage: SurfaceResult, names: Names) -> Table:
+def _coefficient_table(stage: RsmResult, names: Names) -> Table:
     """Return the coefficients with their intervals, the equation below."""
     symbols, response = stage.symbols(), names.response
     form = to_decimals(response_decimals(response, [row.value for row in stage.coefficients[1:]], 3))
@@ -146,7 +146,7 @@ def _coefficient_table(stage: SurfaceResult, names: Names) -> Table:
     return Table.of(columns, stage.coefficients, "Response surface in coded units", foot, detail=True)
 
 
-def _fit_table(stage: SurfaceResult) -> Table:
+def _fit_table(stage: RsmResult) -> Table:
     """Return how well the surface fits."""
     rows = (
         ("R²", fixed(stage.r2, 4)),
@@ -159,7 +159,7 @@ def _fit_table(stage: SurfaceResult) -> Table:
     return Table((Column("statistic", "Statistic"), Column("value", "Value", form=str)), rows, "Goodness of fit")
 
 
-def canonical_table(stage: SurfaceResult, shape: Shape, names: Names) -> Table:
+def canonical_table(stage: RsmResult, shape: Shape, names: Names) -> Table:
     """Return the surface along its own axes: curvature, and the direction in coded units."""
     heads = Names(names.naming, stage.symbols()) if len(stage.names) > MANY else names
     axes = enumerate(zip(shape.eigenvalues, shape.axes, strict=True), 1)
@@ -187,7 +187,7 @@ def canonical_table(stage: SurfaceResult, shape: Shape, names: Names) -> Table:
     return Table.of(columns, rows, "Canonical analysis", (point, curved), detail=True)
 
 
-def _further_tables(stage: SurfaceResult, names: Names) -> list[Table]:
+def _further_tables(stage: RsmResult, names: Names) -> list[Table]:
     """Return the analysis of variance and the coefficients of each further response that the study names itself."""
     tables: list[Table] = []
     for part in stage.conditions:
@@ -202,7 +202,7 @@ def _further_tables(stage: SurfaceResult, names: Names) -> list[Table]:
     return tables
 
 
-def _fits_table(stage: SurfaceResult, names: Names) -> list[Table]:
+def _fits_table(stage: RsmResult, names: Names) -> list[Table]:
     """Return how well each surface of a joint fit fits; nothing of a single response."""
     rows = [
         {**vars(fit), "response": name, "condition": part.condition}

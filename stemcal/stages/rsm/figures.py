@@ -25,7 +25,7 @@ from stemcal.report.figures.style import (
     new_figure,
     plain,
 )
-from stemcal.stages.surface.result import SurfaceResult
+from stemcal.stages.rsm.result import RsmResult
 
 _NORMAL = NormalDist()
 _GRID = 41  # values of each factor
@@ -41,7 +41,7 @@ class Solution:
     target: float
 
 
-def plots(rsm: SurfaceResult, solved: Solution | None, labels: Mapping[str, str]) -> list[Plot]:
+def plots(rsm: RsmResult, solved: Solution | None, labels: Mapping[str, str]) -> list[Plot]:
     """Return the figures of a surface; with a solution they show it."""
     observed = f"Simulated {rsm.naming.response.long} of each run versus the value predicted by the response surface."
     checks = (
@@ -58,7 +58,7 @@ def plots(rsm: SurfaceResult, solved: Solution | None, labels: Mapping[str, str]
 
 
 def _pair_plots(
-    rsm: SurfaceResult, pair: tuple[str, str], solved: Solution | None, labels: Mapping[str, str]
+    rsm: RsmResult, pair: tuple[str, str], solved: Solution | None, labels: Mapping[str, str]
 ) -> list[Plot]:
     """Return the contours and the relief over two factors."""
     response = rsm.naming.response
@@ -79,7 +79,7 @@ def _pair_plots(
     ]
 
 
-def observed_predicted(rsm: SurfaceResult) -> Figure:
+def observed_predicted(rsm: RsmResult) -> Figure:
     """Return simulated forces against what the surface predicts for them."""
     runs = [(run.response, run.coded) for run in rsm.design.runs if run.response is not None]
     observed, predicted = [response for response, _ in runs], [float(rsm.response_at(coded)) for _, coded in runs]
@@ -93,7 +93,7 @@ def observed_predicted(rsm: SurfaceResult) -> Figure:
     return figure
 
 
-def diagnostics(rsm: SurfaceResult) -> Figure:
+def diagnostics(rsm: RsmResult) -> Figure:
     """Return residuals versus the normal law and the prediction, and how strongly each run influences the surface.
 
     Source: Montgomery, Design and Analysis of Experiments, ch. 10.
@@ -127,7 +127,7 @@ def _normal_plot(axes: Axes, residuals: Sequence[float]) -> None:
 # ---- over two factors, as contours and as a relief
 
 
-def _section_of(rsm: SurfaceResult, pair: tuple[str, str], solved: Solution | None) -> tuple[Array, Array, Array]:
+def _section_of(rsm: RsmResult, pair: tuple[str, str], solved: Solution | None) -> tuple[Array, Array, Array]:
     """Return the levels of both factors in natural units, and the surface in N, (_GRID, _GRID) each.
 
     The other factors are at the solution, or at the centre without one.
@@ -141,7 +141,7 @@ def _section_of(rsm: SurfaceResult, pair: tuple[str, str], solved: Solution | No
 
 
 def contours(
-    rsm: SurfaceResult, pair: tuple[str, str], solved: Solution | None = None, labels: Mapping[str, str] | None = None
+    rsm: RsmResult, pair: tuple[str, str], solved: Solution | None = None, labels: Mapping[str, str] | None = None
 ) -> Figure:
     """Return lines of equal force over two factors, the others at the solution (at centre without one).
 
@@ -163,7 +163,7 @@ def contours(
 
 
 def relief(
-    rsm: SurfaceResult, pair: tuple[str, str], solved: Solution | None = None, labels: Mapping[str, str] | None = None
+    rsm: RsmResult, pair: tuple[str, str], solved: Solution | None = None, labels: Mapping[str, str] | None = None
 ) -> Figure:
     """Return the response as height over two factors, the others at the solution (at centre without one).
 
@@ -191,7 +191,7 @@ def relief(
     return figure
 
 
-def _height(rsm: SurfaceResult) -> str:
+def _height(rsm: RsmResult) -> str:
     """Return what is drawn as height."""
     return plain(rsm.naming.response.headed(rsm.naming.response.noun))
 
@@ -203,7 +203,7 @@ def levels_of(response: Any) -> Any:
     return MaxNLocator(nbins=10, steps=[1, 2, 2.5, 5, 10]).tick_values(float(response.min()), float(response.max()))
 
 
-def _draw_runs(axes: Axes, rsm: SurfaceResult, pair: tuple[str, str]) -> None:
+def _draw_runs(axes: Axes, rsm: RsmResult, pair: tuple[str, str]) -> None:
     """Draw the points of the design, with the number of runs where there are several."""
     counts = Counter((run.levels[pair[0]], run.levels[pair[1]]) for run in rsm.design.runs)
     dots: Any = {"color": "white", "markersize": 5.5, "markeredgecolor": "black", "markeredgewidth": 0.6}
@@ -214,7 +214,7 @@ def _draw_runs(axes: Axes, rsm: SurfaceResult, pair: tuple[str, str]) -> None:
 
 
 def _label(
-    axes: Any, rsm: SurfaceResult, pair: tuple[str, str], labels: Mapping[str, str] | None, longest: int = _LONGEST
+    axes: Any, rsm: RsmResult, pair: tuple[str, str], labels: Mapping[str, str] | None, longest: int = _LONGEST
 ) -> None:
     from matplotlib.ticker import MaxNLocator
 

@@ -12,12 +12,12 @@ if TYPE_CHECKING:
     from stemcal.runs.study_folder import StudyFolder
     from stemcal.solvers.protocol import Solver
     from stemcal.stages.design import Asked
-    from stemcal.stages.surface.options import RsmOptions
-    from stemcal.stages.surface.result import SurfaceResult
+    from stemcal.stages.rsm.options import RsmOptions
+    from stemcal.stages.rsm.result import RsmResult
     from stemcal.study.model import Study
 
 
-class ResponseSurface(Stage["SurfaceResult"]):
+class ResponseSurface(Stage["RsmResult"]):
     """The runs of a design, and a quadratic surface fitted to them."""
 
     name, title, attribute, reads = "rsm", "Response surface", "surface", ("rsm",)
@@ -39,36 +39,36 @@ class ResponseSurface(Stage["SurfaceResult"]):
         return ({"package": package} if package else {}) | (fitted if joint else {})
 
     def _options(self, study: Study) -> RsmOptions:
-        from stemcal.stages.surface.options import RsmOptions
+        from stemcal.stages.rsm.options import RsmOptions
 
         return study.of(RsmOptions)
 
     def foresee(self, study: Study, solver: Solver, folder: StudyFolder | None) -> Asked | None:
-        from stemcal.stages.surface.analysis import foresee
+        from stemcal.stages.rsm.analysis import foresee
 
         return foresee(study, solver, folder)
 
     def section(self) -> type[RsmOptions]:
-        from stemcal.stages.surface.options import RsmOptions
+        from stemcal.stages.rsm.options import RsmOptions
 
         return RsmOptions
 
-    def result(self) -> type[SurfaceResult]:
-        from stemcal.stages.surface.result import SurfaceResult
+    def result(self) -> type[RsmResult]:
+        from stemcal.stages.rsm.result import RsmResult
 
-        return SurfaceResult
+        return RsmResult
 
-    def making(self) -> Callable[..., SurfaceResult]:
-        from stemcal.stages.surface.analysis import fit_response_surface
+    def making(self) -> Callable[..., RsmResult]:
+        from stemcal.stages.rsm.analysis import fit_response_surface
 
         return fit_response_surface
 
     def reasons(self) -> Sequence[Callable[[Any], Iterator[Note]]]:
-        from stemcal.stages.surface.verdict_rules import RULES
+        from stemcal.stages.rsm.verdict_rules import RULES
 
         return RULES
 
     def showing(self) -> object:
-        from stemcal.stages.surface.showing import SurfaceShowing
+        from stemcal.stages.rsm.showing import RsmShowing
 
-        return SurfaceShowing()
+        return RsmShowing()
