@@ -1,5 +1,6 @@
 """Whether a file holds what is to be written, and what becomes of links."""
 
+import errno
 import os
 from pathlib import Path
 
@@ -44,3 +45,17 @@ def test_what_a_link_leads_to_stays_as_it_is(tmp_path: Path, target: str) -> Non
     assert link.read_bytes() == b"new" and not link.is_symlink()
     assert not mine.is_file() or mine.read_bytes() == b"precious"
     assert mine.exists() == (target != "nothing")
+
+
+@pytest.mark.parametrize("links", [True, False])
+def test_a_new_file_never_replaces_another(links: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """On file systems without hard links too."""
+    if not links:
+
+        def refused(*_places: object) -> None:
+            raise OSError(errno.EPERM, "Operation not permitted")
+
+        monkeypatch.setattr("os.link", refused)
+    path = tmp_path / "sheet.csv"
+    assert write_atomic(path, b"first", new=True) and not write_atomic(path, b"second", new=True)
+    assert path.read_bytes() == b"first" and list(tmp_path.iterdir()) == [path]
