@@ -35,7 +35,7 @@ class Residual:
 
 @dataclass(frozen=True)
 class Curvature:
-    """Mean of the corners, mean of `runs` centre runs, their difference (corners − centre), and its test.
+    """Response at the centre by the effects of the corners, mean of `runs` centre runs, their difference, its test.
 
     `curved` is True where p is below the level of significance.
     """
@@ -88,9 +88,12 @@ def effects_of(
 
 # ---- centre points: is the response curved within the ranges?
 #
-# A plane has the same value at the centre as the corners have on average. The difference, with n_F corner runs and n_C
-# centre runs, has the sum of squares n_F·n_C·(ȳ_F − ȳ_C)²/(n_F + n_C) with one degree of freedom. Source: D. C.
-# Montgomery, Design and Analysis of Experiments, 8th ed., section 6.8. Centre runs that agree exactly are one run.
+# A column that is 1 at the centre runs and 0 at the corners is added to the fit of the corners. It takes up the centre
+# runs, so the other coefficients stay as they are, and its own is δ = ȳ_C − b₀ with b₀ the intercept of the corners. The
+# sum of squares is δ²/(1/n_C + c₀₀) with one degree of freedom, c₀₀ the element of (XᵀX)⁻¹ of the intercept. With all
+# corner runs b₀ = ȳ_F and c₀₀ = 1/n_F, which gives n_F·n_C·(ȳ_F − ȳ_C)²/(n_F + n_C): D. C. Montgomery, Design and
+# Analysis of Experiments, 8th ed., section 6.8. After failed runs ȳ_F depends on the effects, b₀ does not. Centre runs
+# that agree exactly are one run.
 
 
 def centre_runs(design: Array) -> NDArray[np.bool_]:
@@ -100,16 +103,16 @@ def centre_runs(design: Array) -> NDArray[np.bool_]:
 
 
 def curvature_of(
-    corners: Array, centre: Array, residual: Residual, mean_square: float | None, alpha: float
+    fit: LeastSquares, centre: Array, residual: Residual, mean_square: float | None, alpha: float
 ) -> Curvature | None:
-    """Return how far the centre is off the plane of the corners; None without centre runs."""
+    """Return how far the centre is off the plane that was fitted to the corners; None without centre runs."""
     if not len(centre):
         return None
-    n_f, n_c = len(corners), len(centre) if _pure(centre) else 1
-    high, middle = float(corners.mean()), float(centre.mean())
-    square = n_f * n_c * (high - middle) ** 2 / (n_f + n_c)
+    runs = len(centre) if _pure(centre) else 1
+    plane, middle = float(fit.coefficients[0]), float(centre.mean())
+    square = (middle - plane) ** 2 / (1.0 / runs + float(fit.unscaled_covariance[0, 0]))
     f, p = f_test(square, 1, mean_square, residual.df) or (None, None)
-    return Curvature(high, middle, n_c, high - middle, square, f, p, residual.df, p is not None and p < alpha)
+    return Curvature(plane, middle, runs, plane - middle, square, f, p, residual.df, p is not None and p < alpha)
 
 
 def _pure(centre: Array) -> float:

@@ -143,7 +143,7 @@ def analyse_screening(
     tested = mean_square is not None and residual.df >= LEAST_DF
     by_lenth = size.me is not None and not tested
     significant = [stands_out(e, size) if by_lenth else e.p is not None and e.p < alpha for e in effects]
-    curvature = curvature_of(y[present], centre, residual, mean_square, alpha)
+    curvature = curvature_of(fit, centre, residual, mean_square, alpha)
     notes = _screening_notes(
         fit, residual.df, effects, size, design[present], n_failed, alpha, tested, curvature, written
     )
@@ -204,8 +204,8 @@ def _screening_notes(
 
 def _curvature(found: Curvature, written: Names) -> Note:
     means = (
-        f"The mean {written.response.long} is {written.quantity(found.corners)} at the corners and "
-        f"{written.quantity(found.centre)} at the centre ({counted(found.runs, 'run')})."
+        f"At the centre, the main effects predict a {written.response.long} of {written.quantity(found.corners)}, and "
+        f"the observed mean is {written.quantity(found.centre)} ({counted(found.runs, 'run')})."
     )
     if found.f is None or found.p is None:
         return Note("curvature", "caution", f"{means} The curvature cannot be tested without an estimate of the error.")
