@@ -89,7 +89,7 @@ def effects_of(
 # ---- centre points: is the response curved within the ranges?
 #
 # A column that is 1 at the centre runs and 0 at the corners is added to the fit of the corners. It takes up the centre
-# runs, so the other coefficients stay as they are, and its own is δ = ȳ_C − b₀ with b₀ the intercept of the corners. The
+# runs, so the other coefficients stay as they are, and its own is δ = ȳ_C − b₀; b₀ is the intercept of the corners. The
 # sum of squares is δ²/(1/n_C + c₀₀) with one degree of freedom, c₀₀ the element of (XᵀX)⁻¹ of the intercept. With all
 # corner runs b₀ = ȳ_F and c₀₀ = 1/n_F, which gives n_F·n_C·(ȳ_F − ȳ_C)²/(n_F + n_C): D. C. Montgomery, Design and
 # Analysis of Experiments, 8th ed., section 6.8. After failed runs ȳ_F depends on the effects, b₀ does not. Centre runs
