@@ -26,7 +26,7 @@ from stemcal.doe.coding import Array
 from stemcal.doe.regression.surface import Surface
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.stages.fitting import fitted_surfaces, measured_means
-from stemcal.stages.rsm.analysis import fit_response_surface
+from stemcal.stages.rsm.analysis import rsm
 from stemcal.study.reading import load_study
 
 SPEC = Path(__file__).parents[1] / "configs" / "three-tests.yaml"
@@ -61,7 +61,7 @@ def main(laboratories: int, folder: Path) -> None:
     spec = folder / "tests.yaml"
     spec.write_text(spec_text(), "utf-8")
     study = load_study(spec)
-    surface = fit_response_surface(study, StudyFolder(folder))
+    surface = rsm(study, StudyFolder(folder))
     means, fitted = measured_means(study), fitted_surfaces(study, surface)
     region, truth = surface.region, surface.scales.to_coded([list(TRUTH.values())])[0]
     half_steps = np.array(surface.scales.half_step)

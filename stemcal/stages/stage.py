@@ -25,6 +25,18 @@ R = TypeVar("R", bound="StageResult")
 class Stage(StageKind, Checked, Generic[R]):
     """One stage of a study.
 
+    Its parts are in the modules of its package and are found there by their names. A stage named ``screen`` has
+
+    =============  =========================================
+    options        `ScreenOptions`
+    result         `ScreenResult`
+    analysis       `screen`, and `foresee` or `later`
+    showing        `ScreenShowing`
+    verdict_rules  `RULES`
+    =============  =========================================
+
+    A stage that is a single module has them in that module. A stage whose parts have other names overrides the methods.
+
     Attributes
     ----------
     help : str
@@ -67,27 +79,34 @@ class Stage(StageKind, Checked, Generic[R]):
 
     def result(self) -> type[R]:
         """Return the class of its result."""
-        raise NotImplementedError
+        return self._needed("result", self._class("Result"))  # type: ignore[no-any-return]
 
     def making(self) -> Callable[..., R]:
         """Return the function that makes it (`stages.work.a_stage`)."""
-        raise NotImplementedError
+        return self._needed("analysis", self.name.replace("-", "_"))  # type: ignore[no-any-return]
 
     def foresee(self, study: Study, solver: Solver, folder: StudyFolder | None) -> Asked | None:
         """Return the runs that it needs, as far as they are known now; None if each depends on the last."""
-        return None
+        foresee = self._part("analysis", "foresee") if self.asked_for(study) else None
+        return None if foresee is None else foresee(study, solver, folder)
 
     def later(self, study: Study) -> Later | None:
         """Return the usual number of runs that it decides one by one; None if it has none."""
-        return None
+        later = self._part("analysis", "later")
+        return None if later is None else later(study)
 
     def reasons(self) -> Sequence[Callable[[Any], Iterator[Note]]]:
         """Return its rules of the verdict: functions of a `verdict.verdict_rules.Evidence` that yield reasons."""
-        return ()
+        return self._part("verdict_rules", "RULES") or ()
 
     def showing(self) -> object:
         """Return its sentences, tables and figures (`report.showing.Showing`)."""
-        raise NotImplementedError
+        return self._needed("showing", self._class("Showing"))()
+
+    def _needed(self, module: str, name: str) -> Any:
+        if (part := self._part(module, name)) is None:
+            raise NotImplementedError(f"The stage {self.name!r} has no {name} in its module {module}.")
+        return part
 
 
 STAGES: Registry[Stage[Any]] = stage_kind.STAGES

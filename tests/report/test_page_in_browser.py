@@ -25,7 +25,7 @@ from stemcal.solvers.protocol import RESPONSES, Answer, Request
 from stemcal.stages.fitting import fitted_surfaces
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.results import Results
-from stemcal.stages.rsm.analysis import fit_response_surface
+from stemcal.stages.rsm.analysis import rsm
 from stemcal.stages.rsm.profiler import profiler_data
 from stemcal.stages.rsm.result import RsmResult
 from stemcal.stages.verdict.verdict_rules import verdict_of
@@ -116,7 +116,7 @@ def fitted(folder: Path, k: int, responses: str) -> tuple[Any, Any]:
     spec = SPEC[: SPEC.index("  - {diameter")] + rows + more + f"invert: {{diameters: all, responses: [{responses}]}}\n"
     (folder / "rough.yaml").write_text(spec, "utf-8")
     study = load_study(folder / "rough.yaml")
-    return study, fit_response_surface(study, StudyFolder(folder / "runs"), solver=Rough())
+    return study, rsm(study, StudyFolder(folder / "runs"), solver=Rough())
 
 
 @pytest.mark.parametrize(("k", "responses"), [(1, "force"), (2, "force, travel"), (4, "force, travel")])

@@ -13,7 +13,7 @@ from stemcal.solvers import make_solver
 from stemcal.solvers.program import Command
 from stemcal.solvers.protocol import Request
 from stemcal.solvers.replicates import seed_of
-from stemcal.stages.rsm.analysis import RsmResult, fit_response_surface, surface_design
+from stemcal.stages.rsm.analysis import RsmResult, rsm, surface_design
 from stemcal.stages.screen.analysis import screen, screening_design
 from stemcal.stages.screen.result import ScreenResult
 from stemcal.stages.validate.analysis import requests_at
@@ -107,7 +107,7 @@ def test_template_gets_seed_and_replicate(tmp_path):
 def test_centre_points_really_run_again_and_their_scatter_is_the_pure_error(tmp_path):
     """Ten pure-error runs' sd of 0.4 noise: within the 99.9 % limits of chi over its degrees of freedom."""
     study = study_of(tmp_path, "replicates: 2")
-    surface = fit_response_surface(study, StudyFolder(tmp_path / "runs"))
+    surface = rsm(study, StudyFolder(tmp_path / "runs"))
     assert isinstance(surface, RsmResult)
     centre = [run.response for run in surface.design.runs if not any(run.coded.values())]
     assert len(centre) == len(set(centre)) == 8
@@ -131,7 +131,7 @@ def test_effects_are_tested_against_the_scatter_of_replicates(tmp_path):
 def test_seedless_runs_that_agree_are_said(tmp_path):
     program = NOISY.replace('random.Random(given["seed"])', "random.Random(1)")
     study = study_of(tmp_path, "replicates: 2", program)
-    surface = fit_response_surface(study, StudyFolder(tmp_path / "runs"))
+    surface = rsm(study, StudyFolder(tmp_path / "runs"))
     assert surface.pure_error is not None and surface.pure_error.kind == "equal_repeats"
     assert surface.pure_error in surface.notes and "{{seed}}" in str(surface.pure_error)
 
@@ -145,7 +145,7 @@ def test_chance_that_nobody_declared_is_found_at_the_start(tmp_path):
     study = study_of(tmp_path, "", UNSEEDED, template)
     folder = StudyFolder(tmp_path / "runs")
     with pytest.raises(UsageError, match=r"the program is stochastic .*\. Write `replicates: 5`"):
-        fit_response_surface(study, folder)
+        rsm(study, folder)
     assert len(list(folder.runs.glob("*.json"))) == 2
 
 
@@ -154,7 +154,7 @@ def test_a_deterministic_program_is_run_once_more_and_goes_on(tmp_path):
     template = TEMPLATE.replace("{{seed}}", "7")
     study = study_of(tmp_path, "", program, template)
     folder = StudyFolder(tmp_path / "runs")
-    surface = fit_response_surface(study, folder)
+    surface = rsm(study, folder)
     assert len(list(folder.runs.glob("*.json"))) == 9 + 1  # 8 points and the centre, and one of them again
     assert surface.pure_error is not None and surface.pure_error.kind == "equal_repeats"
 

@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from stemcal.stages.stage import Stage
 
 if TYPE_CHECKING:
-    from stemcal.stages.climb.options import ClimbOptions
-    from stemcal.stages.climb.result import ClimbResult
-    from stemcal.stages.design import Later
     from stemcal.study.model import Study
 
 
-class Climbing(Stage["ClimbResult"]):
+class Climbing(Stage[Any]):
     """Steps along the slope that the screening found; the best one centres the design of the surface."""
 
     name, title, reads = "climb", "Climb", ("climb", "rsm", "targets")
@@ -34,28 +30,3 @@ class Climbing(Stage["ClimbResult"]):
 
     def needs(self, study: Study) -> str | None:
         return "screen"
-
-    def later(self, study: Study) -> Later | None:
-        from stemcal.stages.climb.analysis import later
-
-        return later(study)
-
-    def section(self) -> type[ClimbOptions]:
-        from stemcal.stages.climb.options import ClimbOptions
-
-        return ClimbOptions
-
-    def result(self) -> type[ClimbResult]:
-        from stemcal.stages.climb.result import ClimbResult
-
-        return ClimbResult
-
-    def making(self) -> Callable[..., ClimbResult]:
-        from stemcal.stages.climb.analysis import climb
-
-        return climb
-
-    def showing(self) -> object:
-        from stemcal.stages.climb.showing import ClimbShowing
-
-        return ClimbShowing()

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from pydantic import Field
 
-from stemcal.stages.screen.options import is_screened
+from stemcal.stages.screen.options import ScreenOptions
 from stemcal.study.types.field_types import Flag, Frozen, Whole
 from stemcal.study.types.strict_yaml import Finding
 
@@ -31,7 +31,7 @@ class ClimbOptions(Frozen):
 
 def _follows_a_slope(draft: Draft) -> Iterator[Finding]:
     """Without a screening there is no slope to climb along."""
-    if not is_screened(draft.study) and draft.study.given(ClimbOptions) is not None:
+    if not draft.study.of(ScreenOptions).wanted and draft.study.given(ClimbOptions) is not None:
         yield Finding(
             ("climb",),
             "steepest ascent requires a screening, which this study does not have",

@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 from stemcal.stages.stage import Stage
 
 if TYPE_CHECKING:
-    from stemcal.note import Note
-    from stemcal.stages.invert.options import InvertOptions
-    from stemcal.stages.invert.result import InvertResult
     from stemcal.study.model import Study, Target
 
 
-class Calibration(Stage["InvertResult"]):
+class Calibration(Stage[Any]):
     """The calibrated parameters, and how well they are known."""
 
     name, title, attribute, reads = "invert", "Calibration", "inversion", ("invert", "targets")
@@ -32,28 +28,3 @@ class Calibration(Stage["InvertResult"]):
         from stemcal.stages.invert.options import InvertOptions, fitted_together
 
         return fitted_together(study), study.of(InvertOptions).responses
-
-    def section(self) -> type[InvertOptions]:
-        from stemcal.stages.invert.options import InvertOptions
-
-        return InvertOptions
-
-    def result(self) -> type[InvertResult]:
-        from stemcal.stages.invert.result import InvertResult
-
-        return InvertResult
-
-    def making(self) -> Callable[..., InvertResult]:
-        from stemcal.stages.invert.analysis import invert
-
-        return invert
-
-    def reasons(self) -> Sequence[Callable[[Any], Iterator[Note]]]:
-        from stemcal.stages.invert.verdict_rules import RULES
-
-        return RULES
-
-    def showing(self) -> object:
-        from stemcal.stages.invert.showing import InvertShowing
-
-        return InvertShowing()

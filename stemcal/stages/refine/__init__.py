@@ -2,20 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 from stemcal.stages.stage import Stage
 
 if TYPE_CHECKING:
-    from stemcal.note import Note
-    from stemcal.stages.design import Later
-    from stemcal.stages.refine.options import RefineOptions
-    from stemcal.stages.refine.result import RefineResult
     from stemcal.study.model import Study
 
 
-class Refinement(Stage["RefineResult"]):
+class Refinement(Stage[Any]):
     """The parameters corrected by simulations, in the model of the study or of `refine.in`."""
 
     name, title, attribute, reads = "refine", "Refinement", "refinement", ("refine", "targets")
@@ -36,45 +31,5 @@ class Refinement(Stage["RefineResult"]):
         """Return the stage whose parameters it corrects; in another model it comes after the validation."""
         return "validate" if self._options(study).elsewhere else "invert"
 
-    def seen(self, study: Study) -> Study:
-        from stemcal.stages.refine.options import model_of
-
-        return model_of(study)
-
     def calibrates(self, study: Study) -> bool:
         return self.asked_for(study) and not self._options(study).elsewhere
-
-    def _options(self, study: Study) -> RefineOptions:
-        from stemcal.stages.refine.options import RefineOptions
-
-        return study.of(RefineOptions)
-
-    def later(self, study: Study) -> Later | None:
-        from stemcal.stages.refine.analysis import later
-
-        return later(study)
-
-    def section(self) -> type[RefineOptions]:
-        from stemcal.stages.refine.options import RefineOptions
-
-        return RefineOptions
-
-    def result(self) -> type[RefineResult]:
-        from stemcal.stages.refine.result import RefineResult
-
-        return RefineResult
-
-    def making(self) -> Callable[..., RefineResult]:
-        from stemcal.stages.refine.analysis import refine
-
-        return refine
-
-    def reasons(self) -> Sequence[Callable[[Any], Iterator[Note]]]:
-        from stemcal.stages.refine.verdict_rules import RULES
-
-        return RULES
-
-    def showing(self) -> object:
-        from stemcal.stages.refine.showing import RefineShowing
-
-        return RefineShowing()

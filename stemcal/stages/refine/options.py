@@ -71,7 +71,7 @@ class RefineOptions(Frozen):
         return self.in_ is not None
 
 
-def model_of(study: Study) -> Study:
+def seen(study: Study) -> Study:
     """Return the study as `refine.in` simulates it; the study itself without that key."""
     options = study.given(RefineOptions)
     if options is None or (solver := options.in_) is None:
@@ -128,7 +128,7 @@ def _the_model_is_possible(draft: Draft) -> Iterator[Finding]:
     """
     from stemcal.study.reading.read import broken_rules
 
-    if (there := model_of(draft.study)) is draft.study:
+    if (there := seen(draft.study)) is draft.study:
         return
     for finding in broken_rules(replace(draft, study=there)):
         section = finding.path[0] if finding.path else ""

@@ -2,22 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from stemcal.stages.stage import Stage, stage_called
 
 if TYPE_CHECKING:
-    from stemcal.note import Note
-    from stemcal.runs.study_folder import StudyFolder
-    from stemcal.solvers.protocol import Solver
-    from stemcal.stages.design import Asked
-    from stemcal.stages.rsm.options import RsmOptions
-    from stemcal.stages.rsm.result import RsmResult
     from stemcal.study.model import Study
 
 
-class ResponseSurface(Stage["RsmResult"]):
+class ResponseSurface(Stage[Any]):
     """The runs of a design, and a quadratic surface fitted to them."""
 
     name, title, attribute, reads = "rsm", "Response surface", "surface", ("rsm",)
@@ -37,38 +31,3 @@ class ResponseSurface(Stage["RsmResult"]):
         joint, package = study.joint_targets, SURFACES.version_of(self._options(study).design)
         fitted = {"conditions": [target.condition for target in joint], "responses": study.fitted_responses}
         return ({"package": package} if package else {}) | (fitted if joint else {})
-
-    def _options(self, study: Study) -> RsmOptions:
-        from stemcal.stages.rsm.options import RsmOptions
-
-        return study.of(RsmOptions)
-
-    def foresee(self, study: Study, solver: Solver, folder: StudyFolder | None) -> Asked | None:
-        from stemcal.stages.rsm.analysis import foresee
-
-        return foresee(study, solver, folder)
-
-    def section(self) -> type[RsmOptions]:
-        from stemcal.stages.rsm.options import RsmOptions
-
-        return RsmOptions
-
-    def result(self) -> type[RsmResult]:
-        from stemcal.stages.rsm.result import RsmResult
-
-        return RsmResult
-
-    def making(self) -> Callable[..., RsmResult]:
-        from stemcal.stages.rsm.analysis import fit_response_surface
-
-        return fit_response_surface
-
-    def reasons(self) -> Sequence[Callable[[Any], Iterator[Note]]]:
-        from stemcal.stages.rsm.verdict_rules import RULES
-
-        return RULES
-
-    def showing(self) -> object:
-        from stemcal.stages.rsm.showing import RsmShowing
-
-        return RsmShowing()

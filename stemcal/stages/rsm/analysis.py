@@ -44,7 +44,7 @@ _TOLD = (
 
 
 @a_stage(RsmResult)
-def fit_response_surface(work: Work, head: Head) -> RsmResult:
+def rsm(work: Work, head: Head) -> RsmResult:
     """Run the design of the surface over the factors that matter and fit it."""
     study, solver = work.study, work.solver
     names, coding, chosen = _factors(study, solver, _read_before(study, solver, work.folder))
@@ -179,17 +179,19 @@ def surface_design(
     The coding of a factor is that of the spec, else the one `found` by a climb, else the outermost runs are at low and
     high.
     """
-    rsm, factors = study.of(RsmOptions), [study.factor(name) for name in names]
-    ranged = Coding.from_ranges(names, [f.low for f in factors], [f.high for f in factors], reach=rsm.reach(len(names)))
+    options, factors = study.of(RsmOptions), [study.factor(name) for name in names]
+    ranged = Coding.from_ranges(
+        names, [f.low for f in factors], [f.high for f in factors], reach=options.reach(len(names))
+    )
     own = {name: (scale.center, scale.half_step) for name, scale in found.items()}
-    own |= {name: rsm.coded(name) for name in rsm.coding}
+    own |= {name: options.coded(name) for name in options.coding}
     each = zip(names, ranged.centre, ranged.half_step, strict=True)
     pairs = [own.get(name, (centre, half_step)) for name, centre, half_step in each]
     coding = Coding(tuple(names), tuple(centre for centre, _ in pairs), tuple(half for _, half in pairs))
     given = solver.given_design("rsm")
     if given is None:
-        coded = designs.surface_runs(len(names), rsm.chosen())
-        once = Design("rsm", rsm.design, coding, coded, coding.runs(coded, study.midlevels()))
+        coded = designs.surface_runs(len(names), options.chosen())
+        once = Design("rsm", options.design, coding, coded, coding.runs(coded, study.midlevels()))
         return once.repeated(study.solver.repeats)
     return given_design("rsm", study, coding, given)
 

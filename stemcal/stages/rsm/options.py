@@ -12,7 +12,7 @@ from pydantic_core import PydanticKnownError
 
 from stemcal.doe.designs import SURFACES
 from stemcal.note import Note
-from stemcal.stages.screen.options import is_screened
+from stemcal.stages.screen.options import ScreenOptions
 from stemcal.study.types.factor import MOST_FACTORS, PARAMETERS
 from stemcal.study.types.field_types import Frozen, Number, Whole, complain
 from stemcal.study.types.strict_yaml import Finding
@@ -171,7 +171,7 @@ def _surface_factors_exist(draft: Draft) -> Iterator[Finding]:
 def _factors_are_found(draft: Draft) -> Iterator[Finding]:
     """Without a screening the spec names the surface's factors."""
     chosen = draft.study.of(RsmOptions).factors
-    if not is_screened(draft.study) and isinstance(chosen, str):
+    if not draft.study.of(ScreenOptions).wanted and isinstance(chosen, str):
         names = ", ".join(draft.names[:3])
         message = f"`factors: {chosen}` requires a screening, which this study does not have"
         yield Finding(
@@ -251,7 +251,7 @@ def _doubts(study: Study) -> Iterator[Finding]:
     }
     fixed = []
     for factor in study.factors:
-        screened, unseen = is_screened(study), factor.name in exponents
+        screened, unseen = study.of(ScreenOptions).wanted, factor.name in exponents
         if isinstance(chosen, str) and screened and unseen:
             message = f"{factor.name} has no effect at {at:g} mm, the diameter of the screening runs"
             remedy = "list the factors of the response surface in `rsm.factors`, or write another diameter for `at`"

@@ -33,6 +33,7 @@ from stemcal.note import Note
 from stemcal.numbers import signed_probability
 from stemcal.runs.answer import reasons_given
 from stemcal.runs.record import lower_bound_notes
+from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers.protocol import Solver
 from stemcal.stages.design import Asked, Design, given_design, runs_of
 from stemcal.stages.result import Head
@@ -89,7 +90,7 @@ def screening_design(study: Study, solver: Solver) -> Design:
     return given_design("screen", study, coding, given, order=1)
 
 
-def foresee(study: Study, solver: Solver) -> Asked:
+def foresee(study: Study, solver: Solver, folder: StudyFolder | None) -> Asked:
     """Return the runs of the screening."""
     design = screening_design(study, solver)
     return Asked("screen", design.requests(study.targets.calibrate_at), settled=True, design=design)

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Annotated, Literal
 
 from pydantic import Field
 
 from stemcal.study.types.field_types import Flag, Frozen, Number, Whole
-
-if TYPE_CHECKING:
-    from stemcal.study.model import Study
 
 ScreeningDesign = Literal["plackett-burman", "fractional-factorial", "full-factorial", "none"]
 
@@ -32,7 +29,7 @@ class ScreenOptions(Frozen):
     alpha: Annotated[Number, Field(gt=0, lt=1)] = 0.05
     """Significance level. Factors with a smaller p-value are significant."""
 
-
-def is_screened(study: Study) -> bool:
-    """Whether the study begins with a screening."""
-    return study.of(ScreenOptions).design != "none"
+    @property
+    def wanted(self) -> bool:
+        """Whether the study begins with a screening."""
+        return self.design != "none"

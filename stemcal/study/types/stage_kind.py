@@ -1,12 +1,15 @@
 """Kinds of stages: what a spec asks of a stage, and the list of stages.
 
-A stage is a `stages.stage.Stage`, which adds its runs, its result and what shows it. Methods import the parts of a
-stage, so that its name, title and position are available without cost.
+A stage is a `stages.stage.Stage`, which adds its runs, its result and what shows it. The parts of a stage are in
+modules of its package and are found by their names there, so that its name, title and position are available without
+cost.
 """
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Iterator, Sequence
+from importlib import import_module
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from stemcal.registry import Checked, Registry
@@ -17,6 +20,8 @@ if TYPE_CHECKING:
 
 class StageKind(Checked):
     """What a study asks of a stage.
+
+    The class of its section is `NameOptions`, for example `ScreenOptions`, in the module `options` of its package.
 
     Attributes
     ----------
@@ -37,7 +42,7 @@ class StageKind(Checked):
 
     def section(self) -> type[Frozen] | None:
         """Return the model of its section in the spec."""
-        return None
+        return self._part("options", self._class("Options"))  # type: ignore[no-any-return]
 
     def rules(self) -> Sequence[Callable[[Any], Iterator[Any]]]:
         """Return the rules of its section: functions of a draft that yield mistakes."""
@@ -50,12 +55,36 @@ class StageKind(Checked):
         yield from () if section is None else section.doubts(study)
 
     def seen(self, study: Any) -> Any:
-        """Return the study that the stage simulates."""
-        return study
+        """Return the study that the stage simulates, by the function `seen` of its `options` if there is one."""
+        seen = self._part("options", "seen")
+        return study if seen is None else seen(study)
 
     def fits(self, study: Any) -> tuple[tuple[Any, ...], tuple[str, ...]] | None:
         """Return the targets that it fits together (none if it fits one force) and the fitted responses."""
         return None
+
+    def _options(self, study: Any) -> Any:
+        """Return its section in the spec of a study."""
+        return study.of(self.section())
+
+    def _class(self, part: str) -> str:
+        """Return the name of the class of a part, for example `ScreenOptions`."""
+        return "".join(word.capitalize() for word in self.name.replace("-", "_").split("_")) + part
+
+    def _part(self, module: str, name: str) -> Any:
+        """Return the object with this name in a module of the stage's package, or None.
+
+        A stage that is a single module has all its parts in that module.
+        """
+        place = type(self).__module__
+        if not hasattr(sys.modules[place], "__path__"):
+            return getattr(sys.modules[place], name, None)
+        try:
+            return getattr(import_module(f"{place}.{module}"), name, None)
+        except ModuleNotFoundError as error:
+            if error.name != f"{place}.{module}":
+                raise
+            return None
 
 
 STAGES: Registry[Any] = Registry(
