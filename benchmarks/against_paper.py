@@ -15,7 +15,7 @@ import numpy as np
 from cases import CONFIGS, Case, agreement, paper_cases, simulate_all, tests_of
 
 from stemcal.cutting import CuttingResult
-from stemcal.report.figures.style import BLUE, FAINT, GREEN, ORANGE, new_figure
+from stemcal.drawing.style import BLUE, FAINT, GREEN, ORANGE, new_figure
 
 LAWS = {"paper": "the paper's law", "cowper_symonds": "Cowper and Symonds' law"}
 TABLES = {"screen": ("Table 6", "o", BLUE), "rsm": ("Table 9", "s", ORANGE), "validate": ("Table 13", "^", GREEN)}

@@ -154,7 +154,7 @@ POINT = base64.b64decode("iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAAAAAA6fptVAAAACklEQV
 
 def leave_blank(patch: Any) -> None:
     """Leave every figure empty, by pytest's patch: an SVG of nothing, a PNG of one white point."""
-    from stemcal.report.figures.plot import Plot
+    from stemcal.drawing.plot import Plot
 
     patch.setattr(Plot, "document", '<svg viewBox="0 0 1 1"></svg>')
     patch.setattr(Plot, "readings", [])

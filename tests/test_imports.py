@@ -19,29 +19,26 @@ LAYERS = (
     ("study",),
     ("laboratory", "solvers"),
     ("runs.executors", "runs"),
+    ("drawing",),
     ("stages", "overview"),
-    ("report", "showing", "python", "testing", "cli", "__main__", ""),
+    ("report", "python", "testing", "cli", "__main__", ""),
 )
 """The layers from the bottom, and in each its packages and modules: one may import from those before it."""
 ORDER = [f"stemcal.{name}".rstrip(".") for layer in LAYERS for name in layer]
-SHOWING = "stemcal.showing"
-"""Stands for the files of a stage that show it: above the report, which they use and which knows none of them."""
 SLICES = {path.parent.name for path in (PACKAGE / "stages").glob("*/__init__.py")} - {"verdict"}
 """The folders of `stemcal.stages`, one for each stage; the verdict is no stage, it judges all of them."""
-SHOWN = ("showing", "figures", "profiler", "verdict_rules")
-"""The files of a stage that show it."""
 OF_OTHERS = ("result", "options")
 """What others may import of a slice; all else of it they reach through `stemcal.stages.stage.STAGES`."""
 LIGHT_HERE = ("stemcal.stages.stage", "stemcal.registry")
 
 PLACES = {
     "typer": ("stemcal.cli",),
-    "rich": ("stemcal.cli", "stemcal.report"),
+    "rich": ("stemcal.cli", "stemcal.report", "stemcal.drawing.style"),
     "yaml": ("stemcal.study",),
     "pyDOE3": ("stemcal.doe",),
     "statsmodels": ("stemcal.measured.statistics",),
-    "pandas": ("stemcal.doe", "stemcal.measured", "stemcal.files", "stemcal.report.export"),
-    "matplotlib": ("stemcal.report",),
+    "pandas": ("stemcal.doe", "stemcal.measured", "stemcal.files", "stemcal.drawing.table", "stemcal.report.export"),
+    "matplotlib": ("stemcal.drawing", "stemcal.report", "stemcal.stages"),
     "jinja2": ("stemcal.report",),
     "numba": ("stemcal.fem",),
     "distributed": ("stemcal.runs.executors",),
@@ -72,8 +69,6 @@ def slice_of(module: str) -> tuple[str, str]:
 
 def house_of(module: str) -> str:
     """Return the package of `ORDER` that a module belongs to."""
-    if slice_of(module)[1] in SHOWN:
-        return SHOWING
     return max((package for package in ORDER if within(module, package)), key=len)
 
 
@@ -110,19 +105,17 @@ def test_imports_point_down() -> None:
         if not within(imported, "stemcal") or module == "stemcal":
             continue
         assert imported != "stemcal.__version__", f"{module} imports it from above; it stands in stemcal.version"
-        if slice_of(module)[0] == slice_of(imported)[0] != "":
-            continue
         place, below = house_of(module), house_of(imported)
-        if place != below or place == SHOWING:
+        if place != below:
             assert ORDER.index(below) < ORDER.index(place), f"{module} imports {imported}"
 
 
 def test_layers() -> None:
-    """Seven at most, and every folder and module of the package has its place in one."""
+    """Eight at most, and every folder and module of the package has its place in one."""
     found = {name_of(path) for path in PACKAGE.iterdir() if path.is_dir() and any(path.glob("*.py"))}
     found |= {name_of(path) for path in PACKAGE.glob("*.py")}
-    assert len(LAYERS) <= 7
-    assert found == {name for name in ORDER if name.count(".") < 2} - {SHOWING}
+    assert len(LAYERS) <= 8
+    assert found == {name for name in ORDER if name.count(".") < 2}
 
 
 def test_a_stage_is_reached_through_the_list_of_stages() -> None:
@@ -154,8 +147,6 @@ def test_no_module_imports_itself_by_way_of_others() -> None:
 def test_the_parts_of_a_package_do_not_import_each_other_in_a_circle() -> None:
     """Of every package the modules and packages below it, each with all that lies in it."""
     pairs = {(name_of(path), _module(found, NAMES)) for path in MODULES for found, _ in imports(path, checked=True)}
-    pairs = {(_shown_apart(module), _shown_apart(imported)) for module, imported in pairs}
-    pairs = {pair for pair in pairs if not pair[1].startswith("shown.") or pair[0].startswith("shown.")}
     for package in (name_of(path) for path in MODULES if path.name == "__init__.py"):
         level, graph = len(package.split(".")) + 1, {}
         for module, imported in pairs:
@@ -166,12 +157,6 @@ def test_the_parts_of_a_package_do_not_import_each_other_in_a_circle() -> None:
             tuple(TopologicalSorter(graph).static_order())
         except CycleError as error:
             pytest.fail(f"{package}: {' → '.join(error.args[1])}")
-
-
-def _shown_apart(module: str) -> str:
-    """Return where a module belongs: what shows a stage is no part of the package of the stages."""
-    stage, file = slice_of(module)
-    return f"shown.{stage}.{file}" if file in SHOWN else module
 
 
 def _module(imported: str, names: set[str]) -> str:
@@ -185,8 +170,7 @@ def test_libraries_in_their_places() -> None:
     for module, imported, at_top in ((name_of(path), *one) for path in MODULES for one in imports(path)):
         library = imported.partition(".")[0]
         if library in PLACES:
-            drawn = library == "matplotlib" and slice_of(module)[1] in SHOWN
-            assert drawn or any(within(module, place) for place in PLACES[library]), f"{module} imports {imported}"
+            assert any(within(module, place) for place in PLACES[library]), f"{module} imports {imported}"
         if library in INSIDE_FUNCTIONS:
             assert not at_top, f"{module} imports {imported} at its top"
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stemcal.report.figures.style import BLUE, FAINT, GREEN, INK, ORANGE, new_figure
+from stemcal.drawing.style import BLUE, FAINT, GREEN, INK, ORANGE, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

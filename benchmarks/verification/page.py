@@ -10,7 +10,7 @@ from pathlib import Path
 from time import perf_counter
 
 from stemcal import __version__
-from stemcal.report.figures.style import save
+from stemcal.drawing.style import save
 from verification import contact, element, law, lengths, shear_test, structures
 from verification.case import Topic
 

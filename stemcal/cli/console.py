@@ -17,7 +17,7 @@ from rich.text import Text
 from stemcal.files.encodings import visible
 
 if TYPE_CHECKING:
-    from stemcal.files.rows import Table
+    from stemcal.drawing.table import Table
 
 
 def stdout() -> Terminal:

@@ -75,8 +75,8 @@ def _folders() -> list[Finding]:
     import tempfile
     from pathlib import Path
 
+    from stemcal.drawing.style import installed_fonts
     from stemcal.fem.kernels.compile import CACHE
-    from stemcal.report.figures.style import installed_fonts
 
     temporary = CACHE.parent == Path(tempfile.gettempdir())
     hint = f"{CACHE} is temporary: set `STEMCAL_CACHE_DIR` to a folder that only you can write to"

@@ -14,7 +14,7 @@ from stemcal.errors import UsageError
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from stemcal.report.figures.plot import Plot
+    from stemcal.drawing.plot import Plot
     from stemcal.report.records import Records
     from stemcal.runs.study_folder import StudyFolder
     from stemcal.study.model import Study
@@ -116,7 +116,7 @@ def _tell(paths: list[str], as_json: bool) -> None:
 
 def _list(plots: list[Plot], records: Records, as_json: bool) -> None:
     """Show the names and the content of the figures."""
-    from stemcal.files.rows import Column, Table
+    from stemcal.drawing.table import Column, Table
 
     named = {plot.name: plot.caption for plot in plots}
     named |= dict.fromkeys(films(records), "Animation of the cut (GIF).")

@@ -18,7 +18,7 @@ from stemcal.files.typed import to_json
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from stemcal.files.rows import Table
+    from stemcal.drawing.table import Table
     from stemcal.note import Note
 
 app = typer.Typer(
@@ -81,6 +81,7 @@ def diameters(
 
     Example: [bold]stemcal measure diameters configs/data/measured-diameters.csv --grades 7,8,9,10,11[/bold]
     """
+    from stemcal.drawing.table import Table
     from stemcal.measured.diameters import measure_diameters
     from stemcal.measured.tables import Form
     from stemcal.report.figures import curves as figures
@@ -90,7 +91,7 @@ def diameters(
     found = measure_diameters(file, form, _numbers(grades), step, diameter_column)
     content = {"schema_version": 3, "stage": "measure-diameters", **to_json(found)}
     if out:
-        _leave_files(out, content, found.stems.table(), {"diameters": figures.diameter_histogram(found)})
+        _leave_files(out, content, Table.of_rows(found.stems), {"diameters": figures.diameter_histogram(found)})
     _show(content, found.synthetic, tables.diameter_tables(found), [], as_json, quiet, "")
 
 
@@ -126,7 +127,7 @@ def shear(
 
     Example: [bold]stemcal measure shear configs/data/measured-shear[/bold]
     """
-    from stemcal.files.rows import Column, Table
+    from stemcal.drawing.table import Column, Table
     from stemcal.measured.shear import find_files, measure_shear, read_index, section_of, target_rows
     from stemcal.measured.shear_curves import CurveOptions
     from stemcal.measured.tables import Form
@@ -232,8 +233,8 @@ def _leave_files(
     folder: Path, content: Mapping[str, Any], rows: Table, figures: dict[str, Figure], section: str = ""
 ) -> None:
     """Write the results as JSON, their rows as CSV, the figures as SVG and PNG."""
+    from stemcal.drawing.style import save
     from stemcal.files.durable import as_json, write_atomic
-    from stemcal.report.figures.style import save
 
     folder.mkdir(parents=True, exist_ok=True)
     stage = content["stage"]

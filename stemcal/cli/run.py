@@ -81,7 +81,7 @@ def _compute_again(work: Session) -> None:
 def _go_through(work: Session, until: str | None = None) -> Callable[..., None]:
     """Take an open study through its stages and draw its page; return what shows it once the study is closed."""
     from stemcal.cli.show import show_run
-    from stemcal.report.drawing import draw
+    from stemcal.report.redraw import draw
     from stemcal.stages.fresh import make_all
     from stemcal.stages.results import fresh_results
     from stemcal.stages.verdict.verdict_rules import verdict_of
@@ -110,7 +110,7 @@ def _go_through(work: Session, until: str | None = None) -> Callable[..., None]:
 
 def _showing(work: Session) -> Callable[[StageResult], None]:
     """Return what writes the page after a stage, except the last: the whole page follows."""
-    from stemcal.report.drawing import draw_words
+    from stemcal.report.redraw import draw_words
     from stemcal.stages.fresh import finished
     from stemcal.stages.stage import stages_of
 
@@ -163,7 +163,7 @@ def report(
 
     Example: [bold]stemcal report configs/smoke.yaml[/bold]
     """
-    from stemcal.report.drawing import draw
+    from stemcal.report.redraw import draw
     from stemcal.stages.verdict.verdict_rules import verdict_of
 
     study, folder, results = finished_work(spec, out, quiet)

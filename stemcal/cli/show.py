@@ -35,7 +35,7 @@ def show_stage(result: StageResult, verdict: Verdict, folder: StudyFolder, as_js
 
         say(*stage_tables(result, verdict.may_hold))
     if not quiet:
-        from stemcal.report.showing import KNOWN, shown_notes
+        from stemcal.report.outcome import KNOWN, shown_notes
         from stemcal.stages.verdict.words import opening
 
         for found in shown_notes(result, verdict.may_hold):
@@ -77,8 +77,9 @@ def show_run(
 
 def _show_findings(results: Results, verdict: Verdict, folder: StudyFolder, quiet: bool) -> None:
     """Print the identifiability and the most important notes, without those that the verdict repeats below."""
+    from stemcal.drawing.showing import names_of
+    from stemcal.report.outcome import KNOWN, MOST, notes_of_all, read_first, shortened, showing_of
     from stemcal.report.records import read_records, run_warnings
-    from stemcal.report.showing import KNOWN, MOST, names_of, notes_of_all, read_first, shortened, showing_of
     from stemcal.report.terminal import spoken
 
     for result in results.done:
@@ -96,7 +97,7 @@ def _show_findings(results: Results, verdict: Verdict, folder: StudyFolder, quie
 
 def _warn_of_failed(*results: StageResult) -> bool:
     """Count the failed runs of each stage with their reasons; returns whether there are any."""
-    from stemcal.report.showing import failed_runs
+    from stemcal.report.outcome import failed_runs
 
     failed = [text for result in results if (text := failed_runs(result))]
     for text in failed:

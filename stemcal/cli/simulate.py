@@ -177,8 +177,8 @@ def summary(result: CuttingResult, test: str = "cutting") -> object:
 
 
 def _write_figure(result: CuttingResult, path: Path, of_blade: bool) -> None:
+    from stemcal.drawing.style import save
     from stemcal.report.figures.curves import force_travel
-    from stemcal.report.figures.style import save
     from stemcal.report.records import Curve
 
     history = result.history

@@ -124,7 +124,7 @@ def check(spec: Spec, out: Out = None, workers: Workers = None, as_json: AsJson 
 
 def _say_plan(found: Plan) -> None:
     """Print the runs, the time and the memory of every stage."""
-    from stemcal.files.rows import Column, Table
+    from stemcal.drawing.table import Column, Table
     from stemcal.numbers import duration, in_bytes
     from stemcal.overview.plan import total
 

@@ -68,7 +68,7 @@ def status(
 
 def _progress(study: Study, folder: StudyFolder, as_json: bool) -> dict[str, Any]:
     """Return how far every stage is, and the verdict."""
-    from stemcal.files.rows import Column, Table
+    from stemcal.drawing.table import Column, Table
     from stemcal.naming import Names
     from stemcal.overview.status import status as count
     from stemcal.stages.verdict.words import verdict_json

@@ -8,16 +8,18 @@ from html import escape
 from typing import TYPE_CHECKING, Any
 
 from stemcal.cutting import CuttingResult
+from stemcal.drawing.showing import Setting
+from stemcal.drawing.table import Column, Table
 from stemcal.errors import UsageError
-from stemcal.files.rows import Column, Rows, Table
+from stemcal.files.rows import Rows
 from stemcal.naming import Names
 from stemcal.overview.status import Entry, ledger
 from stemcal.report.figures.curves import force_travel
 from stemcal.report.gallery import gallery
+from stemcal.report.outcome import showing_of
 from stemcal.report.page import coded
 from stemcal.report.records import Curve as DrawnCurve
 from stemcal.report.records import Records, read_records
-from stemcal.report.showing import Setting, showing_of
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.stages.result import R
 from stemcal.stages.results import fresh_results
@@ -73,7 +75,9 @@ class StudyResults:
 
     @cached_property
     def _setting(self) -> Setting:
-        return Setting(self.study, self._results, self.verdict.holds)
+        from stemcal.report.page import for_notebook
+
+        return Setting(self.study, self._results, self.verdict.holds, for_notebook)
 
     @cached_property
     def verdict(self) -> Verdict:

@@ -2,12 +2,25 @@
 
 import io
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from stemcal.drawing.plot import Plot
 from stemcal.files.durable import write_atomic
-from stemcal.report.figures.plot import Plot
-from stemcal.report.tables.columns import PaperTable
+
+
+@dataclass(frozen=True)
+class PaperTable:
+    """A table to publish: number, caption, headings, cells of one line each, note; `left` columns are aligned left."""
+
+    number: int
+    caption: str
+    heads: tuple[str, ...]
+    cells: tuple[tuple[str, ...], ...]
+    left: tuple[bool, ...]
+    note: str = ""
+
 
 _WIDTH, _HIGHEST = 16.0, 20.0  # cm of a figure between the margins of an A4 page
 

@@ -5,13 +5,15 @@ import textwrap
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
+from stemcal.drawing.columns import starred
+from stemcal.drawing.plot import Plot
+from stemcal.drawing.showing import RANGE, Setting, names_of
+from stemcal.drawing.table import Column, Table, showable
 from stemcal.files.durable import make_folder, write_atomic
 from stemcal.files.encodings import csv_text, in_a_line
-from stemcal.files.rows import Column, Table, visible
 from stemcal.numbers import significant
-from stemcal.report.figures.plot import Plot
-from stemcal.report.showing import RANGE, Setting, cited_ranges, names_of, showing_of
-from stemcal.report.tables.columns import PaperTable, starred
+from stemcal.report.docx import PaperTable
+from stemcal.report.outcome import cited_ranges, showing_of
 from stemcal.report.tables.of_designs import design_tables
 from stemcal.report.tables.setting import factors_table
 from stemcal.stages.results import Results
@@ -28,7 +30,7 @@ def study_tables(study: Study, results: Results, holds: bool = True) -> list[Tab
     for result in results.done:
         tables += design_tables(result, setting.symbols.labels)
         tables += showing_of(result).tables(result, names_of(result, setting.labelled.labels))
-    return visible([*tables, *_parameters(setting)], holds)
+    return showable([*tables, *_parameters(setting)], holds)
 
 
 def _parameters(setting: Setting) -> list[Table]:

@@ -12,10 +12,11 @@ from rich.console import RenderableType
 from rich.padding import Padding
 from rich.text import Text
 
-from stemcal.files.rows import Table, visible
+from stemcal.drawing.showing import Setting
+from stemcal.drawing.table import Table, showable
 from stemcal.naming import capital
 from stemcal.numbers import duration, fixed, significant
-from stemcal.report.showing import KNOWN, Setting, shortened, showing_of, tables_of
+from stemcal.report.outcome import KNOWN, shortened, showing_of, tables_of
 from stemcal.stages.result import StageResult
 from stemcal.stages.results import Results
 from stemcal.study.model import LaboratorySection, Study
@@ -35,7 +36,7 @@ def stage_tables(stage: StageResult, holds: bool = True) -> list[RenderableType]
 
     Intervals and statements of agreement are left out of a study that does not bear them (`holds` is false).
     """
-    return [*(part for table in visible(tables_of(stage), holds) for part in drawn(table)), *spoken(stage, holds)]
+    return [*(part for table in showable(tables_of(stage), holds) for part in drawn(table)), *spoken(stage, holds)]
 
 
 def spoken(stage: StageResult, holds: bool = True) -> list[RenderableType]:
@@ -77,7 +78,7 @@ def final_tables(study: Study, results: Results, holds: bool) -> list[Table]:
     """Return parameters and forces."""
     setting, tables = Setting(study, results, holds), list[Table]()
     for result in results.done:
-        tables += [shortened(result, one) for one in visible(showing_of(result).closing(result, setting), holds)]
+        tables += [shortened(result, one) for one in showable(showing_of(result).closing(result, setting), holds)]
     return tables
 
 

@@ -11,8 +11,8 @@ from math import ceil, sqrt
 from statistics import stdev
 
 from stemcal.doe.calibration.search_path import Mover, SearchPath, ends_of
+from stemcal.drawing.table import Column, Table
 from stemcal.errors import UsageError
-from stemcal.files.rows import Column, Table
 from stemcal.numbers import fixed, interval, significant
 from stemcal.registry import code_version
 from stemcal.stages.fresh import calibrated_parameters

@@ -8,9 +8,10 @@ from html import escape
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self, TypeVar
 
+from stemcal.drawing.table import Table
 from stemcal.errors import UsageError
 from stemcal.files.durable import plain, write_atomic
-from stemcal.files.rows import Rows, Table
+from stemcal.files.rows import Rows
 from stemcal.files.typed import Spread, absent, from_json, inline, to_json
 from stemcal.naming import CUTTING, Naming
 from stemcal.note import Note

@@ -12,6 +12,7 @@ from stemcal.study.types.stage_kind import StageKind
 from stemcal.words import series
 
 if TYPE_CHECKING:
+    from stemcal.drawing.showing import Showing
     from stemcal.note import Note
     from stemcal.runs.study_folder import StudyFolder
     from stemcal.solvers.protocol import Solver
@@ -99,9 +100,9 @@ class Stage(StageKind, Checked, Generic[R]):
         """Return its rules of the verdict: functions of a `verdict.verdict_rules.Evidence` that yield reasons."""
         return self._part("verdict_rules", "RULES") or ()
 
-    def showing(self) -> object:
-        """Return its sentences, tables and figures (`report.showing.Showing`)."""
-        return self._needed("showing", self._class("Showing"))()
+    def showing(self) -> Showing[Any]:
+        """Return its sentences, tables and figures."""
+        return self._needed("showing", self._class("Showing"))()  # type: ignore[no-any-return]
 
     def _needed(self, module: str, name: str) -> Any:
         if (part := self._part(module, name)) is None:

@@ -11,7 +11,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from stemcal.report.showing import Setting, Showing, names_of
+from stemcal.drawing.showing import Setting, Showing, names_of
 from stemcal.runs.answer import Progress
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.stages.fresh import changes_since
@@ -107,7 +107,7 @@ def _stage_is_stale_when_an_input_changes(at: StageAtWork) -> None:
 def _tables_have_titles_and_units(at: StageAtWork) -> None:
     """Every table has a title; a number has a unit in its heading or in a column, unless it is a count or a ratio."""
     result = at.made[2]
-    for table in at.thing.showing().tables(result, names_of(result)):  # type: ignore[attr-defined]
+    for table in at.thing.showing().tables(result, names_of(result)):
         require(bool(table.title), "a table has no title")
         has_units = any(row[0] in at.study.names for row in table.rows)  # a factor's, in each row
         for place, column in enumerate(table.columns):

@@ -42,7 +42,7 @@ def test_help_names_every_command_and_imports_nothing_heavy(tmp_path: Path) -> N
 
 
 def test_showing_what_is_finished_loads_no_solver() -> None:
-    shown = "stemcal.report.terminal, stemcal.stages.verdict.verdict_rules, stemcal.report.showing"
+    shown = "stemcal.report.terminal, stemcal.stages.verdict.verdict_rules, stemcal.report.outcome"
     code = f"import sys, {shown}; print(*sys.modules)"
     done = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT, timeout=60

@@ -172,7 +172,7 @@ def test_where_the_maximum_is_measured_it_must_be_passed(bent: None) -> None:
 def test_only_a_blade_is_called_one(
     bent: None, calls: list[Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from stemcal.report.figures import style
+    from stemcal.drawing import style
 
     drawn: list[str] = []
     monkeypatch.setattr(style, "save", lambda figure, _: drawn.append(figure.axes[0].get_xlabel()))

@@ -4,11 +4,11 @@ from types import SimpleNamespace
 from typing import Any
 
 from stemcal.cli.status import state as lines
-from stemcal.files.rows import Table
+from stemcal.drawing.table import Table
 from stemcal.naming import Names
 from stemcal.overview.status import StageStatus, Status
+from stemcal.report.outcome import failed_runs
 from stemcal.report.page import _Part, _Picture
-from stemcal.report.showing import failed_runs
 from stemcal.runs.record import Outcome
 from stemcal.stages.verdict.result import Verdict
 

@@ -17,8 +17,8 @@ import workflow
 from fakes import ENVIRONMENT, FakeSolver, make_study
 from trying import CONFIGS, POSIX, command, trials
 
+from stemcal.drawing.table import Column, Table
 from stemcal.errors import SimulationFailed, SpecError, UsageError
-from stemcal.files.rows import Column, Table
 from stemcal.measured.shear import ShearTests, find_files, measure_shear
 from stemcal.report.export import export_tables
 from stemcal.runs.executors import InlineExecutor
@@ -139,7 +139,7 @@ def printed(text: str) -> str:
     """Return what the terminal gets of a text as warning, note, error, and cell of a table."""
     code = (
         "import json, sys; from stemcal.cli.console import *; text = json.loads(sys.argv[1]);"
-        "from stemcal.files.rows import *; from stemcal.report.terminal import drawn;"
+        "from stemcal.drawing.table import *; from stemcal.report.terminal import drawn;"
         "table = Table((Column(text), Column('x')), ((text, '1'),), text, (text,));"
         "warn(text); note(text); fail(text); say(text, *drawn(table))"
     )

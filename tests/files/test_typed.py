@@ -5,7 +5,8 @@ from typing import Any
 
 import pytest
 
-from stemcal.files.rows import Rows, Table
+from stemcal.drawing.table import Table
+from stemcal.files.rows import Rows
 from stemcal.files.typed import Spread, absent, from_json, inline, to_json
 
 

@@ -3,9 +3,10 @@
 from dataclasses import replace
 from typing import Any
 
-from stemcal.files.rows import MOST_ROWS, Rows
+from stemcal.drawing.table import MOST_ROWS
+from stemcal.files.rows import Rows
 from stemcal.naming import Named, Names, Naming
-from stemcal.report.showing import tables_of
+from stemcal.report.outcome import tables_of
 from stemcal.stages.validate.figures import MOST_RESPONSES, plots
 from stemcal.stages.validate.result import FurtherRow, ValidateResult
 

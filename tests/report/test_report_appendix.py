@@ -5,7 +5,7 @@ from typing import Any
 import pytest
 
 from stemcal.naming import Names
-from stemcal.report.showing import tables_of
+from stemcal.report.outcome import tables_of
 from stemcal.report.tables.of_designs import design_tables
 from stemcal.report.tables.setting import setting_tables
 from stemcal.stages.rsm.figures import diagnostics

@@ -3,8 +3,8 @@
 from typing import Any
 from xml.etree import ElementTree
 
-from stemcal.report.figures.style import svg
-from stemcal.report.showing import tables_of
+from stemcal.drawing.style import svg
+from stemcal.report.outcome import tables_of
 from stemcal.stages.climb.result import ClimbResult
 from stemcal.stages.invert.showing import profiles
 

@@ -8,10 +8,11 @@ from typing import Any
 
 import pytest
 
-from stemcal.report import drawing, gallery
+from stemcal.report import gallery
 from stemcal.report import page as pages
-from stemcal.report.drawing import draw
+from stemcal.report import redraw as drawing
 from stemcal.report.page import _Shown, shown
+from stemcal.report.redraw import draw
 from stemcal.runs.study_folder import StudyFolder
 
 
@@ -83,7 +84,7 @@ def test_what_the_page_does_not_show_is_left_to_plot(
 
 
 def test_a_finished_study_is_shown_without_what_draws_it() -> None:
-    code = """import sys, stemcal.cli.run, stemcal.report.drawing
+    code = """import sys, stemcal.cli.run, stemcal.report.redraw
 from stemcal.stages.stage import STAGES
 shown = [stage.showing() for stage in STAGES.built_in]
 print(*sys.modules)"""

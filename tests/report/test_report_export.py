@@ -10,11 +10,11 @@ from typing import Any
 
 import pytest
 
-from stemcal.files.rows import Column, Table
+from stemcal.drawing.table import Column, Table
 from stemcal.naming import Names
 from stemcal.report.export import _latex, _markdown, export_tables, numbered, study_tables
 from stemcal.report.gallery import gallery
-from stemcal.report.showing import cited_ranges
+from stemcal.report.outcome import cited_ranges
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.invert.showing import calibration_table
 from stemcal.stages.results import Results

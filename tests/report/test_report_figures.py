@@ -4,9 +4,9 @@ from xml.etree import ElementTree
 
 import pytest
 
+from stemcal.drawing.plot import Plot, Shared, inline
+from stemcal.drawing.style import save, svg
 from stemcal.report.figures.curves import force_travel
-from stemcal.report.figures.plot import Plot, Shared, inline
-from stemcal.report.figures.style import save, svg
 from stemcal.report.gallery import write_figures
 from stemcal.report.records import Curve
 from stemcal.stages.rsm.figures import Solution, contours, observed_predicted

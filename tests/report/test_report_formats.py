@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from stemcal.report.figures.plot import Plot
+from stemcal.drawing.plot import Plot
 from stemcal.report.gallery import write_as
 from stemcal.stages.invert.showing import profile_points
 from stemcal.stages.rsm.figures import levels_of

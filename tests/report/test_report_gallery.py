@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from stemcal.cli.explain import glossary, look_up
+from stemcal.drawing.style import resize, styled
 from stemcal.report.figures import curves as laboratory
 from stemcal.report.figures.curves import energies
-from stemcal.report.figures.style import resize, styled
 from stemcal.stages.rsm.figures import Solution, contours, relief
 from stemcal.stages.validate.figures import validation
 

@@ -7,11 +7,11 @@ import pytest
 from rich.cells import cell_len
 from rich.console import Console
 
-from stemcal.files.rows import Column, Table
+from stemcal.drawing.columns import from_means, measured_of, scores
+from stemcal.drawing.table import Column, Table
 from stemcal.naming import DIAMETER, FORCE, Named, Names, Naming
 from stemcal.numbers import short, significant
-from stemcal.report.showing import tables_of
-from stemcal.report.tables.columns import from_means, measured_of, scores
+from stemcal.report.outcome import tables_of
 from stemcal.report.terminal import drawn, stage_tables
 
 

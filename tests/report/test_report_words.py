@@ -11,17 +11,17 @@ import pytest
 from fakes import PYTHON
 from workflow import calibrate
 
-from stemcal.files.rows import Table
+from stemcal.drawing.style import svg
+from stemcal.drawing.table import Table
 from stemcal.naming import CUTTING, Named, Names, Naming
 from stemcal.overview.status import ledger
 from stemcal.report.export import document, numbered, study_tables
-from stemcal.report.figures.style import svg
 from stemcal.report.gallery import gallery
+from stemcal.report.outcome import certainty, outcome_of, shown_notes, tables_of
 from stemcal.report.page import _first_pictures, _run_tables
 from stemcal.report.page.headline import kind_of, question
 from stemcal.report.progress import describe
 from stemcal.report.records import read_records
-from stemcal.report.showing import certainty, outcome_of, shown_notes, tables_of
 from stemcal.report.tables.of_designs import runs_table
 from stemcal.report.tables.setting import setting_tables
 from stemcal.report.terminal import final_tables

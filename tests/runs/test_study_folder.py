@@ -16,10 +16,10 @@ from fakes import ENVIRONMENT
 from hypothesis import given
 from hypothesis import strategies as st
 
+from stemcal.drawing.table import Table
 from stemcal.errors import FolderLocked, StemcalError, UsageError
 from stemcal.files import durable
 from stemcal.files.durable import as_json, canonical, digest
-from stemcal.files.rows import Table
 from stemcal.files.sealed import sealed
 from stemcal.runs.study_folder import StudyFolder
 

@@ -5,7 +5,7 @@ from types import ModuleType
 
 import pytest
 
-from stemcal.report.showing import Showing
+from stemcal.drawing.showing import Showing
 from stemcal.stages.stage import STAGES, Stage
 from stemcal.study.types.field_types import Frozen
 

@@ -7,7 +7,7 @@ import workflow
 from fakes import TWO_FACTORS, FakeSolver
 
 from stemcal.naming import Names
-from stemcal.report.showing import shown_notes
+from stemcal.report.outcome import shown_notes
 from stemcal.runs.executors import InlineExecutor
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.stages.invert import words

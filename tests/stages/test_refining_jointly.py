@@ -11,7 +11,7 @@ import workflow
 from fakes import TWO_FACTORS, FakeSolver
 
 from stemcal.errors import RunsFailed
-from stemcal.report.showing import tables_of
+from stemcal.report.outcome import tables_of
 from stemcal.runs.executors import InlineExecutor
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers.protocol import Answer, Request

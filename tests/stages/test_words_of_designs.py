@@ -7,7 +7,7 @@ import pytest
 from stemcal.files.rows import Rows
 from stemcal.naming import Names
 from stemcal.note import SEVERITIES, energy_drifts
-from stemcal.report.showing import notes_of_all, read_first
+from stemcal.report.outcome import notes_of_all, read_first
 from stemcal.stages.result import DesignRuns, Head
 from stemcal.stages.rsm.result import RsmResult
 from stemcal.stages.rsm.showing import RsmShowing

@@ -13,10 +13,10 @@ import pytest
 from matplotlib.figure import Figure
 
 from stemcal.doe.designs import SURFACES, SurfaceDesign, SurfaceOptions
+from stemcal.drawing.plot import Plot
+from stemcal.drawing.table import Column, Table
 from stemcal.errors import UsageError
-from stemcal.files.rows import Column, Table
 from stemcal.laboratory.axial import Axial, Tension
-from stemcal.report.figures.plot import Plot
 from stemcal.solvers.kinds import Python
 from stemcal.solvers.protocol import Answer, Request, Solver
 from stemcal.stages.climb import Climbing

@@ -2,7 +2,7 @@
 # fmt: off
 from matplotlib.figure import Figure
 from stemcal.numbers import fixed
-from stemcal.report.figures.plot import Plot
+from stemcal.drawing.plot import Plot
 
 def outcome(self, result, names):
     return [f"In the middle of the ranges, the maximum force is {fixed(result.force, 1)} N."]

@@ -2,11 +2,11 @@
 # fmt: off
 from dataclasses import dataclass
 
-from stemcal.files.rows import Column, Table
+from stemcal.drawing.table import Column, Table
 from stemcal.files.typed import inline
 from stemcal.note import Note
 from stemcal.numbers import fixed
-from stemcal.report.showing import Showing
+from stemcal.drawing.showing import Showing
 from stemcal.solvers.protocol import Request
 from stemcal.stages.result import Head, StageResult
 from stemcal.stages.stage import Stage

@@ -10,15 +10,15 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
+from stemcal.drawing.plot import Plot
+from stemcal.drawing.showing import Setting, Showing
+from stemcal.drawing.style import BLUE, Figure, new_figure
+from stemcal.drawing.table import Column, Table
 from stemcal.errors import RunsFailed
-from stemcal.files.rows import Column, Table
 from stemcal.files.typed import inline
 from stemcal.naming import Names
 from stemcal.note import Note
 from stemcal.numbers import significant
-from stemcal.report.figures.plot import Plot
-from stemcal.report.figures.style import BLUE, Figure, new_figure
-from stemcal.report.showing import Setting, Showing
 from stemcal.runs.record import Outcome
 from stemcal.solvers import make_solver
 from stemcal.stages.result import Head, StageResult

@@ -6,10 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from stemcal.measured.curve_modes import CurveModes
-from stemcal.measured.diameters import Diameters
-from stemcal.measured.shear import ShearTests
-from stemcal.report.figures.style import (
+from stemcal.drawing.style import (
     BLUE,
     FAINT,
     GREEN,
@@ -22,6 +19,9 @@ from stemcal.report.figures.style import (
     plain,
     styled,
 )
+from stemcal.measured.curve_modes import CurveModes
+from stemcal.measured.diameters import Diameters
+from stemcal.measured.shear import ShearTests
 from stemcal.report.records import Curve
 
 

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stemcal.cutting.end_state import Shape
+from stemcal.drawing.style import BLUE, FAINT, INK, ORANGE, Axes, Figure, new_figure
 from stemcal.files.durable import refuse_link
 from stemcal.numbers import fixed
-from stemcal.report.figures.style import BLUE, FAINT, INK, ORANGE, Axes, Figure, new_figure
 from stemcal.solvers.film import Frame
 
 Array = NDArray[np.float64]

@@ -15,16 +15,17 @@ from typing import TYPE_CHECKING, Any
 
 from markupsafe import Markup, escape
 
+from stemcal.drawing.plot import Plot, Shared, inline
+from stemcal.drawing.showing import Setting
+from stemcal.drawing.table import Table, showable
 from stemcal.errors import UsageError
 from stemcal.files.durable import write_atomic
-from stemcal.files.rows import Table, visible
 from stemcal.naming import Names, small
 from stemcal.numbers import short
-from stemcal.report.figures.plot import Plot, Shared, inline
 from stemcal.report.gallery import gallery
+from stemcal.report.outcome import certainty, failed_runs, outcome_of, showing_of, shown_notes, tables_of
 from stemcal.report.page.headline import headline, kind_of, lead, made_with, next_step, question
 from stemcal.report.records import Records, provenance_rows, read_records, run_warnings, spec_hash
-from stemcal.report.showing import Setting, certainty, failed_runs, outcome_of, showing_of, shown_notes, tables_of
 from stemcal.report.tables.of_designs import design_tables
 from stemcal.report.tables.setting import grown_table, setting_tables
 from stemcal.runs.study_folder import StudyFolder
@@ -150,7 +151,7 @@ def render(study: Study, folder: StudyFolder, what: _Shown | None = None) -> str
         cited="\n".join([*map(str, cards), *valid]),
         valid_for=valid,
         spec=study.source.read_text("utf-8-sig", errors="replace") if study.source.is_file() else "",
-        setting=_part_of([*setting_tables(study), *visible(grown, verdict.holds)], (), shared),
+        setting=_part_of([*setting_tables(study), *showable(grown, verdict.holds)], (), shared),
         sections=[section(result, plots, verdict, labels, shared) for result in done],
         runs=_part_of(_run_tables(study, results), _plots_of("runs", plots), shared),
         provenance=[*provenance_rows(records), *made_with(study, spec_hash(study))],
@@ -174,7 +175,7 @@ def section(
     """Return the results of a stage, its tables, figures and notes, as far as the verdict allows them."""
     pictures = [plot for plot in _plots_of(result.name, plots) if verdict.holds or not plot.claims]
     part = _part_of(
-        visible(tables_of(result, labels), verdict.holds),
+        showable(tables_of(result, labels), verdict.holds),
         pictures,
         shared,
         [str(note) for note in shown_notes(result, verdict.holds)],

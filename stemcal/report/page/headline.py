@@ -2,11 +2,12 @@
 
 from dataclasses import dataclass
 
+from stemcal.drawing.showing import RANGE
 from stemcal.naming import Names
 from stemcal.note import Remedy
 from stemcal.numbers import significant, unit_written
 from stemcal.registry import code_version
-from stemcal.report.showing import RANGE, cited_ranges
+from stemcal.report.outcome import cited_ranges
 from stemcal.stages.results import Results
 from stemcal.stages.verdict.result import Verdict
 from stemcal.study.model import Study

@@ -1,12 +1,12 @@
 """Tables of what the laboratory brought."""
 
-from stemcal.files.rows import Column, Table
+from stemcal.drawing.columns import to_decimals
+from stemcal.drawing.table import Column, Table
 from stemcal.measured.diameters import Diameters
 from stemcal.measured.shear import ShearTests
 from stemcal.numbers import fixed, interval, short, signed_probability, significant
 from stemcal.overview.measured_tests import MeasuredTests
 from stemcal.power_law import PowerLaw
-from stemcal.report.tables.columns import to_decimals
 from stemcal.study.model.laboratory_kind import RESPONSES
 
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING
 
-from stemcal.files.rows import Column, Table
+from stemcal.drawing.columns import condition, levels, simulated, to_decimals
+from stemcal.drawing.table import Column, Table
 from stemcal.naming import FIRST, Named, Names
 from stemcal.numbers import short, significant
-from stemcal.report.tables.columns import condition, levels, simulated, to_decimals
 from stemcal.stages.result import DesignRuns, StageResult
 from stemcal.stages.stage import stage_called
 

@@ -3,10 +3,10 @@
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 
-from stemcal.files.rows import Column, Table
+from stemcal.drawing.columns import condition
+from stemcal.drawing.table import Column, Table
 from stemcal.naming import MOST_LISTED, Named, Names
 from stemcal.numbers import short, significant, unit_written
-from stemcal.report.tables.columns import condition
 from stemcal.study.model import PARAMETERS, Study
 from stemcal.study.types.units import from_internal
 from stemcal.words import series

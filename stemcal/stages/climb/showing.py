@@ -1,10 +1,10 @@
 """How a climb is shown: how near it came to the target, and every step."""
 
-from stemcal.files.rows import Column, Table
+from stemcal.drawing.columns import ERROR, levels, simulated
+from stemcal.drawing.showing import Showing
+from stemcal.drawing.table import Column, Table
 from stemcal.naming import Names
 from stemcal.numbers import fixed, significant
-from stemcal.report.showing import Showing
-from stemcal.report.tables.columns import ERROR, levels, simulated
 from stemcal.stages.climb.result import ClimbResult
 from stemcal.words import counted
 

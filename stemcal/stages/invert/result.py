@@ -10,7 +10,8 @@ from stemcal.doe.calibration.level_set_ranges import Assessment
 from stemcal.doe.calibration.observations import Scatter
 from stemcal.doe.coding import Coding
 from stemcal.doe.comparison import Formula
-from stemcal.files.rows import Column, Rows, Table
+from stemcal.drawing.table import Column, Table
+from stemcal.files.rows import Rows
 from stemcal.files.typed import absent, inline
 from stemcal.naming import FIRST
 from stemcal.note import Note

@@ -8,15 +8,15 @@ from typing import Any
 import numpy as np
 
 from stemcal.doe.calibration.likelihood import Fit
+from stemcal.drawing.columns import ERROR, factor, from_means, measured_of, scores, to_decimals
+from stemcal.drawing.plot import Plot
+from stemcal.drawing.showing import RANGE, Setting, Showing
+from stemcal.drawing.style import BLUE, FAINT, INK, Figure, axis_of, new_figure
+from stemcal.drawing.table import Column, Table
 from stemcal.errors import UsageError
-from stemcal.files.rows import Column, Table
 from stemcal.files.typed import to_json
 from stemcal.naming import Names
 from stemcal.numbers import MISSING, fixed, interval, short, significant, unit_written
-from stemcal.report.figures.plot import Plot
-from stemcal.report.figures.style import BLUE, FAINT, INK, Figure, axis_of, new_figure
-from stemcal.report.showing import RANGE, Setting, Showing
-from stemcal.report.tables.columns import ERROR, factor, from_means, measured_of, scores, to_decimals
 from stemcal.stages.fitting import Surfaces, fit_of_study
 from stemcal.stages.invert import words
 from stemcal.stages.invert.result import Certainty, InvertResult, JointFitted

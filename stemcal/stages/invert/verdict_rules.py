@@ -8,7 +8,7 @@ from stemcal.numbers import change, short, signed_probability
 from stemcal.stages.fitting import Surfaces
 from stemcal.stages.invert.options import chose_conditions
 from stemcal.stages.invert.result import Certainty, Contradicted, InvertResult, JointFitted
-from stemcal.stages.refine.options import refined_here
+from stemcal.stages.stage import stage_called
 from stemcal.stages.verdict import advice, words
 from stemcal.stages.verdict.trend_advice import for_trend, standard_error, trend_reason
 from stemcal.stages.verdict.verdict_rules import BEYOND_DOUBT, Evidence
@@ -155,7 +155,8 @@ def target_missed(evidence: Evidence) -> Iterator[Note]:
     if not fitted:
         return
     worst = max(fitted, key=lambda row: row.size)
-    options = refined_here(evidence.study)
+    refine = stage_called("refine")
+    options = refine.options(evidence.study) if refine.calibrates(evidence.study) else None
     tolerance = MISSED_PERCENT if options is None else max(options.tolerance_percent, MISSED_PERCENT)
     if worst.size <= (evidence.equivalent_percent if evidence.study.joint_targets else tolerance):
         return

@@ -29,7 +29,7 @@ class Refinement(Stage[Any]):
 
     def needs(self, study: Study) -> str | None:
         """Return the stage whose parameters it corrects; in another model it comes after the validation."""
-        return "validate" if self._options(study).elsewhere else "invert"
+        return "validate" if self.options(study).elsewhere else "invert"
 
     def calibrates(self, study: Study) -> bool:
-        return self.asked_for(study) and not self._options(study).elsewhere
+        return self.asked_for(study) and not self.options(study).elsewhere

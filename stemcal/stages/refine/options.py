@@ -83,12 +83,6 @@ def seen(study: Study) -> Study:
     return study.model_copy(update={"solver": solver, "refine": None, **sections})
 
 
-def refined_here(study: Study) -> RefineOptions | None:
-    """Return how the parameters are corrected in the study's own model; None where they are not."""
-    options = study.given(RefineOptions)
-    return None if options is None or options.elsewhere else options
-
-
 def _refinement_is_possible(draft: Draft) -> Iterator[Finding]:
     """Only factors with rising ranges can move, and only in another model; people run one of two programs."""
     if (refine := draft.study.given(RefineOptions)) is None:

@@ -4,7 +4,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import ClassVar
 
-from stemcal.files.rows import Rows, Table
+from stemcal.drawing.table import Table
+from stemcal.files.rows import Rows
 from stemcal.files.typed import absent, inline
 from stemcal.naming import Names
 from stemcal.note import Note

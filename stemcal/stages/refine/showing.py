@@ -1,10 +1,10 @@
 """How a refinement is shown: what moved, the responses before and after, every run."""
 
-from stemcal.files.rows import Column, Table
+from stemcal.drawing.columns import ERROR, condition, factor, levels, simulated
+from stemcal.drawing.showing import Setting, Showing
+from stemcal.drawing.table import Column, Table
 from stemcal.naming import Names, program
 from stemcal.numbers import interval, short, significant
-from stemcal.report.showing import Setting, Showing
-from stemcal.report.tables.columns import ERROR, condition, factor, levels, simulated
 from stemcal.stages.refine.result import RefineResult
 from stemcal.words import series
 

@@ -22,12 +22,12 @@ class ResponseSurface(Stage[Any]):
         """Return a climb if there is one, else the screening; a surface of named factors needs neither."""
         if stage_called("climb").asked_for(study):
             return "climb"
-        return "screen" if isinstance(self._options(study).factors, str) else None
+        return "screen" if isinstance(self.options(study).factors, str) else None
 
     def inputs(self, study: Study) -> Mapping[str, object]:
         """Return another package's design, where a joint fit has it run as well, and what it fits there."""
         from stemcal.doe.designs import SURFACES
 
-        joint, package = study.joint_targets, SURFACES.version_of(self._options(study).design)
+        joint, package = study.joint_targets, SURFACES.version_of(self.options(study).design)
         fitted = {"conditions": [target.condition for target in joint], "responses": study.fitted_responses}
         return ({"package": package} if package else {}) | (fitted if joint else {})

@@ -11,9 +11,8 @@ from typing import Any
 import numpy as np
 
 from stemcal.doe.coding import Array
-from stemcal.naming import Names
-from stemcal.report.figures.plot import Plot
-from stemcal.report.figures.style import (
+from stemcal.drawing.plot import Plot
+from stemcal.drawing.style import (
     BLUE,
     FAINT,
     ORANGE,
@@ -25,6 +24,7 @@ from stemcal.report.figures.style import (
     new_figure,
     plain,
 )
+from stemcal.naming import Names
 from stemcal.stages.rsm.result import RsmResult
 
 _NORMAL = NormalDist()

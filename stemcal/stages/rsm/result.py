@@ -14,7 +14,8 @@ from stemcal.doe.coding import Array, term_columns, term_names
 from stemcal.doe.regression.anova import AnovaRow, Coefficient, RunDiagnostics
 from stemcal.doe.regression.backward_elimination import ReductionStep
 from stemcal.doe.regression.canonical import Shape
-from stemcal.files.rows import Rows, Table
+from stemcal.drawing.table import Table
+from stemcal.files.rows import Rows
 from stemcal.files.typed import absent, inline, to_json
 from stemcal.naming import Names
 from stemcal.note import Note

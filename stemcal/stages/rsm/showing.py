@@ -7,13 +7,13 @@ from typing import Any
 from stemcal.doe.calibration.level_set_ranges import Assessment
 from stemcal.doe.regression.anova import Coefficient
 from stemcal.doe.regression.canonical import Shape
+from stemcal.drawing.columns import condition, levels, ratio, response_decimals, squares, starred, to_decimals
+from stemcal.drawing.plot import Plot
+from stemcal.drawing.showing import Setting, Showing
+from stemcal.drawing.table import Column, Table
 from stemcal.errors import UsageError
-from stemcal.files.rows import Column, Table
 from stemcal.naming import FIRST, FORCE, Named, Names
 from stemcal.numbers import fixed, short, significant, with_unit
-from stemcal.report.figures.plot import Plot
-from stemcal.report.showing import Setting, Showing
-from stemcal.report.tables.columns import condition, levels, ratio, response_decimals, squares, starred, to_decimals
 from stemcal.stages.rsm import figures
 from stemcal.stages.rsm.figures import Solution
 from stemcal.stages.rsm.profiler import profiler_data
@@ -78,9 +78,7 @@ class Surface(RsmResult):
         return super().predict({name: checked_number(known[name], name) for name in self.names})
 
     def _repr_html_(self) -> str:
-        from stemcal.report.page import for_notebook
-
-        return for_notebook(RsmShowing().profiler(self, self._setting))
+        return self._setting.frame(RsmShowing().profiler(self, self._setting))
 
 
 def written(term: str, symbols: Mapping[str, str]) -> str:

@@ -18,4 +18,4 @@ class Screening(Stage[Any]):
     purpose = "Stage 1: screening of the factors."
 
     def asked_for(self, study: Study) -> bool:
-        return bool(self._options(study).wanted)
+        return bool(self.options(study).wanted)

@@ -9,7 +9,8 @@ from typing import ClassVar, Literal
 from stemcal.doe.effects import Curvature, Effect, Residual
 from stemcal.doe.lenth import Lenth
 from stemcal.doe.regression.least_squares import t_quantile
-from stemcal.files.rows import Rows, Table
+from stemcal.drawing.table import Table
+from stemcal.files.rows import Rows
 from stemcal.files.typed import absent, inline
 from stemcal.note import Note
 from stemcal.runs.record import Outcome
@@ -112,7 +113,7 @@ class ScreenResult(StageResult):
 
     def _tables(self) -> dict[str, Table]:
         """Return effects and runs."""
-        return {"screen": self.effects.table(), "screen_runs": self.design.table()}
+        return {"screen": Table.of_rows(self.effects), "screen_runs": self.design.table()}
 
     def runs(self) -> Iterator[tuple[str, Outcome]]:
         """Yield label and outcome of every run."""

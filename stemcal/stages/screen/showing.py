@@ -4,14 +4,14 @@ from collections.abc import Mapping
 from functools import partial
 
 from stemcal.doe.regression.least_squares import stars
-from stemcal.files.rows import Column, Table
+from stemcal.drawing.columns import factor, ratio, response_decimals, squares, starred, to_decimals
+from stemcal.drawing.plot import Plot
+from stemcal.drawing.showing import Setting, Showing
+from stemcal.drawing.style import BLUE, INK, ORANGE, Figure, new_figure, plain
+from stemcal.drawing.table import Column, Table
 from stemcal.files.typed import to_json
 from stemcal.naming import Names
 from stemcal.numbers import fixed, percent
-from stemcal.report.figures.plot import Plot
-from stemcal.report.figures.style import BLUE, INK, ORANGE, Figure, new_figure, plain
-from stemcal.report.showing import Setting, Showing
-from stemcal.report.tables.columns import factor, ratio, response_decimals, squares, starred, to_decimals
 from stemcal.stages.screen.result import ScreenResult
 from stemcal.words import series
 

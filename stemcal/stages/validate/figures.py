@@ -5,9 +5,9 @@ from dataclasses import replace
 from functools import partial
 
 from stemcal.doe.comparison import ValidationRow
+from stemcal.drawing.plot import Plot
+from stemcal.drawing.style import BLUE, INK, ORANGE, Figure, legend_above, new_figure, plain
 from stemcal.naming import FIRST, Named
-from stemcal.report.figures.plot import Plot
-from stemcal.report.figures.style import BLUE, INK, ORANGE, Figure, legend_above, new_figure, plain
 from stemcal.stages.validate.result import ValidateResult
 from stemcal.study.model import Study
 

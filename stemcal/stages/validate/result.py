@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 from stemcal.doe.comparison import Exponent, Formula, ValidationRow, error_percent
-from stemcal.files.rows import Rows, Table
+from stemcal.drawing.table import Table
+from stemcal.files.rows import Rows
 from stemcal.files.typed import Spread, absent, inline
 from stemcal.naming import Names
 from stemcal.note import Note

@@ -2,13 +2,13 @@
 
 from dataclasses import replace
 
-from stemcal.files.rows import Column, Table
+from stemcal.drawing.columns import ERROR, condition, from_means, measured_of, scores, simulated
+from stemcal.drawing.plot import Plot
+from stemcal.drawing.showing import Setting, Showing
+from stemcal.drawing.table import Column, Table
 from stemcal.files.typed import to_json
 from stemcal.naming import Names
 from stemcal.numbers import fixed, short, significant
-from stemcal.report.figures.plot import Plot
-from stemcal.report.showing import Setting, Showing
-from stemcal.report.tables.columns import ERROR, condition, from_means, measured_of, scores, simulated
 from stemcal.stages.validate import figures
 from stemcal.stages.validate.result import ValidateResult
 

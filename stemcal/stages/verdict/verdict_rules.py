@@ -17,8 +17,7 @@ from stemcal.note import Note, Remedy, Severity
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.stages.result import Judged, R
 from stemcal.stages.results import Results, fresh_results
-from stemcal.stages.stage import stages_of
-from stemcal.stages.validate.options import ValidateOptions
+from stemcal.stages.stage import stage_called, stages_of
 from stemcal.stages.verdict.physics import LIMITS, Doubt, DoubtKind, Physics, for_physics, physics_of
 from stemcal.stages.verdict.result import Use, Verdict
 from stemcal.stages.verdict.words import size_of
@@ -49,7 +48,7 @@ class Evidence:
     @property
     def equivalent_percent(self) -> float:
         """The percentage within which measured and simulated values count as equal."""
-        return float(self.study.of(ValidateOptions).tolerance_percent)
+        return float(stage_called("validate").options(self.study).tolerance_percent)
 
     @property
     def judged(self) -> list[Judged]:

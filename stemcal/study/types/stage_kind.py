@@ -63,7 +63,7 @@ class StageKind(Checked):
         """Return the targets that it fits together (none if it fits one force) and the fitted responses."""
         return None
 
-    def _options(self, study: Any) -> Any:
+    def options(self, study: Any) -> Any:
         """Return its section in the spec of a study."""
         return study.of(self.section())
 

@@ -1,10 +1,9 @@
 """Columns and tables that several stages share, and how their values are written."""
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
 from typing import Any
 
-from stemcal.files.rows import Column
+from stemcal.drawing.table import Column
 from stemcal.naming import FIRST, FORCE, Named, Names, Naming
 from stemcal.numbers import decimals, fixed, probability, short, significant
 
@@ -109,15 +108,3 @@ def from_means(rows: Iterable[dict[str, Any]], names: Names) -> list[dict[str, A
             row = row | {key: named.counted(row[key], row["measured"]) for key in _VALUES if row.get(key) is not None}
         found.append(row)
     return found
-
-
-@dataclass(frozen=True)
-class PaperTable:
-    """A table to publish: number, caption, headings, cells of one line each, note; `left` columns are aligned left."""
-
-    number: int
-    caption: str
-    heads: tuple[str, ...]
-    cells: tuple[tuple[str, ...], ...]
-    left: tuple[bool, ...]
-    note: str = ""

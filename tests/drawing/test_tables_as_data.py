@@ -1,6 +1,6 @@
 """A table is data: columns know how their values are written, rows keep the values."""
 
-from stemcal.files.rows import Column, Table
+from stemcal.drawing.table import Column, Table
 
 LENGTH = Column("length", "Length", "mm", "{:.1f}".format)
 TABLE = Table.of(

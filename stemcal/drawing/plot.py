@@ -15,7 +15,7 @@ from xml.etree.ElementTree import Element, fromstring
 
 from markupsafe import escape
 
-from stemcal.report.figures.style import COLOURS, Figure, png, svg
+from stemcal.drawing.style import COLOURS, Figure, png, svg
 
 _HREF = "{http://www.w3.org/1999/xlink}href"
 _ROUNDED = ("x", "y", "width", "height", "transform")

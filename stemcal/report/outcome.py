@@ -1,119 +1,29 @@
-"""How a stage is shown: its sentences, tables and figures, which page, terminal and export ask for in turn."""
+"""Sentences, tables and notes of finished stages, as page, terminal and export show them."""
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
-from functools import cached_property
-from typing import Any, ClassVar, Generic
+from typing import Any
 
+from stemcal.drawing.showing import Finished, Showing, names_of
+from stemcal.drawing.table import MOST_ROWS, Table
 from stemcal.files.encodings import in_a_line
-from stemcal.files.rows import MOST_ROWS, Table
-from stemcal.naming import Names
 from stemcal.note import SEVERITIES, Note
-from stemcal.numbers import unit_written
-from stemcal.registry import Checked
-from stemcal.report.figures.plot import Plot
 from stemcal.stages.result import StageResult
 from stemcal.stages.results import Results
-from stemcal.stages.stage import R, stage_called
-from stemcal.study.model import Study
+from stemcal.stages.stage import stage_called
 from stemcal.words import counted
-
-
-@dataclass(frozen=True)
-class Setting:
-    """What a stage is shown in: its study, all results, and whether the study is calibrated (`holds`)."""
-
-    study: Study
-    results: Results
-    holds: bool = True
-
-    @cached_property
-    def labels(self) -> dict[str, str]:
-        """What people call the factors."""
-        return {factor.name: factor.label for factor in self.study.factors}
-
-    @cached_property
-    def symbols(self) -> Names:
-        """The factors by their symbols."""
-        return Names(self.study.naming, {factor.name: factor.symbol for factor in self.study.factors})
-
-    @cached_property
-    def labelled(self) -> Names:
-        """The factors by label and unit, as papers print them."""
-        names = {}
-        for factor in self.study.factors:
-            unit = unit_written(factor.unit)
-            names[factor.name] = f"{factor.label or factor.name} ({unit})" if unit else factor.label
-        return Names(self.study.naming, names)
-
-
-class Showing(Checked, Generic[R]):
-    """The words, tables and figures of a stage, made from its result.
-
-    An outcome that `claims` agreement with the measurements is shown of a calibrated study only.
-    """
-
-    claims: ClassVar[bool] = False
-
-    def outcome(self, result: R, names: Names) -> list[str]:
-        """Return the outcome in sentences."""
-        return []
-
-    def tables(self, result: R, names: Names) -> list[Table]:
-        """Return its tables."""
-        return []
-
-    def findings(self, result: R, names: Names) -> list[Table]:
-        """Return the tables that `stemcal run` prints before its end."""
-        return []
-
-    def figures(self, result: R, setting: Setting) -> list[Plot]:
-        """Return its figures, none of them drawn yet."""
-        return []
-
-    def cited(self, result: R) -> Mapping[str, str]:
-        """Return the 95 % confidence interval of each parameter that it sets, to cite."""
-        return {}
-
-    def beside(self, result: R, holds: bool) -> list[str]:
-        """Return what the parameters are valid with and, where the study `holds`, what their ranges assume."""
-        return []
-
-    def closing(self, result: R, setting: Setting) -> list[Table]:
-        """Return the tables of the last screen of a whole study."""
-        return []
-
-    def profiler(self, result: R, setting: Setting) -> dict[str, Any] | None:
-        """Return what the profiler of the page computes from, for JSON."""
-        return None
-
-    def in_notebook(self, result: R, setting: Setting) -> R:
-        """Return the result as a notebook uses it, which may do more."""
-        return result
 
 
 def showing_of(result: StageResult) -> Showing[Any]:
     """Return how a result is shown."""
-    found = stage_called(result.name).showing()
-    assert isinstance(found, Showing)
-    return found
+    return stage_called(result.name).showing()
 
 
-RANGE = "95 % confidence interval"
-"""What the range of a parameter to cite is called."""
-
-
-def cited_ranges(results: Results) -> Mapping[str, str]:
+def cited_ranges(results: Finished) -> Mapping[str, str]:
     """Return the range of each calibrated parameter to cite; nothing before they are calibrated."""
     return next((found for one in results.done if (found := showing_of(one).cited(one))), {})
-
-
-def names_of(result: StageResult, labels: Mapping[str, str] | None = None) -> Names:
-    """Return the names of a result's responses, its condition and its factors."""
-    return Names(result.naming, labels or {})
 
 
 def tables_of(stage: StageResult, labels: Mapping[str, str] | None = None) -> list[Table]:

@@ -1,0 +1,184 @@
+"""Tables: columns and values, written by the terminal, the page, files and notebooks."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, is_dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+from stemcal.files.encodings import csv_text
+from stemcal.files.rows import Rows, html
+from stemcal.files.typed import to_json
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+MOST_ROWS = 40  # of a table on the terminal and the page; its file has all
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column: its key in files and frames, its heading on paper, the unit of its numbers, how a value is written.
+
+    Without a `form` it holds words; a word in a column of numbers is the reason for a missing one. `of` takes the
+    value from a row that has no field of that key. A column that `claims` holds for a calibrated study only; the
+    `form` of `words` writes words, as that of a factor its label.
+    """
+
+    key: str
+    label: str | None = None
+    unit: str = ""
+    form: Callable[[Any], str] | None = None
+    of: Callable[[Any], Any] | None = None
+    words: bool = False
+    claims: bool = False
+
+    @property
+    def left(self) -> bool:
+        """Whether it holds words, which begin at the left."""
+        return self.words or self.form is None
+
+    @property
+    def name(self) -> str:
+        """The heading without the unit: the label, or else the key."""
+        return self.key if self.label is None else self.label
+
+    @property
+    def head(self) -> str:
+        """The heading with the unit.
+
+        >>> Column("effect", "Effect", "N").head, Column("status").head
+        ('Effect, N', 'status')
+        """
+        return f"{self.name}, {self.unit}" if self.unit else self.name
+
+    def written(self, value: Any) -> str:
+        """Return the text of a cell."""
+        if self.form is None or (isinstance(value, str) and not self.words):
+            return "" if value is None else str(value)
+        return self.form(value)
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table: columns and rows of values, made once and written by the terminal, the page, files and frames.
+
+    Rows that are `strong` are emphasised. On the page a `detail` is folded. A table that `claims` holds for a
+    calibrated study only, as do the lines of `claimed` below those of the foot.
+    """
+
+    columns: tuple[Column, ...]
+    rows: tuple[tuple[Any, ...], ...]
+    title: str = ""
+    foot: tuple[str, ...] = ()
+    claimed: tuple[str, ...] = ()
+    strong: frozenset[int] = frozenset()
+    detail: bool = False
+    claims: bool = False
+
+    @classmethod
+    def of(
+        cls,
+        columns: Iterable[Column | str],
+        things: Iterable[object],
+        title: str = "",
+        foot: Iterable[str] = (),
+        **options: Any,
+    ) -> Table:
+        """Take these columns from results, a row each; empty where one has no such field.
+
+        >>> Table.of(["run", Column("level", "Level", "mm", "{:.2f}".format)], [{"run": "a", "level": 1.0}]).cells
+        (('a', '1.00'),)
+        """
+        taken = tuple(Column(column) if isinstance(column, str) else column for column in columns)
+        rows = []
+        for thing in things:
+            fields = _fields(thing)
+            rows.append(tuple(fields.get(c.key) if c.of is None else c.of(thing) for c in taken))
+        return cls(taken, tuple(rows), title, tuple(foot), **options)
+
+    @classmethod
+    def of_rows(cls, rows: Rows[Any]) -> Table:
+        """Return a table with a column per field."""
+        return cls.of(list(to_json(rows[0])) if rows else (), rows)
+
+    @property
+    def heads(self) -> tuple[str, ...]:
+        """The headings of the columns."""
+        return tuple(column.head for column in self.columns)
+
+    @property
+    def cells(self) -> tuple[tuple[str, ...], ...]:
+        """The texts of the cells, row by row."""
+        return tuple(tuple(c.written(v) for c, v in zip(self.columns, row, strict=True)) for row in self.rows)
+
+    def unclaimed(self) -> Table | None:
+        """Return what is left of it where the study is not calibrated."""
+        left = self._at([place for place, column in enumerate(self.columns) if not column.claims])
+        return None if self.claims else replace(left, claimed=())
+
+    def _at(self, places: Sequence[int]) -> Table:
+        rows = tuple(tuple(row[place] for place in places) for row in self.rows)
+        return replace(self, columns=tuple(self.columns[place] for place in places), rows=rows)
+
+    def shortened(self, whole: str, most: int = MOST_ROWS) -> Table:
+        """Return at most `most` rows: the first, and those with the largest errors; `whole` names the file with all.
+
+        >>> table = Table.of(["run", "error_percent"], [{"run": n, "error_percent": -n % 7} for n in range(9)])
+        >>> short = table.shortened("`a.csv`", 4)
+        >>> [row[0] for row in short.rows]
+        [0, 1, 2, 8]
+        >>> short.foot
+        ('4 of 9 rows are shown: the first 2 and the 2 with the largest errors. `a.csv` contains all rows.',)
+        """
+        if len(self.rows) <= most:
+            return self
+        error = next((place for place, column in enumerate(self.columns) if column.key == "error_percent"), None)
+        first = most if error is None else most // 2
+        kept, words = list(range(first)), f"{most} of {len(self.rows)} rows are shown"
+        if error is not None:
+            rest = sorted(range(first, len(self.rows)), key=lambda i: -abs(self.rows[i][error] or 0.0))
+            kept += sorted(rest[: most - first])
+            words = f"{words}: the first {first} and the {most - first} with the largest errors"
+        rows, strong = tuple(self.rows[i] for i in kept), frozenset(kept.index(i) for i in self.strong if i in kept)
+        return replace(self, rows=rows, strong=strong, foot=(*self.foot, f"{words}. {whole} contains all rows."))
+
+    def headed(self, headings: Mapping[str, str | None]) -> Table:
+        """Return it with other keys of columns; those of None are left out.
+
+        A key that another column has already is not taken: the column keeps its own.
+
+        >>> table = Table.of(["condition", "response", "status"], [{"condition": 8.0, "response": 3.1}])
+        >>> [column.key for column in table.headed({"condition": None, "response": "angle"}).columns]
+        ['angle', 'status']
+        """
+        keys = [column.key for column in self.columns]
+        table = self._at([place for place, key in enumerate(keys) if headings.get(key, key) is not None])
+        renamed = {key: name for key, name in headings.items() if name is not None and name not in keys}
+        return replace(table, columns=tuple(replace(c, key=renamed.get(c.key, c.key)) for c in table.columns))
+
+    def csv(self) -> str:
+        """Return the text of its CSV file: lines end in ``\\n``, cells of None are empty."""
+        return csv_text([[column.key for column in self.columns], *self.rows])
+
+    def to_frame(self) -> pd.DataFrame:
+        """Return a pandas frame."""
+        import pandas as pd
+
+        return pd.DataFrame(list(self.rows), columns=[column.key for column in self.columns])
+
+    def _repr_html_(self) -> str:
+        return html(self.to_frame())
+
+
+def _fields(thing: object) -> Mapping[str, Any]:
+    """Return the fields of a row as its file has them, factors by their names among them."""
+    if not is_dataclass(thing):
+        return thing if isinstance(thing, Mapping) else getattr(thing, "__dict__", {})
+    fields = to_json(thing)
+    return {**fields.get("levels", {}), **fields}
+
+
+def showable(tables: Iterable[Table], holds: bool) -> list[Table]:
+    """Return the tables of a study, without statements that require a calibrated one if it is not."""
+    return [left for table in tables if (left := table if holds else table.unclaimed()) is not None]
