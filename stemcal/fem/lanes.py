@@ -2,8 +2,8 @@
 
 Elements follow one another in the lanes as long as all their corners follow one another among the nodes. Where the next
 element's corners lie a few nodes further, at the end of a row say, that number of lanes stays empty; where they lie
-elsewhere a new run begins. Empty lanes read and write nodes as the others do, but they are dead: what they write is a
-zero.
+elsewhere a new run begins, and where they are of another material a new block. Empty lanes read and write nodes as the
+others do, but they are dead: what they write is a zero.
 
 A large model has several parts of blocks in a row, each of which a thread can advance by itself. A run of corners that
 meets a node of an earlier part puts its forces into rows apart, and these are added, one by one and in order, when all
@@ -66,9 +66,9 @@ class Lanes:
         return np.asarray(lanes_last.reshape(-1, *rows.shape[1:-1])[self.slots], dtype=float)
 
 
-def lay_out(hexes: Ints, nodes: int) -> Lanes:
-    """Lay the elements (E, 8) of a mesh out in blocks."""
-    slots, heads = _slots(hexes)
+def lay_out(hexes: Ints, nodes: int, materials: NDArray[np.int_] | None = None) -> Lanes:
+    """Lay the elements (E, 8) of a mesh, of the given materials (E,), out in blocks."""
+    slots, heads = _slots(hexes, np.zeros(len(hexes), dtype=int) if materials is None else materials)
     count = -(-(slots[-1] + 1) // LANES) * LANES
     # each run begins where its first element would, were all its lanes filled
     first = np.zeros((count // RUN, 8), dtype=np.int32)
@@ -80,10 +80,10 @@ def lay_out(hexes: Ints, nodes: int) -> Lanes:
     return Lanes(slots, runs, *_targets(runs, ends, nodes), ends)
 
 
-def _slots(hexes: Ints) -> tuple[Ints, NDArray[np.int_]]:
+def _slots(hexes: Ints, materials: NDArray[np.int_]) -> tuple[Ints, NDArray[np.int_]]:
     """Return the slot of each element, and the element that heads the row of runs it is in."""
-    apart = np.diff(hexes, axis=0)
-    near = np.all(apart == apart[:, :1], axis=1) & (apart[:, 0] >= 1) & (apart[:, 0] <= _SHORT)
+    apart, changes = np.diff(hexes, axis=0), np.diff(materials) != 0
+    near = np.all(apart == apart[:, :1], axis=1) & (apart[:, 0] >= 1) & (apart[:, 0] <= _SHORT) & ~changes
     begins = np.concatenate([[0], np.flatnonzero(~near) + 1])
     row = np.cumsum(np.concatenate([[0], ~near]))
     heads = begins[row]
@@ -91,6 +91,8 @@ def _slots(hexes: Ints) -> tuple[Ints, NDArray[np.int_]]:
     last = np.concatenate([begins[1:], [len(hexes)]]) - 1
     lengths = -(-(within[last] + 1) // RUN) * RUN
     starts = np.concatenate([[0], np.cumsum(lengths)[:-1]])
+    for first in 1 + row[:-1][changes]:  # the rows of runs with which another material begins
+        starts[first:] += -starts[first] % LANES
     return (starts[row] + within).astype(np.int32), heads
 
 

@@ -4,9 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import inf, sqrt
-from typing import Literal
+from typing import Any, Literal
 
-from stemcal.fem.kernels.element import MaterialNumbers
+import numpy as np
+from numpy.typing import NDArray
+
+from stemcal.fem.kernels.plasticity import MaterialNumbers
+from stemcal.fem.kernels.transverse import TransverseNumbers
 
 RateLaw = Literal["paper", "cowper_symonds"]
 
@@ -17,10 +21,37 @@ RATE_EXPONENTS = {"paper": lambda p: p, "cowper_symonds": lambda p: 1.0 / p}
 # OpenRadioss takes the coefficient of LS-DYNA's types 4 and 5 (its routine s_hg5). At 0.55 it is a cube's own bending.
 HOURGLASS_SHARE = 0.038
 
+# A yield stress in numbers of single precision, above which nothing yields, MPa.
+_NEVER = 1.0e30
+
+
+@dataclass(frozen=True)
+class Transverse:
+    """Properties of a material across its axis; those of `Material` are then along it.
+
+    Parameters
+    ----------
+    elastic_modulus, shear_modulus : float
+        E_T across the axis, G_LT between the axis and a direction across it, MPa.
+    poisson_ratio : float
+        ν_TT between two directions across the axis; the material's ν_LT is of widening by a pull along the axis.
+    yield_stress, shear_yield_stress : float
+        In tension across the axis, and in shear between the axis and a direction across it, MPa.
+    """
+
+    elastic_modulus: float
+    shear_modulus: float
+    poisson_ratio: float
+    yield_stress: float = inf
+    shear_yield_stress: float = inf
+
 
 @dataclass(frozen=True)
 class Material:
-    """Isotropic elastic-plastic material with mixed linear hardening, rate dependence and failure.
+    """Elastic-plastic material with mixed linear hardening, rate dependence and failure.
+
+    It is isotropic, or with `transverse` only across its axis, which is the edge ζ of the elements: then E, ν, yield
+    stress, E_t and failure strain are those of tension along the axis.
 
     Parameters
     ----------
@@ -44,6 +75,8 @@ class Material:
     internal_length : float
         ℓ of the weight exp(−r²/ℓ²) over which the plastic strain is averaged before it is held against the failure
         strain, mm; 0 takes each element by itself. See `kernels.nonlocal_mean`.
+    transverse : Transverse, optional
+        Properties across the axis; isotropic if None.
     """
 
     density: float
@@ -58,6 +91,7 @@ class Material:
     rate_law: RateLaw = "cowper_symonds"
     rate_filter: float = 0.0
     internal_length: float = 0.0
+    transverse: Transverse | None = None
 
     @property
     def own_failure_strain(self) -> float:
@@ -81,8 +115,15 @@ class Material:
 
     @property
     def p_wave_modulus(self) -> float:
-        """λ + 2μ = K + 4/3 G, MPa."""
+        """λ + 2μ = K + 4/3 G, of waves across the axis where there is one, MPa."""
+        if self.transverse is not None:
+            return self._moduli[1]
         return self.bulk_modulus + 4.0 / 3.0 * self.shear_modulus
+
+    @property
+    def fastest_modulus(self) -> float:
+        """The modulus of the fastest plane wave along or across the axis, MPa."""
+        return self.p_wave_modulus if self.transverse is None else max(self._moduli[:2])
 
     @property
     def plastic_modulus(self) -> float:
@@ -90,22 +131,109 @@ class Material:
         return self.elastic_modulus * self.tangent_modulus / (self.elastic_modulus - self.tangent_modulus)
 
     def numbers(self, mass_scaling: float, viscosity: BulkViscosity) -> MaterialNumbers:
-        """Return what the kernels need, with the density scaled."""
-        density = mass_scaling * self.density
-        return MaterialNumbers(
-            bulk=self.bulk_modulus,
-            shear=self.shear_modulus,
-            yield_stress=min(self.yield_stress, 1.0e30),
-            plastic_modulus=self.plastic_modulus,
-            beta=float(self.hardening_parameter),
-            rate_c=float(self.strain_rate_c),
-            rate_exponent=RATE_EXPONENTS[self.rate_law](float(self.strain_rate_p)),
-            rate_filter=self.rate_filter,
-            density=density,
-            sound_speed=sqrt(self.p_wave_modulus / density),
-            viscosity_linear=viscosity.linear,
-            viscosity_quadratic=viscosity.quadratic,
+        """Return what the kernels need of an isotropic material, with the density scaled."""
+        common = self._common(mass_scaling, viscosity)
+        return MaterialNumbers(bulk=self.bulk_modulus, shear=self.shear_modulus, lame=self.lame_modulus, **common)
+
+    def transverse_numbers(self, mass_scaling: float, viscosity: BulkViscosity) -> TransverseNumbers:
+        """Return what the kernels need of a material with an axis, with the density scaled; of an isotropic one too."""
+        _, _, coupled, lame, across = self._moduli
+        along = self._across.shear_modulus
+        coupling = coupled - lame
+        hill_1, hill_2, hill_3 = self._hill
+        bound_lame, bound_shear, bound_axial = self._bound
+        return TransverseNumbers(
+            **self._common(mass_scaling, viscosity),
+            lame=lame,
+            twice_shear=2.0 * across,
+            coupling=coupling,
+            shear_gap=2.0 * (along - across),
+            axial=self._moduli[0] - lame - 2.0 * coupling - 4.0 * along + 2.0 * across,
+            hill_1=hill_1,
+            hill_2=hill_2,
+            hill_3=hill_3,
+            bound_lame=bound_lame,
+            bound_shear=bound_shear,
+            bound_axial=bound_axial,
         )
+
+    def _common(self, mass_scaling: float, viscosity: BulkViscosity) -> dict[str, Any]:
+        density = mass_scaling * self.density
+        return {
+            "yield_stress": min(self.yield_stress, _NEVER),
+            "plastic_modulus": self.plastic_modulus,
+            "beta": float(self.hardening_parameter),
+            "rate_c": float(self.strain_rate_c),
+            "rate_exponent": RATE_EXPONENTS[self.rate_law](float(self.strain_rate_p)),
+            "rate_filter": self.rate_filter,
+            "density": density,
+            "sound_speed": sqrt(self.p_wave_modulus / density),
+            "viscosity_linear": viscosity.linear,
+            "viscosity_quadratic": viscosity.quadratic,
+        }
+
+    @property
+    def _across(self) -> Transverse:
+        """The properties across the axis, those of an isotropic material if it has none."""
+        if self.transverse is not None:
+            return self.transverse
+        return Transverse(
+            self.elastic_modulus, self.shear_modulus, self.poisson_ratio, self.yield_stress, self.yield_stress / 3**0.5
+        )
+
+    @property
+    def _moduli(self) -> tuple[float, float, float, float, float]:
+        """C_LL, C_TT, C_LT, C_TT′ and μ_T = (C_TT − C_TT′)/2, MPa (Lekhnitskii, Theory of Elasticity, 1963, ch. 1)."""
+        across, nu = self._across, self.poisson_ratio
+        E, nu_t = across.elastic_modulus, across.poisson_ratio
+        squared = nu * nu * E / self.elastic_modulus
+        stiffening = 1.0 - nu_t - 2.0 * squared
+        mu = E / (2.0 * (1.0 + nu_t))
+        along = self.elastic_modulus * (1.0 - nu_t) / stiffening
+        other = 2.0 * mu * (nu_t + squared) / stiffening
+        return along, other + 2.0 * mu, nu * E / stiffening, other, mu
+
+    @property
+    def _hill(self) -> tuple[float, float, float]:
+        """h₁, h₂, h₃ of Hill's stress from the axial yield stress over the transverse one, and over that in shear.
+
+        Tension across yields at q² = (⅔ h₁ + (h₂ + h₃)/9) σ², axial shear at (2h₁ + h₂) τ², and axial tension at
+        ⅔ h₁ + 4/9 (h₂ + h₃) = 1.
+        """
+        across, along = self._across, min(self.yield_stress, _NEVER)
+        if along == _NEVER:
+            return 1.5, 0.0, 0.0
+        ratio, shear_ratio = along / across.yield_stress, along / across.shear_yield_stress
+        hill_1 = 2.0 * ratio**2 - 0.5
+        hill_2 = shear_ratio**2 - 2.0 * hill_1
+        return hill_1, hill_2, 3.0 * (1.0 - ratio**2) - hill_2
+
+    @property
+    def _bound(self) -> tuple[float, float, float]:
+        """λ, μ and κ of an isotropic law with κ e_a aa that is nowhere softer than this one, MPa.
+
+        Shears ask for μ ≥ μ_L, μ_T. What the law has more, d, must not be negative for normal strains (e_a, e, e):
+        d_ap² ≤ d_aa d_pp with d_ap = √2 (λ − C_LT) and d_pp = 2 (λ − λ₀); of all λ the smallest bound has λ = C_LT, or
+        2λ₀ − C_LT where that is less than λ₀.
+        """
+        along, _, coupled, other, across = self._moduli
+        mu = max(across, self._across.shear_modulus)
+        least = other + across - mu
+        lame = max(coupled, 2.0 * least - coupled)
+        more = 4.0 * max(least - coupled, 0.0)
+        return lame, mu, max(along - lame - 2.0 * mu + more, 0.0)
+
+
+@dataclass(frozen=True)
+class Layers:
+    """Several materials in one body: element e has the one at the place of[e]."""
+
+    materials: tuple[Material, ...]
+    of: NDArray[np.int_]
+
+    def each(self, values: Any) -> Any:
+        """Return values (E, …) of the elements from those of the materials."""
+        return np.array(list(values), dtype=float)[self.of]
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stemcal.fem.contact import Contact, Tool
-from stemcal.fem.material import BulkViscosity, Material
+from stemcal.fem.material import BulkViscosity, Layers, Material
 from stemcal.fem.mesh import Mesh
 
 Array = NDArray[np.float64]
@@ -52,7 +52,7 @@ class Model:
 
     Parameters
     ----------
-    mesh, material : Mesh, Material
+    mesh, material : Mesh, Material or Layers
         The deformable body.
     tools, contact : tuple of Tool, Contact
         Rigid tools around it and the law between them and it.
@@ -72,7 +72,7 @@ class Model:
     """
 
     mesh: Mesh
-    material: Material
+    material: Material | Layers
     tools: tuple[Tool, ...] = ()
     contact: Contact = field(default_factory=Contact)
     hourglass: float = 0.01
@@ -83,3 +83,10 @@ class Model:
     loads: Array | None = None
     crowns: Array | None = None
     settling: float = 0.0
+
+    @property
+    def layers(self) -> Layers:
+        """The materials of the elements; all are of the first one where there is only one."""
+        if isinstance(self.material, Layers):
+            return self.material
+        return Layers((self.material,), np.zeros(len(self.mesh.hexes), dtype=int))

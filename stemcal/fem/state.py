@@ -12,15 +12,16 @@ from stemcal.fem.contact import edge_arrays, spread_edge, tool_arrays, with_skin
 from stemcal.fem.kernels import block
 from stemcal.fem.kernels.compile import RUN
 from stemcal.fem.kernels.contact import EdgeArrays, FrictionNumbers, ToolArrays
-from stemcal.fem.kernels.element import MaterialNumbers
+from stemcal.fem.kernels.layers import Layers as LayerTable
 from stemcal.fem.kernels.march import Body, Clock, Ledger, Settings
 from stemcal.fem.kernels.nodes import CHUNK, KINDS, Pushes, see
 from stemcal.fem.kernels.nonlocal_mean import Exchange
+from stemcal.fem.kernels.plasticity import MaterialNumbers
 from stemcal.fem.kernels.search import FACES, Candidates, Topology
 from stemcal.fem.kernels.spread import SpreadEdge
 from stemcal.fem.kernels.timestep import element_steps, stable_step
 from stemcal.fem.lanes import Lanes, lay_out, nodal, nodal_zeros
-from stemcal.fem.material import HOURGLASS_SHARE
+from stemcal.fem.material import HOURGLASS_SHARE, Layers, Material
 from stemcal.fem.mesh import Mesh
 from stemcal.fem.model import Model
 
@@ -28,7 +29,12 @@ Array = NDArray[np.float64]
 
 
 def exchange(
-    mesh: Mesh, neighbours: NDArray[np.int32], failure_strain: float, length: float, strains: Array
+    mesh: Mesh,
+    neighbours: NDArray[np.int32],
+    failure_strain: float | Array,
+    length: float | Array,
+    strains: Array,
+    materials: NDArray[np.int_] | None = None,
 ) -> Exchange:
     """Return the exchange that averages over an internal length; length 0 makes failure local.
 
@@ -36,22 +42,27 @@ def exchange(
     ----------
     neighbours : array of int (E, 6)
         The element behind each face, −1 where there is none.
-    length : float
-        ℓ of the weight exp(−r²/ℓ²), mm.
+    failure_strain, length : float or array (E,)
+        The limit, and ℓ of the weight exp(−r²/ℓ²), mm; both are those of the element's material.
     strains : array (blocks, lanes)
         The plastic strains as the blocks of elements hold them.
+    materials : array of int (E,), optional
+        The material of each element; the mean is over elements of one.
     """
-    elements, time = len(mesh.hexes), 0.25 * length**2
+    elements = len(mesh.hexes)
+    time = np.full((elements, 1), 0.25) * np.square(length).reshape(-1, 1)
+    if materials is not None:
+        neighbours = np.where(materials[neighbours] == materials[:, None], neighbours, -1)
     rate = _conductances(mesh, neighbours) / mesh.volumes()[:, None]
     # a pass hands over at most half of what an element has: with all of it, neighbours would only change places; images
     # count behind free faces: with other passes, so other means, on a mirror plane than without one the first element
     # would fail in another step
-    passes = max(int(length > 0.0), ceil(2.0 * time * float(rate.sum(axis=1).max()) - 1e-9))
+    passes = max(int(time.max() > 0.0), ceil(float((2.0 * time[:, 0] * rate.sum(axis=1)).max()) - 1e-9))
     # behind a face without a neighbour is the element itself: no case apart then, and no index that counts back
     around = np.where(neighbours < 0, np.arange(elements)[:, None], neighbours).astype(np.uint32)
     share = np.where(neighbours < 0, 0.0, rate) * time / max(passes, 1)
     means = np.zeros(elements), np.zeros(elements), np.zeros_like(strains), np.zeros(1)
-    return Exchange(share, around, passes, failure_strain, *means)
+    return Exchange(share, around, passes, np.full(elements, failure_strain), *means)
 
 
 def _conductances(mesh: Mesh, neighbours: NDArray[np.int32]) -> Array:
@@ -90,7 +101,7 @@ class State:
     lanes: Lanes
     clock: Clock
     ledger: Ledger
-    material: MaterialNumbers
+    material: MaterialNumbers | LayerTable
     friction: FrictionNumbers
     settings: Settings
 
@@ -104,15 +115,15 @@ class State:
 
 def start(model: Model) -> State:
     """Return the state of a model at time 0."""
-    lanes = lay_out(model.mesh.hexes, len(model.mesh.nodes))
+    layers = model.layers
+    lanes = lay_out(model.mesh.hexes, len(model.mesh.nodes), layers.of)
     topology = model.mesh.topology(model.crowns, lanes.slots)
-    numbers = model.material.numbers(model.integration.mass_scaling, model.viscosity)
-    material = MaterialNumbers(*(_precision(model).type(number) for number in numbers))
+    material = _material(model, lanes)
     volumes = model.mesh.volumes()
-    body = _body(model, material, lanes, topology, volumes)
+    body = _body(model, lanes, topology, volumes)
     tools = with_skin(tool_arrays(model.tools, len(body.x)), topology, body.mass)
     size = float(np.cbrt(np.median(volumes)))
-    first, _, volume = stable_step(body, model.material.lame_modulus, model.material.shear_modulus)
+    first, _, volume = stable_step(body, material)
     if not volume > 0.0:
         raise SimulationFailed("inverted", "an element of the initial mesh has zero or negative volume")
     return State(
@@ -125,9 +136,10 @@ def start(model: Model) -> State:
         exchange=exchange(
             model.mesh,
             topology.neighbours,
-            model.material.failure_strain,
-            model.material.internal_length,
+            layers.each(one.failure_strain for one in layers.materials),
+            layers.each(one.internal_length for one in layers.materials),
             body.state[:, block.PLASTIC_STRAIN],
+            layers.of,
         ),
         lanes=lanes,
         clock=Clock(
@@ -146,10 +158,29 @@ def start(model: Model) -> State:
             smallest_step=_COLLAPSE * model.integration.safety * first,
             penalty_step=first,
             margin=_MARGIN * size,
-            lame=model.material.lame_modulus,
-            shear=model.material.shear_modulus,
         ),
     )
+
+
+def _is_isotropic(layers: Layers) -> bool:
+    """Return whether the kernels of one isotropic material are enough for a body."""
+    return len(layers.materials) == 1 and layers.materials[0].transverse is None
+
+
+def _numbers(model: Model) -> list[Any]:
+    """Return what the kernels need of each material, in double precision."""
+    layers, scaling = model.layers, model.integration.mass_scaling
+    form = Material.numbers if _is_isotropic(layers) else Material.transverse_numbers
+    return [form(one, scaling, model.viscosity) for one in layers.materials]
+
+
+def _material(model: Model, lanes: Lanes) -> MaterialNumbers | LayerTable:
+    """Return the materials as the kernels see them, in the precision of the elements."""
+    numbers, precision = _numbers(model), _precision(model)
+    if _is_isotropic(model.layers):
+        return MaterialNumbers(*(precision.type(number) for number in numbers[0]))
+    rows = lanes.spread(model.layers.of.astype(float), 0.0).max(axis=1)  # empty lanes are of any material
+    return LayerTable(rows.astype(np.int32), np.array(numbers, dtype=precision))
 
 
 def _aligned_zeros(shape: tuple[int, ...], kind: np.dtype[Any]) -> Array:
@@ -182,11 +213,11 @@ def _ledger(tools: int, nodes: int) -> Ledger:
     )
 
 
-def _body(model: Model, material: MaterialNumbers, lanes: Lanes, topology: Topology, volumes: Array) -> Body:
+def _body(model: Model, lanes: Lanes, topology: Topology, volumes: Array) -> Body:
     mesh = model.mesh
     x = nodal(mesh.nodes)
-    element_state = _element_state(model, material, lanes, volumes)
-    element_mass = _element_masses(model, material, element_state, topology, volumes)
+    element_state = _element_state(model, lanes, volumes)
+    element_mass = _element_masses(model, element_state, topology, volumes)
     element_state[:, block.ELEMENT_MASS] = lanes.spread(element_mass, 1.0)
     mass = np.zeros(len(x))
     np.add.at(mass, mesh.hexes, element_mass[:, None] / 8.0)
@@ -236,26 +267,29 @@ def _seen(x: Array, v: Array, mesh: Mesh, kind: np.dtype[Any]) -> block.Seen:
     return block.Seen(nodal_zeros(len(x), np.dtype(np.int32)), nodal_zeros(len(v), kind), unit)
 
 
-def _element_masses(model: Model, material: MaterialNumbers, state: Array, topology: Topology, volumes: Array) -> Array:
+def _element_masses(model: Model, state: Array, topology: Topology, volumes: Array) -> Array:
     """Return ρV, t, and more where an element could not take the wanted time step: m grows as its square."""
-    mesh, how = model.mesh, model.integration
-    mass = material.density * volumes
+    mesh, how, layers, numbers = model.mesh, model.integration, model.layers, _numbers(model)
+    round_ = _precision(model).type
+    mass = layers.each(round_(one.density) for one in numbers) * volumes
     if how.time_step is None:
-        return mass
-    law = model.material
-    steps = how.safety * element_steps(topology, mesh.nodes, state, mass, law.lame_modulus, law.shear_modulus)
-    return np.asarray(mass * np.maximum(1.0, how.time_step / steps) ** 2)
+        return np.asarray(mass)
+    steps = np.stack([element_steps(topology, mesh.nodes, state, mass, one) for one in numbers])
+    own = how.safety * steps[layers.of, np.arange(len(mass))]
+    return np.asarray(mass * np.maximum(1.0, how.time_step / own) ** 2)
 
 
-def _element_state(model: Model, material: MaterialNumbers, lanes: Lanes, volumes: Array) -> Array:
-    length = np.cbrt(volumes)
+def _element_state(model: Model, lanes: Lanes, volumes: Array) -> Array:
+    length, layers = np.cbrt(volumes), model.layers
     state = _aligned_zeros((len(lanes.runs), block.STATE_ROWS, block.LANES), _precision(model))
     state[:, block.ALIVE] = lanes.spread(np.ones_like(volumes), 0.0)
     state[:, block.RATE_FACTOR] = 1.0
     state[:, block.VISCOUS_LENGTH] = lanes.spread(length, 1.0)
-    state[:, block.FAILURE_STRAIN] = lanes.spread(np.full_like(length, model.material.own_failure_strain), 1.0)
+    limits = layers.each(one.own_failure_strain for one in layers.materials)
+    state[:, block.FAILURE_STRAIN] = lanes.spread(limits, 1.0)
     # the resistance a of elements to a modal sum Γ·u, N/mm: a = 0.038 · hourglass · (λ+2μ) V^⅓
-    stiffness = model.hourglass * (HOURGLASS_SHARE * model.material.p_wave_modulus * length)
+    moduli = layers.each(one.p_wave_modulus for one in layers.materials)
+    stiffness = model.hourglass * (HOURGLASS_SHARE * moduli * length)
     state[:, block.HOURGLASS_STIFFNESS] = lanes.spread(stiffness, 0.0)
     return state
 

@@ -280,5 +280,11 @@ def _history(model: Model, state: State, rows: list[dict[str, Any]]) -> History:
         x=state.body.x,
         state=state.lanes.gathered(state.body.state),
         standing=state.topology.standing,
-        added_mass=float(state.body.element_mass.sum() / (model.material.density * model.mesh.volumes().sum())) - 1.0,
+        added_mass=float(state.body.element_mass.sum() / _mass(model)) - 1.0,
     )
+
+
+def _mass(model: Model) -> float:
+    """Return the mass of a body without scaling, t."""
+    volumes, layers = model.mesh.volumes(), model.layers
+    return sum(one.density * float(volumes[layers.of == i].sum()) for i, one in enumerate(layers.materials))

@@ -210,6 +210,7 @@ def shear_test(study: Study, levels: Mapping[str, float], diameter: float) -> cu
     return cutting.ShearTest(
         material=Material(
             **study.parameters(levels, diameter),
+            transverse=None,
             rate_law="cowper_symonds" if solver.rate_law == "none" else solver.rate_law,  # C = 0 switches either off
             rate_filter=cutting.rate_filter(diameter, study.loading.speed),
             internal_length=study.material.internal_length.at(diameter),

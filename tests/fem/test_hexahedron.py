@@ -146,9 +146,7 @@ def model(x: np.ndarray, poisson: float, hourglass: float = 0.05) -> Model:
 def estimate(model: Model) -> tuple[float, int, float]:
     """Return the kernel's stable step, the element that sets it and its volume."""
     state = start(model)
-    body, m = state.body, model.material
-    lame = m.bulk_modulus - 2.0 / 3.0 * m.shear_modulus
-    found = stable_step(body, lame, m.shear_modulus)
+    found = stable_step(state.body, state.material)
     return float(found[0]), int(found[1]), float(found[2])
 
 

@@ -71,3 +71,14 @@ def test_parts_meet_no_row_in_common(monkeypatch: pytest.MonkeyPatch) -> None:
     np.add.at(forces, laid.late, forces[first:].copy())
     np.add.at(direct, laid.runs[..., None] + np.arange(RUN), each)
     np.testing.assert_array_equal(forces[:first], direct)
+
+
+def test_a_block_has_elements_of_one_material() -> None:
+    """Skin, ring by ring through the wall of 3: each layer begins with a block, and every lane has its element."""
+    of = np.repeat([0, 1, 2], 13 * 17)
+    laid = lay_out(CYLINDER.hexes, len(CYLINDER.nodes), of)
+    block, lane = laid.slots // LANES, laid.slots % LANES
+    assert [len(set(of[block == b])) for b in range(len(laid.runs))] == [1] * len(laid.runs)
+    corners = laid.runs[block, :, lane // RUN] + (lane % RUN)[:, None]
+    np.testing.assert_array_equal(corners, CYLINDER.hexes)
+    assert [laid.slots[n * 13 * 17] % LANES for n in range(3)] == [0, 0, 0]

@@ -143,3 +143,25 @@ def test_no_length_leaves_each_element_to_itself() -> None:
     assert Material(1e-9, 1000.0, 0.3, failure_strain=0.1).own_failure_strain == 0.1
     nonlocal_ = Material(1e-9, 1000.0, 0.3, failure_strain=0.1, internal_length=1.0)
     assert nonlocal_.own_failure_strain == np.inf
+
+
+def test_means_end_where_the_material_does() -> None:
+    """A bar of two materials: strain of one half stays there, its mean as in a bar that ends at the interface."""
+    bar, half = brick((4.0, 1.0, 1.0), (40, 1, 1)), brick((2.0, 1.0, 1.0), (20, 1, 1))
+    topology, strain = bar.topology(), np.concatenate([np.linspace(0.0, 0.03, 20), np.zeros(20)])
+    state, of = states(strain), np.repeat([0, 1], 20)
+    spread = exchange(bar, topology.neighbours, 1.0, 1.0, state[:, PLASTIC_STRAIN], of)
+    called(nonlocal_mean._spread_strains)(spread, topology, state)
+    assert np.abs(spread.mean[20:]).max() == 0.0
+    np.testing.assert_allclose(spread.mean[:20], averaged(half, strain[:20], 1.0), rtol=1e-9)
+
+
+def test_each_material_has_its_limit_and_length() -> None:
+    """A strain of 0.04 everywhere: only the half with a limit of 0.03 fails, though its mean is not averaged."""
+    bar, of = brick((4.0, 1.0, 1.0), (40, 1, 1)), np.repeat([0, 1], 20)
+    topology, state = bar.topology(), states(np.full(40, 0.04))
+    limits, lengths = np.where(of == 0, 0.05, 0.03), np.where(of == 0, 1.0, 0.0)
+    spread = exchange(bar, topology.neighbours, limits, lengths, state[:, PLASTIC_STRAIN], of)
+    assert called(nonlocal_mean.fail_by_mean_strain)(spread, topology, state)
+    alive = state[:, ALIVE].ravel()[:40]
+    np.testing.assert_array_equal(alive, np.where(of == 0, 1.0, 0.0))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy import sqrt
@@ -59,27 +59,11 @@ from stemcal.fem.kernels.hexahedron import (
     velocity_gradient,
 )
 from stemcal.fem.kernels.hourglass import damped, dot3, modal_rate, resist, taken_by_stress, taken_from_stress
-from stemcal.fem.kernels.plasticity import double_dot, elastic_trial, radial_return, rate_factor, smoothed
+from stemcal.fem.kernels.layers import of_block, stress_after
+from stemcal.fem.kernels.plasticity import double_dot, rate_factor, smoothed
 
 Array = NDArray[np.float64]
 Floats = Any
-
-
-class MaterialNumbers(NamedTuple):
-    """The material as the kernels see it: `stemcal.fem.material.Material.numbers()` makes it."""
-
-    bulk: float
-    shear: float
-    yield_stress: float
-    plastic_modulus: float
-    beta: float
-    rate_c: float
-    rate_exponent: float
-    rate_filter: float
-    density: float
-    sound_speed: float
-    viscosity_linear: float
-    viscosity_quadratic: float
 
 
 @inlined
@@ -187,10 +171,10 @@ def element(scratch: Array, state: Array, lane: int, dt: float, material: Floats
 
     # the stress that follows
     old, back = rotate_tensor(R, load6(state, STRESS, lane)), rotate_tensor(R, load6(state, BACK_STRESS, lane))
-    trial = elastic_trial(old, de, material.bulk, material.shear)
     factor, strain = load(state, RATE_FACTOR, lane), load(state, PLASTIC_STRAIN, lane)
     before = strain
-    stress, back, strain, q, static_yield = radial_return(trial, back, strain, factor, material)
+    edge = (x[3], y[3], z[3])
+    stress, back, strain, q, static_yield = stress_after(old, back, de, strain, factor, edge, material)
     alive = alive if strain < load(state, FAILURE_STRAIN, lane) else ZERO
     pressure = _bulk_viscosity(de, dt, load(state, VISCOUS_LENGTH, lane), material)
     mean_pressure = HALF * (load(state, VISCOUS_PRESSURE, lane) + pressure)
@@ -239,10 +223,11 @@ def _follow_rates(state: Array, dt: float, material: Floats) -> None:
 
 
 @kernel
-def follow_smooth_rates(state: Array, material: Floats) -> None:
+def follow_smooth_rates(state: Array, materials: Floats) -> None:
     """Work out the rate factors of all elements whose plastic strain rate is smoothed."""
-    if material.rate_filter > ZERO and material.rate_c > ZERO:
-        for b in range(state.shape[0]):
+    for b in range(state.shape[0]):
+        material = of_block(materials, b)
+        if material.rate_filter > ZERO and material.rate_c > ZERO:
             for lane in range(LANES):
                 rate = state[b, PLASTIC_RATE, lane]
                 if rate > ZERO:
@@ -259,7 +244,7 @@ def run_block(scratch: Array, runs: Any, seen: Any, state: Array, dt: float, mat
 
 @entry
 def add_internal_forces(
-    scratch: Array, runs: Any, targets: Any, seen: Any, state: Array, f: Array, dt: float, material: Floats
+    scratch: Array, runs: Any, targets: Any, seen: Any, state: Array, f: Array, dt: float, materials: Floats
 ) -> int:
     """Subtract the internal forces of all elements from the nodal forces and advance the elements' state.
 
@@ -271,7 +256,7 @@ def add_internal_forces(
         alive = living(states[b])
         if alive > 0:
             bring_near(states, b + AHEAD)
-            run_block(scratch, runs[b], seen, states[b], step, material)
+            run_block(scratch, runs[b], seen, states[b], step, of_block(materials, b))
             scatter(scratch, targets[b], f)
             failed += alive - living(states[b])
     return failed

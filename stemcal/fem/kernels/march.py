@@ -20,6 +20,7 @@ from stemcal.fem.kernels.compile import entry, kernel
 from stemcal.fem.kernels.contact import push_faces_out, push_nodes_out, push_skin_out
 from stemcal.fem.kernels.element import add_internal_forces, follow_smooth_rates
 from stemcal.fem.kernels.erosion import erode
+from stemcal.fem.kernels.layers import of_blocks
 from stemcal.fem.kernels.llvm import add_together, give_way, read_together
 from stemcal.fem.kernels.nodes import (
     add_chunks,
@@ -103,8 +104,6 @@ class Settings(NamedTuple):
     smallest_step: float
     penalty_step: float
     margin: float
-    lame: float
-    shear: float
 
 
 class Team(NamedTuple):
@@ -145,11 +144,11 @@ def meet(team: Floats) -> None:
 
 
 @kernel
-def renew_time_step(body: Floats, clock: Floats, settings: Floats) -> int:
+def renew_time_step(body: Floats, clock: Floats, material: Floats, settings: Floats) -> int:
     """Work out the time step anew every `STEP_LIFE` steps; returns why the march must end, or GOING_ON."""
     if clock.steps[0] % STEP_LIFE != 0:
         return GOING_ON
-    stable, clock.trouble[0], volume = stable_step(body, settings.lame, settings.shear)
+    stable, clock.trouble[0], volume = stable_step(body, material)
     if not volume > 0.0:
         return INVERTED
     clock.step[0] = settings.safety * stable
@@ -171,10 +170,11 @@ def _add_forces_inside(share: Floats, body: Floats, clock: Floats, material: Flo
     Returns how many elements may have failed.
     """
     dt, mine = clock.step_before[0], slice(share.blocks[0], share.blocks[1])
+    own = of_blocks(material, share.blocks[0], share.blocks[1])
     if clock.steps[0] % RATE_LIFE == 0:
-        follow_smooth_rates(body.state[mine], material)
+        follow_smooth_rates(body.state[mine], own)
     runs, targets, state = body.runs[mine], body.targets[mine], body.state[mine]
-    return add_internal_forces(share.scratch, runs, targets, body.seen, state, body.f, dt, material)
+    return add_internal_forces(share.scratch, runs, targets, body.seen, state, body.f, dt, own)
 
 
 @kernel
@@ -317,7 +317,7 @@ def march(
     while True:
         if leads:
             if outcome == GOING_ON:
-                outcome = renew_time_step(body, clock, settings) if clock.time[0] < until else REACHED
+                outcome = renew_time_step(body, clock, material, settings) if clock.time[0] < until else REACHED
             if outcome == GOING_ON:
                 apart = fail_in_the_mean(body, topology, exchange, clock)
             team.outcome[0] = outcome

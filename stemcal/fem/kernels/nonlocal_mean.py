@@ -12,7 +12,8 @@ elements that share a face,
 
     ε̄ₑ ← ε̄ₑ + τ/Vₑ Σ_f T_f (ε̄_n − ε̄ₑ),   T = area / distance of centres,   Σ τ = ℓ²/4.
 
-Nothing passes through free surfaces and mirror planes: the mean never looks across the bore. It is over the body as it
+Nothing passes through free surfaces and mirror planes, nor from one material to another: the mean never looks across
+the bore, and the strain of a soft pith does not break the skin around it. It is over the body as it
 was: elements that have failed keep the strain at which they went, as in the cited theory. Without them the most
 strained material would no longer count: the mean around a gap would fall, and the more the smaller the elements are.
 """
@@ -41,16 +42,16 @@ class Exchange(NamedTuple):
     share: Array  # (E, 6) τ T/V across each face, 0 where there is nothing behind it
     around: NDArray[np.uint32]  # (E, 6) the element behind each face, itself where there is none
     passes: int  # 0 for local failure
-    failure_strain: float
+    failure_strain: Array  # (E,)
     mean: Array  # (E,) the mean strain, changes
     next: Array  # (E,) scratch
     known: Array  # (blocks, lanes) the strain that the mean was last worked out from, changes
-    largest: Array  # (1,) the largest mean of a standing element then, changes
+    spare: Array  # (1,) the least by which the mean of a standing element may grow from then until it fails, changes
 
 
 @kernel
 def _spread_strains(exchange: Floats, topology: Floats, state: Array) -> None:
-    """Set the mean plastic strain around each element, and the largest of those not eroded."""
+    """Set the mean plastic strain around each element, and how much those that are not eroded are spared."""
     mean, after, share, around = exchange.mean, exchange.next, exchange.share, exchange.around
     slots, standing = topology.slots, topology.standing
     for e in range(mean.shape[0]):
@@ -66,10 +67,10 @@ def _spread_strains(exchange: Floats, topology: Floats, state: Array) -> None:
             after[e] = mean[e] + gained
         for e in range(mean.shape[0]):  # `mean[:] = after` takes longer to compile than all of this function
             mean[e] = after[e]
-    exchange.largest[0] = 0.0
+    exchange.spare[0] = np.inf
     for e in range(mean.shape[0]):
         if standing[e]:
-            exchange.largest[0] = max(exchange.largest[0], mean[e])
+            exchange.spare[0] = min(exchange.spare[0], _ROUNDED * exchange.failure_strain[e] - mean[e])
 
 
 @kernel
@@ -82,7 +83,7 @@ def _may_have_failed(exchange: Floats, state: Array) -> bool:
     for b in range(state.shape[0]):
         for lane in range(LANES):
             grown = maximum(grown, float(state[b, PLASTIC_STRAIN, lane] - exchange.known[b, lane]))
-    return not exchange.largest[0] + grown < _ROUNDED * exchange.failure_strain
+    return not grown < exchange.spare[0]
 
 
 @kernel
@@ -93,7 +94,7 @@ def fail_by_mean_strain(exchange: Floats, topology: Floats, state: Array) -> boo
     _spread_strains(exchange, topology, state)
     failed = False
     for e in range(exchange.mean.shape[0]):
-        if topology.standing[e] and exchange.mean[e] >= exchange.failure_strain:
+        if topology.standing[e] and exchange.mean[e] >= exchange.failure_strain[e]:
             slot = topology.slots[e]
             state[slot // LANES, ALIVE, slot % LANES] = 0.0
             failed = True

@@ -6,13 +6,31 @@ theory into structural computer programs" (ASME AMD 20, 1976). Stresses are symm
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 from numpy import sqrt
 
 from stemcal.fem.kernels.compile import ONE, THREE, THREE_HALVES, TINY, TWO, ZERO, inlined, like
 
 Floats = Any
+
+
+class MaterialNumbers(NamedTuple):
+    """The material as the kernels see it: `stemcal.fem.material.Material.numbers()` makes it."""
+
+    bulk: float
+    shear: float
+    yield_stress: float
+    plastic_modulus: float
+    beta: float
+    rate_c: float
+    rate_exponent: float
+    rate_filter: float
+    density: float
+    sound_speed: float
+    viscosity_linear: float
+    viscosity_quadratic: float
+    lame: float
 
 
 @inlined
@@ -37,7 +55,7 @@ def elastic_trial(s: Floats, de: Floats, bulk: float, shear: float) -> Floats:
 
 
 @inlined
-def _shifted_deviator(s: Floats, back: Floats) -> Floats:
+def shifted_deviator(s: Floats, back: Floats) -> Floats:
     """Return ξ = dev σ − α."""
     mean = like(s[0], 1.0 / 3.0) * (s[0] + s[1] + s[2])
     return (
@@ -51,7 +69,7 @@ def _shifted_deviator(s: Floats, back: Floats) -> Floats:
 
 
 @inlined
-def _add_scaled(a: Floats, factor: float, b: Floats) -> Floats:
+def add_scaled(a: Floats, factor: float, b: Floats) -> Floats:
     """Return a + factor·b of two symmetric tensors."""
     return (
         a[0] + factor * b[0],
@@ -82,14 +100,14 @@ def radial_return(trial: Floats, back: Floats, plastic_strain: float, rate_facto
 
     n = 3/2 ξ/q,   σ ← σ − 2G Δεp n,   α ← α + ⅔(1−β)Eₚ Δεp n
     """
-    xi = _shifted_deviator(trial, back)
+    xi = shifted_deviator(trial, back)
     q = sqrt(THREE_HALVES * double_dot(xi, xi))
     static_yield = material.yield_stress + material.beta * material.plastic_modulus * plastic_strain
     increment, per_q = _plastic_increment(q, static_yield, rate_factor, material)
     flow = THREE_HALVES * per_q
-    stress = _add_scaled(trial, -TWO * material.shear * flow, xi)
+    stress = add_scaled(trial, -TWO * material.shear * flow, xi)
     kinematic = TWO * (ONE - material.beta) * material.plastic_modulus / THREE
-    return stress, _add_scaled(back, kinematic * flow, xi), plastic_strain + increment, q, static_yield
+    return stress, add_scaled(back, kinematic * flow, xi), plastic_strain + increment, q, static_yield
 
 
 @inlined

@@ -22,9 +22,10 @@ from stemcal.fem.kernels.block import (
     load_corners,
     states_of,
 )
-from stemcal.fem.kernels.compile import SIXTY_FOUR, TWO, ZERO, entry, inlined, kernel, like
+from stemcal.fem.kernels.compile import SIXTY_FOUR, ZERO, entry, inlined, kernel, like
 from stemcal.fem.kernels.hexahedron import contract, minors, modal_sums
 from stemcal.fem.kernels.hourglass import DAMPING
+from stemcal.fem.kernels.layers import of_block, uniform_stiffness
 from stemcal.fem.kernels.llvm import write_scratch
 
 Floats = Any
@@ -47,27 +48,26 @@ def _dot6(a: Floats, b: Floats) -> float:
 
 
 @inlined
-def _squared_frequency(
-    x: Floats, y: Floats, z: Floats, stiffness: float, mass: float, lame: float, shear: float
-) -> Floats:
+def _squared_frequency(x: Floats, y: Floats, z: Floats, stiffness: float, mass: float, material: Floats) -> Floats:
     """Return from its modal sums a bound of ω² of the fastest mode of a free element, 1/s², and 64 times its volume.
 
     With G the 3×3 products BᵢBⱼ of the nodal gradients, (tr ε)² ≤ |u|² tr G and ε:ε ≤ |u|² ‖G‖, hence the stiffness
     to uniform strain is at most V (λ tr G + 2μ ‖G‖), with Gershgorin's bound for ‖G‖. A cube's volume mode attains it.
+    A material with an axis a is nowhere stiffer than that and κ e_a aa, which adds V κ a·G a.
     The hourglass modes have ω² = 64 a/m; damped by βΔt they allow a step as if it were 1 + 2β times that.
     """
     bx, by, bz = minors(y, z), minors(z, x), minors(x, y)
     whole = contract(x, bx)
     xx, yy, zz = _dot6(bx, bx), _dot6(by, by), _dot6(bz, bz)
-    xy, yz, zx = abs(_dot6(bx, by)), abs(_dot6(by, bz)), abs(_dot6(bz, bx))
-    norm = max(xx + xy + zx, max(yy + xy + yz, zz + yz + zx))
-    uniform = (lame * (xx + yy + zz) + TWO * shear * norm) / whole
+    xy, yz, zx = _dot6(bx, by), _dot6(by, bz), _dot6(bz, bx)
+    norm = max(xx + abs(xy) + abs(zx), max(yy + abs(xy) + abs(yz), zz + abs(yz) + abs(zx)))
+    uniform = uniform_stiffness((xx, yy, zz, xy, yz, zx), (x[3], y[3], z[3]), norm, material) / whole
     hourglass = like(stiffness, 64.0 * (1.0 + 2.0 * DAMPING)) * stiffness
     return max(uniform, hourglass) / mass, whole
 
 
 @entry
-def element_steps(topology: Floats, x: Array, state: Array, element_mass: Array, lame: float, shear: float) -> Array:
+def element_steps(topology: Floats, x: Array, state: Array, element_mass: Array, material: Floats) -> Array:
     """Return the stable step 2/ω of each element (E,), s."""
     hexes, slots = topology.hexes, topology.slots
     steps = np.empty(hexes.shape[0])
@@ -78,28 +78,27 @@ def element_steps(topology: Floats, x: Array, state: Array, element_mass: Array,
             modal_sums(_element_coordinates(hexes, e, x, 2)),
             held(state, slots[e], HOURGLASS_STIFFNESS),
             element_mass[e],
-            lame,
-            shear,
+            material,
         )
         steps[e] = 2.0 / sqrt(max(omega2, 1.0e-300))
     return steps
 
 
 @kernel
-def _find_frequencies(scratch: Array, state: Array, lame: float, shear: float) -> None:
+def _find_frequencies(scratch: Array, state: Array, material: Floats) -> None:
     """Set the rows `RATES` and `VOLUMES` of the scratch to ω² and 64 V of the elements of a block."""
     for lane in range(LANES):
         x = modal_sums(load_corners(scratch, COORDINATES, lane))
         y = modal_sums(load_corners(scratch, COORDINATES + 8, lane))
         z = modal_sums(load_corners(scratch, COORDINATES + 16, lane))
         stiffness, mass = load(state, HOURGLASS_STIFFNESS, lane), load(state, ELEMENT_MASS, lane)
-        omega2, whole = _squared_frequency(x, y, z, stiffness, mass, lame, shear)
+        omega2, whole = _squared_frequency(x, y, z, stiffness, mass, material)
         write_scratch(scratch, RATES * LANES + lane, omega2)
         write_scratch(scratch, VOLUMES * LANES + lane, whole)
 
 
 @entry
-def stable_step(body: Floats, lame: float, shear: float) -> Floats:
+def stable_step(body: Floats, materials: Floats) -> Floats:
     """Return the stable step 2/ω of the standing elements, the slot of the one that sets it, and its volume.
 
     No assembled mesh is faster than its fastest free element. A volume that is not positive ends the search with
@@ -110,7 +109,7 @@ def stable_step(body: Floats, lame: float, shear: float) -> Floats:
     fastest, slowest, smallest = ZERO * first, 0, SIXTY_FOUR + ZERO * first
     for b in range(runs.shape[0]):
         fetch(scratch, runs[b], body.seen)
-        _find_frequencies(scratch, states[b], like(first, lame), like(first, shear))
+        _find_frequencies(scratch, states[b], of_block(materials, b))
         for lane in range(LANES):
             if state[b, ALIVE, lane] == ZERO:
                 continue

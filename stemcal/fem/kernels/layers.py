@@ -1,0 +1,109 @@
+"""The material of each block, and its law: one isotropic material of the whole body, or a table of others.
+
+A study of one isotropic material is compiled for `MaterialNumbers` alone. With layers or fibres the whole body follows
+`transverse`, of which an isotropic layer is a special case; that is compiled when a study first has them.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+from numba.extending import overload
+
+from stemcal.fem.kernels.compile import TWO, inlined
+from stemcal.fem.kernels.plasticity import elastic_trial, radial_return
+from stemcal.fem.kernels.transverse import TransverseNumbers, transverse_return, unit
+
+Floats = Any
+_overload: Any = overload  # its types lack some of its options
+_INLINED = {"forceinline": True, "error_model": "numpy", "fastmath": {"contract", "nsz"}}
+
+
+class Layers(NamedTuple):
+    """Materials of a body: the row of each block in a table, whose columns are those of `TransverseNumbers`."""
+
+    rows: Any  # (B,) int32
+    table: Any  # (materials, columns)
+
+
+def of_block(material: Any, b: int) -> Any:
+    """Return the numbers of the material of block b."""
+    raise NotImplementedError
+
+
+@_overload(of_block, jit_options=_INLINED)
+def _of_block(material: Any, b: Any) -> Any:
+    def same(material: Any, b: Any) -> Any:
+        return material
+
+    def listed(material: Any, b: Any) -> Any:
+        m = material.table[material.rows[b]]
+        return TransverseNumbers(
+            m[0], m[1], m[2], m[3], m[4], m[5], m[6], m[7], m[8], m[9], m[10],
+            m[11], m[12], m[13], m[14], m[15], m[16], m[17], m[18], m[19], m[20],
+        )  # fmt: skip
+
+    return listed if material.instance_class is Layers else same
+
+
+def of_blocks(material: Any, first: int, behind: int) -> Any:
+    """Return the materials of the blocks from `first` to the one before `behind`."""
+    raise NotImplementedError
+
+
+@_overload(of_blocks, jit_options=_INLINED)
+def _of_blocks(material: Any, first: Any, behind: Any) -> Any:
+    def same(material: Any, first: Any, behind: Any) -> Any:
+        return material
+
+    def listed(material: Any, first: Any, behind: Any) -> Any:
+        return Layers(material.rows[first:behind], material.table)
+
+    return listed if material.instance_class is Layers else same
+
+
+def stress_after(old: Any, back: Any, de: Any, strain: Any, factor: Any, edge: Any, material: Any) -> Any:
+    """Return stress, back stress, plastic strain, trial q and static yield after a strain increment.
+
+    `edge` is the element's edge ζ, the axis of a material that has one.
+    """
+    raise NotImplementedError
+
+
+@_overload(stress_after, jit_options=_INLINED)
+def _stress_after(old: Any, back: Any, de: Any, strain: Any, factor: Any, edge: Any, material: Any) -> Any:
+    def isotropic(old: Any, back: Any, de: Any, strain: Any, factor: Any, edge: Any, material: Any) -> Any:
+        trial = elastic_trial(old, de, material.bulk, material.shear)
+        return radial_return(trial, back, strain, factor, material)
+
+    def transverse(old: Any, back: Any, de: Any, strain: Any, factor: Any, edge: Any, material: Any) -> Any:
+        return transverse_return(old, back, de, strain, factor, unit(edge), material)
+
+    return transverse if material.instance_class is TransverseNumbers else isotropic
+
+
+def uniform_stiffness(B: Any, edge: Any, norm: Any, material: Any) -> Any:
+    """Return a bound of an element's stiffness to uniform strain, times its volume.
+
+    `B` are the products BᵢBⱼ of its gradients (xx, yy, zz, xy, yz, zx), `norm` a bound of their norm.
+    """
+    raise NotImplementedError
+
+
+@_overload(uniform_stiffness, jit_options=_INLINED)
+def _uniform_stiffness(B: Any, edge: Any, norm: Any, material: Any) -> Any:
+    def isotropic(B: Any, edge: Any, norm: Any, material: Any) -> Any:
+        return material.lame * (B[0] + B[1] + B[2]) + TWO * material.shear * norm
+
+    def transverse(B: Any, edge: Any, norm: Any, material: Any) -> Any:
+        trace = material.bound_lame * (B[0] + B[1] + B[2])
+        return trace + TWO * material.bound_shear * norm + material.bound_axial * _along(B, unit(edge))
+
+    return transverse if material.instance_class is TransverseNumbers else isotropic
+
+
+@inlined
+def _along(B: Floats, a: Floats) -> Floats:
+    """Return a·B a."""
+    straight = a[0] * a[0] * B[0] + a[1] * a[1] * B[1] + a[2] * a[2] * B[2]
+    return straight + TWO * (a[0] * a[1] * B[3] + a[1] * a[2] * B[4] + a[2] * a[0] * B[5])

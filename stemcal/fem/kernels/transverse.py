@@ -1,0 +1,134 @@
+"""Plastic kinematic material of one element that is isotropic across its axis: wood, bark, stems with fibres.
+
+The axis a is the edge ζ of the element, which turns and stretches with the material. Elastic law in the invariants of
+Spencer (Continuum Theory of the Mechanics of Fibre-Reinforced Composites, CISM 282, 1984), which needs no local frame:
+
+    C:e = λ tr e I + 2μ_T e + α (e_a I + tr e aa) + 2(μ_L − μ_T)(a ea + ea a) + β e_a aa,   e_a = a·e a.
+
+Yield after Hill (Proc. R. Soc. A 193, 281-297, 1948), isotropic across the axis, of ξ = dev σ − back stress:
+
+    q² = h₁ ξ:ξ + h₂ |ξa|² + h₃ (a·ξa)²,   q the axial stress where there is no other.
+
+With h = (3/2, 0, 0) it is von Mises' stress, and this law that of `plasticity`.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+from numpy import sqrt
+
+from stemcal.fem.kernels.compile import HALF, ONE, TINY, TWO, ZERO, inlined, like
+from stemcal.fem.kernels.plasticity import add_scaled, double_dot, shifted_deviator
+
+Floats = Any
+
+
+class TransverseNumbers(NamedTuple):
+    """The material as the kernels see it: `stemcal.fem.material.Material.transverse_numbers()` makes it."""
+
+    yield_stress: float
+    plastic_modulus: float
+    beta: float
+    rate_c: float
+    rate_exponent: float
+    rate_filter: float
+    density: float
+    sound_speed: float
+    viscosity_linear: float
+    viscosity_quadratic: float
+    lame: float  # λ
+    twice_shear: float  # 2μ_T
+    coupling: float  # α
+    shear_gap: float  # 2(μ_L − μ_T)
+    axial: float  # β
+    hill_1: float
+    hill_2: float
+    hill_3: float
+    bound_lame: float  # of a law that is nowhere softer: this λ, this μ, and this κ e_a aa
+    bound_shear: float
+    bound_axial: float
+
+
+@inlined
+def _dot(a: Floats, b: Floats) -> Floats:
+    """Return a·b."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@inlined
+def _times(s: Floats, a: Floats) -> Floats:
+    """Return the vector s a of a symmetric tensor."""
+    return (
+        s[0] * a[0] + s[3] * a[1] + s[5] * a[2],
+        s[3] * a[0] + s[1] * a[1] + s[4] * a[2],
+        s[5] * a[0] + s[4] * a[1] + s[2] * a[2],
+    )
+
+
+@inlined
+def _combined(factor: Floats, e: Floats, spherical: Floats, a: Floats, w: Floats) -> Floats:
+    """Return factor e + spherical I + a w + w a."""
+    return (
+        factor * e[0] + spherical + TWO * a[0] * w[0],
+        factor * e[1] + spherical + TWO * a[1] * w[1],
+        factor * e[2] + spherical + TWO * a[2] * w[2],
+        factor * e[3] + a[0] * w[1] + a[1] * w[0],
+        factor * e[4] + a[1] * w[2] + a[2] * w[1],
+        factor * e[5] + a[2] * w[0] + a[0] * w[2],
+    )
+
+
+@inlined
+def _weighted(f: Floats, v: Floats, g: Floats, a: Floats) -> Floats:
+    """Return f v + g a of two vectors."""
+    return f * v[0] + g * a[0], f * v[1] + g * a[1], f * v[2] + g * a[2]
+
+
+@inlined
+def elastic_stress(e: Floats, a: Floats, material: Floats) -> Floats:
+    """Return C:e."""
+    ea = _times(e, a)
+    along, trace = _dot(ea, a), e[0] + e[1] + e[2]
+    w = _weighted(material.shear_gap, ea, HALF * (material.coupling * trace + material.axial * along), a)
+    return _combined(material.twice_shear, e, material.lame * trace + material.coupling * along, a, w)
+
+
+@inlined
+def unit(edge: Floats) -> Floats:
+    """Return the direction of an edge; of one without length, zeros."""
+    per_length = ONE / sqrt(max(_dot(edge, edge), TINY))
+    return per_length * edge[0], per_length * edge[1], per_length * edge[2]
+
+
+@inlined
+def transverse_return(
+    old: Floats, back: Floats, de: Floats, plastic_strain: float, rate_factor: float, a: Floats, material: Floats
+) -> Floats:
+    """Return stress, back stress, plastic strain, trial q and static yield after a strain increment.
+
+    One step of the cutting plane of Ortiz and Simo (Int. J. Numer. Meth. Eng. 23, 353-366, 1986); q is convex, so the
+    stress stays on the surface or outside of it, and the next steps bring it closer:
+
+        n = ∂q/∂σ,   Δεp = (q − s σ₀) / (n:C:n + (1−β)Eₚ + s β Eₚ),   σ ← σ − Δεp C:n,   back ← back + (1−β)Eₚ Δεp ξ/q
+
+    Ziegler's back stress moves along ξ, so q falls by exactly (1−β)Eₚ Δεp in every direction.
+    """
+    trial = add_scaled(old, ONE, elastic_stress(de, a, material))
+    xi = shifted_deviator(trial, back)
+    xi_a = _times(xi, a)
+    along = _dot(xi_a, a)
+    h1, h2, h3 = material.hill_1, material.hill_2, material.hill_3
+    q = sqrt(max(h1 * double_dot(xi, xi) + h2 * _dot(xi_a, xi_a) + h3 * along * along, ZERO))
+    static_yield = material.yield_stress + material.beta * material.plastic_modulus * plastic_strain
+
+    # q n, without its trace
+    w = _weighted(HALF * h2, xi_a, HALF * h3 * along, a)
+    normal = _combined(h1, xi, -like(along, 1.0 / 3.0) * (h2 + h3) * along, a, w)
+    stiff = elastic_stress(normal, a, material)
+    kinematic = (ONE - material.beta) * material.plastic_modulus
+    slope = kinematic + rate_factor * material.beta * material.plastic_modulus
+    excess = max(q - rate_factor * static_yield, ZERO)
+    per_q = excess * q / max(double_dot(normal, stiff) + slope * q * q, TINY)
+    back = add_scaled(back, kinematic * per_q, xi)
+    return add_scaled(trial, -per_q, stiff), back, plastic_strain + per_q * q, q, static_yield
