@@ -12,7 +12,7 @@ PACKAGE = Path(__file__).parents[1] / "stemcal"
 
 LAYERS = (
     (
-        *("errors", "version", "words", "note", "numbers", "power_law", "naming", "registry", "files"),
+        *("errors", "version", "words", "note", "numbers", "power_law", "naming", "registry", "storage"),
         *("interrupts", "time_limit", "processes"),
     ),
     ("fem.kernels", "fem", "cutting", "doe", "measured"),
@@ -37,7 +37,7 @@ PLACES = {
     "yaml": ("stemcal.study",),
     "pyDOE3": ("stemcal.doe",),
     "statsmodels": ("stemcal.measured.statistics",),
-    "pandas": ("stemcal.doe", "stemcal.measured", "stemcal.files", "stemcal.drawing.table", "stemcal.report.export"),
+    "pandas": ("stemcal.doe", "stemcal.measured", "stemcal.storage", "stemcal.drawing.table", "stemcal.report.export"),
     "matplotlib": ("stemcal.drawing", "stemcal.report", "stemcal.stages"),
     "jinja2": ("stemcal.report",),
     "numba": ("stemcal.fem",),

@@ -10,12 +10,12 @@ import workflow
 from fakes import FakeSolver, lines, make_study
 
 from stemcal.errors import RunsFailed, UsageError
-from stemcal.files.typed import to_json
 from stemcal.overview.plan import plan
 from stemcal.runs.answer import Progress
 from stemcal.runs.executors import InlineExecutor
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.stages.fresh import CODE, changes_since
+from stemcal.storage.typed import to_json
 
 CONFIGS = Path(__file__).parent.parent / "configs"
 STAGES = ("screen", "rsm", "invert", "validate")

@@ -14,7 +14,7 @@ from rich.console import Console, ConsoleOptions, RenderableType
 from rich.segment import Segment
 from rich.text import Text
 
-from stemcal.files.encodings import visible
+from stemcal.storage.encodings import visible
 
 if TYPE_CHECKING:
     from stemcal.drawing.table import Table
@@ -73,7 +73,7 @@ class _Envelope:
         if not self.command:
             return
         from stemcal.cli.exit_codes import EXIT_CODES
-        from stemcal.files.durable import plain
+        from stemcal.storage.canonical import plain
 
         status = EXIT_CODES.get(code, EXIT_CODES[1])[0]
         said = {"command": self.command, "status": status, "result": plain(self.result), "notes": self.notes}

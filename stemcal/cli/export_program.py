@@ -12,8 +12,8 @@ from stemcal.cli.console import note, say_json, say_tables, warn
 from stemcal.cli.session import AsJson, ExecutorName, Out, Quiet, Spec, Workers, opened, read_study
 from stemcal.cli.simulate import Diameter, Settings, chosen_levels, require_material
 from stemcal.errors import RunsFailed, UsageError
-from stemcal.files.durable import make_folder, write_atomic
-from stemcal.files.typed import to_json
+from stemcal.storage.atomic import make_folder, write_atomic
+from stemcal.storage.typed import to_json
 
 if TYPE_CHECKING:
     from stemcal.solvers.deck import Deck

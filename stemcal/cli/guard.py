@@ -66,7 +66,7 @@ def _unexpected(error: Exception) -> str:
         return f"not enough memory; use fewer workers (`--workers`) or larger elements; {RESUMES}"
     if isinstance(error, OSError) and error.errno is not None:
         place = f"{error.filename}: " if error.filename else ""
-        from stemcal.files.durable import what_happened
+        from stemcal.storage.atomic import what_happened
 
         return f"{place}{what_happened(error)}"
     line = f"internal error: {type(error).__name__}: {error}".splitlines()[0]

@@ -11,9 +11,9 @@ import typer
 from stemcal.cli.console import note, say_json, say_tables, say_whole, warn
 from stemcal.cli.session import AsJson, Quiet
 from stemcal.errors import UsageError
-from stemcal.files.durable import read_plain
-from stemcal.files.encodings import decode
-from stemcal.files.typed import to_json
+from stemcal.storage.encodings import decode
+from stemcal.storage.plain import read_plain
+from stemcal.storage.typed import to_json
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -206,7 +206,7 @@ def tests(
 
 def _rewrite(spec: Path, change: Callable[[str], str]) -> None:
     """Change the text of a spec unless the result is invalid."""
-    from stemcal.files.durable import write_atomic
+    from stemcal.storage.atomic import write_atomic
     from stemcal.study.reading import read_study
     from stemcal.study.types.strict_yaml import MAX_BYTES
 
@@ -234,7 +234,8 @@ def _leave_files(
 ) -> None:
     """Write the results as JSON, their rows as CSV, the figures as SVG and PNG."""
     from stemcal.drawing.style import save
-    from stemcal.files.durable import as_json, write_atomic
+    from stemcal.storage.atomic import write_atomic
+    from stemcal.storage.canonical import as_json
 
     folder.mkdir(parents=True, exist_ok=True)
     stage = content["stage"]

@@ -13,8 +13,8 @@ import typer
 from stemcal.cli.console import note, say, say_json, say_whole, warn
 from stemcal.cli.session import AsJson, ExecutorName, Out, Quiet, Session, Spec, Workers, finished_work, opened
 from stemcal.errors import TargetUnreachable, UsageError
-from stemcal.files.durable import read_plain
 from stemcal.stages.stage import Stage
+from stemcal.storage.plain import read_plain
 
 if TYPE_CHECKING:
     from stemcal.stages.result import StageResult

@@ -11,9 +11,9 @@ import typer
 from stemcal.cli.console import note, say, say_json, waiting, warn
 from stemcal.cli.session import AsJson, Quiet, Spec, read_study
 from stemcal.errors import RunsFailed, UsageError
-from stemcal.files.durable import write_atomic
-from stemcal.files.encodings import csv_text
-from stemcal.files.typed import from_json, to_json
+from stemcal.storage.atomic import write_atomic
+from stemcal.storage.encodings import csv_text
+from stemcal.storage.typed import from_json, to_json
 from stemcal.words import did_you_mean
 
 if TYPE_CHECKING:

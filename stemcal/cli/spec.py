@@ -77,11 +77,11 @@ def check(spec: Spec, out: Out = None, workers: Workers = None, as_json: AsJson 
 
     Example: [bold]stemcal check my-study.yaml[/bold]
     """
-    from stemcal.files.typed import to_json
     from stemcal.overview.foresight import Demand, beforehand, demand_of_one, excess
     from stemcal.overview.plan import plan
     from stemcal.runs.executors import machine_memory
     from stemcal.runs.study_folder import StudyFolder, place_of
+    from stemcal.storage.typed import to_json
     from stemcal.study.reading import load_study
 
     route_log()

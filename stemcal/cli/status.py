@@ -10,7 +10,7 @@ import typer
 
 from stemcal.cli.console import fail, say, say_json, say_tables
 from stemcal.cli.session import AsJson, Out, Spec, existing_folder, read_study
-from stemcal.files.typed import to_json
+from stemcal.storage.typed import to_json
 from stemcal.words import counted
 
 if TYPE_CHECKING:

@@ -16,10 +16,10 @@ import numpy as np
 from stemcal.doe.coding import Array
 from stemcal.doe.regression.least_squares import fit_least_squares
 from stemcal.errors import UsageError
-from stemcal.files.typed import absent
 from stemcal.naming import CUTTING, Names, Naming
 from stemcal.note import Note
 from stemcal.power_law import PowerLaw, fit_power_law
+from stemcal.storage.typed import absent
 
 
 @dataclass(frozen=True)

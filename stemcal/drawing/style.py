@@ -13,8 +13,8 @@ from functools import cache
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any
 
-from stemcal.files.durable import write_atomic
 from stemcal.numbers import unit_written
+from stemcal.storage.atomic import write_atomic
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes as Axes

@@ -6,9 +6,9 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, is_dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-from stemcal.files.encodings import csv_text
-from stemcal.files.rows import Rows, html
-from stemcal.files.typed import to_json
+from stemcal.storage.encodings import csv_text
+from stemcal.storage.rows import Rows, html
+from stemcal.storage.typed import to_json
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from stemcal.fem.kernels.block import PLASTIC_STRAIN, STRESS
 from stemcal.fem.state import State
-from stemcal.files.durable import write_atomic
+from stemcal.storage.atomic import write_atomic
 
 Array = NDArray[np.float64]
 Values = NDArray[np.generic]

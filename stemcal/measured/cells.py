@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from stemcal.errors import UsageError
-from stemcal.files import encodings
 from stemcal.measured.headings import shown
+from stemcal.storage import encodings
 
 _MODERN = b"PK\x03\x04"  # xlsx, and ods
 _OTHERS = (b"\xd0\xcf\x11\xe0", b"<html", b"<!doctype", b"<?xml", b"<table")  # xls, and what is called so

@@ -12,9 +12,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 from stemcal.errors import UsageError
-from stemcal.files.durable import MIB, read_plain
 from stemcal.measured.cells import Line, decoded, is_workbook, sheets, split
 from stemcal.measured.headings import NOT_MEANT, as_number, is_called, names_and_units, shown
+from stemcal.storage.plain import MIB, read_plain
 
 SEPARATORS = {"tab": "\t", "semicolon": ";", "comma": ",", "space": " "}
 DECIMALS = {"point": ".", "comma": ","}

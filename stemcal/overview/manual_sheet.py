@@ -15,8 +15,6 @@ from pathlib import Path
 from typing import Any, Literal
 
 from stemcal.errors import StemcalError, UsageError, Waiting
-from stemcal.files.durable import make_folder, move_new, read_plain, write_atomic
-from stemcal.files.log import now
 from stemcal.naming import FIRST
 from stemcal.overview.plan import asked, missing
 from stemcal.overview.status import SHEET, ledger
@@ -45,6 +43,9 @@ from stemcal.solvers.sheet.run_sheet import (
 )
 from stemcal.stages.fresh import make
 from stemcal.stages.stage import stage_called, stages_of
+from stemcal.storage.atomic import make_folder, move_new, write_atomic
+from stemcal.storage.log import now
+from stemcal.storage.plain import read_plain
 from stemcal.study.model import Study
 
 _SAME = 1e-9  # of a value: what writing and reading may change

@@ -9,8 +9,6 @@ from numpy.typing import NDArray
 
 from stemcal.cutting.result import break_row
 from stemcal.errors import UsageError
-from stemcal.files.rows import Rows
-from stemcal.files.typed import Spread, inline
 from stemcal.laboratory.perform import curve_responses, secant
 from stemcal.measured.headings import shown
 from stemcal.measured.shear import ShearTests, TestedSpecimen, find_files, measure_shear, note_on, row_of
@@ -18,6 +16,8 @@ from stemcal.measured.shear_curves import CurveOptions
 from stemcal.measured.statistics import Summary, summarise
 from stemcal.note import Note
 from stemcal.solvers.options import BREAK_DROP
+from stemcal.storage.rows import Rows
+from stemcal.storage.typed import Spread, inline
 from stemcal.study.model import LaboratorySection, Study
 from stemcal.study.model.laboratory_kind import RESPONSES
 

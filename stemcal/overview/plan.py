@@ -14,7 +14,6 @@ from typing import Literal
 from stemcal.doe.aliases import aliases_note
 from stemcal.doe.coding import term_columns, term_names
 from stemcal.doe.regression.least_squares import not_estimable
-from stemcal.files.rows import Rows
 from stemcal.note import Note, Remedy
 from stemcal.numbers import duration, in_bytes
 from stemcal.runs.executors import available_cores
@@ -25,6 +24,7 @@ from stemcal.solvers.protocol import Request, Solver
 from stemcal.stages.design import Asked, Design
 from stemcal.stages.stage import stages_of
 from stemcal.stages.work import second_time
+from stemcal.storage.rows import Rows
 from stemcal.study.model import Study
 from stemcal.words import counted, series
 

@@ -6,8 +6,6 @@ from dataclasses import dataclass
 from typing import Any
 
 from stemcal.errors import UsageError
-from stemcal.files.rows import Rows
-from stemcal.files.typed import absent
 from stemcal.overview.plan import asked
 from stemcal.runs.answer import Watch, answer_all, ignore
 from stemcal.runs.executors import RunExecutor
@@ -22,6 +20,8 @@ from stemcal.stages.result import read_result
 from stemcal.stages.stage import STAGES, stage_called, stages_known, stages_of
 from stemcal.stages.verdict.result import Verdict
 from stemcal.stages.verdict.verdict_rules import verdict_of
+from stemcal.storage.rows import Rows
+from stemcal.storage.typed import absent
 from stemcal.study.model import Study
 
 SCHEMA_VERSION = 2

@@ -11,7 +11,6 @@ from stemcal.cutting import CuttingResult
 from stemcal.drawing.showing import Setting
 from stemcal.drawing.table import Column, Table
 from stemcal.errors import UsageError
-from stemcal.files.rows import Rows
 from stemcal.naming import Names
 from stemcal.overview.status import Entry, ledger
 from stemcal.report.figures.curves import force_travel
@@ -27,6 +26,7 @@ from stemcal.stages.stage import STAGES, stages_known
 from stemcal.stages.verdict.result import Verdict
 from stemcal.stages.verdict.verdict_rules import verdict_of
 from stemcal.stages.verdict.words import lines
+from stemcal.storage.rows import Rows
 from stemcal.study.model import Study
 from stemcal.words import did_you_mean
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from stemcal.drawing.plot import Plot
-from stemcal.files.durable import write_atomic
+from stemcal.storage.atomic import write_atomic
 
 
 @dataclass(frozen=True)

@@ -9,14 +9,14 @@ from stemcal.drawing.columns import starred
 from stemcal.drawing.plot import Plot
 from stemcal.drawing.showing import RANGE, Setting, names_of
 from stemcal.drawing.table import Column, Table, showable
-from stemcal.files.durable import make_folder, write_atomic
-from stemcal.files.encodings import csv_text, in_a_line
 from stemcal.numbers import significant
 from stemcal.report.docx import PaperTable
 from stemcal.report.outcome import cited_ranges, showing_of
 from stemcal.report.tables.of_designs import design_tables
 from stemcal.report.tables.setting import factors_table
 from stemcal.stages.results import Results
+from stemcal.storage.atomic import make_folder, write_atomic
+from stemcal.storage.encodings import csv_text, in_a_line
 from stemcal.study.model import Factor, Study
 
 

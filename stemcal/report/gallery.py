@@ -9,13 +9,13 @@ from stemcal.cutting.end_state import Shape
 from stemcal.drawing.plot import Plot
 from stemcal.drawing.showing import Setting
 from stemcal.drawing.style import resize, save
-from stemcal.files.durable import make_folder, write_atomic
 from stemcal.numbers import short
 from stemcal.report.figures.curves import energies, force_travel, measured_band
 from stemcal.report.figures.fracture import fracture
 from stemcal.report.outcome import showing_of
 from stemcal.report.records import Details, Records
 from stemcal.stages.results import Results
+from stemcal.storage.atomic import make_folder, write_atomic
 from stemcal.study.model import Study
 
 

@@ -4,7 +4,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from stemcal.files.typed import from_json
 from stemcal.naming import DIAMETER
 from stemcal.note import Note
 from stemcal.numbers import duration
@@ -13,6 +12,7 @@ from stemcal.solvers.program import file_hash
 from stemcal.stages.result import StageResult
 from stemcal.stages.results import Results
 from stemcal.stages.stage import stage_called
+from stemcal.storage.typed import from_json
 from stemcal.study.model import Study
 from stemcal.words import counted
 

@@ -13,15 +13,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stemcal.files.durable import key_of
-from stemcal.files.log import now
-from stemcal.files.typed import absent
 from stemcal.naming import CUTTING, FIRST, Naming
 from stemcal.note import Note, Remedy
 from stemcal.registry import code_of
 from stemcal.runs.study_folder import provenance
 from stemcal.solvers.protocol import RESPONSES, Answer, Request, Solver
 from stemcal.solvers.replicates import Replicates
+from stemcal.storage.canonical import key_of
+from stemcal.storage.log import now
+from stemcal.storage.typed import absent
 from stemcal.study.types.field_types import MOST
 from stemcal.words import series
 

@@ -8,11 +8,11 @@ from concurrent.futures import Future
 from dataclasses import replace
 
 from stemcal.errors import SimulationFailed, Waiting
-from stemcal.files.log import now
 from stemcal.runs.executors import ClusterLost, RunExecutor, WorkerDied
 from stemcal.runs.record import ACCIDENTS, TIMEOUT, Computed, Run
 from stemcal.runs.study_folder import provenance
 from stemcal.solvers.protocol import Answer, Request
+from stemcal.storage.log import now
 from stemcal.time_limit import RunTimedOut, next_of
 
 logger = logging.getLogger(__name__)

@@ -22,10 +22,12 @@ from typing import Any, Self
 from filelock import FileLock, Timeout
 
 from stemcal.errors import FolderLocked, StemcalError, UsageError
-from stemcal.files.durable import key_of, make_folder, read_plain, refuse_link, remove_leftovers, write_atomic
-from stemcal.files.encodings import in_a_line
-from stemcal.files.log import append, now
-from stemcal.files.sealed import Broken, opened, sealed
+from stemcal.storage.atomic import make_folder, refuse_link, remove_leftovers, write_atomic
+from stemcal.storage.canonical import key_of
+from stemcal.storage.encodings import in_a_line
+from stemcal.storage.log import append, now
+from stemcal.storage.plain import read_plain
+from stemcal.storage.sealed import Broken, opened, sealed
 
 logger = logging.getLogger(__name__)
 

@@ -13,7 +13,6 @@ from stemcal.fem.frames import FrameWriter
 from stemcal.fem.material import Material
 from stemcal.fem.model import Integration
 from stemcal.fem.warm import compile_once, is_compiled, warm
-from stemcal.files.typed import to_json
 from stemcal.solvers.cost import seconds
 from stemcal.solvers.film import Film
 from stemcal.solvers.laboratory_runs import (
@@ -31,6 +30,7 @@ from stemcal.solvers.measures import curve_scores, kept_curve, kept_rows
 from stemcal.solvers.options import BREAK_DROP, EmbeddedSolver
 from stemcal.solvers.protocol import RESPONSES, Answer, Request, Solver
 from stemcal.solvers.replicates import MOST_SEED, seed_of
+from stemcal.storage.typed import to_json
 from stemcal.study.model import DAMPING, GAP, LaboratorySection, PieceSection, Study
 from stemcal.study.types.field_types import Length
 

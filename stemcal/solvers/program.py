@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import Any, ClassVar, Generic, Self, TypeVar, cast
 
 from stemcal.errors import SimulationFailed, UsageError
-from stemcal.files.durable import key_of, make_folder, open_plain, write_atomic
 from stemcal.naming import FIRST
 from stemcal.processes import Ended, run_program
 from stemcal.solvers.measures import curve_scores, kept_curve
@@ -21,6 +20,9 @@ from stemcal.solvers.options import CommandSolver, ProgramOptions
 from stemcal.solvers.protocol import RESPONSES, Answer, Request, Solver
 from stemcal.solvers.readers import read_curve, read_number
 from stemcal.solvers.replicates import seed_of, values_of
+from stemcal.storage.atomic import make_folder, write_atomic
+from stemcal.storage.canonical import key_of
+from stemcal.storage.plain import open_plain
 from stemcal.study.model import Study
 from stemcal.study.types.named import fill, template_bytes
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, ClassVar
 
-from stemcal.files.encodings import in_a_line, visible
 from stemcal.naming import CUTTING, Naming
+from stemcal.storage.encodings import in_a_line, visible
 
 
 @dataclass(frozen=True)

@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stemcal.errors import SimulationFailed
-from stemcal.files.durable import MIB, read_plain
-from stemcal.files.encodings import lenient
 from stemcal.solvers.result_reader import ResultReader
+from stemcal.storage.encodings import lenient
+from stemcal.storage.plain import MIB, read_plain
 
 Array = NDArray[np.float64]
 # 1.5, -.5E+3, 1.5D-3, 1.5-101 (an exponent of three digits takes the letter's place). Unlike Python, not:

@@ -5,9 +5,9 @@ import json
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from stemcal.files.typed import absent
 from stemcal.naming import CUTTING, FIRST, Naming
 from stemcal.solvers.protocol import Request
+from stemcal.storage.typed import absent
 from stemcal.study.types.named import REPLICATE, SEED
 
 MOST_SEED = 900_000_000  # the largest that LAMMPS takes

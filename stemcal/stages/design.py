@@ -9,11 +9,11 @@ import numpy as np
 
 from stemcal.doe.coding import Array, Coding
 from stemcal.errors import UsageError
-from stemcal.files.rows import Rows
 from stemcal.note import Note
 from stemcal.runs.record import Outcome
 from stemcal.solvers.protocol import Request
 from stemcal.stages.result import DesignRun, DesignRuns
+from stemcal.storage.rows import Rows
 from stemcal.study.model import Study
 
 _LEVEL_TOLERANCE = 1e-6

@@ -12,11 +12,11 @@ from stemcal.doe.calibration.region import Region
 from stemcal.doe.coding import Array, Coding
 from stemcal.doe.regression.anova import AnovaRow, Coefficient
 from stemcal.doe.regression.surface import Surface, fit_surface
-from stemcal.files.rows import Rows
-from stemcal.files.typed import Spread, absent, inline
 from stemcal.naming import CUTTING, FIRST, Named, Names, Naming
 from stemcal.runs.record import Outcome
 from stemcal.stages.result import CodedScale, DesignRun, DesignRuns, StageResult
+from stemcal.storage.rows import Rows
+from stemcal.storage.typed import Spread, absent, inline
 from stemcal.study.model import Study, Target
 
 

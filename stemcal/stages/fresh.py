@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import Any
 
 from stemcal.errors import UsageError
-from stemcal.files.durable import digest, holds
 from stemcal.naming import FIRST
 from stemcal.registry import code_version
 from stemcal.runs.answer import Progress, Watch, ignore
@@ -25,6 +24,8 @@ from stemcal.solvers.program import file_hash
 from stemcal.solvers.protocol import Request, Solver
 from stemcal.stages.result import Head, R, StageResult, read_result
 from stemcal.stages.stage import STAGES, Stage, calibrating, stage_called, stages_of
+from stemcal.storage.canonical import digest
+from stemcal.storage.plain import holds
 from stemcal.study.model import TESTS, Study
 from stemcal.version import __version__
 

@@ -10,13 +10,14 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self, TypeVar
 
 from stemcal.drawing.table import Table
 from stemcal.errors import UsageError
-from stemcal.files.durable import plain, write_atomic
-from stemcal.files.rows import Rows
-from stemcal.files.typed import Spread, absent, from_json, inline, to_json
 from stemcal.naming import CUTTING, Naming
 from stemcal.note import Note
 from stemcal.runs.record import Outcome
 from stemcal.runs.study_folder import StudyFolder
+from stemcal.storage.atomic import write_atomic
+from stemcal.storage.canonical import plain
+from stemcal.storage.rows import Rows
+from stemcal.storage.typed import Spread, absent, from_json, inline, to_json
 
 if TYPE_CHECKING:
     import pandas as pd

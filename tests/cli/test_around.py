@@ -12,8 +12,8 @@ from commanding import REPLAY, ROOT, SMOKE, command, undrawn
 
 from stemcal.cli.explain import look_up
 from stemcal.cli.spec import _say_plan
-from stemcal.files.rows import Rows
 from stemcal.overview.plan import plan
+from stemcal.storage.rows import Rows
 from stemcal.study.reading import load_study
 from stemcal.study.reading.json_schema import meanings
 

@@ -10,9 +10,9 @@ import pytest
 from commanding import REPLAY, command
 from fakes import SPEC, SpecSolver, force, lines
 
-from stemcal.files.sealed import sealed
 from stemcal.registry import code_version
 from stemcal.runs.study_folder import StudyFolder
+from stemcal.storage.sealed import sealed
 from stemcal.study.model import SOLVERS
 
 pytestmark = pytest.mark.usefixtures("without_workers")

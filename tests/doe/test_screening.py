@@ -10,9 +10,9 @@ from statsmodels.stats.anova import anova_lm
 from stemcal.doe.designs import plackett_burman
 from stemcal.doe.lenth import lenth
 from stemcal.errors import RunsFailed, UsageError
-from stemcal.files.typed import to_json
 from stemcal.stages.screen.analysis import analyse_screening
 from stemcal.stages.screen.result import Screening
+from stemcal.storage.typed import to_json
 
 NAMES = [f"X{i}" for i in range(1, 10)]
 

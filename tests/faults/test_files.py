@@ -13,7 +13,6 @@ from fakes import FakeSolver, lines, make_study
 from trying import CONFIGS, POINTS, POSIX, command, finished, results, trials
 
 from stemcal.errors import StemcalError
-from stemcal.files.sealed import sealed
 from stemcal.overview.status import inspect, status
 from stemcal.report.export import study_tables
 from stemcal.runs import study_folder as module_of_folders
@@ -21,6 +20,7 @@ from stemcal.runs.executors import InlineExecutor
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.stages.fresh import changes_since
 from stemcal.stages.results import fresh_results
+from stemcal.storage.sealed import sealed
 from stemcal.study.model import Study
 from stemcal.study.reading import load_study
 

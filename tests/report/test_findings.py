@@ -5,11 +5,11 @@ from typing import Any
 
 from rich.console import Console
 
-from stemcal.files.rows import Rows
 from stemcal.report.outcome import tables_of
 from stemcal.report.terminal import stage_tables
 from stemcal.stages.invert.result import JointFitted, JointRow
 from stemcal.stages.validate.result import FurtherRow
+from stemcal.storage.rows import Rows
 
 
 def printed(stage: Any) -> str:

@@ -4,11 +4,11 @@ from dataclasses import replace
 from typing import Any
 
 from stemcal.drawing.table import MOST_ROWS
-from stemcal.files.rows import Rows
 from stemcal.naming import Named, Names, Naming
 from stemcal.report.outcome import tables_of
 from stemcal.stages.validate.figures import MOST_RESPONSES, plots
 from stemcal.stages.validate.result import FurtherRow, ValidateResult
+from stemcal.storage.rows import Rows
 
 PLACES, NAMES = range(1, 101), [f"r{number}" for number in range(10)]
 NAMING = Naming(Named("place", "Place", "p", "mm"), tuple(Named(name, name, name, "N") for name in NAMES))

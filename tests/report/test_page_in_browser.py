@@ -18,7 +18,6 @@ import numpy as np
 import pytest
 from fakes import SPEC, FakeSolver
 
-from stemcal.files.rows import Rows
 from stemcal.report.page import _Shown, render, shown
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers.protocol import RESPONSES, Answer, Request
@@ -29,6 +28,7 @@ from stemcal.stages.rsm.analysis import rsm
 from stemcal.stages.rsm.profiler import profiler_data
 from stemcal.stages.rsm.result import RsmResult
 from stemcal.stages.verdict.verdict_rules import verdict_of
+from stemcal.storage.rows import Rows
 from stemcal.study.reading import load_study
 
 playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed (extra test-browser)")

@@ -18,10 +18,10 @@ from hypothesis import strategies as st
 
 from stemcal.drawing.table import Table
 from stemcal.errors import FolderLocked, StemcalError, UsageError
-from stemcal.files import durable
-from stemcal.files.durable import as_json, canonical, digest
-from stemcal.files.sealed import sealed
 from stemcal.runs.study_folder import StudyFolder
+from stemcal.storage import atomic
+from stemcal.storage.canonical import as_json, canonical, digest
+from stemcal.storage.sealed import sealed
 
 IDENTITY = {"solver": "known", "levels": {"a": 1.5}}
 KEY = digest(IDENTITY)[:32]
@@ -115,7 +115,7 @@ def test_junk_is_damage(folder: StudyFolder, junk: bytes) -> None:
 
 def test_a_record_that_has_grown_beyond_reason_is_damage(folder: StudyFolder, monkeypatch: pytest.MonkeyPatch) -> None:
     folder.save(record())
-    monkeypatch.setattr("stemcal.files.sealed.MAX_BYTES", 100)
+    monkeypatch.setattr("stemcal.storage.sealed.MAX_BYTES", 100)
     assert folder.peek(KEY) is None
 
 
@@ -207,7 +207,7 @@ def test_a_stage_file_of_another_version_is_told(folder: StudyFolder) -> None:
 
 def test_tables_are_the_same_on_every_system(folder: StudyFolder) -> None:
     table = Table.of(("factor", "value"), [{"factor": "a,b", "value": 0.1}, {"factor": "é"}])
-    durable.write_atomic(folder.path / "t.csv", table.csv())
+    atomic.write_atomic(folder.path / "t.csv", table.csv())
     assert (folder.path / "t.csv").read_bytes() == 'factor,value\n"a,b",0.1\né,\n'.encode()
 
 
@@ -216,8 +216,8 @@ def test_tables_are_the_same_on_every_system(folder: StudyFolder) -> None:
 
 LOCKER = """
 import sys, time
-from stemcal.files.rows import Table
-from stemcal.files.sealed import sealed
+from stemcal.drawing.table import Table
+from stemcal.storage.sealed import sealed
 from stemcal.runs.study_folder import StudyFolder
 with StudyFolder(sys.argv[1]):
     print("locked", flush=True)
@@ -303,7 +303,7 @@ def test_a_failing_disk_loses_nothing(
         if step == "fsync":
             patch.setattr(os, "fsync", fail)
         elif step == "_replace":
-            patch.setattr(durable, "_replace", fail)
+            patch.setattr(atomic, "_replace", fail)
         else:
             patch.setattr(Path, "open", fail)
         with pytest.raises(StemcalError, match="then repeat the command; finished runs are kept"):

@@ -3,10 +3,10 @@
 from pathlib import Path
 
 from stemcal.fem.kernels.plasticity import rate_factor
-from stemcal.files.durable import digest
 from stemcal.solvers import make_solver
 from stemcal.solvers.embedded import Embedded, shear_test
 from stemcal.solvers.protocol import Request
+from stemcal.storage.canonical import digest
 from stemcal.study.reading import load_study
 from stemcal.study.rules.factors import wrong_levels
 

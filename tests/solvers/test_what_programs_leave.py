@@ -12,11 +12,11 @@ from pathlib import Path
 import pytest
 
 from stemcal.errors import SimulationFailed, UsageError
-from stemcal.files.durable import open_plain, read_plain
 from stemcal.solvers.deck.lsdyna import contact_force as rcforc_force
 from stemcal.solvers.deck.lsdyna import failed_elements, tail
 from stemcal.solvers.deck.openradioss_output import contact_force, deleted_elements, starter_errors, values_not_read
 from stemcal.solvers.readers import read_text
+from stemcal.storage.plain import open_plain, read_plain
 
 posix = pytest.mark.skipif(sys.platform == "win32", reason="there are no such signals and files")
 WRITTEN = {"ro": 1.1e-9, "e": 1000.0, "pr": 0.3, "sigy": 15.0, "etan": 0.5, "fail": 0.03, "c": 0.0, "p": 0.0}

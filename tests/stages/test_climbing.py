@@ -10,7 +10,6 @@ import workflow
 from fakes import FakeSolver, make_study
 
 from stemcal.errors import UsageError, Waiting
-from stemcal.files.rows import Rows
 from stemcal.naming import CUTTING, Names
 from stemcal.report.export import study_tables
 from stemcal.runs.executors import InlineExecutor
@@ -22,6 +21,7 @@ from stemcal.stages.climb.showing import ClimbShowing
 from stemcal.stages.refine.result import RefineResult
 from stemcal.stages.result import Head, read_result
 from stemcal.stages.results import Results
+from stemcal.storage.rows import Rows
 from stemcal.study.reading import load_study
 
 CONFIGS = Path(__file__).parents[2] / "configs"

@@ -9,13 +9,13 @@ from fakes import FakeSolver, lines, make_study
 
 from stemcal.doe.coding import Coding
 from stemcal.errors import SpecError, UsageError
-from stemcal.files.typed import to_json
 from stemcal.overview.plan import judged, plan
 from stemcal.runs.executors import InlineExecutor
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.stages.design import Design
 from stemcal.stages.rsm.analysis import surface_design
 from stemcal.stages.screen.analysis import screening_design
+from stemcal.storage.typed import to_json
 
 THREE = "rsm: {{factors: [yield_stress, failure_strain, strain_rate_c], {}}}\n"
 

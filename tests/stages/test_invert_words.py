@@ -6,10 +6,10 @@ from typing import Any
 import pytest
 
 from stemcal.doe.comparison import Formula
-from stemcal.files.rows import Rows
 from stemcal.naming import Names
 from stemcal.stages.invert import words
 from stemcal.stages.invert.result import InvertResult, JointFitted, JointRow
+from stemcal.storage.rows import Rows
 
 LABELLED = Names(labels={"yield_stress": "Yield stress"})
 

@@ -4,7 +4,6 @@ from typing import Any
 
 import pytest
 
-from stemcal.files.rows import Rows
 from stemcal.naming import Names
 from stemcal.note import SEVERITIES, energy_drifts
 from stemcal.report.outcome import notes_of_all, read_first
@@ -14,6 +13,7 @@ from stemcal.stages.rsm.showing import RsmShowing
 from stemcal.stages.screen.analysis import analyse_screening
 from stemcal.stages.screen.result import ScreenResult
 from stemcal.stages.screen.showing import ScreenShowing
+from stemcal.storage.rows import Rows
 
 screen, surface = ScreenShowing(), RsmShowing()
 NAMES = Names(labels={"yield_stress": "Yield stress"})

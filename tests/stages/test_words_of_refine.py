@@ -4,13 +4,13 @@ from dataclasses import replace
 
 import pytest
 
-from stemcal.files.rows import Rows
 from stemcal.naming import Names, program
 from stemcal.runs.record import Outcome
 from stemcal.stages.refine.analysis import notes_of
 from stemcal.stages.refine.result import AdjustedFactor, Model, RefineResult, RefineRow, RefineRun, Stopped
 from stemcal.stages.refine.showing import RefineShowing
 from stemcal.stages.result import Head
+from stemcal.storage.rows import Rows
 
 STEM = Names()
 tables = RefineShowing().tables

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from stemcal.drawing.table import Column, Table
-from stemcal.files.typed import inline
+from stemcal.storage.typed import inline
 from stemcal.note import Note
 from stemcal.numbers import fixed
 from stemcal.drawing.showing import Showing

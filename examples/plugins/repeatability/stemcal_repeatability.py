@@ -15,7 +15,6 @@ from stemcal.drawing.showing import Setting, Showing
 from stemcal.drawing.style import BLUE, Figure, new_figure
 from stemcal.drawing.table import Column, Table
 from stemcal.errors import RunsFailed
-from stemcal.files.typed import inline
 from stemcal.naming import Names
 from stemcal.note import Note
 from stemcal.numbers import significant
@@ -24,6 +23,7 @@ from stemcal.solvers import make_solver
 from stemcal.stages.result import Head, StageResult
 from stemcal.stages.stage import Stage
 from stemcal.stages.work import Work, a_stage
+from stemcal.storage.typed import inline
 from stemcal.study.model import Study
 from stemcal.study.types.field_types import Frozen
 

@@ -30,9 +30,9 @@ from stemcal.doe.regression.least_squares import (
     t_quantile,
 )
 from stemcal.errors import UsageError
-from stemcal.files.rows import Rows
 from stemcal.naming import Names
 from stemcal.note import Note
+from stemcal.storage.rows import Rows
 from stemcal.words import counted
 
 ROUGH_PERCENT = 3.0

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from stemcal.cutting.end_state import Shape
 from stemcal.drawing.style import BLUE, FAINT, INK, ORANGE, Axes, Figure, new_figure
-from stemcal.files.durable import refuse_link
 from stemcal.numbers import fixed
 from stemcal.solvers.film import Frame
+from stemcal.storage.atomic import refuse_link
 
 Array = NDArray[np.float64]
 

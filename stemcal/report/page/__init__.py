@@ -19,7 +19,6 @@ from stemcal.drawing.plot import Plot, Shared, inline
 from stemcal.drawing.showing import Setting
 from stemcal.drawing.table import Table, showable
 from stemcal.errors import UsageError
-from stemcal.files.durable import write_atomic
 from stemcal.naming import Names, small
 from stemcal.numbers import short
 from stemcal.report.gallery import gallery
@@ -35,6 +34,7 @@ from stemcal.stages.stage import stage_called, stages_of
 from stemcal.stages.verdict.result import Verdict
 from stemcal.stages.verdict.verdict_rules import verdict_of
 from stemcal.stages.verdict.words import uses, word
+from stemcal.storage.atomic import write_atomic
 from stemcal.study.model import Study
 from stemcal.words import counted, series
 

@@ -5,7 +5,6 @@ from functools import partial
 from pathlib import Path
 from typing import Any, ClassVar
 
-from stemcal.files.durable import write_atomic
 from stemcal.solvers.deck import lsdyna, openradioss
 from stemcal.solvers.deck.keywords import DeckForm, form_of
 from stemcal.solvers.deck.model import Deck
@@ -14,6 +13,7 @@ from stemcal.solvers.deck.writer import DECK, STARTER_INPUT, deck_text, starter_
 from stemcal.solvers.options import DeckSolver
 from stemcal.solvers.program import Inputs, Program, executable
 from stemcal.solvers.protocol import Answer, Request
+from stemcal.storage.atomic import write_atomic
 
 __all__ = ["Deck", "DeckForm", "deck_text"]
 

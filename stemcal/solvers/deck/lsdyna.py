@@ -8,8 +8,6 @@ from pathlib import Path
 import numpy as np
 
 from stemcal.errors import SimulationFailed
-from stemcal.files.durable import open_plain
-from stemcal.files.encodings import lenient
 from stemcal.processes import Ended
 from stemcal.solvers.deck.contact_card import BLADE_CONTACT
 from stemcal.solvers.deck.peak import ContactForce
@@ -18,6 +16,8 @@ from stemcal.solvers.options import DeckSolver
 from stemcal.solvers.program import code_is_zero, run_command
 from stemcal.solvers.protocol import Answer
 from stemcal.solvers.readers import NUMBER, read_text, required_number
+from stemcal.storage.encodings import lenient
+from stemcal.storage.plain import open_plain
 
 FORCES = "rcforc"
 # Where LS-DYNA reports its termination, besides its standard output; MPP writes a file per process.

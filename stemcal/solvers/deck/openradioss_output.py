@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 
 from stemcal.errors import SimulationFailed
-from stemcal.files.durable import write_atomic
 from stemcal.note import nothing_deleted
 from stemcal.processes import Ended
 from stemcal.solvers.deck.contact_card import BLADE_CONTACT
@@ -26,6 +25,7 @@ from stemcal.solvers.deck.writer import (
 from stemcal.solvers.program import OUTPUT, code_is_zero
 from stemcal.solvers.protocol import Answer
 from stemcal.solvers.readers import NUMBER, read_text, required_number
+from stemcal.storage.atomic import write_atomic
 
 # No pattern goes beyond a line, or over the same letters twice: a listing of nothing but line ends takes no time.
 _ERROR = re.compile(r"^ERROR ID :.*(?:\n(?!ERROR ID :|[ \t]*\.\.).*\S.*){0,6}", re.MULTILINE)

@@ -8,12 +8,12 @@ from numpy.typing import NDArray
 
 from stemcal.cutting.result import break_row, moving_mean, short_stroke
 from stemcal.errors import SimulationFailed
-from stemcal.files.typed import to_json
 from stemcal.measured.curve_modes import CurveModes
 from stemcal.note import Note
 from stemcal.solvers.measures import curve_scores, kept_curve
 from stemcal.solvers.options import BREAK_DROP, DeckSolver
 from stemcal.solvers.protocol import RESPONSES, Answer
+from stemcal.storage.typed import to_json
 from stemcal.study.model import GAP, LoadingSection
 
 Array = NDArray[np.float64]

@@ -11,13 +11,14 @@ from pathlib import Path
 from typing import Any
 
 from stemcal.errors import UsageError, Waiting
-from stemcal.files.durable import make_folder, read_plain
 from stemcal.solvers.options import SheetSolver
 from stemcal.solvers.program import Inputs
 from stemcal.solvers.protocol import Answer, Request, Solver
 from stemcal.solvers.replicates import seed_of, values_of
 from stemcal.solvers.sheet.row_checks import RowRefused, Unread, first_of, number_in, other_level, result_in
 from stemcal.solvers.sheet.run_sheet import MAX_BYTES, Filled, filled, run_name
+from stemcal.storage.atomic import make_folder
+from stemcal.storage.plain import read_plain
 from stemcal.study.model import Study
 
 SHEET_VERSION = 1

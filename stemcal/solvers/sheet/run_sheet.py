@@ -10,11 +10,11 @@ from pathlib import Path
 from typing import Any, Literal, Self
 
 from stemcal.errors import UsageError
-from stemcal.files.durable import MIB
 from stemcal.measured.cells import Line, decoded, is_workbook
 from stemcal.measured.cells import sheets as tables_of
 from stemcal.naming import Named
 from stemcal.solvers.protocol import Request
+from stemcal.storage.plain import MIB
 from stemcal.study.model import Study
 from stemcal.words import counted, did_you_mean, listed
 

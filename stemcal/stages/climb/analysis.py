@@ -13,7 +13,6 @@ from numpy.typing import ArrayLike
 from stemcal.doe.coding import Array
 from stemcal.doe.comparison import error_percent
 from stemcal.errors import RunsFailed, UsageError
-from stemcal.files.rows import Rows
 from stemcal.naming import Names
 from stemcal.note import Note, Remedy
 from stemcal.numbers import minus
@@ -25,6 +24,7 @@ from stemcal.stages.result import CodedScale, DesignRuns, Head
 from stemcal.stages.rsm.options import RsmOptions, surface_factors
 from stemcal.stages.screen.result import ScreenResult
 from stemcal.stages.work import SimulateAt, Work, a_stage
+from stemcal.storage.rows import Rows
 from stemcal.study.model import Study
 from stemcal.words import counted
 

@@ -5,11 +5,11 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from stemcal.drawing.table import Table
-from stemcal.files.rows import Rows
-from stemcal.files.typed import Spread, inline
 from stemcal.note import Note
 from stemcal.runs.record import Outcome
 from stemcal.stages.result import CodedScale, Head, StageResult
+from stemcal.storage.rows import Rows
+from stemcal.storage.typed import Spread, inline
 
 
 @dataclass(frozen=True)

@@ -14,13 +14,13 @@ from stemcal.drawing.showing import RANGE, Setting, Showing
 from stemcal.drawing.style import BLUE, FAINT, INK, Figure, axis_of, new_figure
 from stemcal.drawing.table import Column, Table
 from stemcal.errors import UsageError
-from stemcal.files.typed import to_json
 from stemcal.naming import Names
 from stemcal.numbers import MISSING, fixed, interval, short, significant, unit_written
 from stemcal.stages.fitting import Surfaces, fit_of_study
 from stemcal.stages.invert import words
 from stemcal.stages.invert.result import Certainty, InvertResult, JointFitted
 from stemcal.stages.invert.words import assumptions, range_to_cite, valid_for
+from stemcal.storage.typed import to_json
 from stemcal.study.model import Study
 
 _JOINT = "Fitted together"

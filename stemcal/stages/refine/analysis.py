@@ -7,7 +7,6 @@ from math import inf
 from stemcal.doe.calibration.search_path import Mover, SearchPath, ends_of
 from stemcal.doe.comparison import error_percent
 from stemcal.errors import UsageError
-from stemcal.files.rows import Rows
 from stemcal.naming import FIRST, Names, program
 from stemcal.note import Note, Remedy
 from stemcal.runs.answer import ignore
@@ -21,6 +20,7 @@ from stemcal.stages.refine.result import AdjustedFactor, Model, RefineResult, Re
 from stemcal.stages.refine.steps import SurfaceSteps
 from stemcal.stages.result import Head, Interval
 from stemcal.stages.work import Work, a_stage
+from stemcal.storage.rows import Rows
 from stemcal.study.model import Study, Target
 from stemcal.study.types.units import from_internal
 from stemcal.words import counted, listed

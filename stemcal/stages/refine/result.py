@@ -5,13 +5,13 @@ from dataclasses import dataclass, field
 from typing import ClassVar
 
 from stemcal.drawing.table import Table
-from stemcal.files.rows import Rows
-from stemcal.files.typed import absent, inline
 from stemcal.naming import Names
 from stemcal.note import Note
 from stemcal.runs.record import Outcome
 from stemcal.stages.loop import RefineRun, Stopped
 from stemcal.stages.result import Head, Interval, StageResult
+from stemcal.storage.rows import Rows
+from stemcal.storage.typed import absent, inline
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,6 @@ from stemcal.doe.regression.backward_elimination import ReductionStep, reduce_su
 from stemcal.doe.regression.canonical import canonical_analysis
 from stemcal.doe.regression.surface import Surface, fit_surface
 from stemcal.errors import RunsFailed, UsageError
-from stemcal.files.rows import Rows
 from stemcal.naming import FIRST, Names
 from stemcal.note import Note, Remedy
 from stemcal.runs.answer import reasons_given
@@ -31,6 +30,7 @@ from stemcal.stages.rsm.options import RsmOptions, surface_factors
 from stemcal.stages.rsm.result import RsmResult
 from stemcal.stages.stage import stage_called
 from stemcal.stages.work import Work, a_stage, repeats_itself
+from stemcal.storage.rows import Rows
 from stemcal.study.model import Study, Target
 from stemcal.words import counted, series
 

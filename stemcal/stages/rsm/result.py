@@ -15,13 +15,13 @@ from stemcal.doe.regression.anova import AnovaRow, Coefficient, RunDiagnostics
 from stemcal.doe.regression.backward_elimination import ReductionStep
 from stemcal.doe.regression.canonical import Shape
 from stemcal.drawing.table import Table
-from stemcal.files.rows import Rows
-from stemcal.files.typed import absent, inline, to_json
 from stemcal.naming import Names
 from stemcal.note import Note
 from stemcal.runs.record import Outcome
 from stemcal.stages.fitting import AtCondition, FactorCoding, Surfaces
 from stemcal.stages.result import CodedScale, DesignRuns, Head, Interval
+from stemcal.storage.rows import Rows
+from stemcal.storage.typed import absent, inline, to_json
 
 _ANOVA = ("source", "sum_of_squares", "df", "mean_square", "f", "p", "stars")
 _BESIDE = ("value", "standard_error", "low", "high")

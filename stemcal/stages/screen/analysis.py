@@ -27,7 +27,6 @@ from stemcal.doe.lenth import FEWEST, Lenth
 from stemcal.doe.regression.least_squares import LeastSquares, fit_least_squares, require_estimable
 from stemcal.doe.regression.surface import flat_response
 from stemcal.errors import RunsFailed, UsageError
-from stemcal.files.rows import Rows
 from stemcal.naming import FIRST, Names
 from stemcal.note import Note
 from stemcal.numbers import signed_probability
@@ -40,6 +39,7 @@ from stemcal.stages.result import Head
 from stemcal.stages.screen.options import ScreenOptions
 from stemcal.stages.screen.result import LEAST_DF, Screening, ScreenResult
 from stemcal.stages.work import Work, a_stage
+from stemcal.storage.rows import Rows
 from stemcal.study.model import Study
 from stemcal.words import counted
 

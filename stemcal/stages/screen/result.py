@@ -10,11 +10,11 @@ from stemcal.doe.effects import Curvature, Effect, Residual
 from stemcal.doe.lenth import Lenth
 from stemcal.doe.regression.least_squares import t_quantile
 from stemcal.drawing.table import Table
-from stemcal.files.rows import Rows
-from stemcal.files.typed import absent, inline
 from stemcal.note import Note
 from stemcal.runs.record import Outcome
 from stemcal.stages.result import DesignRuns, Head, StageResult
+from stemcal.storage.rows import Rows
+from stemcal.storage.typed import absent, inline
 
 LEAST_DF = 3
 """Residual degrees of freedom from which the F test selects the factors."""

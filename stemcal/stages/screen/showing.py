@@ -9,10 +9,10 @@ from stemcal.drawing.plot import Plot
 from stemcal.drawing.showing import Setting, Showing
 from stemcal.drawing.style import BLUE, INK, ORANGE, Figure, new_figure, plain
 from stemcal.drawing.table import Column, Table
-from stemcal.files.typed import to_json
 from stemcal.naming import Names
 from stemcal.numbers import fixed, percent
 from stemcal.stages.screen.result import ScreenResult
+from stemcal.storage.typed import to_json
 from stemcal.words import series
 
 

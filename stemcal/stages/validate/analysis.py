@@ -10,7 +10,6 @@ import numpy as np
 
 from stemcal.doe.comparison import Formula, Validation, ValidationRow, compare_conditions, formula_elsewhere
 from stemcal.errors import UsageError
-from stemcal.files.rows import Rows
 from stemcal.naming import Names
 from stemcal.note import Note
 from stemcal.runs.record import Outcome, lower_bound_notes, merged
@@ -25,6 +24,7 @@ from stemcal.stages.result import Head
 from stemcal.stages.validate.options import ValidateOptions
 from stemcal.stages.validate.result import FurtherRow, ValidateResult, ValidateRow
 from stemcal.stages.work import Work, a_stage
+from stemcal.storage.rows import Rows
 from stemcal.study.model import Study, Target
 
 

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, ClassVar
 
 from stemcal.doe.comparison import Exponent, Formula, ValidationRow, error_percent
 from stemcal.drawing.table import Table
-from stemcal.files.rows import Rows
-from stemcal.files.typed import Spread, absent, inline
 from stemcal.naming import Names
 from stemcal.note import Note
 from stemcal.runs.record import Outcome
 from stemcal.stages.result import Head, Judged, StageResult
+from stemcal.storage.rows import Rows
+from stemcal.storage.typed import Spread, absent, inline
 
 if TYPE_CHECKING:
     from stemcal.stages.fitting import Measured

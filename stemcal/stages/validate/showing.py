@@ -6,11 +6,11 @@ from stemcal.drawing.columns import ERROR, condition, from_means, measured_of, s
 from stemcal.drawing.plot import Plot
 from stemcal.drawing.showing import Setting, Showing
 from stemcal.drawing.table import Column, Table
-from stemcal.files.typed import to_json
 from stemcal.naming import Names
 from stemcal.numbers import fixed, short, significant
 from stemcal.stages.validate import figures
 from stemcal.stages.validate.result import ValidateResult
+from stemcal.storage.typed import to_json
 
 _LEFT_OUT = Column("left_out_percent", "Left out", "%", fixed)
 

@@ -11,7 +11,7 @@ from typing import Any
 import yaml
 
 from stemcal.errors import SpecError, SpecProblem
-from stemcal.files.durable import open_plain
+from stemcal.storage.plain import open_plain, unreadable
 from stemcal.study.model import Study, StudyForm
 from stemcal.study.reading.sections import Sections, read_sections
 from stemcal.study.rules import Draft, factors, target_rules
@@ -61,10 +61,10 @@ def _content(path: Path) -> bytes:
         with open_plain(path) as file:
             return file.read(MAX_BYTES + 1)
     except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
         shown = f"{str(path)[:200]}{'…' if len(str(path)) > 200 else ''}"
-        wrong = f"the spec {reason}" if reason.startswith("is ") else f"the spec cannot be read: {reason}"
-        raise SpecError([SpecProblem(shown, 1, 1, "", wrong, "check the path of the spec")]) from None
+        raise SpecError(
+            [SpecProblem(shown, 1, 1, "", f"the spec {unreadable(error)}", "check the path of the spec")]
+        ) from None
 
 
 def _draft(data: Any, sections: Sections) -> Draft:

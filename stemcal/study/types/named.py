@@ -11,8 +11,8 @@ from typing import Any
 from pydantic import ValidationInfo
 from pydantic_core import core_schema
 
-from stemcal.files.durable import MIB, read_plain
 from stemcal.naming import CUTTING, DIAMETER, FIRST, FORCE, NOWHERE, Named, Naming
+from stemcal.storage.plain import MIB, read_plain
 from stemcal.study.types import units
 from stemcal.study.types.field_types import MOST, Quantity, complain
 

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple, NoReturn
 
 import yaml
 
-from stemcal.files.encodings import decode
+from stemcal.storage.encodings import decode
 
 MAX_BYTES = 1 << 20
 MAX_PROBLEMS = 100

@@ -8,7 +8,7 @@ from stemcal.doe.coding import term_columns, term_gradient, term_names
 from stemcal.doe.designs import central_composite
 from stemcal.doe.regression.surface import fit_surface
 from stemcal.errors import RunsFailed, UsageError
-from stemcal.files.typed import to_json
+from stemcal.storage.typed import to_json
 
 
 def told(surface):

@@ -2,7 +2,7 @@ import time
 
 import pytest
 
-from stemcal.files.encodings import decode
+from stemcal.storage.encodings import decode
 from stemcal.study.types.strict_yaml import MAX_BYTES, Document, Position, read_yaml, resolve
 
 

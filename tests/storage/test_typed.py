@@ -6,8 +6,8 @@ from typing import Any
 import pytest
 
 from stemcal.drawing.table import Table
-from stemcal.files.rows import Rows
-from stemcal.files.typed import Spread, absent, from_json, inline, to_json
+from stemcal.storage.rows import Rows
+from stemcal.storage.typed import Spread, absent, from_json, inline, to_json
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, TypeVar, get_args
 
-from stemcal.files.typed import to_json
+from stemcal.storage.typed import to_json
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 
 from stemcal.errors import StemcalError
-from stemcal.files.durable import holds, make_folder, write_atomic
+from stemcal.storage.atomic import make_folder, write_atomic
+from stemcal.storage.plain import holds
 
 
 def test_a_file_holds_just_this(tmp_path: Path) -> None:

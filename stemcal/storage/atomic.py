@@ -1,22 +1,14 @@
-"""Files that are there whole or not at all, and their JSON; only plain files are read."""
+"""Files that are written whole or not at all, in folders of stemcal's own."""
 
 import errno
-import hashlib
 import itertools
-import json
-import math
 import os
-import stat
 import time
-from collections.abc import Mapping
 from contextlib import suppress
-from io import BufferedReader
 from pathlib import Path
-from typing import Any
 
 from stemcal.errors import StemcalError
 
-MIB = 2**20
 _PREFIX = ".writing-"
 _counter = itertools.count()
 
@@ -96,56 +88,6 @@ def remove_leftovers(*folders: Path) -> None:
                 path.unlink()
 
 
-def as_json(content: Any) -> str:
-    """Return JSON for files: keys in the order given, two spaces, a newline at the end.
-
-    >>> print(as_json({"b": 0.1, "a": float("nan")}), end="")
-    {
-      "b": 0.1,
-      "a": null
-    }
-    """
-    return json.dumps(plain(content), ensure_ascii=False, indent=2, allow_nan=False) + "\n"
-
-
-def canonical(content: Any) -> str:
-    """Return the JSON text of a content, which does not depend on the order of its keys.
-
-    >>> canonical({"b": 1.0, "a": [1, None]})
-    '{"a":[1,null],"b":1.0}'
-    """
-    return json.dumps(plain(content), ensure_ascii=True, sort_keys=True, separators=(",", ":"), allow_nan=False)
-
-
-def digest(content: Any) -> str:
-    """Return the SHA-256 of a content's canonical JSON."""
-    return hashlib.sha256(canonical(content).encode("ascii")).hexdigest()
-
-
-def key_of(identity: Mapping[str, Any]) -> str:
-    """Return the name of the record of a run: a hash of what determines the answer."""
-    return digest(identity)[:32]
-
-
-def plain(content: Any) -> Any:
-    """Return a content in types of JSON: numpy numbers and arrays unpacked, NaN and infinity as None."""
-    if isinstance(content, float):  # numpy's float64 too
-        return float(content) if math.isfinite(content) else None
-    if isinstance(content, str):  # what UTF-8 cannot hold is spelled out
-        return content.encode("utf-8", "backslashreplace").decode("utf-8")
-    if content is None or isinstance(content, bool | int):
-        return content
-    if isinstance(content, Mapping):
-        return {str(key): plain(value) for key, value in content.items()}
-    if isinstance(content, list | tuple):
-        return [plain(value) for value in content]
-    if isinstance(content, Path):
-        return content.as_posix()
-    if hasattr(content, "tolist"):  # numpy
-        return plain(content.tolist())
-    raise TypeError(f"{type(content).__name__} cannot be written as JSON")
-
-
 def _replace(temporary: Path, path: Path) -> bool:
     """Rename; on Windows wait out a scanner or an indexer that has the file open for a moment."""
     for pause in (0.02, 0.1, 0.5, 1.0) if os.name == "nt" else ():
@@ -188,45 +130,3 @@ def _flush_folder(folder: Path) -> None:
     except OSError as error:
         if error.errno in (errno.EIO, errno.ENOSPC):
             raise
-
-
-# ---- read: only plain files, up to a limit
-
-
-def open_plain(path: Path) -> BufferedReader:
-    """Open a plain file for reading; a link to one is one.
-
-    Raises
-    ------
-    OSError
-        If there is none, or it is a folder, a device, a pipe or a socket.
-    """
-    mode = path.stat().st_mode  # before it is opened: a pipe without a writer would wait for one
-    if stat.S_ISDIR(mode):
-        raise IsADirectoryError(errno.EISDIR, "is a folder", str(path))
-    if not stat.S_ISREG(mode):
-        raise OSError(errno.EINVAL, "is a device, a pipe or a socket, not a file", str(path))
-    return path.open("rb")
-
-
-def read_plain(path: Path, most: int) -> bytes:
-    """Return the content of a plain file of at most `most` bytes.
-
-    Raises
-    ------
-    OSError
-        As `open_plain` does, or if the file is larger.
-    """
-    with open_plain(path) as file:
-        content = file.read(most + 1)
-    if len(content) > most:
-        raise OSError(errno.EFBIG, f"is larger than {most / MIB:.3g} MiB", str(path))
-    return content
-
-
-def holds(path: Path, content: bytes) -> bool:
-    """Return whether a plain file is there that holds just this."""
-    try:
-        return read_plain(path, len(content)) == content
-    except OSError:
-        return False

@@ -6,7 +6,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from stemcal.files.durable import MIB, as_json, digest, read_plain
+from stemcal.storage.canonical import as_json, digest
+from stemcal.storage.plain import MIB, read_plain, unreadable
 
 SEAL = "sha256"
 MAX_BYTES = 64 * MIB
@@ -42,8 +43,7 @@ def opened(path: Path) -> dict[str, Any]:
     except FileNotFoundError:
         raise
     except OSError as error:  # a folder or a device in its place, a file that may not be read, or is too large
-        why = error.strerror or ""
-        raise Broken(why if why.startswith("is ") else f"cannot be read: {why}") from None
+        raise Broken(unreadable(error)) from None
     content = _parsed(blob)
     if SEAL not in content:
         raise Broken("has no SHA-256 checksum")

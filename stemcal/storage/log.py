@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from stemcal.errors import StemcalError
-from stemcal.files.durable import plain, refuse_link
+from stemcal.storage.atomic import refuse_link
+from stemcal.storage.canonical import plain
 
 logger = logging.getLogger(__name__)
 

@@ -5,7 +5,7 @@ import io
 
 import pytest
 
-from stemcal.files.encodings import csv_text, visible
+from stemcal.storage.encodings import csv_text, visible
 
 HARMLESS = (
     *("yield_stress", "-4.75", "+1.5e-3", "-4.75 **", ".5", "<0.0001", "屈服应力"),

@@ -1,0 +1,65 @@
+"""Reading: only plain files, up to a limit."""
+
+import errno
+import stat
+from io import BufferedReader
+from pathlib import Path
+
+MIB = 2**20
+
+
+class NotPlain(OSError):
+    """A path at which there is no plain file, or one that is too large."""
+
+
+def unreadable(error: OSError | ValueError) -> str:
+    """Return why a file cannot be read, to be put after its name.
+
+    >>> unreadable(NotPlain(errno.EISDIR, "is a folder")), unreadable(OSError(errno.EACCES, "Permission denied"))
+    ('is a folder', 'cannot be read: Permission denied')
+    """
+    reason = str(getattr(error, "strerror", None) or error)
+    return reason if isinstance(error, NotPlain) else f"cannot be read: {reason}"
+
+
+def open_plain(path: Path) -> BufferedReader:
+    """Open a plain file for reading; a link to one is one.
+
+    Raises
+    ------
+    NotPlain
+        If it is a folder, a device, a pipe or a socket.
+    OSError
+        If there is no file, or it cannot be opened.
+    """
+    mode = path.stat().st_mode  # before it is opened: a pipe without a writer would wait for one
+    if stat.S_ISDIR(mode):
+        raise NotPlain(errno.EISDIR, "is a folder", str(path))
+    if not stat.S_ISREG(mode):
+        raise NotPlain(errno.EINVAL, "is a device, a pipe or a socket, not a file", str(path))
+    return path.open("rb")
+
+
+def read_plain(path: Path, most: int) -> bytes:
+    """Return the content of a plain file of at most `most` bytes.
+
+    Raises
+    ------
+    NotPlain
+        As `open_plain` does, or if the file is larger.
+    OSError
+        If there is no file, or it cannot be opened.
+    """
+    with open_plain(path) as file:
+        content = file.read(most + 1)
+    if len(content) > most:
+        raise NotPlain(errno.EFBIG, f"is larger than {most / MIB:.3g} MiB", str(path))
+    return content
+
+
+def holds(path: Path, content: bytes) -> bool:
+    """Return whether a plain file is there that holds just this."""
+    try:
+        return read_plain(path, len(content)) == content
+    except OSError:
+        return False
