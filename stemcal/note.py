@@ -128,6 +128,16 @@ def hourglass_energy(percent: float) -> Note:
     return Note("hourglass_energy", "warning", text, Remedy("Use smaller elements (`solver.element_size`)."))
 
 
+def rate_above_law(rate: float, c: float, factor: float) -> Note:
+    """Return the warning that a strain rate (1/s) exceeds C of the law 1 + (rate/C)^P, which then is `factor`."""
+    text = (
+        f"The strain rate reaches {rate:.3g}/s before the peak force and exceeds C = {c:.3g}/s. There, "
+        f"`rate_law: paper` multiplies the yield stress by {factor:.2g}, and the force depends on the mesh."
+    )
+    remedy = Remedy("Use `rate_law: cowper_symonds` under `solver`.", "solver: {rate_law: cowper_symonds}")
+    return Note("rate_above_law", "warning", text, remedy)
+
+
 def force_after_break(travel: float, force: float, peak: float) -> Note:
     """Return the warning that the force exceeds its peak after the stem has broken; travel in mm, forces in N."""
     text = (

@@ -63,7 +63,7 @@ def shear(test: ShearTest, inspect: Inspect | None = None) -> CuttingResult:
     wall = time.perf_counter() - started
     curve = force_history(test.loading, how, history, scale)
     broken = break_row(curve.force_filtered, curve.deleted, how.break_drop)
-    result = evaluate(curve, history, broken, len(model.mesh.hexes), wall)
+    result = evaluate(curve, history, test.material, broken, len(model.mesh.hexes), wall)
     return replace(result, shape=shape_of(model, history, how.symmetry))
 
 

@@ -10,6 +10,7 @@ from stemcal.cutting.end_state import Shape
 from stemcal.cutting.parts import Discretisation, Loading
 from stemcal.errors import SimulationFailed
 from stemcal.fem.kernels.nodes import EDGE, FRICTION, SURFACE
+from stemcal.fem.material import Material
 from stemcal.fem.stepper import History
 from stemcal.note import (
     MOST_DRIFT,
@@ -21,6 +22,7 @@ from stemcal.note import (
     force_after_break,
     hourglass_energy,
     inertia_in_force,
+    rate_above_law,
     stroke_too_short,
 )
 
@@ -216,6 +218,7 @@ _BEGINNING = 0.1
 def evaluate(
     curve: ForceHistory,
     history: History,
+    material: Material,
     broken: int | None,
     elements: int,
     wall: float,
@@ -256,7 +259,12 @@ def evaluate(
         **checks,
         contact_energy_percent=_least_contact_percent(curve, broken),
         stroke_was_enough=not short,
-        warnings=(*short, *_warnings(**checks, added_mass_percent=added), *_after_break(curve, peak, broken)),
+        warnings=(
+            *short,
+            *_warnings(**checks, added_mass_percent=added),
+            *_above_rate_law(float(history.plastic_rate[: peak + 1].max()), material),
+            *_after_break(curve, peak, broken),
+        ),
         history=curve,
         break_travel=None if broken is None else float(curve.travel[broken]),
         added_mass_percent=added,
@@ -269,6 +277,14 @@ def _after_break(curve: ForceHistory, peak: int, broken: int | None) -> list[Not
         return []
     largest, before = float(curve.force_filtered[broken:].max()), float(curve.force_filtered[peak])
     return [force_after_break(float(curve.travel[broken]), largest, before)] if largest > before else []
+
+
+def _above_rate_law(rate: float, material: Material) -> list[Note]:
+    """Return a warning if the law 1 + (ε̇/C)^P has left the range in which it is a small correction: ε̇ ≤ C."""
+    c = material.strain_rate_c
+    if material.rate_law != "paper" or c <= 0.0 or rate <= c:
+        return []
+    return [rate_above_law(rate, c, 1.0 + (rate / c) ** material.strain_rate_p)]
 
 
 def _before_fracture(curve: ForceHistory) -> int:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from stemcal.errors import SimulationFailed
 from stemcal.fem.kernels import block
-from stemcal.fem.kernels.block import ALIVE, HOURGLASS_ENERGY, INTERNAL_ENERGY
+from stemcal.fem.kernels.block import ALIVE, HOURGLASS_ENERGY, INTERNAL_ENERGY, PLASTIC_RATE
 from stemcal.fem.kernels.march import COLLAPSED, GOING_ON, INVERTED, NOT_FINITE, REACHED, Share, Team, march
 from stemcal.fem.kernels.nodes import CHUNK, KINDS, kinetic_energy, see
 from stemcal.fem.model import Model
@@ -42,6 +42,8 @@ class History:
         damping, its edge, and the friction of both. No share of it can be negative but by numerical error.
     deleted : array (R,)
         Eroded elements.
+    plastic_rate : array (R,)
+        Largest smoothed plastic strain rate of the standing elements, 1/s: the rate that the rate law takes.
     steps : int
         Time steps taken.
     x : array (N, 3)
@@ -64,6 +66,7 @@ class History:
     external: Array
     held: Array
     deleted: NDArray[np.int64]
+    plastic_rate: Array
     steps: int
     x: Array
     state: Array
@@ -269,6 +272,7 @@ def _row(state: State, impulse_before: Array, time_before: float) -> dict[str, A
         "external": float(ledger.external_work[0]),
         "held": ledger.held.reshape(KINDS, -1).copy(),
         "deleted": int((~state.topology.standing).sum()),
+        "plastic_rate": float(rows[:, PLASTIC_RATE][alive].max(initial=0.0)),
     }
 
 

@@ -139,7 +139,7 @@ def perform(test: LaboratoryTest, inspect: Inspect | None = None) -> LaboratoryR
     curve = force_history(test.loading, how, history, scale)
     curve = replace(curve, travel=curve.travel - np.array(gauges.give))
     broken = break_row(curve.force_filtered, curve.deleted, how.break_drop)
-    result = evaluate(curve, history, broken, len(model.mesh.hexes), wall, balanced=broken)
+    result = evaluate(curve, history, test.material, broken, len(model.mesh.hexes), wall, balanced=broken)
     travel, force = curve.travel[:broken], curve.force_filtered[:broken]
     responses = {
         **curve_responses(travel, force, secant(travel, force)),

@@ -9,6 +9,7 @@ import pytest
 from pieces import RATIO, E, material, piece
 
 from stemcal.errors import SimulationFailed
+from stemcal.fem.material import RateLaw
 from stemcal.laboratory.axial import Axial
 from stemcal.laboratory.build import LaboratoryTest, build
 from stemcal.laboratory.perform import LaboratoryResult, perform
@@ -57,6 +58,28 @@ def test_modulus_yield_stress_and_tangent_modulus(sense: str) -> None:
     middle = sign * 0.35 * result.peak_force / area / E  # the secant is from 20 to 50 % of the maximum
     expected = area * E / LENGTH * (1.0 - (1.0 + 4.0 * NU) * middle)
     assert result.responses["slope"] == pytest.approx(expected, rel=0.002)
+
+
+@pytest.mark.parametrize(
+    ("law", "c", "warned"),
+    [("paper", 0.0385, True), ("paper", 0.0420, False), ("cowper_symonds", 0.0385, False), ("paper", 0.0, False)],
+)
+def test_a_strain_rate_above_c_is_warned_of_with_the_law_of_the_paper(law: RateLaw, c: float, warned: bool) -> None:
+    """Of an evenly pulled piece the plastic rate is (1 − Et/E) V/(L + u); with P near 0 the law doubles the yield.
+
+    It yields at σ = 2 σy, where the ends have moved by u = L (exp(σ/E) − 1), and the rate then falls slowly.
+    """
+    test, _ = pulled("tension", travel=0.7)
+    rated = {"rate_law": law, "strain_rate_c": c, "strain_rate_p": 0.01, "rate_filter": 0.02}
+    result = perform(replace(test, material=replace(test.material, **rated)))
+    found = [one for one in result.warnings if one.kind == "rate_above_law"]
+    assert len(found) == warned
+    if found:
+        rate, limit, factor = map(float, re.findall(r"[\d.]+(?=/s)|(?<=by )[\d.]+(?=,)", found[0].text))
+        expected = (1.0 - TANGENT / E) * 0.7 / (LENGTH * exp(2.0 * YIELD / E))
+        assert expected == pytest.approx(0.04033, rel=1e-3) and rate == pytest.approx(expected, rel=0.02)
+        assert (limit, factor) == (c, 2.0)
+        assert found[0].remedy is not None and found[0].remedy.edit == "solver: {rate_law: cowper_symonds}"
 
 
 def test_it_breaks_at_the_failure_strain() -> None:

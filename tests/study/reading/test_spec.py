@@ -13,6 +13,7 @@ from stemcal.study.types.field_types import Length
 
 ROOT = Path(__file__).parents[3]
 CASES = ROOT / "tests" / "cases"
+AS_PUBLISHED = ROOT / "configs" / "wild-chrysanthemum-as-published.yaml"
 MINIMAL = (CASES / "good" / "minimal.yaml").read_text(encoding="utf-8")
 # the published study with the keys that tests replace
 SHIPPED = (
@@ -174,6 +175,18 @@ def test_a_speed_of_no_testing_machine_is_questioned(speed: str) -> None:
     warnings = study_of(f"{MINIMAL}loading: {{speed: {speed}, duration: 0.5 s}}\n").warnings
     questioned = [warning for warning in warnings if "mm/min" in warning]
     assert len(questioned) == (speed == "300 mm/s")
+
+
+@pytest.mark.parametrize(
+    ("speed", "law", "doubted"),
+    [(130, "paper", 0), (150, "paper", 1), (2000, "paper", 1), (2000, "cowper_symonds", 0)],
+)
+def test_a_speed_at_which_the_printed_rate_law_explodes_is_questioned(speed: int, law: str, doubted: int) -> None:
+    """The smallest C is 80/s and the thinnest stem 7 mm: 4 V/d reaches C at 140 mm/s."""
+    warnings = load_study(AS_PUBLISHED, loading={"speed": f"{speed} mm/s"}, solver={"rate_law": law}).warnings
+    found = [one for one in warnings if "rate_law: cowper_symonds" in one]
+    assert len(found) == doubted
+    assert not doubted or re.search(rf"about {4 * speed / 7:.0f}/s, .* C = 80/s", found[0])
 
 
 def test_elements_too_coarse_for_the_lengths_are_doubted() -> None:
