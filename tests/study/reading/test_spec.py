@@ -211,7 +211,7 @@ def test_elements_too_coarse_for_the_lengths_are_doubted() -> None:
             "so the force depends on the mesh; write `elements_through_wall: 4`",
         ),
         ({"0.41": "0.7", "kind: embedded": "kind: embedded\n  elements_through_wall: 4"}, ""),
-        ({"speed: 100 mm/min": "speed: 1 m/s", "duration: 0.5 s": "duration: 1.2 ms"}, ""),
+        ({"speed: 100 mm/min": "speed: 1 m/s", "duration: 0.5 s": "duration: 1.2 ms"}, "rate_law: cowper_symonds"),
         ({"speed: 100 mm/min": "speed: 20 mm/s", "duration: 0.5 s": "duration: 50 ms"}, ""),
     ],
 )  # fmt: skip
