@@ -9,10 +9,11 @@ from __future__ import annotations
 
 import operator
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
 from stemcal.numbers import interval, minus, short
+from stemcal.responses import CUT, TABLE, Response, response_of, responses_in
 from stemcal.words import series
 
 FIRST = "response"
@@ -21,12 +22,6 @@ NOWHERE = 0.0
 """The condition of every run of a study that has none."""
 
 _WRITTEN = {"1": "", "deg": "°", "degC": "°C", "kg/m3": "kg/m³", "g/cm3": "g/cm³", "t/mm3": "t/mm³", "N/mm2": "N/mm²"}
-_NOUNS = {
-    "Maximum force": "force",
-    "Stem diameter": "diameter",
-    "Travel at maximum force": "travel",
-    "Work up to maximum force": "work",
-}
 
 
 @dataclass(frozen=True)
@@ -40,6 +35,17 @@ class Named:
     apart: bool = field(default=False, metadata={"exclude_if": operator.not_})
     """Whether what counts is how far a value is from the measured mean, which by itself is of something else."""
 
+    @classmethod
+    def of(cls, response: Response) -> Named:
+        """Return the names of a response of the table, as the cutting test has it."""
+        return cls(response.name, response.label, response.symbol, response.unit)
+
+    @property
+    def in_table(self) -> Response | None:
+        """The response of the cutting test that it names; None for any other quantity."""
+        found = response_of(self.name, CUT)
+        return found if found is not None and Named.of(found) == self else None
+
     @property
     def noun(self) -> str:
         """What sentences call it.
@@ -47,7 +53,10 @@ class Named:
         >>> FORCE.noun, Named("a", "Angle of repose", "θ", "deg").noun
         ('force', 'angle of repose')
         """
-        return _NOUNS.get(self.label, small(self.label))
+        if self == DIAMETER:
+            return "diameter"
+        own = self.in_table
+        return small(self.label) if own is None else own.noun or small(own.label)
 
     @property
     def long(self) -> str:
@@ -110,9 +119,7 @@ class Named:
         return f"{value:{form}}{self.unit_suffix}"
 
 
-FORCE = Named("force", "Maximum force", "F", "N")
-TRAVEL = Named("travel", "Travel at maximum force", "u", "mm")
-WORK = Named("work", "Work up to maximum force", "W", "mJ")
+FORCE, TRAVEL, WORK = (Named.of(one) for one in TABLE if one.name in ("force", "travel", "work"))
 DIAMETER = Named("diameter", "Stem diameter", "D", "mm")
 
 
@@ -125,8 +132,8 @@ class Naming:
 
     @property
     def is_cutting(self) -> bool:
-        """Whether these are the shear test's own words."""
-        return self == CUTTING
+        """Whether these are the shear test's own words, with or without further responses of the table."""
+        return self.is_force_on_stems and not self.others and set(CUTTING.further) <= set(self.further)
 
     @property
     def response(self) -> Named:
@@ -140,14 +147,23 @@ class Naming:
 
     @property
     def others(self) -> tuple[Named, ...]:
-        """The responses next to the first that a study itself has named: travel and work go without saying."""
-        return tuple(response for response in self.further if response not in CUTTING.further)
+        """The responses next to the first that the cutting test does not have: of a program, other tests and curves."""
+        return tuple(response for response in self.further if response.in_table is None)
 
     def named(self, name: str) -> Named:
         """Return a response by its name, or the first one for `FIRST`."""
         if name == FIRST:
             return self.response
         return next(response for response in self.responses if response.name == name)
+
+    def measuring(self, names: Collection[str]) -> Naming:
+        """Return it with those of the names that are responses of the cutting test.
+
+        >>> CUTTING.measuring(["work", "slope"]) == CUTTING
+        True
+        """
+        more = (Named.of(one) for one in responses_in(CUT, measured=names) if one.name in names)
+        return replace(self, responses=tuple(dict.fromkeys((*self.responses, *more))))
 
     def with_primary(self, name: str) -> Naming:
         """Return it with another of the responses as the first.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -99,7 +99,7 @@ def simulate(
     if figure:
         _write_figure(result, figure, of_blade=cuts)
     if as_json:
-        say_json(summary(result, test or CUTTING))
+        say_json(summary(result, at, test or CUTTING, [named.name for named in study.naming.further]))
     else:
         from stemcal.report.terminal import simulation_table
 
@@ -160,18 +160,20 @@ def _test_called(study: Study, test: str | None) -> LaboratorySection | None:
     raise UsageError(f"--test {test[:60]!r}: no test has this name; {did_you_mean(test, known)}")
 
 
-def summary(result: CuttingResult, test: str = "cutting") -> object:
-    """Return the result's numbers as JSON values."""
+def summary(result: CuttingResult, diameter: float, test: str = CUTTING, measured: Iterable[str] = ()) -> object:
+    """Return the result's numbers as JSON values, responses of other packages if they were `measured`."""
     from stemcal.laboratory.perform import LaboratoryResult
-    from stemcal.runs.record import work_until
+    from stemcal.responses import CUT, ForceTravel, responses_in
 
     numbers = {name: value for name, value in vars(result).items() if isinstance(value, bool | int | float)}
     warnings = to_json(result.warnings)
     if isinstance(result, LaboratoryResult):
         responses = result.responses
     else:
-        work = work_until(result.history.travel, result.history.force_filtered, result.peak_travel)
-        responses = {"force": result.peak_force, "travel": result.peak_travel, "work": work}
+        curve = result.history.travel, result.history.force_filtered
+        cut = ForceTravel(*curve, result.peak_force, result.peak_travel, diameter, CUT, vars(result))
+        found = responses_in(CUT, measured=measured)
+        responses = {one.name: value for one in found if (value := one.value(cut)) is not None}
     head = {"test": test, "responses": responses}
     return {**head, **numbers, "warnings": warnings}
 

@@ -1,6 +1,9 @@
-"""What a laboratory test gives: its curve over a travel without the give of the contact, and its responses."""
+"""A laboratory test simulated: its curve over a travel without the give of the contact, and how far to trust it."""
+
+from __future__ import annotations
 
 import time
+from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -15,12 +18,10 @@ from stemcal.fem.state import State
 from stemcal.fem.stepper import Inspect, simulate
 from stemcal.laboratory.build import LaboratoryTest, build, rounded
 from stemcal.note import MOST_BUCKLING, STROKE_TOO_SHORT, Note, buckles, maximum_not_passed
+from stemcal.responses import FURTHER_CUT, PIECE, ForceTravel, Response, responses_in
 
 Array = NDArray[np.float64]
 
-# Shares of the largest force between which the slope is taken, and the rows that it needs at least.
-SECANT = (0.2, 0.5)
-_FEWEST = 3
 # A piece that has widened by less than this share has not widened.
 _WIDENED = 1e-6
 
@@ -31,43 +32,21 @@ class LaboratoryResult(CuttingResult):
 
     Attributes
     ----------
+    until_break : ForceTravel
+        Force over travel until the break, or to the end of the stroke.
     responses : dict
-        By name; those that the curve does not have are left out.
-
-        slope : N/mm, of the straight line fitted to the force over the travel from 20 to 50 % of the largest force
-        force : N, until the break
-        travel : mm, at the maximum
-        work : mJ, until the break or the end of the stroke
+        Its responses by name, in their units; those that the curve does not have are left out.
     """
 
+    until_break: ForceTravel | None = None
     responses: dict[str, float] = field(default_factory=dict)
 
-
-def secant(travel: Array, force: Array, shares: tuple[float, float] = SECANT) -> float | None:
-    """Return the slope (N/mm) of a line fitted by least squares to a curve until the break.
-
-    It is fitted from one share of the largest force to another.
-
-    None if fewer than three rows lie between.
-
-    >>> import numpy as np
-    >>> round(secant(np.arange(5.0), 2.0 * np.arange(5.0), (0.1, 0.9)), 9)
-    2.0
-    """
-    low, high = (int(np.argmax(force >= share * force.max())) for share in shares)
-    u, f = travel[low : high + 1], force[low : high + 1]
-    if len(u) < _FEWEST or np.ptp(u) == 0.0 or np.ptp(f) == 0.0:
-        return None
-    return float(np.polyfit(u - u[0], f, 1)[0])
-
-
-def curve_responses(travel: Array, force: Array, slope: float | None) -> dict[str, float]:
-    """Return the responses of a curve (mm, N) until the break, with its slope; without those that it lacks."""
-    peak = int(np.argmax(force))
-    found = {} if slope is None else {"slope": slope}
-    found |= {"force": float(force[peak]), "travel": float(travel[peak])}
-    found["work"] = float(np.trapezoid(force, travel))
-    return found
+    def giving(self, responses: Iterable[Response]) -> LaboratoryResult:
+        """Return it with these responses of the table, as far as the curve has them."""
+        if self.until_break is None:
+            return self
+        found = {one.name: value for one in responses if (value := one.value(self.until_break)) is not None}
+        return replace(self, responses=found)
 
 
 class Gauges:
@@ -115,6 +94,7 @@ REVISION = 7
 
 def perform(test: LaboratoryTest, inspect: Inspect | None = None) -> LaboratoryResult:
     """Run a virtual laboratory test; arguments and errors as of `cutting.shear`."""
+    diameter = test.stem.outer_diameter  # that of the mesh is wider
     test = rounded(test)
     model, how = build(test), test.discretisation
     scale = 1.0 / SHARES[how.symmetry]
@@ -140,30 +120,25 @@ def perform(test: LaboratoryTest, inspect: Inspect | None = None) -> LaboratoryR
     curve = replace(curve, travel=curve.travel - np.array(gauges.give))
     broken = break_row(curve.force_filtered, curve.deleted, how.break_drop)
     result = evaluate(curve, history, test.material, broken, len(model.mesh.hexes), wall, balanced=broken)
-    travel, force = curve.travel[:broken], curve.force_filtered[:broken]
-    responses = {
-        **curve_responses(travel, force, secant(travel, force)),
-        "force": result.peak_force,
-        "travel": result.peak_travel,
-    }
+    until_break = ForceTravel.until_break(curve.travel[:broken], curve.force_filtered[:broken], diameter, PIECE)
     shape = shape_of(model, history, how.symmetry)
     whole = np.flatnonzero(curve.deleted == 0)[-1]
     # of a pressed piece: how far out of shape as the first element fails
     percent = 100.0 * gauges.buckling[whole] if gauges.buckling else 0.0
     warnings = (*_of_tests(result), *([buckles(percent)] if percent > MOST_BUCKLING else ()))
-    more = {"shape": shape, "responses": responses, "warnings": warnings}
-    return LaboratoryResult(**{**vars(result), **more})
+    more = {"shape": shape, "until_break": until_break, "warnings": warnings}
+    return LaboratoryResult(**{**vars(result), **more}).giving(responses_in(PIECE))
 
 
 def cut(test: ShearTest, inspect: Inspect | None = None) -> LaboratoryResult:
-    """Run a virtual shear test as one of the laboratory's; the rest as in `perform`.
-
-    Its responses are those that the give of the contact, a matter of the mesh, does not decide.
-    """
+    """Run a virtual shear test as one of the laboratory's; the rest as in `perform`."""
     result = shear(test, inspect)
     curve, whole = result.history, result.history.travel < (result.break_travel or np.inf)
-    responses = curve_responses(curve.travel[whole], curve.force_filtered[whole], None)
-    return LaboratoryResult(**{**vars(result), "responses": responses, "warnings": _of_tests(result)})
+    own = ForceTravel.until_break(
+        curve.travel[whole], curve.force_filtered[whole], test.stem.outer_diameter, FURTHER_CUT
+    )
+    found = LaboratoryResult(**{**vars(result), "until_break": own, "warnings": _of_tests(result)})
+    return found.giving(responses_in(FURTHER_CUT))
 
 
 def _of_tests(result: CuttingResult) -> tuple[Note, ...]:

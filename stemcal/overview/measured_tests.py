@@ -9,17 +9,16 @@ from numpy.typing import NDArray
 
 from stemcal.cutting.result import break_row
 from stemcal.errors import UsageError
-from stemcal.laboratory.perform import curve_responses, secant
 from stemcal.measured.headings import shown
 from stemcal.measured.shear import ShearTests, TestedSpecimen, find_files, measure_shear, note_on, row_of
 from stemcal.measured.shear_curves import CurveOptions
 from stemcal.measured.statistics import Summary, summarise
 from stemcal.note import Note
+from stemcal.responses import ForceTravel
 from stemcal.solvers.options import BREAK_DROP
 from stemcal.storage.rows import Rows
 from stemcal.storage.typed import Spread, inline
 from stemcal.study.model import LaboratorySection, Study
-from stemcal.study.model.laboratory_kind import RESPONSES
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -98,19 +97,19 @@ def _means(test: LaboratorySection, read: ShearTests) -> list[_TestedMean]:
     found = []
     for grade in read.grades:
         pieces = [one for one in read.specimens if one.grade == grade.diameter]
-        told = [_responses(piece) for piece in pieces]
-        for name in wanted:
-            if values := [one[name] for one in told if name in one]:
-                mean = _TestedMean(test=test.name, diameter=grade.diameter, response=name, summary=summarise(values))
-                found.append(mean)
+        tested = [_until_break(piece, test.kind) for piece in pieces]
+        for response in (one for one in test.responses if one.name in wanted):
+            values = [value for curve in tested if (value := response.value(curve)) is not None]
+            if values:
+                name, summary = response.name, summarise(values)
+                found.append(_TestedMean(test=test.name, diameter=grade.diameter, response=name, summary=summary))
     return found
 
 
-def _responses(piece: TestedSpecimen) -> dict[str, float]:
-    """Return the responses of the curve of one piece until it breaks."""
+def _until_break(piece: TestedSpecimen, kind: str) -> ForceTravel:
+    """Return the curve of one piece in a kind of test until it breaks."""
     end = break_at(piece.curve.force)
-    travel, force = piece.curve.travel[:end], piece.curve.force[:end]
-    return curve_responses(travel, force, secant(travel, force))
+    return ForceTravel.until_break(piece.curve.travel[:end], piece.curve.force[:end], piece.diameter, kind)
 
 
 def break_at(force: NDArray[np.float64]) -> int:
@@ -132,7 +131,7 @@ def _targets(test: LaboratorySection, means: Sequence[_TestedMean]) -> list[str]
     lines = []
     for diameter in sorted({mean.diameter for mean in means}):
         own = {mean.response: mean.summary for mean in means if mean.diameter == diameter}
-        with_units = {name: (summary, RESPONSES[name][1]) for name, summary in own.items()}
+        with_units = {one.name: (own[one.name], one.unit) for one in test.responses if one.name in own}
         n = min(summary.n for summary in own.values())
         lines.append(row_of(diameter, with_units, n, "{:.4g}".format, test.name))
     return lines

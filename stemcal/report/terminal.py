@@ -20,7 +20,7 @@ from stemcal.report.outcome import KNOWN, shortened, showing_of, tables_of
 from stemcal.stages.result import StageResult
 from stemcal.stages.results import Results
 from stemcal.study.model import LaboratorySection, Study
-from stemcal.study.model.laboratory_kind import BEFORE_MAXIMUM, RESPONSES
+from stemcal.study.model.laboratory_kind import words_of
 from stemcal.study.model.measured_targets import Mean
 
 if TYPE_CHECKING:
@@ -122,11 +122,11 @@ def _responses(result: CuttingResult, section: LaboratorySection, diameter: floa
     found = result.responses if isinstance(result, LaboratoryResult) else {}
     measured = section.means_at(diameter)
     rows = []
-    for name, (_, unit, words) in RESPONSES.items():
-        if name in found or name in measured:
-            bound = name not in BEFORE_MAXIMUM and not result.stroke_was_enough
-            text = _response_text(found.get(name), unit, measured.get(name), at_least=bound)
-            rows.append((capital(words), text))
+    for one in section.responses:
+        if one.name in found or one.name in measured:
+            bound = not one.before_maximum and not result.stroke_was_enough
+            text = _response_text(found.get(one.name), one.unit, measured.get(one.name), at_least=bound)
+            rows.append((capital(words_of(one)), text))
     return rows
 
 

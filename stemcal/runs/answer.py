@@ -79,7 +79,7 @@ def answer_all(
             continue
         record = None if run.key in again else folder.load(run.key)
         if record is not None and stands(record, time_limit):
-            known[run.key] = outcome_of(record)
+            known[run.key] = outcome_of(record, solver.naming)
         else:
             missing[run.key] = run
     stage = requests[0].stage if requests else ""
@@ -149,7 +149,7 @@ def keep(run: Run, computed: Computed, folder: StudyFolder) -> Outcome:
     folder.save(record)
     if not answer.ok:
         folder.log("run_failed", key=run.key, stage=run.request.stage, row=run.request.row, reason=answer.reason)
-    return outcome_of(record)
+    return outcome_of(record, run.solver.naming)
 
 
 # ---- when a stage must not go on, and why

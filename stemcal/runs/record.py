@@ -11,11 +11,11 @@ from statistics import fmean
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from stemcal.naming import CUTTING, FIRST, Naming
 from stemcal.note import Note, Remedy
 from stemcal.registry import code_of
+from stemcal.responses import CUT, ForceTravel, responses_in
 from stemcal.runs.study_folder import provenance
 from stemcal.solvers.protocol import RESPONSES, Answer, Request, Solver
 from stemcal.solvers.replicates import Replicates
@@ -105,10 +105,8 @@ def stands(record: Mapping[str, Any], time_limit: float | None) -> bool:
 class Outcome:
     """The first response of a run, or why there is none; `key` names its record.
 
-    `responses` has the others that a study declares itself, by name.
-
-    `travel` (mm) and `work` (mJ) reach to the maximum force, None if the solver does not report it. Of a point
-    simulated several times over the response is the mean of its `replicates`.
+    `travel` (mm) and `work` (mJ) reach to the maximum force, None if the solver does not report it; `responses` has the
+    others that the study names. Of a point simulated several times over the response is the mean of its `replicates`.
     """
 
     response: float | None
@@ -150,15 +148,19 @@ class Outcome:
         return value if self.ok and value is not None else math.nan
 
 
-def outcome_of(record: Mapping[str, Any]) -> Outcome:
-    """Return how a record counts; a force is only a lower bound if its stroke ended before the maximum was passed."""
+def outcome_of(record: Mapping[str, Any], naming: Naming = CUTTING) -> Outcome:
+    """Return how a record counts; a force is only a lower bound if its stroke ended before the maximum was passed.
+
+    Of the table it has travel and work, and the responses that the study names.
+    """
     ok = record["status"] == "ok"
-    details = record["details"] | measures(record["details"]) if ok else {}
+    details = record["details"] if ok else {}
+    of_curve = of_the_table(details, record["request"]["condition"], naming)
     return Outcome(
         response=record[FIRST],
-        travel=details.get("travel"),
-        work=details.get("work"),
-        responses=details.get(RESPONSES),
+        travel=of_curve.pop("travel", None),
+        work=of_curve.pop("work", None),
+        responses={**of_curve, **details.get(RESPONSES, {})} or None,
         status=record["status"],
         censored=details.get("stroke_was_enough") is False,
         reason=record["reason"],
@@ -167,26 +169,16 @@ def outcome_of(record: Mapping[str, Any]) -> Outcome:
     )
 
 
-def measures(details: Mapping[str, Any]) -> dict[str, Any]:
-    """Return ``travel`` (mm) and ``work`` (mJ) to the maximum of the recorded curve, if a run's details have one."""
-    if (end := details.get("peak_travel")) is None:
+def of_the_table(details: Mapping[str, Any], diameter: float, naming: Naming = CUTTING) -> dict[str, float]:
+    """Return the responses of the table next to the first, from the curve and the numbers in a record's details."""
+    if (peak_travel := details.get("peak_travel")) is None:
         return {}
-    curve = details.get("curve")
-    return {"travel": end, **({"work": work_until(curve["travel"], curve["force"], end)} if curve else {})}
-
-
-def work_until(travel: ArrayLike, force: ArrayLike, end: float) -> float:
-    """Integrate the force over the travel from first touch to `end`; N·mm, which is mJ.
-
-    W = ∫₀ᵉⁿᵈ F du by the trapezoidal rule, the force at both ends interpolated.
-
-    >>> work_until([-1.0, 0.0, 1.0, 2.0], [0.0, 0.0, 10.0, 20.0], 1.5)
-    11.25
-    """
-    u, f = np.asarray(travel, dtype=float), np.asarray(force, dtype=float)
-    inner = u[(u > 0.0) & (u < end)]
-    points = np.concatenate([[0.0], inner, [max(end, 0.0)]])
-    return float(np.trapezoid(np.interp(points, u, f), points))
+    curve = details.get("curve") or {"travel": (), "force": ()}
+    travel, force = (np.asarray(curve[name], dtype=float) for name in ("travel", "force"))
+    cut = ForceTravel(travel, force, details.get("peak_force", math.nan), peak_travel, diameter, CUT, details)
+    wanted = {named.name for named in (*CUTTING.further, *naming.further) if named.in_table}
+    found = responses_in(CUT, measured=wanted)
+    return {one.name: value for one in found if one.name in wanted and (value := one.value(cut)) is not None}
 
 
 # ---- responses that are only lower bounds

@@ -186,7 +186,7 @@ def simulate(
         sheared = shear_test(study, levels, diameter)
         return cutting.shear(sheared, _frame_writer(frames, sheared))
     test = test_of(study, section, levels, diameter)
-    result = perform(test, _frame_writer(frames, test))
+    result = perform(test, _frame_writer(frames, test)).giving(section.responses)
     return replace(result, warnings=tuple(doubts(result, section.measured or tuple(result.responses))))
 
 

@@ -14,8 +14,8 @@ from stemcal.laboratory import perform as laboratory
 from stemcal.laboratory.build import LaboratoryTest
 from stemcal.laboratory.perform import LaboratoryResult
 from stemcal.note import Note
+from stemcal.responses import packages_of, response_of
 from stemcal.study.model import TESTS, LaboratorySection, PieceSection, Study
-from stemcal.study.model.laboratory_kind import BEFORE_MAXIMUM
 
 # Of a virtual test: points of its history, the share of the loading that force and strain rate are smoothed over.
 _OUTPUTS, _SMOOTHED = 400, 0.01
@@ -74,6 +74,7 @@ def identity(section: LaboratorySection, test: AnyTest) -> dict[str, Any]:
     known = {"kind": section.kind, "revision": laboratory.REVISION, "measured": list(section.measured)}
     if package := TESTS.version_of(section.kind):
         known["package"] = package
+    known |= packages_of(section.measured)
     if isinstance(test, LaboratoryTest):
         return {**known, **determining(test)}
     return {**known, "cutting": cutting.REVISION, **determining(test)}
@@ -117,7 +118,7 @@ def perform_all(tests: Sequence[tuple[LaboratorySection, AnyTest]]) -> tuple[dic
     warnings: list[Note] = []
     for section, test in tests:
         try:
-            result = perform(test)
+            result = perform(test).giving(section.responses)
         except SimulationFailed as failure:
             raise SimulationFailed(failure.reason, f"{section.name}: {failure}") from failure
         for name in section.measured:
@@ -131,7 +132,7 @@ def perform_all(tests: Sequence[tuple[LaboratorySection, AnyTest]]) -> tuple[dic
 
 def doubts(result: LaboratoryResult, measured: Sequence[str]) -> list[Note]:
     """Return the warnings of a test that concern what was measured: a slope needs nothing that comes after it."""
-    needs_maximum = not BEFORE_MAXIMUM.issuperset(measured)
+    needs_maximum = not all((one := response_of(name)) is not None and one.before_maximum for name in measured)
     return [
         warning for warning in result.warnings if needs_maximum or warning.kind not in ("maximum_not_passed", "buckles")
     ]

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from stemcal.naming import CUTTING, FIRST, FORCE
+from stemcal.naming import FIRST, FORCE
 from stemcal.solvers.options import CommandSolver, DeckSolver, EmbeddedSolver, SheetSolver
 from stemcal.study.model.measured_targets import named_modes
 from stemcal.study.rules import Draft
@@ -101,7 +101,7 @@ def _every_response_is_read(draft: Draft, solver: CommandSolver) -> Iterator[Fin
     names, path = [response.name for response in draft.naming.responses], ("solver", "result")
     if draft.naming.response == FORCE:
         scores = named_modes(draft.study.targets.modes.values())
-        names = [FORCE.name, *(n.name for n in draft.naming.further if n not in (*CUTTING.further, *scores))]
+        names = [FORCE.name, *(n.name for n in draft.naming.others if n not in scores)]
     if not (readers := solver.result):
         yield Finding(("solver",), "'result' is missing", "add a line `result: …`")
     elif FIRST in readers:

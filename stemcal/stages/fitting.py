@@ -43,7 +43,7 @@ class Measured:
     @property
     def leads(self) -> bool:
         """Whether a fit is judged by it: the force, and every response that a study declares itself."""
-        return self.response == FIRST or not self.naming.is_cutting
+        return self.response == FIRST or self.named in self.naming.others
 
 
 def measured_of(target: Target, responses: Sequence[str], naming: Naming = CUTTING) -> list[Measured]:

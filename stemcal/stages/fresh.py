@@ -15,6 +15,7 @@ from typing import Any
 from stemcal.errors import UsageError
 from stemcal.naming import FIRST
 from stemcal.registry import code_version
+from stemcal.responses import packages_of
 from stemcal.runs.answer import Progress, Watch, ignore
 from stemcal.runs.executors import RunExecutor
 from stemcal.runs.record import Run, outcome_of, stands
@@ -58,6 +59,7 @@ def inputs_of(study: Study, solver: Solver | None, folder: StudyFolder, stage: s
         parts |= {f"package of {one.kind}": package for one in study.tests if (package := TESTS.version_of(one.kind))}
     if study.targets.modes:
         parts["curves"] = [vars(modes) for modes in study.targets.modes.values()]
+    parts |= packages_of(named.name for named in study.naming.further)
     if not study.naming.is_cutting:
         parts["named"] = [dump["responses"], dump["conditions"]]
     parts |= of.inputs(study)
@@ -234,7 +236,7 @@ def _runs_stand(result: StageResult, study: Study, folder: StudyFolder, whole: b
             len(records) < len(keys) or not all(stands(record, study.solver.run_limit) for record in records)
         ):
             return False
-        done = [found for record in records if (found := outcome_of(record)).ok]
+        done = [found for record in records if (found := outcome_of(record, study.naming)).ok]
         if records and outcome.ok != bool(done):
             return False
         for name in entered if done else ():

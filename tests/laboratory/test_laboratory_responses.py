@@ -9,8 +9,9 @@ from stemcal.fem.kernels.contact import push_skin_out
 from stemcal.fem.kernels.search import list_near_skin
 from stemcal.fem.state import start
 from stemcal.laboratory.build import build
-from stemcal.laboratory.perform import Gauges, secant
+from stemcal.laboratory.perform import Gauges
 from stemcal.laboratory.radial_compression import RadialCompression
+from stemcal.responses import secant
 
 
 def test_a_secant_is_the_line_between_its_shares() -> None:

@@ -16,8 +16,9 @@ from stemcal.fem.mesh import Mesh
 from stemcal.fem.state import State
 from stemcal.fem.stepper import simulate
 from stemcal.laboratory.build import LaboratoryTest, build, rounded
-from stemcal.laboratory.perform import perform, secant
+from stemcal.laboratory.perform import perform
 from stemcal.laboratory.three_point_bending import ThreePointBending
+from stemcal.responses import secant
 
 NU = 0.3
 SCRIPT = Path(__file__).parents[2] / "benchmarks" / "hinge_in_calculix.py"

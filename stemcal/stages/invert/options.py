@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import BeforeValidator, Field, WithJsonSchema
 
-from stemcal.naming import FIRST, TRAVEL, WORK, Names, Naming
+from stemcal.naming import FIRST, Names, Naming
 from stemcal.stages.rsm.options import RsmOptions
 from stemcal.study.types.factor import EMBEDDED
 from stemcal.study.types.field_types import Frozen
@@ -45,7 +45,8 @@ class InvertOptions(Frozen):
     fitted condition. The parameters are calibrated at the first condition of the list. The default is
     `specimen.outer_diameter` if a target has this diameter, otherwise the diameter in the first row of `targets`."""
     responses: Responses = (FIRST,)
-    """The fitted responses: the force, and optionally the travel and work up to the peak force."""
+    """The fitted responses: a list, or `all` for all measured responses. By default only the force of the cutting test
+    is fitted, together with the responses that the spec declares and those of other tests and of curves."""
 
 
 def _joint_conditions_measured(draft: Draft) -> Iterator[Finding]:
@@ -76,13 +77,13 @@ def _responses_measured(draft: Draft) -> Iterator[Finding]:
     path, names, named = ("invert", "responses"), draft.study.of(InvertOptions).responses, draft.naming
     if names == (FIRST,):
         return
-    if named.is_cutting and not draft.kind.simulates_stems:
+    if named.is_cutting and not (draft.kind.simulates_stems or draft.kind.writes_decks):
         yield Finding(path, f"a solver of kind `{draft.study.solver.kind}` returns only the force", "remove the key")
     if FIRST not in names or len(set(names)) < len(names):
         listed = ", ".join(named.named(name).name for name in names)
         message = f"the list must contain the {named.response.noun} and must not repeat a response ({listed})"
         yield Finding(path, message, f"write [{', '.join(response.name for response in named.responses)}]")
-    for name in names if not draft.tests else (FIRST,):  # what tests measure is weighed there
+    for name in (name for name in names if name == FIRST or not draft.tests or named.named(name).in_table):
         yield from _weighed(draft.study.targets.means, name, draft.naming)
 
 
@@ -115,8 +116,9 @@ def _doubts(study: Study) -> Iterator[Finding]:
     """Travel and work up to the break, unlike the force, fall as elements get smaller."""
     from stemcal.study.rules.plausible import FALL
 
-    fitted = [named.name for named in (TRAVEL, WORK) if named.name in study.of(InvertOptions).responses]
-    if fitted and study.naming.is_cutting and study.kind.simulates_stems:
+    own = [one for named in study.naming.further if (one := named.in_table) is not None]
+    fitted = [one.name for one in own if one.varies_with_mesh and one.name in study.of(InvertOptions).responses]
+    if fitted and study.kind.simulates_stems:
         depend = " and ".join(fitted) + (" depend" if len(fitted) > 1 else " depends")
         message = f"{depend} on the mesh: {FALL}"
         yield Finding(("invert", "responses"), message, "fit only the force, or include the mesh error in `sd`")

@@ -11,7 +11,7 @@ from typing import Any
 
 from stemcal.doe.regression.least_squares import t_quantile
 from stemcal.doe.regression.surface import Surface
-from stemcal.naming import CUTTING, DIAMETER, FIRST, Names, capital
+from stemcal.naming import FIRST, Names, capital
 from stemcal.numbers import unit_written
 from stemcal.stages.fitting import FactorCoding, Measured, fitted_surfaces, measured_means
 from stemcal.stages.rsm.result import RsmResult
@@ -63,7 +63,7 @@ def _surface(study: Study, mean: Measured, fit: Surface) -> dict[str, Any]:
     """Return a surface with its error and runs, and what was measured; `error` is the 95 % half-width of that."""
     known, s2 = fit.mean_square is not None and fit.df > 0, fit.mean_square or 0.0
     command = f"stemcal simulate SPEC --diameter {mean.condition:g}"
-    simulated = study.naming == CUTTING and study.naming.condition == DIAMETER and study.kind.simulates_stems
+    simulated = study.naming.is_cutting and study.kind.simulates_stems
     return {
         "label": f"{capital(mean.named.long)}{Names(study.naming).at(mean.condition)}",
         "unit": mean.named.unit_suffix,

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, TypeVar
 from pydantic import BaseModel, ConfigDict, Field, PrivateAttr, create_model
 
 from stemcal.errors import UsageError
-from stemcal.naming import DIAMETER, FORCE, Naming
+from stemcal.naming import Naming
 from stemcal.study.model.growth import MOST_EXPONENT, Growth
 from stemcal.study.model.laboratory_kind import (
     TESTS,
@@ -24,9 +24,9 @@ from stemcal.study.model.laboratory_kind import (
     LaboratoryMeans,
     LaboratorySection,
     PieceSection,
-    named_responses,
+    naming_with,
 )
-from stemcal.study.model.measured_targets import Mean, Target, TargetRow, Targets, named_modes
+from stemcal.study.model.measured_targets import Mean, Target, TargetRow, Targets
 from stemcal.study.model.shear_test import (
     DAMPING,
     GAP,
@@ -176,14 +176,14 @@ class Study(StudyForm):
     @cached_property
     def naming(self) -> Naming:
         """What the responses and the condition are called."""
-        if measured := (*named_responses(self.tests), *named_modes(self.targets.modes.values())):
-            return Naming(DIAMETER, (FORCE, *measured))
-        return naming_of(self.responses, self.conditions)
+        declared = naming_of(self.responses, self.conditions)
+        cut = declared.is_cutting or bool(self.targets.modes)
+        return naming_with(self.targets, self.tests) if cut else declared
 
     @property
     def own_further(self) -> tuple[str, ...]:
-        """The names of the responses that the study declares next to its first."""
-        return () if self.naming.is_cutting else tuple(named.name for named in self.naming.further)
+        """The names of the responses next to the first that the cutting test does not have."""
+        return tuple(named.name for named in self.naming.others)
 
     def of(self, kind: type[F]) -> F:
         """Return the section of a stage by its class; its defaults where the spec has none."""

@@ -3,26 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import BeforeValidator, Field, ValidationInfo
 from pydantic.json_schema import SkipJsonSchema
 
-from stemcal.naming import Named, capital
+from stemcal.naming import CUTTING, DIAMETER, FORCE, Named, Naming, capital, small
 from stemcal.registry import Checked, Registry
-from stemcal.study.model.measured_targets import Mean, Targets
+from stemcal.responses import FURTHER_CUT, PIECE, Response, responses_in
+from stemcal.study.model.measured_targets import Mean, Targets, named_modes
 from stemcal.study.model.shear_test import BladeSection, SupportsSection
 from stemcal.study.types.field_types import ColumnName, Frozen, Length, OneOf, Speed, StemLength, complain
-
-# Responses by name: symbol, unit and what they are called behind the test's name.
-RESPONSES = {
-    "slope": ("k", "N/mm", "slope"),
-    "force": ("F", "N", "maximum force"),
-    "travel": ("u", "mm", "travel"),
-    "work": ("W", "mJ", "work"),
-}
-# Those that do not depend on whether the maximum was passed.
-BEFORE_MAXIMUM = frozenset({"slope"})
 
 
 class LaboratoryMeans(Frozen):
@@ -70,10 +62,20 @@ class LaboratorySection(Frozen):
         yield from ()
 
     @property
+    def places(self) -> tuple[str, ...]:
+        """The tests of the table of responses that it is one of."""
+        return (FURTHER_CUT,) if self.is_further_cut else (PIECE, self.kind)
+
+    @property
+    def responses(self) -> tuple[Response, ...]:
+        """The responses that it can give: the built-in ones, and those of other packages that have targets."""
+        return responses_in(*self.places, measured=[name for means in self.targets for name in means.means])
+
+    @property
     def measured(self) -> tuple[str, ...]:
-        """The responses that have targets, in the order of `RESPONSES`."""
+        """The responses that have targets, in the order of the table."""
         given = {name for means in self.targets for name in means.means}
-        return tuple(name for name in RESPONSES if name in given)
+        return tuple(response.name for response in self.responses if response.name in given)
 
     def means_at(self, diameter: float) -> dict[str, Mean]:
         """Return what was measured at a stem diameter, by response."""
@@ -190,11 +192,24 @@ def named_responses(tests: Sequence[LaboratorySection]) -> tuple[Named, ...]:
     """Return the measured responses of all tests as the study's own."""
     found = []
     for test in tests:
-        for response in test.measured:
-            symbol, unit, words = RESPONSES[response]
-            label = f"{test.name.replace('_', ' ')} {words}"
-            found.append(Named(test.called(response), capital(label), symbol, unit))
+        for one in test.responses:
+            if one.name in test.measured:
+                label = f"{test.name.replace('_', ' ')} {words_of(one)}"
+                found.append(Named(test.called(one.name), capital(label), one.symbol, one.unit))
     return tuple(found)
+
+
+def words_of(response: Response) -> str:
+    """Return the words for a response behind the name of a laboratory test."""
+    return response.of_test or response.noun or small(response.label)
+
+
+def naming_with(targets: Targets, tests: Sequence[LaboratorySection]) -> Naming:
+    """Return the names of a cutting study: its force, what else was measured in a cut, in tests, and from curves."""
+    measured = dict.fromkeys(name for target in targets.means for name in target.further)
+    own = (*named_responses(tests), *named_modes(targets.modes.values()))
+    naming = (Naming(DIAMETER, (FORCE,)) if own else CUTTING).measuring(measured)
+    return replace(naming, responses=(*naming.responses, *own))
 
 
 def with_tests(targets: Targets, tests: Sequence[LaboratorySection]) -> Targets:

@@ -4,14 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from math import isclose
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
-from pydantic import BeforeValidator, Field, GetJsonSchemaHandler, StringConstraints, TypeAdapter, WithJsonSchema
+from pydantic import (
+    BeforeValidator,
+    Field,
+    GetJsonSchemaHandler,
+    StringConstraints,
+    TypeAdapter,
+    WithJsonSchema,
+    create_model,
+)
 from pydantic_core import CoreSchema
 
 from stemcal.measured.curve_modes import CurveModes
 from stemcal.naming import FIRST, Named, Naming
+from stemcal.responses import CUT, TABLE, Response
 from stemcal.study.types.field_types import ColumnName, Frozen, Quantity, Size, Whole
+from stemcal.study.types.units import parse_unit
 
 Patterns = Annotated[
     tuple[Annotated[str, StringConstraints(strict=True, min_length=1, max_length=300)], ...],
@@ -23,25 +33,33 @@ Count = Annotated[Whole, Field(ge=1)]
 _SCATTER = {"anyOf": [{"type": "string"}, {"type": "number"}, {"type": "object"}]}
 
 
-class TargetRow(Frozen):
+class _Tested(Frozen):
+    test: ColumnName | None = None
+    """Name of a test in the `tests` section; by default the cutting test."""
+    diameter: Size | None = None
+    """Outer diameter of the tested stems."""
+
+
+def _mean_of(response: Response) -> Any:
+    """Return the key of a response: its type with unit and its meaning."""
+    kind = Annotated[float, Quantity(parse_unit(response.unit).dimension, above=0)] | None
+    return kind, Field(default=None, description=response.meaning)
+
+
+if TYPE_CHECKING:
+    _Responses = _Tested
+else:
+    _in_cuts_first = sorted(TABLE, key=lambda response: CUT not in response.tests)
+    _fields = {response.name: _mean_of(response) for response in _in_cuts_first}
+    _Responses = create_model("_Responses", __base__=_Tested, __module__=__name__, **_fields)
+
+
+class TargetRow(_Responses):
     """Measurements of one test at one condition: means over `n` specimens.
 
     If the spec declares `responses` and `conditions`, their names replace `force` and `diameter`.
     """
 
-    test: ColumnName | None = None
-    """Name of a test in the `tests` section; by default the cutting test."""
-    diameter: Size | None = None
-    """Outer diameter of the tested stems."""
-    force: Annotated[float, Quantity("force", above=0)] | None = None
-    """Mean maximum force."""
-    travel: Size | None = None
-    """Mean travel from first contact to the maximum force."""
-    work: Annotated[float, Quantity("energy", above=0)] | None = None
-    """Mean work: in cutting tests, up to the maximum force; in other tests, until the specimen breaks or the stroke
-    ends."""
-    slope: Annotated[float, Quantity("force per length", above=0)] | None = None
-    """Mean slope of the force–travel curve from 20 to 50 % of the maximum force, in tests other than cutting."""
     sd: Annotated[Any, WithJsonSchema(_SCATTER)] = None
     """Standard deviation over the specimens; for several responses, a mapping from response names to standard
     deviations. Without `sd`, the mean is treated as exact."""

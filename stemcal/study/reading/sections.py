@@ -10,10 +10,10 @@ from typing import Any, TypeGuard, get_type_hints
 
 from pydantic import BaseModel, TypeAdapter, ValidationError
 
-from stemcal.naming import CUTTING, DIAMETER, FIRST, FORCE, Naming
+from stemcal.naming import CUTTING, FIRST, Naming
 from stemcal.study.model import FIELDS, MOST_FACTORS, TESTS, Factor, LaboratorySection, StudyForm, Targets
-from stemcal.study.model.laboratory_kind import named_responses, with_tests
-from stemcal.study.model.measured_targets import fitted_responses, named_modes
+from stemcal.study.model.laboratory_kind import naming_with, with_tests
+from stemcal.study.model.measured_targets import fitted_responses
 from stemcal.study.reading.json_schema import section_with
 from stemcal.study.reading.messages import finding_of
 from stemcal.study.reading.target_rows import Rows
@@ -59,7 +59,15 @@ class Sections:
     @property
     def context(self) -> dict[str, Any]:
         """The context that the types of the model need for a value."""
-        return {"spec": self.folder, "naming": self.naming}
+        return {"spec": self.folder, "naming": self.naming, "measured": self._measured}
+
+    @property
+    def _measured(self) -> Collection[str] | None:
+        """The names of the responses that were measured; None as long as that is unknown."""
+        targets = self.good.get("targets")
+        if not _complete(targets):
+            return None
+        return {self.naming.response.name, *(name for target in targets.means for name in target.further)}
 
     def read(self, name: str, given: Any) -> None:
         """Read a section; of one that is wrong, what is good of it."""
@@ -95,6 +103,9 @@ class Sections:
         """Read the rows of the targets, and the curves that they name; make further responses of what they give."""
         tests, machine = self.data.get("tests"), self.good.get("machine")
         names = [test.get("name") for test in tests if isinstance(test, dict)] if isinstance(tests, list) else []
+        if self.naming.is_cutting and isinstance(given, list):
+            keys = [key for row in given if isinstance(row, dict) and "test" not in row for key in row]
+            self.naming = self.naming.measuring(list(map(str, keys)))
         rows = Rows(self.naming, [one for one in names if isinstance(one, str)], self.folder)
         rows.read(given)
         self.findings += rows.findings
@@ -145,16 +156,16 @@ class Sections:
     def take_in_tests(self, targets: Targets) -> None:
         """Make what was measured in laboratory tests, and the shape of curves, further responses of the study."""
         tests = tuple(self.tests.values())
-        measured = (*named_responses(tests), *named_modes(targets.modes.values()))
-        if measured and self.naming.is_cutting:
-            self.naming = Naming(DIAMETER, (FORCE, *measured))
-            if _complete(targets):
-                self.good["targets"] = with_tests(targets, tests)
+        if not self.naming.is_cutting or not (tests or targets.modes):
+            return
+        self.naming = naming_with(targets, tests)
+        if _complete(targets):
+            self.good["targets"] = with_tests(targets, tests)
 
     def fit_all_responses(self) -> None:
         """Fit all measured responses of a study that declares several, unless the spec chooses."""
         targets = self.good.get("targets")
-        if self.naming.is_cutting or not _complete(targets) or self.chosen("responses") is not None:
+        if not _complete(targets) or self.chosen("responses") is not None:
             return
         measured = fitted_responses(targets, self.naming)
         for name in FIELDS.values() if len(measured) > 1 else ():

@@ -16,13 +16,14 @@ from stemcal.measured.curve_modes import FEWEST, MOST, Curve, modes_of, smoothed
 from stemcal.measured.shear_curves import CurveOptions, read_curves
 from stemcal.measured.statistics import summarise
 from stemcal.naming import DIAMETER, FORCE, NOWHERE, Named, Naming
-from stemcal.study.model.laboratory_kind import RESPONSES, LaboratoryMeans
+from stemcal.responses import responses_in
+from stemcal.study.model.laboratory_kind import LaboratoryMeans
 from stemcal.study.model.measured_targets import Count, Mean, Patterns, Target, Targets
 from stemcal.study.reading.messages import finding_of
 from stemcal.study.types import units
 from stemcal.study.types.field_types import MOST as LARGEST
 from stemcal.study.types.field_types import Quantity, complain
-from stemcal.study.types.named import quantity
+from stemcal.study.types.named import from_internal, quantity
 from stemcal.study.types.strict_yaml import Finding, NodePath
 from stemcal.words import counted, did_you_mean
 
@@ -77,7 +78,6 @@ def _files(patterns: Sequence[str], folder: Path) -> list[Path]:
 
 
 _MOST_ROWS = 1000
-_OF_TESTS = Naming(DIAMETER, tuple(Named(name, name, symbol, unit) for name, (symbol, unit, _) in RESPONSES.items()))
 
 
 @dataclass
@@ -119,9 +119,11 @@ class Rows:
         if test is None:
             self._read_main(index, self._with_curves(index, row))
         else:
-            entry = _Row(row, ("targets", index), _OF_TESTS, self.findings)
+            responses = responses_in(measured=map(str, row))  # rules refuse those of other tests
+            naming = Naming(DIAMETER, tuple(map(Named.of, responses)))
+            entry = _Row(row, ("targets", index), naming, self.findings)
             if not entry.means and not entry.wrong:
-                remedy = "add a response, such as `slope: …`"
+                remedy = f"add a response, such as `{FORCE.name}: …`"
                 self._find(("targets", index), "the row contains no measured response", remedy)
             if entry.condition is not None:
                 means = LaboratoryMeans(diameter=entry.condition, means=entry.means, row=index)
@@ -195,7 +197,7 @@ class _Row:
 
     def __init__(self, row: Mapping[str, Any], path: NodePath, naming: Naming, findings: list[Finding]) -> None:
         self.row, self.path, self.findings, self.wrong = row, path, findings, False
-        self.with_units = naming.is_cutting or "test" in row
+        self.with_units = naming.is_cutting or "test" in row  # otherwise a number has the unit that the spec declares
         given = [one for one in naming.responses if one.name in row]
         scatters = self._scatters(given, naming)
         self.scatter_is_wrong = self.wrong
@@ -286,8 +288,8 @@ def _value(given: Any, named: Named, with_units: bool, above: float | None = Non
     """Return a value in the unit of what it is of; without `with_units` a number has that unit."""
     if with_units:
         bounds = {"above": above} if above is not None else {}
-        dimension = units.parse_unit(named.unit).dimension
-        return Quantity(dimension, at_least=at_least, **bounds).checked(given, from_yaml=True)
+        kind = Quantity(units.parse_unit(named.unit).dimension, at_least=at_least, unit=named.unit, **bounds)
+        return from_internal(kind.checked(given, from_yaml=named.unit != "1"), named.unit)
     value = quantity(given, named)
     if not abs(value) <= LARGEST:
         raise complain(f"{value:g} is not between -{LARGEST:g} and {LARGEST:g}", "check the number and its unit")

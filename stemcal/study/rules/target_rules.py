@@ -4,10 +4,12 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from math import isclose
 
-from stemcal.naming import CUTTING, DIAMETER, FIRST, FORCE, Names
+from stemcal.naming import DIAMETER, FIRST, FORCE, Names
+from stemcal.responses import responses_in
 from stemcal.study.rules import Draft
 from stemcal.study.types.named import CHANCE
 from stemcal.study.types.strict_yaml import Finding, NodePath
+from stemcal.words import listed
 
 _OF_ROWS = ("test", "sd", "n", "curves")
 
@@ -46,7 +48,7 @@ def _own_names_belong_to_programs(draft: Draft) -> Iterator[Finding]:
     if draft.naming.is_cutting or draft.kind.own_responses or draft.tests or draft.study.targets.modes:
         return
     for section, is_own in (
-        ("responses", draft.naming.response != FORCE or draft.naming.further != CUTTING.further),
+        ("responses", draft.naming.response != FORCE or draft.naming.others),
         ("conditions", draft.naming.condition != DIAMETER),
     ):
         if is_own:
@@ -138,9 +140,11 @@ def _tests_have_what_they_need(draft: Draft) -> Iterator[Finding]:
     """What is measured has a scatter, and is a response of the stem."""
     for test in draft.tests.values():
         for means in test.targets:
-            if test.is_further_cut and "slope" in means.means:
-                message = "the slope of a cutting curve includes the contact compliance, which depends on the mesh"
-                yield Finding(("targets", means.row, "slope"), message, "use the maximum force instead")
+            own = [response.name for response in test.responses]
+            for one in responses_in(measured=means.means):
+                if one.name in means.means and one.name not in own:
+                    message = one.why_only or f"a test of kind `{test.kind}` has no {one.noun or one.label}"
+                    yield Finding(("targets", means.row, one.name), message, f"use {listed(own)} instead")
             for response, mean in means.means.items():
                 if mean.sd is None:
                     message = f"without `sd`, the weight of {response} in the fit is unknown"

@@ -91,12 +91,16 @@ class OneOf:
 
 @dataclass(frozen=True)
 class Quantity:
-    """A number with a unit, held in internal units. Bounds are in internal units too."""
+    """A number with a unit, held in internal units. Bounds are in internal units too.
+
+    Errors suggest `unit`, by default the usual one of the dimension.
+    """
 
     dimension: str
     above: float = -math.inf
     at_least: float = -math.inf
     below: float = math.inf
+    unit: str = ""
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         return core_schema.with_info_before_validator_function(self.read, handler(source))
@@ -123,17 +127,17 @@ class Quantity:
         return value
 
     def _parsed(self, given: Any, from_yaml: bool) -> float:
-        unit = units.INTERNAL[self.dimension]
+        usual = self.unit or units.usual_unit(self.dimension)
         if isinstance(given, str):
             try:
-                return units.parse(given, self.dimension)
+                return units.parse(given, self.dimension, usual)
             except units.UnitError as error:
                 raise complain(error.message, error.remedy) from None
         given = given.item() if hasattr(given, "item") else given  # a number of numpy's
         if isinstance(given, bool) or not isinstance(given, int | float):
-            raise complain("the value is not a number with a unit", f'write a value such as "1 {unit}"')
+            raise complain("the value is not a number with a unit", f'write a value such as "1 {usual}"')
         if from_yaml:
-            raise complain(f"{given:g} has no unit", f'write "{given:g} {units.usual_unit(self.dimension)}"')
+            raise complain(f"{given:g} has no unit", f'write "{given:g} {usual}"')
         return float(given) if -MOST <= given <= MOST else math.inf  # a whole number of 400 digits is no float
 
 

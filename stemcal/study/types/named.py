@@ -63,7 +63,17 @@ def _written(given: str, named: Named) -> float:
         value = units.parse(given, unit.dimension)
     except units.UnitError as error:
         raise complain(error.message, error.remedy) from None
-    return float(f"{units.from_internal(value, unit.name):.12g}")
+    return from_internal(value, unit.name)
+
+
+def from_internal(value: float, unit: str) -> float:
+    """Return an internal value in a unit as people write it: 0.25 is 25 %, not 25.000000000000004 %.
+
+    >>> from_internal(0.07, "%"), from_internal(2.0, "N")
+    (7.0, 2.0)
+    """
+    internal = units.INTERNAL[units.parse_unit(unit).dimension] == units.parse_unit(unit).name
+    return value if internal else float(f"{units.from_internal(value, unit):.12g}")
 
 
 def _in_own_unit(given: str, named: Named) -> float:
@@ -91,13 +101,14 @@ class OwnCondition(Quantity):
 
 
 def responses_by_name(given: Any, info: ValidationInfo) -> Any:
-    """Return the responses of a list, `FIRST` for the first; all of them for ``all``."""
+    """Return the responses of a list, `FIRST` for the first; for ``all`` those that were measured."""
     if info.context is None:
         return given
     naming = _naming(info)
     known = [response.name for response in naming.responses]
     if given == "all":
-        given = known
+        measured = (info.context or {}).get("measured")
+        given = [name for name in known if measured is None or name in measured]
     if not isinstance(given, list | tuple) or not given or any(name not in known for name in given):
         raise complain("the value is neither `all` nor a list of responses", f"choose from {', '.join(known)}")
     return tuple(FIRST if name == naming.response.name else name for name in given)

@@ -95,7 +95,7 @@ class SolverKind:
     """Whether the solver requires a program that the spec names."""
     simulates_stems: ClassVar[bool] = False
     """Whether the solver itself simulates stems: cuts and other laboratory tests, elements of any size, the force over
-    time, travel and work, with an estimate of time and memory."""
+    time, with an estimate of time and memory."""
     writes_decks: ClassVar[bool] = False
     """Whether the solver runs a program on decks that stemcal writes."""
     own_responses: ClassVar[bool] = True

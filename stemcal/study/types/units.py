@@ -87,15 +87,19 @@ def from_internal(value: float, unit: str) -> float:
     return value * known.denominator / known.numerator
 
 
-def parse(text: str, dimension: str) -> float:
-    """Read a quantity such as ``"8 mm"`` and return it in the internal unit of `dimension`."""
+def parse(text: str, dimension: str, usual: str = "") -> float:
+    """Read a quantity such as ``"8 mm"`` and return it in the internal unit of `dimension`.
+
+    Errors suggest the unit `usual`, by default that of the dimension.
+    """
+    usual = usual or usual_unit(dimension)
     match = _QUANTITY.fullmatch(text.strip().replace("−", "-")) if len(text) <= _LONGEST else None
     if match is None:
-        example = f'write a number and a unit, such as "1 {usual_unit(dimension)}"'
+        example = f'write a number and a unit, such as "1 {usual}"'
         raise UnitError(f"{_shown(text)} is not a number with a unit", example)
     number, unit = float(match[1]), match[2]
     if unit is None:
-        raise UnitError(f"{match[1]} has no unit", f'write "{match[1]} {usual_unit(dimension)}"')
+        raise UnitError(f"{match[1]} has no unit", f'write "{match[1]} {usual}"')
     if re.match(r",[0-9]", unit):
         raise UnitError(f"{_shown(text)} has a decimal comma", "use a decimal point, as in 37.5")
     value = convert(number, unit, dimension)

@@ -1,0 +1,215 @@
+"""The table of responses: what a test of a stem gives, its name, label, symbol and unit, in which tests, and how.
+
+A new response is one entry of `TABLE`; in another package it is a `Response` with an entry point in the group
+``stemcal.responses``. A response that a spec declares for its own program (`responses:`) has no entry: the program
+returns its value. Every value of a response, measured or simulated, is in its `unit`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
+from math import isfinite
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from stemcal.errors import UsageError
+from stemcal.registry import Registry
+
+Array = NDArray[np.float64]
+
+CUT = "cut"
+"""The cutting test that the sections of a spec describe."""
+FURTHER_CUT = "cutting"
+"""The further cutting tests of a spec, by their kind."""
+PIECE = "piece"
+"""Every test of a piece of stem; one kind of these tests has its own name, such as ``three-point-bending``."""
+
+SECANT = (0.2, 0.5)
+"""Shares of the maximum force between which the slope is taken."""
+_FEWEST = 3  # rows of a slope
+
+
+@dataclass(frozen=True)
+class ForceTravel:
+    """The force over the travel in one test of a stem, simulated or measured.
+
+    Attributes
+    ----------
+    travel, force : arrays (n,)
+        The curve, mm and N: until the specimen breaks in laboratory tests, to the end of the stroke in the cutting test
+        of the spec. Empty if the record of a run has none.
+    peak_force, peak_travel : float
+        Maximum force until the break, N, and the travel there, mm.
+    diameter : float
+        Outer diameter of the stem, mm.
+    kind : str
+        `CUT`, or the kind of the laboratory test.
+    numbers : mapping
+        Other numbers of a simulated run by name, such as ``break_travel``; empty for measured curves.
+    """
+
+    travel: Array
+    force: Array
+    peak_force: float
+    peak_travel: float
+    diameter: float
+    kind: str = CUT
+    numbers: Mapping[str, object] = field(default_factory=dict)
+
+    @classmethod
+    def until_break(cls, travel: Array, force: Array, diameter: float, kind: str) -> ForceTravel:
+        """Return the curve of a laboratory test (mm, N) that ends at the break."""
+        peak = int(np.argmax(force))
+        return cls(travel, force, float(force[peak]), float(travel[peak]), diameter, kind)
+
+
+@dataclass(frozen=True)
+class Response:
+    """One response of a test of a stem.
+
+    Parameters
+    ----------
+    name : str
+        Key in `targets`, in tables and in files.
+    label, symbol, unit : str
+        Heading, symbol in equations, unit of all values.
+    of : callable
+        Return the value of a `ForceTravel` in `unit`, None if the curve does not show it.
+    meaning : str
+        Text on the key in the reference of the spec.
+    tests : collection of str
+        Tests in which it exists: `CUT`, `FURTHER_CUT`, `PIECE`, or a kind of test.
+    why_only : str
+        Why the other tests do not have it, for those who measured it there.
+    noun : str
+        Word for it in sentences, by default the label.
+    of_test : str
+        Words behind the name of a laboratory test, by default the noun.
+    before_maximum : bool
+        Whether its value does not depend on the force after the first half of the rise.
+    varies_with_mesh : bool
+        Whether it falls as elements get smaller.
+    """
+
+    name: str
+    label: str
+    symbol: str
+    unit: str
+    of: Callable[[ForceTravel], float | None]
+    meaning: str
+    tests: frozenset[str] = frozenset({CUT, FURTHER_CUT, PIECE})
+    why_only: str = ""
+    noun: str = ""
+    of_test: str = ""
+    before_maximum: bool = False
+    varies_with_mesh: bool = False
+
+    def value(self, test: ForceTravel) -> float | None:
+        """Return the value in a test, in `unit`; None if the test does not give it."""
+        try:
+            found = self.of(test)
+            return None if found is None or not isfinite(found) else float(found)
+        except Exception as error:  # of another package
+            reason = f"{type(error).__name__}: {error}"
+            raise UsageError(f"the response {self.name} cannot be calculated from a run: {reason}") from error
+
+
+def secant(travel: Array, force: Array, shares: tuple[float, float] = SECANT) -> float | None:
+    """Return the slope (N/mm) of a line fitted by least squares to a curve until the break.
+
+    It is fitted from one share of the largest force to another.
+
+    None if fewer than three rows lie between.
+
+    >>> round(secant(np.arange(5.0), 2.0 * np.arange(5.0), (0.1, 0.9)), 9)
+    2.0
+    """
+    low, high = (int(np.argmax(force >= share * force.max())) for share in shares)
+    u, f = travel[low : high + 1], force[low : high + 1]
+    if len(u) < _FEWEST or np.ptp(u) == 0.0 or np.ptp(f) == 0.0:
+        return None
+    return float(np.polyfit(u - u[0], f, 1)[0])
+
+
+def work_until(travel: ArrayLike, force: ArrayLike, end: float) -> float:
+    """Integrate the force over the travel from first touch to `end`; N·mm, which is mJ.
+
+    W = ∫₀ᵉⁿᵈ F du by the trapezoidal rule, the force at both ends interpolated.
+
+    >>> work_until([-1.0, 0.0, 1.0, 2.0], [0.0, 0.0, 10.0, 20.0], 1.5)
+    11.25
+    """
+    u, f = np.asarray(travel, dtype=float), np.asarray(force, dtype=float)
+    inner = u[(u > 0.0) & (u < end)]
+    points = np.concatenate([[0.0], inner, [max(end, 0.0)]])
+    return float(np.trapezoid(np.interp(points, u, f), points))
+
+
+def _work(test: ForceTravel) -> float | None:
+    if not len(test.travel):
+        return None
+    if test.kind == CUT:
+        return work_until(test.travel, test.force, test.peak_travel)
+    return float(np.trapezoid(test.force, test.travel))
+
+
+TABLE: tuple[Response, ...] = (
+    Response(
+        *("slope", "Slope", "k", "N/mm"),
+        of=lambda test: secant(test.travel, test.force),
+        meaning="""Mean slope of the force–travel curve from 20 to 50 % of the maximum force, in tests other than
+        cutting.""",
+        tests=frozenset({PIECE}),
+        why_only="the slope of a cutting curve includes the contact compliance, which depends on the mesh",
+        before_maximum=True,
+    ),
+    Response(
+        *("force", "Maximum force", "F", "N"),
+        of=lambda test: test.peak_force,
+        meaning="Mean maximum force.",
+        noun="force",
+        of_test="maximum force",
+    ),
+    Response(
+        *("travel", "Travel at maximum force", "u", "mm"),
+        of=lambda test: test.peak_travel,
+        meaning="Mean travel from first contact to the maximum force.",
+        noun="travel",
+        varies_with_mesh=True,
+    ),
+    Response(
+        *("work", "Work up to maximum force", "W", "mJ"),
+        of=_work,
+        meaning="""Mean work: in the cutting test, up to the maximum force; in the tests of the `tests` section, until
+        the specimen breaks or the stroke ends.""",
+        noun="work",
+        varies_with_mesh=True,
+    ),
+)
+"""The responses that come with stemcal. Records of laboratory tests list measured ones in this order."""
+
+OUTSIDE: Registry[Response] = Registry(Response, "stemcal.responses", ())
+"""The responses of other packages."""
+
+
+def response_of(name: str, *tests: str) -> Response | None:
+    """Return the response with this name if it exists in one of these tests, by default in any."""
+    found = next((one for one in TABLE if one.name == name), None) or OUTSIDE.named(name)
+    return found if found is not None and (not tests or found.tests.intersection(tests)) else None
+
+
+def responses_in(*tests: str, measured: Iterable[str] = ()) -> tuple[Response, ...]:
+    """Return the built-in responses that exist in any of these tests, and those of other packages that were `measured`.
+
+    Without tests it returns those of all tests.
+    """
+    built_in = tuple(one for one in TABLE if not tests or one.tests.intersection(tests))
+    more = dict.fromkeys(one for name in measured if (one := response_of(name, *tests)) is not None)
+    return (*built_in, *(one for one in more if one not in built_in))
+
+
+def packages_of(names: Iterable[str]) -> dict[str, str]:
+    """Return ``package of NAME``: version and hash, for each response of another package."""
+    return {f"package of {name}": version for name in names if (version := OUTSIDE.version_of(name))}
