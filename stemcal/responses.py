@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from math import isfinite
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -41,13 +42,14 @@ class ForceTravel:
         The curve, mm and N: until the specimen breaks in laboratory tests, to the end of the stroke in the cutting test
         of the spec. Empty if the record of a run has none.
     peak_force, peak_travel : float
-        Maximum force until the break, N, and the travel there, mm.
+        Maximum force until the break, N, and the travel there, mm; NaN if the solver does not report them.
     diameter : float
         Outer diameter of the stem, mm.
     kind : str
         `CUT`, or the kind of the laboratory test.
     numbers : mapping
-        Other numbers of a simulated run by name, such as ``break_travel``; empty for measured curves.
+        Numbers that the solver reports by name, such as ``break_travel``, among them responses that a curve does not
+        give; empty for measured curves.
     """
 
     travel: Array
@@ -56,7 +58,7 @@ class ForceTravel:
     peak_travel: float
     diameter: float
     kind: str = CUT
-    numbers: Mapping[str, object] = field(default_factory=dict)
+    numbers: Mapping[str, Any] = field(default_factory=dict)
 
     @classmethod
     def until_break(cls, travel: Array, force: Array, diameter: float, kind: str) -> ForceTravel:
@@ -107,9 +109,12 @@ class Response:
     varies_with_mesh: bool = False
 
     def value(self, test: ForceTravel) -> float | None:
-        """Return the value in a test, in `unit`; None if the test does not give it."""
+        """Return the value in a test, in `unit`: the number of that name in its run, otherwise `of` its curve.
+
+        None if the test gives neither.
+        """
         try:
-            found = self.of(test)
+            found = test.numbers[self.name] if self.name in test.numbers else self.of(test)
             return None if found is None or not isfinite(found) else float(found)
         except Exception as error:  # of another package
             reason = f"{type(error).__name__}: {error}"

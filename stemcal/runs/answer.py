@@ -11,6 +11,7 @@ from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 
 from stemcal.errors import RunsFailed, Waiting
+from stemcal.naming import CUTTING, Naming
 from stemcal.runs.executors import InlineExecutor, RunExecutor
 from stemcal.runs.record import Computed, Outcome, Run, outcome_of, stands
 from stemcal.runs.retries import Batch
@@ -58,8 +59,9 @@ def answer_all(
     time_limit: float | None = None,
     quorum: float = QUORUM,
     again: Collection[str] = (),
+    naming: Naming = CUTTING,
 ) -> list[Outcome]:
-    """Answer every request; the folder must be locked.
+    """Answer every request, with the responses that a study names; the folder must be locked.
 
     Requests with equal identities are computed once, those with a record not at all, unless their key is in
     `again`. Interrupted, it leaves the records of all that was done.
@@ -79,7 +81,7 @@ def answer_all(
             continue
         record = None if run.key in again else folder.load(run.key)
         if record is not None and stands(record, time_limit):
-            known[run.key] = outcome_of(record, solver.naming)
+            known[run.key] = outcome_of(record, naming)
         else:
             missing[run.key] = run
     stage = requests[0].stage if requests else ""
@@ -94,7 +96,7 @@ def answer_all(
     batch = Batch(missing.values(), InlineExecutor() if solver.immediate else executor)
     try:
         for run, computed in batch.arriving():
-            known[run.key] = keep(run, computed, folder)
+            known[run.key] = keep(run, computed, folder, naming)
             tally.add(known[run.key], run.request)
     finally:
         for run, computed in batch.rest():
@@ -141,7 +143,7 @@ class _Tally:
         self.watch(Progress(self.stage, *counts, response, condition, preparing, self.points))
 
 
-def keep(run: Run, computed: Computed, folder: StudyFolder) -> Outcome:
+def keep(run: Run, computed: Computed, folder: StudyFolder, naming: Naming = CUTTING) -> Outcome:
     """Save what came of a run durably, and return how it counts."""
     answer, circumstances = computed[0].readable(), computed[1]
     asked = {"key": run.key, "identity": run.identity, "request": run.request.as_record()}
@@ -149,7 +151,7 @@ def keep(run: Run, computed: Computed, folder: StudyFolder) -> Outcome:
     folder.save(record)
     if not answer.ok:
         folder.log("run_failed", key=run.key, stage=run.request.stage, row=run.request.row, reason=answer.reason)
-    return outcome_of(record, run.solver.naming)
+    return outcome_of(record, naming)
 
 
 # ---- when a stage must not go on, and why

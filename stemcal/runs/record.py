@@ -171,11 +171,10 @@ def outcome_of(record: Mapping[str, Any], naming: Naming = CUTTING) -> Outcome:
 
 def of_the_table(details: Mapping[str, Any], diameter: float, naming: Naming = CUTTING) -> dict[str, float]:
     """Return the responses of the table next to the first, from the curve and the numbers in a record's details."""
-    if (peak_travel := details.get("peak_travel")) is None:
-        return {}
     curve = details.get("curve") or {"travel": (), "force": ()}
     travel, force = (np.asarray(curve[name], dtype=float) for name in ("travel", "force"))
-    cut = ForceTravel(travel, force, details.get("peak_force", math.nan), peak_travel, diameter, CUT, details)
+    peak = (details.get("peak_force", math.nan), details.get("peak_travel", math.nan))
+    cut = ForceTravel(travel, force, *peak, diameter, CUT, details)
     wanted = {named.name for named in (*CUTTING.further, *naming.further) if named.in_table}
     found = responses_in(CUT, measured=wanted)
     return {one.name: value for one in found if one.name in wanted and (value := one.value(cut)) is not None}

@@ -56,8 +56,9 @@ class Work:
         return self._answered(requests, QUORUM)
 
     def _answered(self, requests: Sequence[Request], quorum: float = 0.0) -> list[Outcome]:
-        limit = self.study.solver.run_limit
-        return answer_all(requests, self.solver, self.folder, self.executor, self.watch, limit, quorum)
+        limit, naming = self.study.solver.run_limit, self.study.naming
+        how = (self.solver, self.folder, self.executor, self.watch, limit, quorum)
+        return answer_all(requests, *how, naming=naming)
 
     def simulating(self, stage: str, pictured: bool = False) -> SimulateAt:
         """Return what simulates points at some diameters, together; `pictured` runs keep what pictures show."""
