@@ -6,7 +6,7 @@ import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 from pydantic import Field
 
@@ -29,9 +29,6 @@ from stemcal.study.types.field_types import Size, Whole
 from stemcal.words import did_you_mean
 
 _Workers = Annotated[Whole, Field(ge=1)] | None
-
-if TYPE_CHECKING:
-    pass
 
 
 def load_study(path: str | Path, **changes: object) -> Study:

@@ -79,7 +79,7 @@ def a_stage(kind: type[R]) -> Callable[[Callable[[Work, Head], R]], Callable[...
     """
 
     def made(found: Callable[[Work, Head], R]) -> Callable[..., R]:
-        @wraps(found)
+        @wraps(found, assigned=("__module__", "__name__", "__qualname__", "__doc__"))
         def stage(
             study: Study,
             folder: StudyFolder,
@@ -94,6 +94,7 @@ def a_stage(kind: type[R]) -> Callable[[Callable[[Work, Head], R]], Callable[...
                 head = head_of(study, work.solver, folder, kind.name)
                 return leave(folder, found(work, head))
 
+        del stage.__wrapped__  # otherwise `inspect.signature` shows the arguments of the inner function
         return stage
 
     return made

@@ -3,6 +3,7 @@
 import json
 import shutil
 from collections.abc import Callable, Sequence
+from inspect import signature
 from pathlib import Path
 
 import pytest
@@ -16,6 +17,7 @@ from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers import make_solver
 from stemcal.stages.fresh import _TEST, changes_since, finished, inputs_of, make, require_fresh
 from stemcal.stages.stage import STAGES, stage_called
+from stemcal.stages.validate.analysis import validate
 from stemcal.study.model import Study
 from stemcal.study.reading import load_study
 
@@ -159,3 +161,8 @@ def test_a_solver_of_ones_own_is_always_asked(place: Path) -> None:
     before = len(events(folder))
     workflow.run_stage("screen", study, folder)
     assert [event["event"] for event in events(folder)[before:]] == ["stage_begins", "stage_done"]
+
+
+def test_the_signature_of_a_stage_lists_what_its_callers_pass() -> None:
+    assert list(signature(validate).parameters) == ["study", "folder", "executor", "watch", "solver"]
+    assert "StudyFolder" in str(signature(validate).parameters["folder"])
