@@ -71,8 +71,8 @@ def test_stages_that_need_each_other_are_refused(tmp_path: Path, monkeypatch: py
 
 
 def test_a_member_that_nothing_calls_is_refused() -> None:
-    with pytest.raises(TypeError, match=r"Wrong\.forsee is never used: did you mean foresee"):
-        type("Wrong", (Stage,), {"forsee": lambda self: None})
+    with pytest.raises(TypeError, match=r"Wrong\.foreseee is never used: did you mean foresee"):
+        type("Wrong", (Stage,), {"foreseee": lambda self: None})
     with pytest.raises(TypeError, match=r"Wrong\.needs must be a method"):
         type("Wrong", (Stage,), {"needs": ("rsm",)})
 

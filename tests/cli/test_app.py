@@ -129,7 +129,7 @@ def test_all_problems_of_a_spec_and_nothing_on_disk(tmp_path: Path, monkeypatch:
         assert done.exit_code == 2
         assert done.stdout == ""
         assert "the spec has 5 problems" in done.stderr
-        assert "many-at-once.yaml:21:9: blade.widht: unknown key 'widht'" in done.stderr
+        assert "many-at-once.yaml:21:9: blade.widht: unknown key 'widht'" in done.stderr  # codespell:ignore widht
     assert list(tmp_path.iterdir()) == []
 
 
@@ -145,8 +145,8 @@ def test_unknown_executors_leave_no_folder(tmp_path: Path, monkeypatch: pytest.M
 
 
 def test_typing_errors_are_usage_errors() -> None:
-    assert command("scren", REPLAY).exit_code == 2
-    assert "screen" in command("scren", REPLAY).stderr
+    assert command("scren", REPLAY).exit_code == 2  # codespell:ignore scren
+    assert "screen" in command("scren", REPLAY).stderr  # codespell:ignore scren
     assert command("run", REPLAY, "--workers", 0).exit_code == 2
     assert command("run").exit_code == 2
 

@@ -69,7 +69,5 @@ def test_sentences_of_pages_are_short() -> None:
 
 @pytest.mark.skipif(shutil.which("codespell") is None, reason="codespell is part of the extra `dev`")
 def test_no_word_is_misspelt() -> None:
-    done = subprocess.run(
-        ["codespell", "docs", "stemcal", *ROOT.glob("*.md")], cwd=ROOT, capture_output=True, text=True
-    )
-    assert done.stdout == ""
+    done = subprocess.run(["codespell"], cwd=ROOT, capture_output=True, text=True)
+    assert done.stdout + done.stderr == ""

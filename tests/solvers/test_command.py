@@ -280,8 +280,8 @@ def problems(folder: Path, **options: str) -> str:
 
 
 def test_unknown_placeholder_is_told_with_file_and_line(tmp_path: Path) -> None:
-    said = problems(tmp_path, template=TEMPLATE + "x = {{widht}}\ny = {{__import__('os')}}\n")
-    assert "study.yaml:8:15: solver.templates[1]: input.txt:4: {{widht}} is not a factor; did you mean width?" in said
+    said = problems(tmp_path, template=TEMPLATE + "x = {{widthh}}\ny = {{__import__('os')}}\n")
+    assert "study.yaml:8:15: solver.templates[1]: input.txt:4: {{widthh}} is not a factor; did you mean width?" in said
     assert "input.txt:5: {{__import__('os')}} is not a factor" in said
 
 
@@ -304,7 +304,7 @@ def test_result_file_stays_in_the_run_folder(tmp_path: Path, name: str) -> None:
             "{file: out.json}",
             "solver.result: the reader does not specify which numbers to read; use exactly one of `column: …`",
         ),
-        ("{file: out.csv, colum: F}", "unknown key 'colum'; did you mean column?"),
+        ("{file: out.csv, colum: F}", "unknown key 'colum'; did you mean column?"),  # codespell:ignore colum
         ("{file: out.txt, pattern: '(1'}", "is not a valid regular expression"),
         ("{file: out.txt, pattern: '(1{4294967295})'}", "is not a valid regular expression: the repetition number"),
         ("{file: out.txt, pattern: 'F=1'}", "has no capture group around the number"),

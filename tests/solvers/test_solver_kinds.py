@@ -151,7 +151,7 @@ def test_a_kind_of_another_package_answers_and_its_code_counts(packages: Path) -
     code_of.cache_clear()
     assert Run.of(solver, request).key != before
     with pytest.raises(SpecError, match="unknown key 'stifness'; did you mean stiffness"):
-        study_of(packages, "spring, stifness: 7")
+        study_of(packages, "spring, stifness: 7")  # codespell:ignore stifness
 
 
 @pytest.mark.parametrize("kind", ["broken", "nowhere"])

@@ -82,7 +82,7 @@ def test_what_init_writes_satisfies_the_schema() -> None:
     ("section", "value"),
     [
         ("blade", {"width": 28}),
-        ("blade", {"widht": "28 mm"}),
+        ("blade", {"widht": "28 mm"}),  # codespell:ignore widht
         ("solver", {"kind": "abaqus"}),
         ("factors", []),
         ("refine", {"budget": "many"}),
