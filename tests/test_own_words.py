@@ -1,5 +1,6 @@
 """A study that names its own responses: each screened, fitted, inverted and validated, files under its own words."""
 
+import csv
 import shutil
 from pathlib import Path
 
@@ -121,3 +122,16 @@ def test_a_response_left_out_of_the_fit_checks_it(tmp_path: Path) -> None:
     assert worst.response == "bulk" and 30.0 < worst.error_percent < 40.0
     assert "bulk density" in reason.text and reason.remedy.edit == "invert: {responses: all}"
     assert verdict.use.good == () and verdict.use.held_out == worst and not worst.fitted
+
+
+def test_a_column_with_the_name_of_a_response_has_its_values(two: tuple[Study, StudyFolder, Results]) -> None:
+    """Names of responses are in a column `response`: in the CSV files of every stage."""
+    names, seen = [named.name for named in two[0].naming.responses], []
+    for path in sorted(two[1].path.glob("*.csv")):
+        head, *rows = csv.reader(path.read_text("utf-8").splitlines())
+        columns = {key: [row[place] for row in rows] for place, key in enumerate(head)}
+        assert all(value == "" or float(value) > 0.0 for name in names for value in columns.get(name, ()))
+        if "response" in columns:
+            seen.append(path.stem)
+            assert set(columns["response"]) <= set(names)
+    assert {"invert_responses", "validate_responses"} <= set(seen)

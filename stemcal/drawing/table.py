@@ -146,15 +146,20 @@ class Table:
     def headed(self, headings: Mapping[str, str | None]) -> Table:
         """Return it with other keys of columns; those of None are left out.
 
-        A key that another column has already is not taken: the column keeps its own.
+        A key that another column has already is not taken: the column keeps its own. So does a column of texts: it
+        holds names of responses, not values of the response.
 
         >>> table = Table.of(["condition", "response", "status"], [{"condition": 8.0, "response": 3.1}])
         >>> [column.key for column in table.headed({"condition": None, "response": "angle"}).columns]
         ['angle', 'status']
+        >>> table = Table.of(["condition", "response"], [{"condition": 8.0, "response": "work"}])
+        >>> [column.key for column in table.headed({"condition": "diameter", "response": "force"}).columns]
+        ['diameter', 'response']
         """
         keys = [column.key for column in self.columns]
+        texts = {key for place, key in enumerate(keys) if any(isinstance(row[place], str) for row in self.rows)}
         table = self._at([place for place, key in enumerate(keys) if headings.get(key, key) is not None])
-        renamed = {key: name for key, name in headings.items() if name is not None and name not in keys}
+        renamed = {key: name for key, name in headings.items() if name and name not in keys and key not in texts}
         return replace(table, columns=tuple(replace(c, key=renamed.get(c.key, c.key)) for c in table.columns))
 
     def csv(self) -> str:
