@@ -139,11 +139,11 @@ def rate_above_law(rate: float, c: float, factor: float) -> Note:
 
 
 def force_after_break(travel: float, force: float, peak: float) -> Note:
-    """Return the warning that the force exceeds its peak after the stem has broken; travel in mm, forces in N."""
+    """Return the warning that the force exceeds its peak after the first fracture; travel in mm, forces in N."""
     text = (
-        f"After the break at a travel of {travel:.3g} mm, the released stem strikes the blade. The contact force "
-        f"({force:.1f} N) then exceeds the peak force ({peak:.1f} N). The force after the break is not a cutting "
-        "force."
+        f"After the first fracture at a travel of {travel:.3g} mm, the released stem strikes the blade. The contact "
+        f"force ({force:.1f} N) then exceeds the peak force ({peak:.1f} N). The force after the first fracture is not "
+        "a cutting force."
     )
     return Note("force_after_break", "warning", text)
 

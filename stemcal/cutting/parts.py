@@ -102,10 +102,10 @@ class Discretisation:
     filter_window : float
         Width of the moving mean over the force, s.
     break_drop : float
-        The stem counts as broken once elements have failed and the force has dropped by this share of its peak, as a
+        The stem counts as fractured once elements have failed and the force has dropped by this share of its peak, as a
         testing machine's break detection has it; 1 never finds a break, so that the peak is that of the whole stroke.
     stop_after_peak : bool
-        End the simulation once the stem has broken.
+        End the simulation at the first fracture.
     """
 
     element_size: float = 1.0

@@ -64,13 +64,13 @@ class CuttingResult:
     Attributes
     ----------
     peak_force, peak_force_raw : float
-        Largest force until the stem breaks, after and before the filter, N.
+        Largest force until the first fracture, after and before the filter, N.
     peak_time, peak_travel : float
         When and where the filtered force peaks, s and mm.
     elements, deleted_elements : int
         Elements of the mesh that was computed, and how many of them were eroded by the time of the peak.
     stroke_was_enough : bool
-        Whether the stem has broken, or the force has fallen clearly below its peak by the end of the stroke.
+        Whether the stem has fractured, or the force has fallen clearly below its peak by the end of the stroke.
     energy_drift_percent : float
         Largest error in the energy balance against the largest work done.
     kinetic_ratio_percent : float
@@ -84,11 +84,11 @@ class CuttingResult:
     added_mass_percent : float
         What mass scaling and time step have added to the stem's mass. Where they add nothing inertia is the stem's own.
     contact_energy_percent : float
-        Smallest share of the blade's work that contact has held back until the stem breaks, after the first tenth of
+        Smallest share of the blade's work that contact has held back until the first fracture, after the first tenth of
         the work. Friction and damping only take: a share below 0 is energy that the numbers have created.
     break_travel : float or None
-        Travel of the blade when the stem breaks (`break_row`), mm; the curve beyond depends on the mesh and the
-        swinging stem rather than of the material. None if it does not break.
+        Travel of the blade at the first fracture (`break_row`), mm; the curve beyond depends on the mesh and the
+        swinging stem rather than on the material. None if there is none.
     """
 
     peak_force: float
@@ -163,7 +163,7 @@ def moving_mean(values: Array, window: int) -> Array:
 
 
 def break_row(force: Array, deleted: NDArray[np.int64], drop: float) -> int | None:
-    """Return the first row at which the stem has broken, None if it has not: the break detection of testing machines.
+    """Return the first row of the first fracture, None if there is none: the break detection of testing machines.
 
     Elements have failed (`deleted` counts them), and the force has dropped by the share `drop` of the largest before;
     a drop of 1 detects no break. What follows is the released stem that swings against the blade.
@@ -178,7 +178,7 @@ _FALLEN = 0.9
 
 
 def short_stroke(travel: Array, force: Array, broken: int | None) -> list[Note]:
-    """Return a warning unless a filtered curve (mm, N) has passed its maximum: the stem broke, or the force fell."""
+    """Return a warning unless a filtered curve (mm, N) has passed its maximum: by a fracture, or the force fell."""
     peak = int(np.argmax(force[:broken]))
     if broken is not None or force[-1] < _FALLEN * force[peak]:
         return []
@@ -186,7 +186,7 @@ def short_stroke(travel: Array, force: Array, broken: int | None) -> list[Note]:
 
 
 class BreakWatch:
-    """Detects during a test whether the stem has broken: `break_row` of the outputs whose moving mean is final.
+    """Detects the first fracture during a test: `break_row` of the outputs whose moving mean is final.
 
     Parameters
     ----------
@@ -201,7 +201,7 @@ class BreakWatch:
         self._force, self._deleted = list[float](), list[int]()
 
     def is_past(self, force: float, deleted: int) -> bool:
-        """Take note of the next force and number of eroded elements, and say whether the stem has broken."""
+        """Take note of the next force and number of eroded elements, and say whether the stem has fractured."""
         self._force.append(force)
         self._deleted.append(deleted)
         final = len(self._force) - self._window // 2
@@ -224,7 +224,7 @@ def evaluate(
     wall: float,
     balanced: int | None = None,
 ) -> CuttingResult:
-    """Return the peak of a force curve until the stem breaks, at row `broken`, if it does, and the measures of trust.
+    """Return the peak of a force curve until the first fracture, at row `broken`, if any, and the measures of trust.
 
     The energy balance is judged before row `balanced`, or over the whole stroke.
 
@@ -272,7 +272,7 @@ def evaluate(
 
 
 def _after_break(curve: ForceHistory, peak: int, broken: int | None) -> list[Note]:
-    """Return a warning if the force exceeds its peak after the stem has broken."""
+    """Return a warning if the force exceeds its peak after the first fracture."""
     if broken is None:
         return []
     largest, before = float(curve.force_filtered[broken:].max()), float(curve.force_filtered[peak])

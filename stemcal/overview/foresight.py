@@ -81,7 +81,7 @@ def warnings_before(demand: Demand, workers: int, here: bool = True) -> list[str
 
 
 LEAST_STROKE = 0.35
-"""Of the diameter: stems that break have their maximum at 0.06 to 0.1 of it, stems that fold first at 0.2 to 0.35."""
+"""Of the diameter: stems that fracture have their maximum at 0.06 to 0.1 of it, that fold first at 0.2 to 0.35."""
 
 
 def beforehand(study: Study) -> Iterator[Note]:
@@ -123,4 +123,4 @@ def lasting(study: Study, travel: float, diameter: float) -> Remedy:
     else:
         written = f"stroke: d/{floor(10.0 * diameter / travel) / 10.0:g}"
     edit = f"loading: {{{written}}}"
-    return Remedy(f"Set `{edit}`; each run still ends when the stem has broken.", edit)
+    return Remedy(f"Set `{edit}`; each run still ends at the first fracture.", edit)

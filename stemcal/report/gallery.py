@@ -9,7 +9,7 @@ from stemcal.cutting.end_state import Shape
 from stemcal.drawing.plot import Plot
 from stemcal.drawing.showing import Setting
 from stemcal.drawing.style import resize, save
-from stemcal.numbers import short
+from stemcal.numbers import short, significant
 from stemcal.report.figures.curves import energies, force_travel, measured_band
 from stemcal.report.figures.fracture import fracture
 from stemcal.report.outcome import showing_of
@@ -56,7 +56,11 @@ def _run_plots(study: Study, records: Records) -> list[Plot]:
     if curves:
         chosen = [label for label in curves if records[label].at_solution]
         text = "Force versus blade travel. Validation runs are in colour; all other runs are grey."
-        text += " Curves are dotted beyond stem failure." if any(curve.broke for curve in curves.values()) else ""
+        if any(curve.broke for curve in curves.values()):
+            travels = [broke for label in chosen if (broke := curves[label].broke) is not None]
+            ends = " to ".join(dict.fromkeys(significant(end(travels), 3) for end in (min, max) if travels))
+            where = f" (at {ends} mm in the validation runs)" if ends else ""
+            text += f" Curves are dotted beyond the first fracture{where}."
         plots.append(Plot("force-travel", "runs", text, partial(force_travel, curves, chosen)))
     calibrated = f"{short(study.targets.calibrate_at)} mm"
     for condition, modes in study.targets.modes.items():

@@ -133,7 +133,11 @@ def _responses(result: CuttingResult, section: LaboratorySection, diameter: floa
 def _simulation_rows(result: CuttingResult) -> list[tuple[str, str]]:
     rate = result.element_steps_per_second / 1e6
     return [
-        *([("Stem broke at", f"{result.break_travel:.3f} mm of travel")] if result.break_travel is not None else []),
+        *(
+            [("First fracture at", f"{result.break_travel:.3f} mm of travel")]
+            if result.break_travel is not None
+            else []
+        ),
         ("Elements", f"{result.elements} ({result.deleted_elements} deleted before the peak force)"),
         ("Steps", f"{result.steps} in {duration(result.wall_seconds)}, {rate:.1f} M element-steps/s"),
         ("Energy drift", f"{fixed(result.energy_drift_percent, 3)} %"),

@@ -22,7 +22,7 @@ from stemcal.study.types.field_types import (
 from stemcal.study.types.solver_kind import Mesh, SolverOptions
 from stemcal.version import __version__
 
-# The stem counts as broken once elements have failed and the force has dropped by this share of it.
+# The stem counts as fractured once elements have failed and the force has dropped by this share of it.
 BREAK_DROP = 0.5
 # Up to this speed of the blade, 100 mm/min, added mass and time step are those of the spec, mm/s.
 _SLOW = 100.0 / 60.0

@@ -32,7 +32,7 @@ def known_result() -> CuttingResult:
         deleted_elements=14, steps=21000, wall_seconds=4.2, element_steps_per_second=9.5e6,
         energy_drift_percent=0.4, kinetic_ratio_percent=0.02, hourglass_ratio_percent=3.0,
         contact_energy_percent=1.5, inertia_percent=0.1,
-        stroke_was_enough=True, warnings=(inertia_in_force(6.25, 0.5),), history=history,
+        stroke_was_enough=True, warnings=(inertia_in_force(6.25, 0.5),), history=history, break_travel=0.8214,
     )  # fmt: skip
 
 
@@ -55,6 +55,8 @@ def test_table_and_warnings(calls: list[Any]) -> None:
     result = command("simulate", SMOKE)
     assert result.exit_code == 0
     assert "120.0 N" in result.stdout
+    (fracture,) = [line for line in result.stdout.splitlines() if "0.821 mm" in line]  # the stem is not cut through
+    assert fracture.startswith("First fracture at") and "broke" not in result.stdout
     assert "warning: Inertia contributes 6.2 % of the peak force" in result.stderr
     assert max(map(len, result.stdout.splitlines())) <= 80
 

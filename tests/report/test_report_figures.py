@@ -7,8 +7,8 @@ import pytest
 from stemcal.drawing.plot import Plot, Shared, inline
 from stemcal.drawing.style import save, svg
 from stemcal.report.figures.curves import force_travel
-from stemcal.report.gallery import write_figures
-from stemcal.report.records import Curve
+from stemcal.report.gallery import _run_plots, write_figures
+from stemcal.report.records import Curve, Details, _RunRecord
 from stemcal.stages.rsm.figures import Solution, contours, observed_predicted
 from stemcal.stages.screen.showing import pareto
 from stemcal.stages.validate.figures import validation
@@ -49,6 +49,20 @@ def test_files_lie_on_white(stages: dict[str, Any], tmp_path: Path) -> None:
     assert ground + "none" + rest == document
     with Image.open(pixels) as image:
         assert image.convert("RGBA").getpixel((0, 0)) == (255, 255, 255, 255)
+
+
+def test_the_figure_of_the_curves_has_the_travels_of_the_first_fracture(replayed: tuple[Any, Any]) -> None:
+    """Those at the solution: a run stops there, long before the stem is cut through."""
+
+    def record(broke: float | None, at_solution: bool) -> _RunRecord:
+        details = Details(curve=Curve((0.0, 0.4, 0.8), (0.0, 150.0, 60.0)), break_travel=broke)
+        return _RunRecord("a", details, at_solution=at_solution)
+
+    records = {"screen 1": record(0.5, False), "7 mm": record(0.6461, True), "8 mm": record(0.679, True)}
+    (plot,) = _run_plots(replayed[0], records)
+    assert "first fracture (at 0.646 to 0.679 mm in" in plot.caption
+    (plot,) = _run_plots(replayed[0], {"8 mm": record(None, True)})
+    assert "fracture" not in plot.caption
 
 
 def test_pareto_has_a_bar_per_factor_and_lenths_line(stages: dict[str, Any]) -> None:

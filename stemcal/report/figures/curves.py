@@ -28,7 +28,7 @@ from stemcal.report.records import Curve
 def force_travel(curves: Mapping[str, Curve], highlighted: Collection[str] = (), of_blade: bool = True) -> Figure:
     """Return force over travel, that of the blade or of another test, for all runs; highlighted ones are named.
 
-    After the stem has broken a curve is dotted: there it shows the released stem, not cutting.
+    After the first fracture a curve is dotted: there it shows the released stem, not cutting.
     """
     colours = (BLUE, ORANGE, GREEN, "#cc79a7", "#e69f00", "#56b4e9")
     with new_figure(width=6.4 if len(curves) > 3 else 4.7) as figure:
@@ -48,22 +48,22 @@ def force_travel(curves: Mapping[str, Curve], highlighted: Collection[str] = (),
 
 
 def _draw(axes: Axes, curve: Curve, **style: Any) -> None:
-    """Draw a curve as a line until the stem has broken and dotted from there."""
-    end = _until_broken(curve)
+    """Draw a curve as a line until the first fracture and dotted from there."""
+    end = _until_fracture(curve)
     axes.plot(curve.travel[:end], curve.force[:end], **style)
     after = slice(max(end - 1, 0), None)
     axes.plot(curve.travel[after], curve.force[after], **{**style, "label": None, "linestyle": ":"})
 
 
-def _until_broken(curve: Curve) -> int:
-    """Return how many points of a curve are before the break."""
+def _until_fracture(curve: Curve) -> int:
+    """Return how many points of a curve are before the first fracture."""
     return len(curve.travel) if curve.broke is None else bisect_right(curve.travel, curve.broke)
 
 
 def measured_band(modes: CurveModes, simulated: Curve) -> Figure:
     """Return the measured curves' mean and scatter with the simulated one; below, by how many SD it is off where."""
     travel, mean, sd = modes.band
-    end = _until_broken(simulated)
+    end = _until_fracture(simulated)
     force = modes.at_shares(np.array(simulated.travel[:end]), np.array(simulated.force[:end]))
     with new_figure() as figure:
         axes, below = figure.subplots(2, 1, sharex=True, height_ratios=(3, 1))

@@ -46,12 +46,12 @@ def peak_answer(
     warnings: Sequence[Note] = (),
     modes: CurveModes | None = None,
 ) -> Answer:
-    """Return the peak of the filtered force until the stem breaks, as the embedded solver reports it.
+    """Return the peak of the filtered force until the first fracture, as the embedded solver reports it.
 
     Parameters
     ----------
     failed : sequence of float
-        When each element was taken away, s. Without any the stem has not broken, and the peak is that of the stroke.
+        When each element was taken away, s. Without any there is no fracture, and the peak is that of the stroke.
     warnings : sequence of Note
         Warnings on the answer.
     modes : CurveModes, optional
