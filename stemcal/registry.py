@@ -49,14 +49,14 @@ class Registry(Generic[T]):
     Parameters
     ----------
     kind : type
-        Their base class; a class of another package is created without arguments.
+        Their base class; a class of another package is created without arguments, an object is used as it is.
     group : str
         The group of entry points. An entry point has the name of the object and points to its class.
-    built_in : tuple of str
-        The places of the built-in classes, ``module:class``, in order.
+    built_in : tuple
+        The built-in objects, or the places of their classes, ``module:class``, in order.
     """
 
-    def __init__(self, kind: type[T], group: str, built_in: tuple[str, ...]) -> None:
+    def __init__(self, kind: type[T], group: str, built_in: tuple[str | T, ...]) -> None:
         self.kind, self.group, self._places = kind, group, built_in
         self.broken: dict[str, str] = {}
         """Why things of other packages are left out, by their names; of a second one also by its package."""
@@ -65,8 +65,7 @@ class Registry(Generic[T]):
     @cached_property
     def built_in(self) -> tuple[T, ...]:
         """The built-in ones, in order."""
-        places = [place.partition(":") for place in self._places]
-        return tuple(getattr(import_module(module), name)() for module, _, name in places)
+        return tuple(_at(place) if isinstance(place, str) else place for place in self._places)
 
     @cached_property
     def _entries(self) -> dict[str, EntryPoint]:
@@ -113,7 +112,8 @@ class Registry(Generic[T]):
         if name not in self._loaded and name in self._entries and name not in self.broken:
             entry = self._entries[name]
             try:
-                one = entry.load()()
+                loaded = entry.load()
+                one = loaded if isinstance(loaded, self.kind) else loaded()
             except Exception as error:  # no error of another package may end a command
                 self._leave_out(entry, f"{type(error).__name__}: {error}")
             else:
@@ -126,6 +126,12 @@ class Registry(Generic[T]):
     def _leave_out(self, entry: EntryPoint, reason: str, name: str = "") -> None:
         self.broken[name or entry.name] = f"{_package(entry)}: {reason}"
         logger.warning("%s was skipped: %s: %s", entry.name, _package(entry), reason)
+
+
+def _at(place: str) -> Any:
+    """Create the object of a class from its place."""
+    module, _, name = place.partition(":")
+    return getattr(import_module(module), name)()
 
 
 def _may_declare(group: str) -> bool:

@@ -195,13 +195,13 @@ TABLE: tuple[Response, ...] = (
 )
 """The responses that come with stemcal. Records of laboratory tests list measured ones in this order."""
 
-OUTSIDE: Registry[Response] = Registry(Response, "stemcal.responses", ())
-"""The responses of other packages."""
+RESPONSES: Registry[Response] = Registry(Response, "stemcal.responses", TABLE)
+"""Those of the table, and those of other packages by their entry points."""
 
 
 def response_of(name: str, *tests: str) -> Response | None:
     """Return the response with this name if it exists in one of these tests, by default in any."""
-    found = next((one for one in TABLE if one.name == name), None) or OUTSIDE.named(name)
+    found = RESPONSES.named(name)
     return found if found is not None and (not tests or found.tests.intersection(tests)) else None
 
 
@@ -210,11 +210,11 @@ def responses_in(*tests: str, measured: Iterable[str] = ()) -> tuple[Response, .
 
     Without tests it returns those of all tests.
     """
-    built_in = tuple(one for one in TABLE if not tests or one.tests.intersection(tests))
+    built_in = tuple(one for one in RESPONSES.built_in if not tests or one.tests.intersection(tests))
     more = dict.fromkeys(one for name in measured if (one := response_of(name, *tests)) is not None)
     return (*built_in, *(one for one in more if one not in built_in))
 
 
 def packages_of(names: Iterable[str]) -> dict[str, str]:
     """Return ``package of NAME``: version and hash, for each response of another package."""
-    return {f"package of {name}": version for name in names if (version := OUTSIDE.version_of(name))}
+    return {f"package of {name}": version for name in names if (version := RESPONSES.version_of(name))}

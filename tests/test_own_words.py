@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from edits import accepted
 from fakes import PYTHON
 from workflow import calibrate
 
@@ -121,6 +122,7 @@ def test_a_response_left_out_of_the_fit_checks_it(tmp_path: Path) -> None:
     worst = verdict.use.worst
     assert worst.response == "bulk" and 30.0 < worst.error_percent < 40.0
     assert "bulk density" in reason.text and reason.remedy.edit == "invert: {responses: all}"
+    accepted(spec.read_text("utf-8"), verdict, spec)
     assert verdict.use.good == () and verdict.use.held_out == worst and not worst.fitted
 
 

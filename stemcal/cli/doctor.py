@@ -59,11 +59,13 @@ def _versions() -> list[Finding]:
 def _plugins() -> list[Finding]:
     """Return the parts of other packages, and why some cannot be loaded."""
     from stemcal.doe.designs import SURFACES
+    from stemcal.responses import RESPONSES
     from stemcal.stages.stage import STAGES
     from stemcal.study.model import SOLVERS, TESTS
 
     found: list[Finding] = []
     named: dict[str, Registry[Any]] = {"stage": STAGES, "solver": SOLVERS, "design": SURFACES, "laboratory test": TESTS}
+    named |= {"response": RESPONSES}
     for noun, registry in named.items():
         found += [(f"{noun} {one.name}", registry.version_of(one.name), True) for one in registry.external]
         found += [(f"{noun} {name}", f"skipped: {reason}", None) for name, reason in registry.broken.items()]

@@ -22,7 +22,7 @@ class Embedded(SolverKind):
     """The explicit finite element solver that comes with stemcal."""
 
     name, options = "embedded", EmbeddedSolver
-    of_spec_alone = simulates_stems = True
+    of_spec_alone = simulates_stems = gives_curve = True
     own_responses = False
     replicates = "mesh"
     parameters = EMBEDDED
@@ -66,7 +66,7 @@ class Deck(SolverKind):
     """LS-DYNA or OpenRadioss on a deck of the shear test."""
 
     name, options = "deck", DeckSolver
-    starts_program = writes_decks = True
+    starts_program = writes_decks = gives_curve = True
     own_responses = False
     parameters = PARAMETERS
     rules = rules.OF_DECK

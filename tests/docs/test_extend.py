@@ -15,6 +15,7 @@ from shown import DOCS
 from stemcal.doe.coding import term_columns
 from stemcal.doe.designs import SurfaceOptions
 from stemcal.laboratory import Kind
+from stemcal.responses import CUT, ForceTravel
 from stemcal.solvers.protocol import Request
 from stemcal.stages.stage import STAGES
 from stemcal.study.model import TESTS
@@ -89,6 +90,15 @@ def test_a_sentence_and_a_figure() -> None:
     (plot,) = figure.figures(None, SimpleNamespace(force=12.34), None)
     (bar,) = plot.figure.axes[0].patches
     assert (plot.section, bar.get_height()) == ("middle", 12.34)
+
+
+def test_a_response(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A quarter of the diameter, in the unit that the response declares."""
+    monkeypatch.syspath_prepend(DOCS / "howto" / "extending")
+    import response
+
+    curve = ForceTravel.until_break(np.array([0.0, 2.0, 2.1]), np.array([0.0, 40.0, 1.0]), 8.0, CUT)
+    assert (response.RELATIVE_TRAVEL.value(curve), response.RELATIVE_TRAVEL.unit) == (25.0, "%")
 
 
 @pytest.mark.slow

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 import workflow
+from edits import accepted
 
 from stemcal.errors import TargetUnreachable
 from stemcal.runs.executors import InlineExecutor
@@ -25,4 +26,6 @@ def judged(folder: Path, text: str, solver: Solver, monkeypatch: pytest.MonkeyPa
     study, place = load_study(folder / "study.yaml"), StudyFolder(folder / "out")
     with suppress(TargetUnreachable):
         workflow.calibrate(study, place, InlineExecutor())
-    return verdict_of(study, place), fresh_results(study, place)
+    verdict = verdict_of(study, place)
+    accepted(text, verdict, study.source)
+    return verdict, fresh_results(study, place)

@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 import workflow
 import yaml
-from edits import merged
+from edits import accepted, merged
 from fakes import TWO_FACTORS, SpecSolver
 
 from stemcal.errors import StemcalError
@@ -120,7 +120,9 @@ def judged(plant: Plant, spec: str, folder: Path) -> Verdict:
     study, place = load_study(folder / "study.yaml"), StudyFolder(folder / "out")
     with suppress(StemcalError):
         workflow.calibrate(study, place, InlineExecutor())
-    return verdict_of(study, place)
+    verdict = verdict_of(study, place)
+    accepted(spec, verdict, study.source)
+    return verdict
 
 
 def followed(plant: Plant, folder: Path) -> Iterator[Verdict]:

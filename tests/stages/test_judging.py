@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 import workflow
-from edits import merged
+from edits import accepted, merged
 from fakes import TWO_FACTORS, SpecSolver, make_study
 
 from stemcal.cutting import result as cutting_result
@@ -90,6 +90,7 @@ def judged(monkeypatch: pytest.MonkeyPatch) -> Judge:
         with suppress(TargetUnreachable):
             workflow.calibrate(study, place, InlineExecutor())
         found = verdict_of(study, place)
+        accepted(study.source.read_text(encoding="utf-8"), found, study.source)
         return Verdict.of([reason for reason in found.reasons if reason.kind != "not_identified"], found.use)
 
     return judge

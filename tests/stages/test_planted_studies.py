@@ -4,15 +4,16 @@ Every forward model is analytic: F = (100 + 20a + 8b + 3b² + c·ab)·(d/8)^(2 +
 b coded by the ranges. The measured values are those of the truth.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from edits import merged
 from fakes import TWO_FACTORS, SpecSolver
 from planting import judged
 
-from stemcal.note import Note
+from stemcal.note import Note, Remedy
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.results import Results
@@ -85,9 +86,12 @@ class Plant:
             rows.append(f"    - {{diameter: {diameter:g} mm, force: {force:.9g} N, n: 6{more}}}\n")
         return f"targets:\n{''.join(rows)}"
 
-    def judged(self, name: str, more: str, change: tuple[str, str] = ("", "")) -> tuple[Verdict, Results]:
-        """Take a study as far as it comes."""
+    def judged(
+        self, name: str, more: str, follow: Remedy | None = None, change: tuple[str, str] = ("", "")
+    ) -> tuple[Verdict, Results]:
+        """Take a study as far as it comes, a text replaced in its spec or the edit of a remedy merged into it."""
         text = (TWO_FACTORS + more).replace(*change)
+        text = text if follow is None else merged(text, follow.edit)
         return judged(self.folder / name, text, self.solver, self.monkeypatch)
 
     def away(self, results: Results) -> float:
@@ -115,8 +119,8 @@ def test_one_force_knows_a_combination_and_a_second_response_each(tmp_path, monk
     b = (results.parameters["failure_strain"] - 0.03) / 0.02
     da, db = known.loosest["yield_stress"] / 5.0, known.loosest["failure_strain"] / 0.02
     assert da / db == pytest.approx(-(8.0 + 6.0 * b) / 20.0, rel=0.02)
+    after, again = plant.judged("two", targets + RSM, reason.remedy)
     assert reason.remedy.edit == "invert: {responses: all}"
-    after, again = plant.judged("two", targets + RSM + "invert: {responses: [force, travel]}\n")
     assert (after.verdict, after.reasons) == ("calibrated", ())
     assert plant.away(again) < 0.02 and plant.away(again) <= plant.away(results)
 
@@ -128,7 +132,7 @@ def test_diameters_that_grow_apart_identify(tmp_path, monkeypatch, truth) -> Non
     before, results = plant.judged("one", plant.measured() + RSM)
     reason = not_identified(before)
     assert reason is not None and reason.remedy.edit == "invert: {diameters: all}"
-    after, again = plant.judged("all", plant.measured() + RSM + "invert: {diameters: all}\n")
+    after, again = plant.judged("all", plant.measured() + RSM, reason.remedy)
     assert [reason.kind for reason in after.reasons] in ([], ["no_better_than_formula"])
     assert plant.away(again) < 0.1 and plant.away(again) <= plant.away(results) + 0.02
 
@@ -172,7 +176,7 @@ def test_a_fold_over_finds_the_pair_and_a_second_response_each_of_it(tmp_path, m
     assert before.verdict == "with_reservations" and reason is not None
     assert results.of(InvertResult).certainty.not_identified == results.of(RsmResult).names
     assert reason.remedy.edit == "invert: {responses: all}"
-    after, again = plant.judged("two", spec + "invert: {responses: [force, travel]}\n")
+    after, again = plant.judged("two", spec, reason.remedy)
     assert (after.verdict, after.reasons) == ("calibrated", ()) and plant.away(again) < 0.02
 
 
@@ -216,7 +220,9 @@ def test_the_physics_of_a_check_is_a_reservation(tmp_path, monkeypatch) -> None:
 def test_an_effect_of_the_wrong_sign_reaches_the_verdict(tmp_path, monkeypatch) -> None:
     plant = Plant(tmp_path, monkeypatch, Planted(), TRUTHS[0])
     more = plant.measured(travel=True) + RSM + "invert: {responses: [force, travel]}\n"
-    found, _ = plant.judged("minus", more, ("low: 0.01, high: 0.05", 'low: 0.01, high: 0.05, expected_sign: "-"'))
+    found, _ = plant.judged(
+        "minus", more, change=("low: 0.01, high: 0.05", 'low: 0.01, high: 0.05, expected_sign: "-"')
+    )
     (reason,) = (reason for reason in found.reasons if reason.kind == "sign_against_expectation")
     assert "failure_strain" in reason.text and "failure_strain" in reason.remedy.text
 
@@ -227,9 +233,27 @@ def test_rough_but_repeatable_answers_show_in_the_misfit_of_the_surface(tmp_path
     seen = []
     for number in range(4):
         change = ("low: 10, high: 20", f"low: 10, high: {20.0 + 0.01 * number}")
-        found, results = plant.judged(str(number), plant.measured() + RSM, change)
+        found, results = plant.judged(str(number), plant.measured() + RSM, change=change)
         assert results.of(RsmResult) is not None and results.of(RsmResult).fitted.df == 3
         seen += [reason for reason in found.reasons if reason.kind == "rough_response"]
     assert len(seen) >= 2 and all(reason.remedy.edit for reason in seen)
     smooth, _ = Plant(tmp_path, monkeypatch, Planted(), TRUTHS[0]).judged("smooth", plant.measured() + RSM)
     assert not smooth.has("rough_response")
+
+
+@pytest.mark.parametrize("known", [("force", "travel"), ("force",), ()])
+def test_the_advice_to_fit_all_responses_is_accepted(tmp_path, monkeypatch, known) -> None:
+    """Where a scatter is unknown, a joint fit is refused: the remedy asks for it first and has no edit."""
+    plant = Plant(tmp_path, monkeypatch, Planted(), TRUTHS[0])
+    sd = {"force": "force: 1 N", "travel": "travel: 0.01 mm"}
+    written = f"sd: {{{', '.join(sd[name] for name in known)}}}" if known else ""
+    targets = plant.measured(travel=True).replace(
+        ", sd: {force: 1 N, travel: 0.01 mm}", f", {written}" if known else ""
+    )
+    before, _ = plant.judged("one", targets + RSM)
+    remedy = not_identified(before).remedy
+    assert (remedy.edit is None) == (len(known) < 2)
+    assert remedy.edit or all(name in remedy.text.partition(" to ")[0] for name in {"force", "travel"} - set(known))
+    followed = targets if remedy.edit else plant.measured(travel=True)  # as the text says
+    after, again = plant.judged("two", followed + RSM, replace(remedy, edit="invert: {responses: all}"))
+    assert (after.verdict, after.reasons) == ("calibrated", ()) and plant.away(again) < 0.02

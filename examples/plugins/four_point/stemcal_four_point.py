@@ -1,9 +1,12 @@
 """A laboratory test from another package: four-point bending, two noses between two supports.
 
-Between the noses the moment is the same everywhere, and there is no shear. A test in a spec::
+Between the noses the moment is the same everywhere, and there is no shear. The test has a response of its own, the
+proportional limit. In a spec::
 
     tests:
       - {name: four, kind: four-point-bending, span: 96 mm, inner: 32 mm, stroke: 4 mm}
+    targets:
+      - {test: four, diameter: 8 mm, proportional_limit: 40 N, sd: 3 N, n: 10}
 """
 
 from collections.abc import Iterator
@@ -20,6 +23,7 @@ from stemcal.fem.contact import Tool
 from stemcal.fem.mesh import Mesh
 from stemcal.laboratory import Array, Kind
 from stemcal.laboratory.build import roller
+from stemcal.responses import ForceTravel, Response, secant
 from stemcal.study.model import LaboratoryKind, PieceSection
 from stemcal.study.types.field_types import Length, Size, StemLength
 
@@ -55,6 +59,24 @@ class FourPoint(LaboratoryKind):
 
     def make(self, section: FourPointSection, diameter: float) -> Kind:
         return FourPointBending(section.span.at(diameter), section.inner.at(diameter), section.radius)
+
+
+def proportional_limit(test: ForceTravel) -> float | None:
+    """Return the force at which the curve is first 10 % below its secant from 20 to 50 % of the maximum, N."""
+    if (slope := secant(test.travel, test.force)) is None:
+        return None
+    rise = slice(int(np.argmax(test.force >= 0.2 * test.peak_force)), None)
+    travel, force = test.travel[rise], test.force[rise]
+    below = force < 0.9 * (force[0] + slope * (travel - travel[0]))
+    return float(force[int(np.argmax(below))]) if below.any() else None
+
+
+PROPORTIONAL_LIMIT = Response(
+    *("proportional_limit", "Proportional limit", "F_p", "N"),
+    of=proportional_limit,
+    meaning="Mean force at which the curve leaves its secant by 10 %.",
+    tests=frozenset({"four-point-bending"}),
+)
 
 
 @dataclass(frozen=True)

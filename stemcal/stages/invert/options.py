@@ -77,7 +77,7 @@ def _responses_measured(draft: Draft) -> Iterator[Finding]:
     path, names, named = ("invert", "responses"), draft.study.of(InvertOptions).responses, draft.naming
     if names == (FIRST,):
         return
-    if named.is_cutting and not (draft.kind.simulates_stems or draft.kind.writes_decks):
+    if named.is_cutting and not draft.kind.gives_curve:
         yield Finding(path, f"a solver of kind `{draft.study.solver.kind}` returns only the force", "remove the key")
     if FIRST not in names or len(set(names)) < len(names):
         listed = ", ".join(named.named(name).name for name in names)
@@ -118,7 +118,7 @@ def _doubts(study: Study) -> Iterator[Finding]:
 
     own = [one for named in study.naming.further if (one := named.in_table) is not None]
     fitted = [one.name for one in own if one.varies_with_mesh and one.name in study.of(InvertOptions).responses]
-    if fitted and study.kind.simulates_stems:
+    if fitted and study.kind.gives_curve:
         depend = " and ".join(fitted) + (" depend" if len(fitted) > 1 else " depends")
         message = f"{depend} on the mesh: {FALL}"
         yield Finding(("invert", "responses"), message, "fit only the force, or include the mesh error in `sd`")

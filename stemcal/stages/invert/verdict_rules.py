@@ -185,7 +185,8 @@ def _to_identify(study: Study, known: Certainty) -> Remedy:
     measure = (
         f"measure another response, perform another kind of test, or add a prior for {widest} from the literature."
     )
-    left_out = [name for name in (named.name for named in study.naming.further) if name not in study.fitted_responses]
+    returned = study.naming.further if study.kind.gives_curve else study.naming.others
+    left_out = [named.name for named in returned if named.name not in study.fitted_responses]
     if any(study.calibration_target.mean_of(name)[0] is not None for name in left_out):
         return advice.fit_all(study, "responses", f"If {widest} remains undetermined, {measure}")
     if len(study.targets.means) > max(len(study.joint_targets), 1) and not chose_conditions(study):

@@ -7,7 +7,7 @@ import numpy as np
 
 from stemcal.doe.calibration.region import extremes
 from stemcal.doe.coding import Array
-from stemcal.naming import DIAMETER
+from stemcal.naming import DIAMETER, FIRST
 from stemcal.note import Note, Remedy
 from stemcal.numbers import outwards
 from stemcal.stages.fitting import Surfaces
@@ -116,7 +116,21 @@ def fit_all(study: Study, over: str, then: str = "") -> Remedy:
     edit = f"invert: {{{key}: all}}"
     many = key if study.naming.condition == DIAMETER else "conditions"
     what = "all measured responses" if over == "responses" else f"the responses at all measured {many}"
+    if over == "responses" and (unknown := _without_scatter(study)):  # the fit would be refused
+        first = f"Add the standard deviation (`sd`) of the {series(unknown)} to `targets`. Then fit {what} jointly"
+        return Remedy(f"{first} (`{edit}`). {then}".rstrip())
     return Remedy(f"Fit {what} jointly (`{edit}`). {then}".rstrip(), edit)
+
+
+def _without_scatter(study: Study) -> list[str]:
+    """Return the measured responses whose standard deviation is known at no condition."""
+    found = []
+    for named in study.naming.responses:
+        name = FIRST if named == study.naming.response else named.name
+        scatters = [sd for mean, sd in (target.mean_of(name) for target in study.targets.means) if mean is not None]
+        if scatters and all(sd is None for sd in scatters):
+            found.append(named.noun)
+    return found
 
 
 def more_runs(surface: Surfaces) -> Remedy:

@@ -232,7 +232,8 @@ def _with_kinds(path: NodePath, data: Any) -> NodePath:
             data = data[step]
         except (LookupError, TypeError):
             data = None
-        steps += [step, *([data["kind"]] if isinstance(data, dict) and isinstance(data.get("kind"), str) else [])]
+        kind = data.get("kind", usual_solver().kind if step == "solver" else None) if isinstance(data, dict) else None
+        steps += [step, *([kind] if isinstance(kind, str) else [])]
     return tuple(steps)
 
 
@@ -243,7 +244,7 @@ def _partly(kind: Any, given: Any, context: Mapping[str, Any]) -> Any:
     """
     if not (isinstance(kind, type) and issubclass(kind, BaseModel) and isinstance(given, dict)):
         return None
-    if "kind" in kind.model_fields and given.get("kind") != kind.model_fields["kind"].default:
+    if "kind" in kind.model_fields and given.get("kind", usual := kind.model_fields["kind"].default) != usual:
         return None  # another solver
     wrong = {step for error in _errors(kind, given, context) for step in error["loc"][:1]}
     good = {key: value for key, value in given.items() if key not in wrong}

@@ -93,7 +93,8 @@ def _rates(study: Study) -> Iterator[Finding]:
 def _tests(study: Study) -> Iterator[Finding]:
     """Question the sizes of laboratory tests, and responses of a further cut that depend on the elements."""
     for index, test in enumerate(study.tests):
-        if test.is_further_cut and (late := sorted({"travel", "work"} & set(test.measured))):
+        late = [one.name for one in test.responses if one.varies_with_mesh and one.name in test.measured]
+        if test.is_further_cut and late:
             yield Finding(("tests", index), f"{' and '.join(late)}: {FALL}", "fit only the maximum force")
         for key, (low, high) in test.plausible.items():
             if (length := getattr(test, key)) is not None:

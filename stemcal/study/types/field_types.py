@@ -57,11 +57,13 @@ class Frozen(BaseModel):
 class OneOf:
     """Reads a section with the `options` of its kind, built in or of another package; annotates the type of both.
 
-    `noun` is what messages call a kind.
+    `noun` is what messages call a kind. With `first_is_usual` a section without `kind` is of the first one, unless its
+    keys are those of another.
     """
 
     kinds: Registry[Any]
     noun: str
+    first_is_usual: bool = False
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         return core_schema.with_info_plain_validator_function(self._read)
@@ -77,7 +79,11 @@ class OneOf:
             raise PydanticKnownError("dict_type")
         names = [kind.name for kind in self.kinds.built_in]
         if "kind" not in given:
-            raise complain("'kind' is missing", f"add kind: {listed(names)}")
+            known = {kind.name: len(given.keys() & kind.options.model_fields.keys()) for kind in self.kinds.built_in}
+            likely = max(names, key=lambda name: known[name])
+            if not self.first_is_usual or likely != names[0]:
+                raise complain("'kind' is missing", f"add kind: {likely if known[likely] else listed(names)}")
+            given = {"kind": likely, **given}
         name = given["kind"] if isinstance(given["kind"], str) else ""
         if (kind := self.kinds.named(name)) is not None:
             return kind.options.model_validate(given, context=info.context)

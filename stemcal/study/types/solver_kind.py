@@ -96,6 +96,9 @@ class SolverKind:
     simulates_stems: ClassVar[bool] = False
     """Whether the solver itself simulates stems: cuts and other laboratory tests, elements of any size, the force over
     time, with an estimate of time and memory."""
+    gives_curve: ClassVar[bool] = False
+    """Whether runs give the responses of the cutting test next to the force, such as travel and work: the details of an
+    answer contain `curve` and `peak_travel`, or numbers by the names of the responses."""
     writes_decks: ClassVar[bool] = False
     """Whether the solver runs a program on decks that stemcal writes."""
     own_responses: ClassVar[bool] = True
@@ -130,7 +133,7 @@ def kind_of(options: SolverOptions) -> SolverKind:
     return found
 
 
-AnySolver = Annotated[SolverOptions, OneOf(SOLVERS, "solver")]
+AnySolver = Annotated[SolverOptions, OneOf(SOLVERS, "solver", first_is_usual=True)]
 
 
 def usual_solver() -> SolverOptions:
