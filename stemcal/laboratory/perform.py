@@ -52,8 +52,8 @@ class LaboratoryResult(CuttingResult):
 class Gauges:
     """Called at the outputs of a simulation, reads how far contact gives and a pressed piece buckles.
 
-    Contact is by springs (`kernels.contact`) whose compliance depends on the mesh, not on the stem: for a tool it is
-    the mean depth of the skin in it, weighted by the forces.
+    Contact is by springs (`fem.kernels.contact`) whose compliance depends on the mesh, not on the stem: for a
+    tool it is the mean depth of the skin in it, weighted by the forces.
     """
 
     def __init__(self, test: LaboratoryTest, model: Model) -> None:

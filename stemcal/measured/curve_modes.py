@@ -15,7 +15,7 @@ and what counts is how w differs from specimen to specimen. However finely a cur
     5  score   F̄ (1 + φᵀr), a force: its mean is F̄, the variance of that F̄² φᵀSφ/n
 
 Scores of different components do not vary together, nor with the maximum, so they enter a fit side by side: S is the
-covariance matrix of 1 + q responses, estimated from n specimens (`doe.calibration.misfit`).
+covariance matrix of 1 + q responses, estimated from n specimens (`doe.calibration.likelihood`).
 
 Source: T. W. Anderson, An Introduction to Multivariate Statistical Analysis, 3rd ed., Wiley 2003, sections 5.2, 11.3.
 """

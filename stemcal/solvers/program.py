@@ -242,7 +242,7 @@ def code_is_zero(ended: Ended) -> None:
 
 @dataclass(frozen=True)
 class Command(Program[CommandSolver]):
-    """Answers requests by any program; see `study.outside.CommandSolver`."""
+    """Answers requests by any program; see `solvers.options.CommandSolver`."""
 
     def prepare(self) -> None:
         """Refuse to begin if the program is not there."""

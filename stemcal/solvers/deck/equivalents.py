@@ -1,7 +1,7 @@
 """The embedded solver's numbers in the words of LS-DYNA's cards.
 
 Contact stiffness, mass scaling and rate law are each defined in another way there. Every conversion is here once,
-with what it rests on; the hourglass coefficient means the same (`fem.material.Hourglass`).
+with what it rests on; the hourglass coefficient means the same (`fem.material.HOURGLASS_SHARE`).
 """
 
 from math import sqrt

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 class StageKind(Checked):
     """What a study asks of a stage.
 
-    The class of its section is `NameOptions`, for example `ScreenOptions`, in the module `options` of its package.
+    The class of its section has the stage's name, for example `ScreenOptions`, in the module `options` of its package.
 
     Attributes
     ----------
