@@ -32,6 +32,8 @@ class Tool:
     faces : bool
         Whether it meets the faces of the body's skin, those with crowns, anywhere (`kernels.contact.push_skin_out`), or
         their nodes alone.
+    parts : bool
+        Whether a spread edge parts the body on the plane under it (`kernels.parting`), which layers of nodes then are.
     """
 
     corners: tuple[tuple[float, float], ...]
@@ -41,6 +43,7 @@ class Tool:
     edge: float | None = None
     spread: float = 0.0
     faces: bool = False
+    parts: bool = False
 
     def __post_init__(self) -> None:
         """Refuse a polygon that is not convex and counter-clockwise."""
@@ -150,7 +153,7 @@ _WIDEST = 1.2
 
 
 def spread_edge(tools: tuple[Tool, ...], x: NDArray[np.float64], hexes: NDArray[np.int32], size: float) -> SpreadEdge:
-    """Return the rows along the first tool edge that is spread over a length.
+    """Return the rows along the first tool edge that is spread over a length, without the plane on which it parts.
 
     Parameters
     ----------
@@ -206,6 +209,7 @@ def spread_edge(tools: tuple[Tool, ...], x: NDArray[np.float64], hexes: NDArray[
         met=np.zeros(len(x) if tool >= 0 else 0, dtype=np.int32),
         met_count=np.zeros(1, dtype=np.int64),
         is_met=np.zeros(len(x) if tool >= 0 else 0, dtype=bool),
+        cut=None,
     )
 
 

@@ -24,6 +24,7 @@ from stemcal.fem.lanes import Lanes, lay_out, nodal, nodal_zeros
 from stemcal.fem.material import HOURGLASS_SHARE, Layers, Material
 from stemcal.fem.mesh import Mesh
 from stemcal.fem.model import Model
+from stemcal.fem.parting import cut_plane, joined, parts_under, spared
 
 Array = NDArray[np.float64]
 
@@ -35,6 +36,7 @@ def exchange(
     length: float | Array,
     strains: Array,
     materials: NDArray[np.int_] | None = None,
+    spared: NDArray[np.bool_] | None = None,
 ) -> Exchange:
     """Return the exchange that averages over an internal length; length 0 makes failure local.
 
@@ -48,6 +50,8 @@ def exchange(
         The plastic strains as the blocks of elements hold them.
     materials : array of int (E,), optional
         The material of each element; the mean is over elements of one.
+    spared : array (E,), optional
+        Elements that are never deleted.
     """
     elements = len(mesh.hexes)
     time = np.full((elements, 1), 0.25) * np.square(length).reshape(-1, 1)
@@ -62,7 +66,8 @@ def exchange(
     around = np.where(neighbours < 0, np.arange(elements)[:, None], neighbours).astype(np.uint32)
     share = np.where(neighbours < 0, 0.0, rate) * time / max(passes, 1)
     means = np.zeros(elements), np.zeros(elements), np.zeros_like(strains), np.zeros(1)
-    return Exchange(share, around, passes, np.full(elements, failure_strain), *means)
+    spared = np.zeros(elements, dtype=bool) if spared is None else spared
+    return Exchange(share, around, passes, np.full(elements, failure_strain), spared, *means)
 
 
 def _conductances(mesh: Mesh, neighbours: NDArray[np.int32]) -> Array:
@@ -123,6 +128,7 @@ def start(model: Model) -> State:
     body = _body(model, lanes, topology, volumes)
     tools = with_skin(tool_arrays(model.tools, len(body.x)), topology, body.mass)
     size = float(np.cbrt(np.median(volumes)))
+    spread = spread_edge(model.tools, body.x, model.mesh.hexes, float(np.cbrt(volumes.min())))
     first, _, volume = stable_step(body, material)
     if not volume > 0.0:
         raise SimulationFailed("inverted", "an element of the initial mesh has zero or negative volume")
@@ -131,15 +137,16 @@ def start(model: Model) -> State:
         topology=topology,
         tools=tools,
         edge=edge_arrays(model.tools, body.x, size),
-        spread=spread_edge(model.tools, body.x, model.mesh.hexes, float(np.cbrt(volumes.min()))),
+        spread=spread._replace(cut=cut_plane(model.tools, model.mesh, spread)),
         candidates=_candidates(len(model.tools), len(body.x), len(topology.hexes), len(tools.skin)),
         exchange=exchange(
             model.mesh,
-            topology.neighbours,
+            joined(model.mesh, model.tools).neighbours() if parts_under(model.tools) >= 0 else topology.neighbours,
             layers.each(one.failure_strain for one in layers.materials),
             layers.each(one.internal_length for one in layers.materials),
             body.state[:, block.PLASTIC_STRAIN],
             layers.of,
+            spared(model.mesh, model.tools, max(one.internal_length for one in layers.materials)),
         ),
         lanes=lanes,
         clock=Clock(

@@ -40,8 +40,8 @@ class History:
     held : array (R, 3, T)
         What of that work contact holds or has turned into heat: the surface of each tool by penalty springs and
         damping, its edge, and the friction of both. No share of it can be negative but by numerical error.
-    deleted : array (R,)
-        Eroded elements.
+    deleted, parted : array (R,)
+        Eroded elements, and places of the cut plane that have parted.
     plastic_rate : array (R,)
         Largest smoothed plastic strain rate of the standing elements, 1/s: the rate that the rate law takes.
     steps : int
@@ -66,6 +66,7 @@ class History:
     external: Array
     held: Array
     deleted: NDArray[np.int64]
+    parted: NDArray[np.int64]
     plastic_rate: Array
     steps: int
     x: Array
@@ -273,6 +274,7 @@ def _row(state: State, impulse_before: Array, time_before: float) -> dict[str, A
         "held": ledger.held.reshape(KINDS, -1).copy(),
         "deleted": int((~state.topology.standing).sum()),
         "plastic_rate": float(rows[:, PLASTIC_RATE][alive].max(initial=0.0)),
+        "parted": int(state.spread.cut.parted.sum()),
     }
 
 

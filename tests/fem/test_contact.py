@@ -9,9 +9,11 @@ from called import called
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from stemcal.fem.contact import Contact, Tool, edge_arrays, tool_arrays
+from stemcal.fem.contact import Contact, Tool, edge_arrays, spread_edge, tool_arrays
 from stemcal.fem.kernels import contact
 from stemcal.fem.kernels.contact import EdgeArrays
+from stemcal.fem.mesh import Mesh
+from stemcal.fem.parting import cut_plane
 from stemcal.fem.state import _no_pushes
 
 contact_force, friction_limit = called(contact.contact_force), called(contact.friction_limit)
@@ -92,7 +94,9 @@ def test_nodes_are_pushed_out_of_all_tools() -> None:
     old, pushes = tools.traction.copy(), _no_pushes(60, 2)
     near = np.tile(np.arange(60, dtype=np.int32), (2, 1))
     counts = np.array([50, 60], dtype=np.int32)
-    push_nodes_out(tools, near, counts, x, v, mass, pushes, 1e-6, 0.8e-6, LAW)
+    nothing = np.zeros((0, 8), dtype=np.int32)
+    no_plane = cut_plane((), Mesh(x, nothing), spread_edge((), x, nothing, 1.0))
+    push_nodes_out(tools, near, counts, x, v, mass, pushes, 1e-6, 0.8e-6, LAW, no_plane)
     wanted, on_tools, inside = np.zeros((60, 3)), np.zeros((2, 3)), 0
     for t, tool in enumerate((wedge, table)):
         for n in range(counts[t]):

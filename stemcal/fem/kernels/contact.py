@@ -96,6 +96,21 @@ def outline_distance(px: float, pz: float, corners: Array) -> Floats:
 
 
 @inlined
+def flank_distance(cut: Floats, n: int, px: float, pz: float) -> Floats:
+    """Return the signed distance of a node from the flank on its side, and the outward normal (x, z) there."""
+    side = cut.side[n]
+    gap, nx, nz = outline_distance(side * px, pz, cut.flanks[0 if side > 0.0 else 1])
+    return gap + cut.offset[n], side * nx, nz
+
+
+@inlined
+def meets_flank(cut: Floats, n: int) -> bool:
+    """Return whether a node meets the flanks as they are: all but those of the plane that have not parted."""
+    p = cut.number[n]
+    return bool(p < 0 or cut.parted[p])
+
+
+@inlined
 def friction_limit(normal_force: float, slip: float, friction: Floats) -> float:
     """Return μ(|ẋₜ|) f."""
     mu = friction.dynamic + (friction.static - friction.dynamic) * exp(-friction.decay * slip)
@@ -144,17 +159,26 @@ def push_nodes_out(
     dt0: float,
     dt: float,
     friction: Floats,
+    cut: Floats,
 ) -> None:
-    """Add the contact forces of all tools on the nodes near them, ``near[t, :counts[t]]``, to `pushes`."""
+    """Add the contact forces of all tools on the nodes near them, ``near[t, :counts[t]]``, to `pushes`.
+
+    Those that meet the flanks of a blade beside its cut plane meet them as they are; the others are the spread edge's
+    where it is near.
+    """
     tool_count = tools.radius.shape[0]
     for t in range(tool_count):
         for m in range(counts[t]):
             n = near[t, m]
             px, pz = x[n, 0], x[n, 2] - tools.height[t]
-            if (px - tools.edge[t]) ** 2 + pz**2 < tools.spread[t] ** 2:
+            if t == cut.tool and meets_flank(cut, n):
+                gap, nx, nz = flank_distance(cut, n, px - tools.edge[t], pz)
+                depth = -gap
+            elif (px - tools.edge[t]) ** 2 + pz**2 < tools.spread[t] ** 2:
                 continue  # the spread edge sees to it
-            gap, nx, nz = outline_distance(px, pz, tools.corners[t])
-            depth = tools.radius[t] - gap
+            else:
+                gap, nx, nz = outline_distance(px, pz, tools.corners[t])
+                depth = tools.radius[t] - gap
             old = tools.traction[t, n]
             if depth <= 0.0:
                 old[:] = 0.0

@@ -1,9 +1,9 @@
 """The time loop: central differences from one output to the next.
 
-One step reads: find what has failed by its mean strain, add internal forces, meet the tools (erode, look for contact,
-add contact forces), kick by contact, kick and drift, finish (book energies, move the tools and the clock). What fails
-goes before the forces of a step are added: an element whose force stayed while the contact that held it was gone would
-kick its nodes.
+One step reads: find what has failed or parted by its mean strain, add internal forces, meet the tools (erode, look for
+contact, add contact forces), kick by contact, kick and drift, finish (book energies, move the tools and the clock).
+What fails goes before the forces of a step are added: an element whose force stayed while the contact that held it was
+gone would kick its nodes.
 
 Several threads may march together: each adds the internal forces of its blocks and moves its nodes, the first does the
 rest, and they meet wherever one needs what another has done.
@@ -31,6 +31,7 @@ from stemcal.fem.kernels.nodes import (
     take_pushes,
 )
 from stemcal.fem.kernels.nonlocal_mean import fail_by_mean_strain
+from stemcal.fem.kernels.parting import close_plane, part, tie_forces, tie_velocities
 from stemcal.fem.kernels.search import list_faces_under_edge, list_near_nodes, list_near_skin
 from stemcal.fem.kernels.spread import push_spread_edge, take_hold
 from stemcal.fem.kernels.timestep import stable_step
@@ -193,7 +194,9 @@ def _look_for_contact(
     list_near_nodes(candidates, topology, tools, body.x, settings.margin)
     tool = max(edge.tool, spread.tool)
     if tool >= 0:
-        list_faces_under_edge(candidates, topology, tools, tool, body.x, body.element_mass, settings.margin)
+        list_faces_under_edge(
+            candidates, topology, tools, tool, body.x, body.element_mass, settings.margin, spread.cut.number
+        )
     clock.reach[0] = 0.0
 
 
@@ -216,8 +219,12 @@ def _add_contact_forces(
 ) -> None:
     """Push nodes and faces out of the tools."""
     tools.force[:, :] = 0.0
-    x, v, dt0, dt = body.x, body.v, settings.penalty_step, clock.step[0]
-    push_nodes_out(tools, candidates.nodes, candidates.node_counts, x, v, body.mass, body.pushes, dt0, dt, friction)
+    x, v, dt0, dt, cut = body.x, body.v, settings.penalty_step, clock.step[0], spread.cut
+    push_nodes_out(
+        tools, candidates.nodes, candidates.node_counts, x, v, body.mass, body.pushes, dt0, dt, friction, cut
+    )
+    if cut.tool >= 0:
+        close_plane(cut, tools.edge[cut.tool], x, v, body.mass, body.pushes, dt0, friction)
     push_skin_out(tools, candidates.skin, candidates.skin_counts, x, v, body.pushes, dt0, dt, friction)
     faces, count = candidates.faces, candidates.face_count[0]
     if edge.tool >= 0:
@@ -264,7 +271,7 @@ def meet_tools(
         due = True
     if spread.tool >= 0 and due:
         faces, count, tip = candidates.faces, candidates.face_count[0], tools.height[spread.tool]
-        take_hold(spread, faces, candidates.crowns, count, body.x, body.free, body.inverse_mass, tip)
+        take_hold(spread, faces, candidates.crowns, count, body.x, body.free, body.mass, body.inverse_mass, tip)
     _add_contact_forces(body, tools, edge, spread, candidates, clock, friction, settings)
 
 
@@ -320,6 +327,8 @@ def march(
                 outcome = renew_time_step(body, clock, material, settings) if clock.time[0] < until else REACHED
             if outcome == GOING_ON:
                 apart = fail_in_the_mean(body, topology, exchange, clock)
+                if spread.cut.tool >= 0 and clock.steps[0] % STEP_LIFE == 0:
+                    part(spread.cut, exchange, body, tools)
             team.outcome[0] = outcome
         meet(team)
         outcome = team.outcome[0]
@@ -331,8 +340,10 @@ def march(
         meet(team)
         if leads:
             failed = team.failed.sum() > 0 or apart
+            tie_forces(spread.cut, body)
             meet_tools(failed, body, topology, tools, edge, spread, candidates, clock, ledger, friction, settings)
             _kick_by_contact(until, body, tools, clock, ledger)
+            tie_velocities(spread.cut, body)
         meet(team)
         kick_and_drift(body, _mean_step(clock), clock.step[0], ledger.node_sums, share.chunks[0], share.chunks[1])
         meet(team)

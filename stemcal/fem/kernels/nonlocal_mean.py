@@ -43,6 +43,7 @@ class Exchange(NamedTuple):
     around: NDArray[np.uint32]  # (E, 6) the element behind each face, itself where there is none
     passes: int  # 0 for local failure
     failure_strain: Array  # (E,)
+    spared: NDArray[np.bool_]  # (E,) elements that are never deleted, near a plane on which the body parts
     mean: Array  # (E,) the mean strain, changes
     next: Array  # (E,) scratch
     known: Array  # (blocks, lanes) the strain that the mean was last worked out from, changes
@@ -94,7 +95,7 @@ def fail_by_mean_strain(exchange: Floats, topology: Floats, state: Array) -> boo
     _spread_strains(exchange, topology, state)
     failed = False
     for e in range(exchange.mean.shape[0]):
-        if topology.standing[e] and exchange.mean[e] >= exchange.failure_strain[e]:
+        if topology.standing[e] and not exchange.spared[e] and exchange.mean[e] >= exchange.failure_strain[e]:
             slot = topology.slots[e]
             state[slot // LANES, ALIVE, slot % LANES] = 0.0
             failed = True

@@ -84,9 +84,19 @@ def list_near_skin(candidates: Floats, topology: Floats, tools: Floats, x: Array
 
 @kernel
 def list_faces_under_edge(
-    candidates: Floats, topology: Floats, tools: Floats, tool: int, x: Array, element_mass: Array, margin: float
+    candidates: Floats,
+    topology: Floats,
+    tools: Floats,
+    tool: int,
+    x: Array,
+    element_mass: Array,
+    margin: float,
+    on_plane: Ints,
 ) -> None:
-    """List the exposed faces that a tool's edge, or what it is spread over, may meet within `margin`."""
+    """List the exposed faces that a tool's edge, or what it is spread over, may meet within `margin`.
+
+    Faces whose corners are all on the cut plane (`on_plane` not negative) are none: the front is found by itself.
+    """
     count = 0
     reach = margin + tools.reach[tool]
     tip, edge = tools.height[tool] - reach, tools.edge[tool]
@@ -97,11 +107,12 @@ def list_faces_under_edge(
             behind = topology.neighbours[e, s]
             if behind >= 0 and topology.standing[behind]:
                 continue
-            low, high, top = 1.0e30, -1.0e30, -1.0e30
+            low, high, top, parting = 1.0e30, -1.0e30, -1.0e30, 0
             for a in range(4):
                 n = topology.hexes[e, FACES[s, a]]
                 low, high, top = min(low, x[n, 0]), max(high, x[n, 0]), max(top, x[n, 2])
-            if low - reach > edge or high + reach < edge or top < tip:
+                parting += 1 if on_plane[n] >= 0 else 0
+            if parting == 4 or low - reach > edge or high + reach < edge or top < tip:
                 continue
             for a in range(4):
                 candidates.faces[count, a] = topology.hexes[e, FACES[s, a]]

@@ -35,6 +35,7 @@ from stemcal.fem.kernels.contact import (
     shape_functions,
 )
 from stemcal.fem.kernels.nodes import EDGE, FRICTION, force_on, push
+from stemcal.fem.kernels.parting import NO_FRONT, SKIN, find_front
 
 Floats = Any
 Array = NDArray[np.float64]
@@ -86,16 +87,34 @@ class SpreadEdge(NamedTuple):
     met: Ints  # nodes of all rows, each once, the first `met_count`, changes
     met_count: NDArray[np.int64]  # (1,) changes
     is_met: NDArray[np.bool_]  # (N,) changes
+    cut: Any  # the plane on which it parts the body (`parting.CutPlane`)
 
 
 @kernel
 def take_hold(
-    edge: Floats, faces: Any, crowns: Array, count: int, x: Array, free: Any, inverse_mass: Array, tip: float
+    edge: Floats,
+    faces: Any,
+    crowns: Array,
+    count: int,
+    x: Array,
+    free: Any,
+    mass: Array,
+    inverse_mass: Array,
+    tip: float,
 ) -> None:
-    """Find the surface under each row anew, the highest of ``faces[:count]``, and how it gives way to a force."""
+    """Find the surface under each row anew, the highest of ``faces[:count]``, and how it gives way to a force.
+
+    Where the top has parted on the cut plane, the front there is the surface.
+    """
     _find_surface(edge, faces, crowns, count, x, tip)
+    if edge.cut.tool >= 0:
+        find_front(edge.cut, edge.along, x, tip, edge.spread)
     for line in range(edge.along.shape[0]):
-        _gather_line(edge, line, faces)
+        if edge.cut.tool < 0 or edge.cut.front[line] == SKIN:
+            _gather_line(edge, line, faces)
+        else:
+            _gather_front(edge, line)
+        _share_with_twins(edge, line, mass)
     for j in range(edge.lines.shape[0]):
         edge.shape[j, : edge.sizes[j]] = 0.0
         edge.normal[j, : edge.sizes[j]] = 0.0
@@ -163,6 +182,47 @@ def _gather_line(edge: Floats, line: int, faces: Any) -> None:
             edge.line_hold[line, k, 1] += share * edge.place[line, q, 4]
             edge.line_hold[line, k, 2] += share * edge.place[line, q, 5]
     edge.line_sums[line, 0], edge.line_sums[line, 1] = total, height
+
+
+@inlined
+def _gather_front(edge: Floats, line: int) -> None:
+    """Do what `_gather_line` does for the front: under the bell are the layers of nodes beside the cut plane."""
+    cut, total = edge.cut, 0.0
+    edge.line_hold[line, : edge.line_sizes[line]] = 0.0
+    edge.line_sizes[line] = 0
+    for q in range(edge.weight.shape[0] if cut.front[line] != NO_FRONT else 0):
+        layer = 0
+        while layer < cut.layers.shape[0] - 2 and cut.layers[layer + 1] < edge.across[q]:
+            layer += 1
+        within = (edge.across[q] - cut.layers[layer]) / (cut.layers[layer + 1] - cut.layers[layer])
+        within = min(max(within, 0.0), 1.0)
+        total += edge.weight[q]
+        for end in range(4):
+            for next_layer in range(2):
+                share = cut.shares[line, end] * (within if next_layer == 1 else 1.0 - within)
+                if share > 0.0:
+                    node = cut.columns[cut.ends[line, end], layer + next_layer]
+                    k = _place_of(edge.line_sizes, edge.line_nodes, line, node)
+                    edge.line_hold[line, k, 0] += edge.weight[q] * share
+    edge.line_sums[line, 0], edge.line_sums[line, 1] = total, total * cut.front[line] if total > 0.0 else 0.0
+
+
+@inlined
+def _share_with_twins(edge: Floats, line: int, mass: Array) -> None:
+    """Share the hold of a line on two nodes that have not parted in proportion to their mass: they move as one."""
+    cut = edge.cut
+    for k in range(edge.line_sizes[line] if cut.twins.shape[0] > 0 else 0):
+        n = edge.line_nodes[line, k]
+        p = cut.number[n]
+        if p < 0 or cut.parted[p]:
+            continue
+        other = cut.twins[p] if cut.nodes[p] == n else cut.nodes[p]
+        also = _place_of(edge.line_sizes, edge.line_nodes, line, other)
+        if also > k:  # the first of the two
+            for i in range(3):
+                total = edge.line_hold[line, k, i] + edge.line_hold[line, also, i]
+                edge.line_hold[line, k, i] = total * mass[n] / (mass[n] + mass[other])
+                edge.line_hold[line, also, i] = total - edge.line_hold[line, k, i]
 
 
 @inlined

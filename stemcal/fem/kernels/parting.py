@@ -1,0 +1,188 @@
+"""Parting: how the edge of a blade separates the body on the plane under it, without deleting elements.
+
+Nodes on the plane are held together until the mean plastic strain around them, as `nonlocal_mean` works it out, reaches
+the failure strain:
+
+    Σ ε̄ₑ/ε_f,ₑ ≥ n   over the n faces of the plane around a node.
+
+On a mirror plane a node that parts is released; in a body on both sides of the plane each node there has a twin, and
+the two move as one until they part. Elements keep their strength, so no gap wider than the blade opens: the flanks push
+the two faces of the cut apart, as a sharp wedge that meets the nodes beside it. The edge bears on the front, the
+highest place under each of its lines where the plane still holds, which moves between nodes as the strain there rises.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy import sqrt
+from numpy.typing import NDArray
+
+from stemcal.fem.kernels.compile import inlined, kernel
+from stemcal.fem.kernels.contact import flank_distance
+from stemcal.fem.kernels.nodes import SURFACE, push
+
+Floats = Any
+Array = NDArray[np.float64]
+Ints = NDArray[np.int32]
+
+# The front of a line that has not parted at its top, where the edge bears on the skin, and of one out of reach.
+SKIN, NO_FRONT = np.inf, -np.inf
+# What is left of the failure strain at a node is at least this before it parts, and at most minus this after.
+_LEAST = 1.0e-6
+
+
+class CutPlane(NamedTuple):
+    """The plane under an edge and how far it has parted; `stemcal.fem.parting.cut_plane` makes it."""
+
+    tool: int  # whose edge parts the body, −1 for none
+    nodes: Ints  # (P,) nodes of the plane on the right side of it
+    twins: Ints  # (P,) those at the same places on the left side, (0,) where a mirror is there
+    number: Ints  # (N,) which of these each node is, −1 for none
+    side: Array  # (N,) 1 right of the plane, −1 left of it
+    faces: Ints  # (F, 4) faces of elements on the plane, corners as `number` counts them
+    behind: Ints  # (F,) their elements
+    around: Array  # (P,) number of faces around each node
+    columns: Ints  # (P, M) nodes near the plane in a line across it, from left to right
+    layers: Array  # (M,) their distance from the plane at the start
+    flanks: Array  # (2, 5, 2) the blade as a sharp wedge, as the right side meets it and, mirrored, the left side
+    strain: Array  # (P,) Σ ε̄/(n ε_f), changes
+    parted: NDArray[np.bool_]  # (P,) changes
+    offset: Array  # (N,) depth in the flank at which each node parted, mm, changes
+    front: Array  # (L,) height of the front under each line of the edge, `SKIN` or `NO_FRONT`, changes
+    ends: Ints  # (L, 4) nodes of the plane around it, changes
+    shares: Array  # (L, 4) of these, changes
+
+
+@kernel
+def part(cut: Floats, exchange: Floats, body: Floats, tools: Floats) -> None:
+    """Let those nodes of the plane part around which the mean strain has reached the failure strain."""
+    cut.strain[:] = 0.0
+    for q in range(cut.faces.shape[0]):
+        e = cut.behind[q]
+        for k in range(4):
+            p = cut.faces[q, k]
+            cut.strain[p] += exchange.mean[e] / (exchange.failure_strain[e] * cut.around[p])
+    for p in range(cut.nodes.shape[0]):
+        if cut.parted[p] or cut.strain[p] < 1.0:
+            continue
+        cut.parted[p] = True
+        n = cut.nodes[p]
+        if cut.twins.shape[0] == 0:
+            body.free[n, 0] = True
+        else:
+            _note_depth(cut, body.x, tools, cut.twins[p])
+        _note_depth(cut, body.x, tools, n)
+
+
+@inlined
+def _note_depth(cut: Floats, x: Array, tools: Floats, n: int) -> None:
+    """Note how deep in the flank a node is that parts: pushed out at once it would receive energy from nowhere."""
+    cut.offset[n] = 0.0
+    gap, _, _ = flank_distance(cut, n, x[n, 0] - tools.edge[cut.tool], x[n, 2] - tools.height[cut.tool])
+    cut.offset[n] = max(-gap, 0.0)
+
+
+@kernel
+def close_plane(
+    cut: Floats, edge: float, x: Array, v: Array, mass: Array, pushes: Floats, dt0: float, friction: Floats
+) -> None:
+    """Push parted nodes apart that have crossed the mirror plane, or passed through their twins."""
+    source = SURFACE * (pushes.force.shape[0] // 3) + cut.tool
+    mirrored = cut.twins.shape[0] == 0
+    for p in range(cut.nodes.shape[0]):
+        if not cut.parted[p]:
+            continue
+        n = cut.nodes[p]
+        gap, rate, reduced = x[n, 0] - edge, v[n, 0], mass[n]
+        if not mirrored:
+            other = cut.twins[p]
+            gap, rate = x[n, 0] - x[other, 0], v[n, 0] - v[other, 0]
+            reduced = mass[n] * mass[other] / (mass[n] + mass[other])
+        if gap >= 0.0:
+            continue
+        k = friction.penalty * reduced / (dt0 * dt0)
+        force = -k * gap - 2.0 * friction.damping * sqrt(k * reduced) * rate
+        if force > 0.0:
+            push(pushes, source, n, 0, force)
+            if not mirrored:
+                push(pushes, source, cut.twins[p], 0, -force)
+
+
+@kernel
+def tie_forces(cut: Floats, body: Floats) -> None:
+    """Share the forces of two nodes that have not parted in proportion to their mass."""
+    for p in range(cut.twins.shape[0]):
+        if not cut.parted[p]:
+            a, b = cut.nodes[p], cut.twins[p]
+            share = body.mass[a] / (body.mass[a] + body.mass[b])
+            for i in range(3):
+                total = float(body.f[a, i]) + float(body.f[b, i])
+                body.f[a, i] = share * total
+                body.f[b, i] = (1.0 - share) * total
+
+
+@kernel
+def tie_velocities(cut: Floats, body: Floats) -> None:
+    """Give two nodes that have not parted the velocity of their common momentum."""
+    for p in range(cut.twins.shape[0]):
+        if not cut.parted[p]:
+            a, b = cut.nodes[p], cut.twins[p]
+            share = body.mass[a] / (body.mass[a] + body.mass[b])
+            for i in range(3):
+                common = share * body.v[a, i] + (1.0 - share) * body.v[b, i]
+                body.v[a, i] = common
+                body.v[b, i] = common
+
+
+@kernel
+def find_front(cut: Floats, along: Array, x: Array, tip: float, reach: float) -> None:
+    """Find under each line of the edge (y) the highest place of the plane that has not parted, where the top has."""
+    for line in range(along.shape[0]):
+        front, top, whole = NO_FRONT, NO_FRONT, True
+        for q in range(cut.faces.shape[0]):
+            crosses, upper, lower = _crossings(cut, q, along[line], x)
+            if not crosses:
+                continue
+            if upper[0] > top:
+                top, whole = upper[0], not cut.parted[upper[1]] and not cut.parted[upper[2]]
+            if upper[4] <= 0.0 and lower[4] <= 0.0:
+                continue
+            c = upper[4] / (upper[4] - lower[4]) if upper[4] <= 0.0 else 0.0
+            height = upper[0] + c * (lower[0] - upper[0])
+            if height > front:
+                front = height
+                cut.ends[line, 0], cut.ends[line, 1] = upper[1], upper[2]
+                cut.ends[line, 2], cut.ends[line, 3] = lower[1], lower[2]
+                cut.shares[line, 0], cut.shares[line, 1] = (1.0 - c) * (1.0 - upper[3]), (1.0 - c) * upper[3]
+                cut.shares[line, 2], cut.shares[line, 3] = c * (1.0 - lower[3]), c * lower[3]
+        cut.front[line] = SKIN if whole else front if front >= tip - reach else NO_FRONT
+
+
+@inlined
+def _crossings(cut: Floats, q: int, y: float, x: Array) -> Floats:
+    """Return whether a face reaches over y, and where its sides cross y, the upper crossing first.
+
+    A crossing is its height, the corners at the ends of the side, the share of the second one, and what is left there
+    of the failure strain.
+    """
+    count = 0
+    upper, lower = (0.0, 0, 0, 0.0, 0.0), (0.0, 0, 0, 0.0, 0.0)
+    for k in range(4):
+        a, b = cut.faces[q, k], cut.faces[q, (k + 1) % 4]
+        n, m = cut.nodes[a], cut.nodes[b]
+        if (x[n, 1] <= y) == (x[m, 1] <= y):
+            continue
+        s = (y - x[n, 1]) / (x[m, 1] - x[n, 1])
+        left = (1.0 - s) * _left(cut, a) + s * _left(cut, b)
+        lower, upper = upper, ((1.0 - s) * x[n, 2] + s * x[m, 2], int(a), int(b), s, left)
+        count += 1
+    return count == 2, upper if upper[0] >= lower[0] else lower, lower if upper[0] >= lower[0] else upper
+
+
+@inlined
+def _left(cut: Floats, p: int) -> float:
+    """Return the share of the failure strain that is left at a node, negative where it has parted."""
+    left = 1.0 - cut.strain[p]
+    return float(min(left, -_LEAST) if cut.parted[p] else max(left, _LEAST))
