@@ -15,6 +15,7 @@ from stemcal.fem.model import Integration
 from stemcal.fem.warm import compile_once, is_compiled, warm
 from stemcal.solvers.cost import seconds
 from stemcal.solvers.film import Film
+from stemcal.solvers.kept_curve import curve_scores, kept_curve, kept_rows
 from stemcal.solvers.laboratory_runs import (
     AnyTest,
     determining,
@@ -26,7 +27,6 @@ from stemcal.solvers.laboratory_runs import (
     perform,
     perform_all,
 )
-from stemcal.solvers.measures import curve_scores, kept_curve, kept_rows
 from stemcal.solvers.options import BREAK_DROP, EmbeddedSolver
 from stemcal.solvers.protocol import RESPONSES, Answer, Request, Solver
 from stemcal.solvers.replicates import MOST_SEED, seed_of

@@ -15,7 +15,7 @@ from typing import Any, ClassVar, Generic, Self, TypeVar, cast
 from stemcal.errors import SimulationFailed, UsageError
 from stemcal.naming import FIRST
 from stemcal.processes import Ended, run_program
-from stemcal.solvers.measures import curve_scores, kept_curve
+from stemcal.solvers.kept_curve import curve_scores, kept_curve
 from stemcal.solvers.options import CommandSolver, ProgramOptions
 from stemcal.solvers.protocol import RESPONSES, Answer, Request, Solver
 from stemcal.solvers.readers import read_curve, read_number

@@ -11,7 +11,7 @@ from stemcal.report.figures.curves import measured_band
 from stemcal.report.records import Curve
 from stemcal.solvers import make_solver
 from stemcal.solvers.embedded import Embedded
-from stemcal.solvers.measures import curve_scores
+from stemcal.solvers.kept_curve import curve_scores
 from stemcal.solvers.program import Command
 from stemcal.solvers.protocol import Request
 from stemcal.stages.fresh import inputs_of
