@@ -213,10 +213,12 @@ def _mean(replicates: Sequence[Outcome]) -> Outcome:
     if not done:
         return replace(first, replicates=Replicates((), keys))
     further = {name: _values(done, name) for name in first.responses or {}}
-    values = _values(done, FIRST)
+    values, travels, works = (_values(done, name) for name in (FIRST, "travel", "work"))
     return replace(
         first,
         response=fmean(values),
+        travel=fmean(travels) if travels else None,
+        work=fmean(works) if works else None,
         responses={name: fmean(each) for name, each in further.items()} or None,
         replicates=Replicates(values, keys, further or None),
     )

@@ -27,3 +27,12 @@ def test_a_failed_replicate_is_left_out_but_its_record_is_named():
     assert found.ok and found.response == 14.0 and found.keys == ("a", "b")
     (lost,) = merged([run(None, 0.0, "a"), run(None, 0.0, "b")], 2)
     assert not lost.ok and lost.response is None and lost.replicates == Replicates((), ("a", "b"))
+
+
+def test_travel_and_work_are_means_too() -> None:
+    """Of 1 and 3 mm 2 mm, not the first replicate's 1 mm; work that one of them lacks is that of the other."""
+    both = [Outcome(response=10.0, travel=1.0, key="a"), Outcome(response=14.0, travel=3.0, work=8.0, key="b")]
+    (found,) = merged(both, 2)
+    assert (found.response, found.travel, found.work) == (12.0, 2.0, 8.0)
+    (without,) = merged([Outcome(response=10.0, key="a"), Outcome(response=14.0, key="b")], 2)
+    assert (without.travel, without.work) == (None, None)
