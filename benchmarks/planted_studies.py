@@ -31,7 +31,7 @@ from typing import Any
 import numpy as np
 
 from stemcal.errors import StemcalError
-from stemcal.note import Note
+from stemcal.notes import Note
 from stemcal.runs.executors import InlineExecutor
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers.protocol import Answer, Request, Solver

@@ -15,8 +15,8 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
+from stemcal.formats import did_you_mean
 from stemcal.version import __version__
-from stemcal.words import did_you_mean
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint

@@ -12,7 +12,7 @@ PACKAGE = Path(__file__).parents[1] / "stemcal"
 
 LAYERS = (
     (
-        *("errors", "version", "words", "note", "numbers", "power_law", "registry", "responses", "naming", "storage"),
+        *("errors", "version", "formats", "notes", "power_law", "registry", "responses", "vocabulary", "storage"),
         *("interrupts", "time_limit", "processes"),
     ),
     ("fem.kernels", "fem", "cutting", "doe", "measured"),

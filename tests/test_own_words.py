@@ -11,7 +11,6 @@ from fakes import PYTHON
 from workflow import calibrate
 
 from stemcal.doe.coding import term_columns
-from stemcal.naming import FIRST
 from stemcal.runs.executors import InlineExecutor
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.stages.invert.result import InvertResult
@@ -22,6 +21,7 @@ from stemcal.stages.validate.result import ValidateResult
 from stemcal.stages.verdict.verdict_rules import verdict_of
 from stemcal.study.model import Study
 from stemcal.study.reading import load_study
+from stemcal.vocabulary import FIRST
 
 CASES = Path(__file__).parent / "cases" / "repose"
 

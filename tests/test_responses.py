@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 import workflow
 from fakes import TWO_FACTORS, SpecSolver
+from stemcal.naming import CUTTING, TRAVEL, Named
 
 from stemcal.errors import SpecError, UsageError
-from stemcal.naming import CUTTING, TRAVEL, Named
 from stemcal.report.outcome import tables_of
 from stemcal.responses import (
     CUT,

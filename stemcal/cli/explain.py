@@ -12,7 +12,7 @@ import typer
 from stemcal.cli.console import say, say_json, say_text
 from stemcal.cli.session import AsJson
 from stemcal.errors import UsageError
-from stemcal.words import near, series
+from stemcal.formats import near, series
 
 
 @dataclass(frozen=True)

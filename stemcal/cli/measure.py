@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from stemcal.drawing.table import Table
-    from stemcal.note import Note
+    from stemcal.notes import Note
 
 app = typer.Typer(
     no_args_is_help=True,

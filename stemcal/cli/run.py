@@ -68,8 +68,8 @@ def _require_stage(study: Study, name: str | None) -> None:
 
 def _compute_again(work: Session) -> None:
     """Compute the failed runs again; warn of those that failed again."""
+    from stemcal.formats import counted
     from stemcal.overview.status import retry
-    from stemcal.words import counted
 
     entries = work.continued(lambda: retry(work.study, work.folder, work.executor, work.watch))
     failed = sum(entry.status == "failed" for entry in entries)

@@ -12,7 +12,7 @@ import typer
 
 from stemcal.cli.console import await_, envelope, route_log, stderr, warn
 from stemcal.errors import UsageError, Waiting
-from stemcal.words import counted
+from stemcal.formats import counted
 
 Spec = Annotated[Path, typer.Argument(metavar="SPEC", help="Spec of the study (YAML file).", show_default=False)]
 

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import typer
 
 from stemcal.cli.console import note, say, say_json, say_tables, say_whole, warn
-from stemcal.naming import Names
-from stemcal.words import counted
+from stemcal.formats import counted
+from stemcal.vocabulary import Wording
 
 if TYPE_CHECKING:
     from stemcal.runs.study_folder import StudyFolder
@@ -59,7 +59,7 @@ def show_run(
         from stemcal.stages.verdict.words import verdict_json
 
         stages = {result.name: result.to_json() for result in results.done}
-        judged = {**verdict_json(verdict, Names(study.naming)), "report": str(page)}
+        judged = {**verdict_json(verdict, Wording(study.naming)), "report": str(page)}
         say_json({**stages, **judged})
     else:
         _show_findings(results, verdict, folder, quiet)
@@ -68,7 +68,7 @@ def show_run(
         from stemcal.report.terminal import final_tables
         from stemcal.stages.verdict.words import lines
 
-        say(*lines(verdict, Names(study.naming)), "")
+        say(*lines(verdict, Wording(study.naming)), "")
         say_tables(*final_tables(study, results, verdict.holds))
         say_whole(f"Report: {page}")
     if failed:

@@ -11,10 +11,10 @@ import typer
 from stemcal.cli.console import note, say, say_json, waiting, warn
 from stemcal.cli.session import AsJson, Quiet, Spec, read_study
 from stemcal.errors import RunsFailed, UsageError
+from stemcal.formats import did_you_mean
 from stemcal.storage.atomic import write_atomic
 from stemcal.storage.encodings import csv_text
 from stemcal.storage.typed import from_json, to_json
-from stemcal.words import did_you_mean
 
 if TYPE_CHECKING:
     from stemcal.cutting import CuttingResult
@@ -195,7 +195,7 @@ def _one_run(
     study: Study, levels: Mapping[str, float], at: float, as_json: bool, quiet: bool, csv_file: Path | None
 ) -> None:
     """Make one run and show its answer; a failed run ends with exit code 3 and names its folder."""
-    from stemcal.note import Note
+    from stemcal.notes import Note
     from stemcal.solvers import make_solver
     from stemcal.solvers.protocol import Request
 

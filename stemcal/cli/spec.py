@@ -125,7 +125,7 @@ def check(spec: Spec, out: Out = None, workers: Workers = None, as_json: AsJson 
 def _say_plan(found: Plan) -> None:
     """Print the runs, the time and the memory of every stage."""
     from stemcal.drawing.table import Column, Table
-    from stemcal.numbers import duration, in_bytes
+    from stemcal.formats import duration, in_bytes
     from stemcal.overview.plan import total
 
     timed = any(stage.seconds is not None for stage in found.stages)

@@ -10,14 +10,14 @@ import typer
 
 from stemcal.cli.console import fail, say, say_json, say_tables
 from stemcal.cli.session import AsJson, Out, Spec, existing_folder, read_study
+from stemcal.formats import counted
 from stemcal.storage.typed import to_json
-from stemcal.words import counted
 
 if TYPE_CHECKING:
-    from stemcal.naming import Names
     from stemcal.overview.status import StageStatus, Status
     from stemcal.runs.study_folder import StudyFolder
     from stemcal.study.model import Study
+    from stemcal.vocabulary import Wording
 
 _MOST_NAMES = 20
 
@@ -69,11 +69,11 @@ def status(
 def _progress(study: Study, folder: StudyFolder, as_json: bool) -> dict[str, Any]:
     """Return how far every stage is, and the verdict."""
     from stemcal.drawing.table import Column, Table
-    from stemcal.naming import Names
     from stemcal.overview.status import status as count
     from stemcal.stages.verdict.words import verdict_json
+    from stemcal.vocabulary import Wording
 
-    found, names = count(study, folder), Names(study.naming)
+    found, names = count(study, folder), Wording(study.naming)
     if not as_json:
         heads = {"rows": "Runs", "done": "Done", "failed": "Failed", "left": "Left"}
         # None: a stage before it decides first
@@ -83,10 +83,10 @@ def _progress(study: Study, folder: StudyFolder, as_json: bool) -> dict[str, Any
     return {**to_json(found), **verdict_json(found.verdict, names)}
 
 
-def state(found: Status, names: Names) -> list[str]:
+def state(found: Status, names: Wording) -> list[str]:
     """Return the process at work, failures, stale stages, and the verdict with all its reasons."""
-    from stemcal.naming import capital
     from stemcal.stages.verdict.words import in_full
+    from stemcal.vocabulary import capital
 
     stages = [line for stage in found.stages for line in _stage(stage)]
     if found.sheet is not None:
@@ -114,11 +114,11 @@ def _stage(stage: StageStatus) -> Iterator[str]:
 
 def _runs(study: Study, folder: StudyFolder, failed: bool, as_json: bool) -> dict[str, Any]:
     """Return the runs of the study, or the failed ones."""
-    from stemcal.naming import Names
     from stemcal.overview.status import ledger
     from stemcal.report.tables.of_designs import runs_table
+    from stemcal.vocabulary import Wording
 
-    entries, names = ledger(study, folder), Names(study.naming)
+    entries, names = ledger(study, folder), Wording(study.naming)
     found = [entry for entry in entries if not failed or entry.status == "failed"]
     if not as_json:
         title = f"{'Failed runs' if failed else 'Runs'} of study {study.name}"

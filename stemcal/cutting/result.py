@@ -6,18 +6,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stemcal.cutting.end_state import Shape
-from stemcal.cutting.parts import Discretisation, Loading
-from stemcal.errors import SimulationFailed
-from stemcal.fem.kernels.nodes import EDGE, FRICTION, SURFACE
-from stemcal.fem.material import Material
-from stemcal.fem.stepper import History
-from stemcal.note import (
+from stemcal.cutting.checks import (
     MOST_DRIFT,
     MOST_HOURGLASS,
     MOST_INERTIA,
     NEGLIGIBLE_MASS,
-    Note,
     energy_drifts,
     force_after_break,
     hourglass_energy,
@@ -25,6 +18,13 @@ from stemcal.note import (
     rate_above_law,
     stroke_too_short,
 )
+from stemcal.cutting.end_state import Shape
+from stemcal.cutting.parts import Discretisation, Loading
+from stemcal.errors import SimulationFailed
+from stemcal.fem.kernels.nodes import EDGE, FRICTION, SURFACE
+from stemcal.fem.material import Material
+from stemcal.fem.stepper import History
+from stemcal.notes import Note
 
 Array = NDArray[np.float64]
 

@@ -6,7 +6,7 @@ from itertools import combinations
 import numpy as np
 
 from stemcal.doe.coding import Array
-from stemcal.note import Note
+from stemcal.notes import Note
 
 # Long lists of aliases are not read: the first ones are listed, the others counted.
 _SHOWN_FACTORS, _SHOWN_ALIASES = 6, 3

@@ -16,10 +16,10 @@ import numpy as np
 from stemcal.doe.coding import Array
 from stemcal.doe.regression.least_squares import fit_least_squares
 from stemcal.errors import UsageError
-from stemcal.naming import CUTTING, Names, Naming
-from stemcal.note import Note
+from stemcal.notes import Note
 from stemcal.power_law import PowerLaw, fit_power_law
 from stemcal.storage.typed import absent
+from stemcal.vocabulary import CUTTING, Vocabulary, Wording
 
 
 @dataclass(frozen=True)
@@ -74,7 +74,7 @@ def compare_conditions(
     simulated: Sequence[float | None],
     calibration_condition: float | Sequence[float] | None,
     scatter: Sequence[tuple[float | None, int | None]] | None = None,
-    naming: Naming = CUTTING,
+    naming: Vocabulary = CUTTING,
 ) -> Validation:
     """Compare responses; error = 100·(measured − simulated)/measured.
 
@@ -87,7 +87,7 @@ def compare_conditions(
         The diameter, or diameters, the parameters were fitted at: no independent check.
     scatter : sequence of (sd, n), optional
         Standard deviation and number of specimens of each measured force, None where unknown.
-    naming : Naming
+    naming : Vocabulary
         What response and condition are: forces over stems have exponents, and are looked through for a trend.
     """
     scatter = scatter or [(None, None)] * len(conditions)
@@ -130,12 +130,12 @@ def _row(
     measured: float,
     simulated: float | None,
     calibration: float | Sequence[float] | None,
-    naming: Naming,
+    naming: Vocabulary,
     sd: float | None,
     n: int | None,
 ) -> ValidationRow:
     if measured <= 0.0:
-        where = f"{naming.response.text(measured)}{Names(naming).at(condition)}"
+        where = f"{naming.response.text(measured)}{Wording(naming).at(condition)}"
         raise UsageError(f"validation: the measured {naming.response.long} must be positive, not {where}")
     fitted = calibration is not None and bool(np.any(np.isclose(condition, calibration)))
     role: Literal["fitted", "held_out"] = "fitted" if fitted else "held_out"

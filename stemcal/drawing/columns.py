@@ -4,30 +4,30 @@ from collections.abc import Callable, Iterable
 from typing import Any
 
 from stemcal.drawing.table import Column
-from stemcal.naming import FIRST, FORCE, Named, Names, Naming
-from stemcal.numbers import decimals, fixed, probability, short, significant
+from stemcal.formats import decimals, fixed, probability, short, significant
+from stemcal.vocabulary import FIRST, FORCE, Variable, Vocabulary, Wording
 
 Form = Callable[[Any], str]
 ERROR = Column("error_percent", "Error", "%", fixed)
 
 
-def condition(naming: Naming) -> tuple[Column, ...]:
+def condition(naming: Vocabulary) -> tuple[Column, ...]:
     """Return the column of the condition; none where a study has none."""
     named = naming.condition
     return () if named is None else (Column("condition", named.capital, named.written, short),)
 
 
-def factor(names: Names) -> Column:
+def factor(names: Wording) -> Column:
     """Return the column that names a factor."""
     return Column("factor", "Factor", form=names.factor, words=True)
 
 
-def levels(factors: Iterable[str], names: Names, form: Form = significant) -> tuple[Column, ...]:
+def levels(factors: Iterable[str], names: Wording, form: Form = significant) -> tuple[Column, ...]:
     """Return a column for the level of each factor."""
     return tuple(Column(name, names.factor(name), form=form) for name in factors)
 
 
-def simulated(named: Named, label: str = "") -> Column:
+def simulated(named: Variable, label: str = "") -> Column:
     """Return the column of what runs gave: the value, or why there is none."""
 
     def of(row: Any) -> float | str:
@@ -39,7 +39,7 @@ def simulated(named: Named, label: str = "") -> Column:
     return Column(FIRST, label or named.capital, named.written, significant, of)
 
 
-def measured_of(names: Names, each: bool, columns: Iterable[tuple[str, str, Form]]) -> list[Column]:
+def measured_of(names: Wording, each: bool, columns: Iterable[tuple[str, str, Form]]) -> list[Column]:
     """Return columns of values of responses, by key, label and form.
 
     The unit heads the columns; where every row has a different response, columns name the response and its unit.
@@ -78,7 +78,7 @@ def ratio(value: float | None) -> str:
     return "" if value is None else fixed(value, 2 if value >= 1.0 else 4)
 
 
-def response_decimals(response: Named, values: Iterable[float | None], usual: int = 2) -> int:
+def response_decimals(response: Variable, values: Iterable[float | None], usual: int = 2) -> int:
     """Return the decimals of a response's values: those of forces in N, more where a response is small."""
     return usual if response == FORCE else decimals(values, usual)
 
@@ -88,7 +88,7 @@ def to_decimals(places: int) -> Form:
     return lambda value: fixed(value, places)
 
 
-def scores(names: Names) -> list[str]:
+def scores(names: Wording) -> list[str]:
     """Return what the values are that count from their measured mean."""
     text = (
         "A score is the signed deviation of a curve from the mean measured curve along one mode. The error of a score "
@@ -100,7 +100,7 @@ def scores(names: Names) -> list[str]:
 _VALUES = "measured", "predicted", "simulated"
 
 
-def from_means(rows: Iterable[dict[str, Any]], names: Names) -> list[dict[str, Any]]:
+def from_means(rows: Iterable[dict[str, Any]], names: Wording) -> list[dict[str, Any]]:
     """Return rows of responses; of one that counts so, how far values are from the measured mean."""
     found = []
     for row in rows:

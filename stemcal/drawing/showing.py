@@ -9,10 +9,10 @@ from typing import Any, ClassVar, Generic, Protocol, TypeVar
 
 from stemcal.drawing.plot import Plot
 from stemcal.drawing.table import Table
-from stemcal.naming import Names
-from stemcal.numbers import unit_written
+from stemcal.formats import unit_written
 from stemcal.registry import Checked
 from stemcal.study.model import Study
+from stemcal.vocabulary import Wording
 
 R = TypeVar("R", bound=Any)  # the result of a stage
 
@@ -57,18 +57,18 @@ class Setting:
         return {factor.name: factor.label for factor in self.study.factors}
 
     @cached_property
-    def symbols(self) -> Names:
+    def symbols(self) -> Wording:
         """The factors by their symbols."""
-        return Names(self.study.naming, {factor.name: factor.symbol for factor in self.study.factors})
+        return Wording(self.study.naming, {factor.name: factor.symbol for factor in self.study.factors})
 
     @cached_property
-    def labelled(self) -> Names:
+    def labelled(self) -> Wording:
         """The factors by label and unit, as papers print them."""
         names = {}
         for factor in self.study.factors:
             unit = unit_written(factor.unit)
             names[factor.name] = f"{factor.label or factor.name} ({unit})" if unit else factor.label
-        return Names(self.study.naming, names)
+        return Wording(self.study.naming, names)
 
 
 class Showing(Checked, Generic[R]):
@@ -79,15 +79,15 @@ class Showing(Checked, Generic[R]):
 
     claims: ClassVar[bool] = False
 
-    def outcome(self, result: R, names: Names) -> list[str]:
+    def outcome(self, result: R, names: Wording) -> list[str]:
         """Return the outcome in sentences."""
         return []
 
-    def tables(self, result: R, names: Names) -> list[Table]:
+    def tables(self, result: R, names: Wording) -> list[Table]:
         """Return its tables."""
         return []
 
-    def findings(self, result: R, names: Names) -> list[Table]:
+    def findings(self, result: R, names: Wording) -> list[Table]:
         """Return the tables that `stemcal run` prints before its end."""
         return []
 
@@ -116,6 +116,6 @@ class Showing(Checked, Generic[R]):
         return result
 
 
-def names_of(result: Any, labels: Mapping[str, str] | None = None) -> Names:
+def names_of(result: Any, labels: Mapping[str, str] | None = None) -> Wording:
     """Return the names of a result's responses, its condition and its factors."""
-    return Names(result.naming, labels or {})
+    return Wording(result.naming, labels or {})

@@ -13,7 +13,7 @@ from functools import cache
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any
 
-from stemcal.numbers import unit_written
+from stemcal.formats import unit_written
 from stemcal.storage.atomic import write_atomic
 
 if TYPE_CHECKING:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stemcal.cutting import ShearTest, shear
+from stemcal.cutting.checks import MOST_BUCKLING, STROKE_TOO_SHORT, buckles, maximum_not_passed
 from stemcal.cutting.end_state import shape_of
 from stemcal.cutting.parts import SHARES
 from stemcal.cutting.result import BreakWatch, CuttingResult, break_row, evaluate, filter_rows, force_history
@@ -17,7 +18,7 @@ from stemcal.fem.model import Model
 from stemcal.fem.state import State
 from stemcal.fem.stepper import Inspect, simulate
 from stemcal.laboratory.build import LaboratoryTest, build, rounded
-from stemcal.note import MOST_BUCKLING, STROKE_TOO_SHORT, Note, buckles, maximum_not_passed
+from stemcal.notes import Note
 from stemcal.responses import FURTHER_CUT, PIECE, ForceTravel, Response, responses_in
 
 Array = NDArray[np.float64]

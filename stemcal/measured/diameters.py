@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 
 from stemcal.errors import UsageError
+from stemcal.formats import counted
 from stemcal.measured.headings import DIAMETER, LABEL, MILLIMETRES, is_called, is_missing, shown
 from stemcal.measured.statistics import ShapiroWilk, Summary, shapiro_wilk, summarise
 from stemcal.measured.tables import Form, TextTable, columns_of, given_columns, matching, read_table, scale_of
 from stemcal.storage.rows import Rows
 from stemcal.storage.typed import Spread, inline
-from stemcal.words import counted
 
 SHARE = 0.95  # of the stems that proposed grades must hold
 WIDEST = 1000.0  # mm; no stem is thicker

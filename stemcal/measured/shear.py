@@ -9,15 +9,15 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from stemcal.errors import UsageError
+from stemcal.formats import did_you_mean, listed
 from stemcal.measured.diameters import checked_diameter
 from stemcal.measured.headings import DIAMETER, FILE, GRADE, MILLIMETRES, millimetres_in, shown
 from stemcal.measured.shear_curves import CurveOptions, ShearCurve, read_curves
 from stemcal.measured.statistics import Summary, outlier_of, summarise
 from stemcal.measured.tables import columns_of, matching, read_table, scale_of
-from stemcal.note import Note, Remedy
+from stemcal.notes import Note, Remedy
 from stemcal.power_law import PowerLaw, fit_power_law
 from stemcal.storage.typed import Spread, inline
-from stemcal.words import did_you_mean, listed
 
 _SUFFIXES = (".csv", ".txt", ".dat", ".tsv", ".asc", ".tra", ".xlsx", ".xlsm", ".xls")
 _MOST = 10  # names in a note

@@ -15,10 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stemcal.errors import UsageError
+from stemcal.formats import counted
 from stemcal.measured.headings import FORCE, MILLIMETRES, NEWTONS, TRAVEL, is_missing, millimetres_in, plain, shown
 from stemcal.measured.tables import Form, TextTable, columns_of, given_columns, matching, read_tables, scale_of
-from stemcal.note import Note, Remedy
-from stemcal.words import counted
+from stemcal.notes import Note, Remedy
 
 Array = NDArray[np.float64]
 PRELOAD = 5.0  # N

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from math import ceil, floor, log10
 
 from stemcal.errors import UsageError
-from stemcal.note import Note, Remedy
-from stemcal.numbers import duration, in_bytes
+from stemcal.formats import duration, in_bytes
+from stemcal.notes import Note, Remedy
 from stemcal.overview.plan import asked, missing
 from stemcal.runs.executors import machine_memory
 from stemcal.runs.study_folder import StudyFolder

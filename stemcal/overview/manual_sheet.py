@@ -15,7 +15,6 @@ from pathlib import Path
 from typing import Any, Literal
 
 from stemcal.errors import StemcalError, UsageError, Waiting
-from stemcal.naming import FIRST
 from stemcal.overview.plan import asked, missing
 from stemcal.overview.status import SHEET, ledger
 from stemcal.runs.answer import Watch, ignore, keep
@@ -47,6 +46,7 @@ from stemcal.storage.atomic import make_folder, move_new, write_atomic
 from stemcal.storage.log import now
 from stemcal.storage.plain import read_plain
 from stemcal.study.model import Study
+from stemcal.vocabulary import FIRST
 
 _SAME = 1e-9  # of a value: what writing and reading may change
 OLD, INPUTS = "sheets", "inputs"

@@ -13,7 +13,7 @@ from stemcal.measured.headings import shown
 from stemcal.measured.shear import ShearTests, TestedSpecimen, find_files, measure_shear, note_on, row_of
 from stemcal.measured.shear_curves import CurveOptions
 from stemcal.measured.statistics import Summary, summarise
-from stemcal.note import Note
+from stemcal.notes import Note
 from stemcal.responses import ForceTravel
 from stemcal.solvers.options import BREAK_DROP
 from stemcal.storage.rows import Rows

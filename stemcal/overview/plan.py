@@ -14,8 +14,8 @@ from typing import Literal
 from stemcal.doe.aliases import aliases_note
 from stemcal.doe.coding import term_columns, term_names
 from stemcal.doe.regression.least_squares import not_estimable
-from stemcal.note import Note, Remedy
-from stemcal.numbers import duration, in_bytes
+from stemcal.formats import counted, duration, in_bytes, series
+from stemcal.notes import Note, Remedy
 from stemcal.runs.executors import available_cores
 from stemcal.runs.record import Run, by_key, stands
 from stemcal.runs.study_folder import StudyFolder
@@ -26,7 +26,6 @@ from stemcal.stages.stage import stages_of
 from stemcal.stages.work import second_time
 from stemcal.storage.rows import Rows
 from stemcal.study.model import Study
-from stemcal.words import counted, series
 
 _MOST_RECORDS = 50  # that are looked at
 

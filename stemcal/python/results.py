@@ -11,7 +11,7 @@ from stemcal.cutting import CuttingResult
 from stemcal.drawing.showing import Setting
 from stemcal.drawing.table import Column, Table
 from stemcal.errors import UsageError
-from stemcal.naming import Names
+from stemcal.formats import did_you_mean
 from stemcal.overview.status import Entry, ledger
 from stemcal.report.figures.curves import force_travel
 from stemcal.report.gallery import gallery
@@ -28,7 +28,7 @@ from stemcal.stages.verdict.verdict_rules import verdict_of
 from stemcal.stages.verdict.words import lines
 from stemcal.storage.rows import Rows
 from stemcal.study.model import Study
-from stemcal.words import did_you_mean
+from stemcal.vocabulary import Wording
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -87,7 +87,7 @@ class StudyResults:
     @property
     def verdict_text(self) -> str:
         """The verdict in at most three lines, as printed at the end of `stemcal run`."""
-        return "\n".join(lines(self.verdict, Names(self.study.naming)))
+        return "\n".join(lines(self.verdict, Wording(self.study.naming)))
 
     @property
     def parameters(self) -> dict[str, float]:

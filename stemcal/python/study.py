@@ -11,6 +11,7 @@ from typing import Annotated, Any
 from pydantic import Field
 
 from stemcal.errors import UsageError
+from stemcal.formats import did_you_mean
 from stemcal.overview.foresight import Demand, demand_of, demand_of_one, left_to_run, warnings_before
 from stemcal.overview.manual_sheet import awaited_runs, enter, gone_on, require_sheet
 from stemcal.python.results import Simulated, StudyResults
@@ -26,7 +27,6 @@ from stemcal.study.reading import load_study as read_spec
 from stemcal.study.reading.messages import checked, level_of
 from stemcal.study.rules.factors import wrong_levels
 from stemcal.study.types.field_types import Size, Whole
-from stemcal.words import did_you_mean
 
 _Workers = Annotated[Whole, Field(ge=1)] | None
 

@@ -9,7 +9,7 @@ from stemcal.drawing.columns import starred
 from stemcal.drawing.plot import Plot
 from stemcal.drawing.showing import RANGE, Setting, names_of
 from stemcal.drawing.table import Column, Table, showable
-from stemcal.numbers import significant
+from stemcal.formats import significant
 from stemcal.report.docx import PaperTable
 from stemcal.report.outcome import cited_ranges, showing_of
 from stemcal.report.tables.of_designs import design_tables

@@ -9,7 +9,7 @@ from stemcal.cutting.end_state import Shape
 from stemcal.drawing.plot import Plot
 from stemcal.drawing.showing import Setting
 from stemcal.drawing.style import resize, save
-from stemcal.numbers import short, significant
+from stemcal.formats import short, significant
 from stemcal.report.figures.curves import energies, force_travel, measured_band
 from stemcal.report.figures.fracture import fracture
 from stemcal.report.outcome import showing_of

@@ -8,12 +8,12 @@ from typing import Any
 
 from stemcal.drawing.showing import Finished, Showing, names_of
 from stemcal.drawing.table import MOST_ROWS, Table
-from stemcal.note import SEVERITIES, Note
+from stemcal.formats import counted
+from stemcal.notes import SEVERITIES, Note
 from stemcal.stages.result import StageResult
 from stemcal.stages.results import Results
 from stemcal.stages.stage import stage_called
 from stemcal.storage.encodings import in_a_line
-from stemcal.words import counted
 
 
 def showing_of(result: StageResult) -> Showing[Any]:

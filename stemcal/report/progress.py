@@ -6,9 +6,9 @@ import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Self
 
-from stemcal.naming import CUTTING, Names, Naming
-from stemcal.numbers import significant
+from stemcal.formats import significant
 from stemcal.stages.stage import STAGES
+from stemcal.vocabulary import CUTTING, Vocabulary, Wording
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -28,14 +28,14 @@ def _title(stage: str) -> str:
     return stage if found is None else found.title
 
 
-def make_watch(console: Console | None, naming: Naming = CUTTING) -> Watcher:
+def make_watch(console: Console | None, naming: Vocabulary = CUTTING) -> Watcher:
     """Return the watcher that suits a console, a silent one without; use it as a context manager."""
     if console is None:
         return Watcher()
     return _Bar(console, naming=naming) if console.is_terminal else _Lines(console, naming=naming)
 
 
-def notebook_watch(wanted: bool | None = None, naming: Naming = CUTTING) -> Watcher:
+def notebook_watch(wanted: bool | None = None, naming: Vocabulary = CUTTING) -> Watcher:
     """Return a bar in a terminal and in Jupyter, silence elsewhere; `wanted` decides otherwise."""
     from rich.console import Console
 
@@ -44,7 +44,7 @@ def notebook_watch(wanted: bool | None = None, naming: Naming = CUTTING) -> Watc
     return _Bar(console, naming=naming) if (shown if wanted is None else wanted) else Watcher()
 
 
-def describe(progress: Progress, naming: Naming = CUTTING) -> str:
+def describe(progress: Progress, naming: Vocabulary = CUTTING) -> str:
     """Return one line on the progress of a stage.
 
     >>> from types import SimpleNamespace as Progress
@@ -59,12 +59,12 @@ def describe(progress: Progress, naming: Naming = CUTTING) -> str:
     return ", ".join([f"{title}: {progress.done}/{progress.total} runs{repeated}", *_remarks(progress, naming)])
 
 
-def _remarks(progress: Progress, naming: Naming) -> list[str]:
+def _remarks(progress: Progress, naming: Vocabulary) -> list[str]:
     counts = (progress.cached, "from earlier"), (progress.failed, "failed")
     remarks = [f"{count} {what}" for count, what in counts if count]
     if progress.last_response is not None:
         place, known = progress.last_condition, naming.condition is not None
-        at = f" at {Names(naming).conditions([place])}" if known and place is not None else ""
+        at = f" at {Wording(naming).conditions([place])}" if known and place is not None else ""
         value = significant(progress.last_response)
         remarks.append(f"last {value}{naming.response.unit_suffix}{at}")
     return remarks
@@ -89,7 +89,9 @@ class Watcher:
 class _Lines(Watcher):
     """A line at a stage's start and end, and one every half minute between."""
 
-    def __init__(self, console: Console, clock: Callable[[], float] = time.monotonic, naming: Naming = CUTTING) -> None:
+    def __init__(
+        self, console: Console, clock: Callable[[], float] = time.monotonic, naming: Vocabulary = CUTTING
+    ) -> None:
         self.console, self.clock, self.naming = console, clock, naming
         self.stage, self.ended, self.last_line, self.last_time = "", "", "", -_SPARSE_SECONDS
 
@@ -109,7 +111,7 @@ class _Lines(Watcher):
 class _Bar(Watcher):
     """A bar for each stage: runs done, time, time left, failures, the last response."""
 
-    def __init__(self, console: Console, naming: Naming = CUTTING) -> None:
+    def __init__(self, console: Console, naming: Vocabulary = CUTTING) -> None:
         from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
         from rich.progress import Progress as Bars
 

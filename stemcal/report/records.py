@@ -4,9 +4,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from stemcal.naming import DIAMETER
-from stemcal.note import Note
-from stemcal.numbers import duration
+from stemcal.formats import counted, duration
+from stemcal.notes import Note
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers.program import file_hash
 from stemcal.stages.result import StageResult
@@ -14,7 +13,7 @@ from stemcal.stages.results import Results
 from stemcal.stages.stage import stage_called
 from stemcal.storage.typed import from_json
 from stemcal.study.model import Study
-from stemcal.words import counted
+from stemcal.vocabulary import DIAMETER
 
 Numbers = tuple[float, ...]
 

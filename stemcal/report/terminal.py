@@ -14,14 +14,14 @@ from rich.text import Text
 
 from stemcal.drawing.showing import Setting
 from stemcal.drawing.table import Table, showable
-from stemcal.naming import capital
-from stemcal.numbers import duration, fixed, significant
+from stemcal.formats import duration, fixed, significant
 from stemcal.report.outcome import KNOWN, shortened, showing_of, tables_of
 from stemcal.stages.result import StageResult
 from stemcal.stages.results import Results
 from stemcal.study.model import LaboratorySection, Study
 from stemcal.study.model.laboratory_kind import words_of
 from stemcal.study.model.measured_targets import Mean
+from stemcal.vocabulary import capital
 
 if TYPE_CHECKING:
     from stemcal.cutting import CuttingResult

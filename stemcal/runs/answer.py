@@ -11,12 +11,12 @@ from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 
 from stemcal.errors import RunsFailed, Waiting
-from stemcal.naming import CUTTING, Naming
 from stemcal.runs.executors import InlineExecutor, RunExecutor
 from stemcal.runs.record import Computed, Outcome, Run, outcome_of, stands
 from stemcal.runs.retries import Batch
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers.protocol import Request, Solver
+from stemcal.vocabulary import CUTTING, Vocabulary
 
 logger = logging.getLogger(__name__)
 
@@ -59,7 +59,7 @@ def answer_all(
     time_limit: float | None = None,
     quorum: float = QUORUM,
     again: Collection[str] = (),
-    naming: Naming = CUTTING,
+    naming: Vocabulary = CUTTING,
 ) -> list[Outcome]:
     """Answer every request, with the responses that a study names; the folder must be locked.
 
@@ -143,7 +143,7 @@ class _Tally:
         self.watch(Progress(self.stage, *counts, response, condition, preparing, self.points))
 
 
-def keep(run: Run, computed: Computed, folder: StudyFolder, naming: Naming = CUTTING) -> Outcome:
+def keep(run: Run, computed: Computed, folder: StudyFolder, naming: Vocabulary = CUTTING) -> Outcome:
     """Save what came of a run durably, and return how it counts."""
     answer, circumstances = computed[0].readable(), computed[1]
     asked = {"key": run.key, "identity": run.identity, "request": run.request.as_record()}

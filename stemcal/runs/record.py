@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from stemcal.naming import CUTTING, FIRST, Naming
-from stemcal.note import Note, Remedy
+from stemcal.formats import series
+from stemcal.notes import Note, Remedy
 from stemcal.registry import code_of
 from stemcal.responses import CUT, ForceTravel, responses_in
 from stemcal.runs.study_folder import provenance
@@ -23,7 +23,7 @@ from stemcal.storage.canonical import key_of
 from stemcal.storage.log import now
 from stemcal.storage.typed import absent
 from stemcal.study.types.field_types import MOST
-from stemcal.words import series
+from stemcal.vocabulary import CUTTING, FIRST, Vocabulary
 
 ACCIDENTS = frozenset({"worker_died", "exception"})
 TIMEOUT = "timeout"
@@ -71,7 +71,7 @@ def by_key(solver: Solver, requests: Iterable[Request]) -> dict[str, Request]:
     return found
 
 
-def validated(answer: Answer, naming: Naming = CUTTING) -> Answer:
+def validated(answer: Answer, naming: Vocabulary = CUTTING) -> Answer:
     """Return the answer, or a failed one in its place if its force, or any further response, is not a number.
 
     >>> validated(Answer("ok", response=float("nan"))).reason
@@ -148,7 +148,7 @@ class Outcome:
         return value if self.ok and value is not None else math.nan
 
 
-def outcome_of(record: Mapping[str, Any], naming: Naming = CUTTING) -> Outcome:
+def outcome_of(record: Mapping[str, Any], naming: Vocabulary = CUTTING) -> Outcome:
     """Return how a record counts; a force is only a lower bound if its stroke ended before the maximum was passed.
 
     Of the table it has travel and work, and the responses that the study names.
@@ -169,7 +169,7 @@ def outcome_of(record: Mapping[str, Any], naming: Naming = CUTTING) -> Outcome:
     )
 
 
-def of_the_table(details: Mapping[str, Any], diameter: float, naming: Naming = CUTTING) -> dict[str, float]:
+def of_the_table(details: Mapping[str, Any], diameter: float, naming: Vocabulary = CUTTING) -> dict[str, float]:
     """Return the responses of the table next to the first, from the curve and the numbers in a record's details."""
     curve = details.get("curve") or {"travel": (), "force": ()}
     travel, force = (np.asarray(curve[name], dtype=float) for name in ("travel", "force"))

@@ -13,7 +13,7 @@ from stemcal.fem.stepper import Inspect
 from stemcal.laboratory import perform as laboratory
 from stemcal.laboratory.build import LaboratoryTest
 from stemcal.laboratory.perform import LaboratoryResult
-from stemcal.note import Note
+from stemcal.notes import Note
 from stemcal.responses import packages_of, response_of
 from stemcal.study.model import TESTS, LaboratorySection, PieceSection, Study
 

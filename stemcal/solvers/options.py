@@ -6,8 +6,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, StringConstraints
 
-from stemcal.naming import FIRST
-from stemcal.note import Remedy
+from stemcal.notes import Remedy
 from stemcal.solvers.result_reader import ResultReader
 from stemcal.study.types.field_types import (
     Flag,
@@ -21,6 +20,7 @@ from stemcal.study.types.field_types import (
 )
 from stemcal.study.types.solver_kind import Mesh, SolverOptions
 from stemcal.version import __version__
+from stemcal.vocabulary import FIRST
 
 # The stem counts as fractured once elements have failed and the force has dropped by this share of it.
 BREAK_DROP = 0.5

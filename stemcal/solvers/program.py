@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import Any, ClassVar, Generic, Self, TypeVar, cast
 
 from stemcal.errors import SimulationFailed, UsageError
-from stemcal.naming import FIRST
 from stemcal.processes import Ended, run_program
 from stemcal.solvers.kept_curve import curve_scores, kept_curve
 from stemcal.solvers.options import CommandSolver, ProgramOptions
@@ -25,6 +24,7 @@ from stemcal.storage.canonical import key_of
 from stemcal.storage.plain import open_plain
 from stemcal.study.model import Study
 from stemcal.study.types.named import fill, template_bytes
+from stemcal.vocabulary import FIRST
 
 O = TypeVar("O", bound=ProgramOptions)
 OUTPUT = "program-output.txt"

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, ClassVar
 
-from stemcal.naming import CUTTING, Naming
 from stemcal.storage.encodings import in_a_line, visible
+from stemcal.vocabulary import CUTTING, Vocabulary
 
 
 @dataclass(frozen=True)
@@ -144,7 +144,7 @@ class Solver:
         return None
 
     @property
-    def naming(self) -> Naming:
+    def naming(self) -> Vocabulary:
         """The names of responses and condition in the study."""
-        naming: Naming = self.study.naming if hasattr(self, "study") else CUTTING
+        naming: Vocabulary = self.study.naming if hasattr(self, "study") else CUTTING
         return naming

@@ -5,10 +5,10 @@ import json
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from stemcal.naming import CUTTING, FIRST, Naming
 from stemcal.solvers.protocol import Request
 from stemcal.storage.typed import absent
 from stemcal.study.types.named import REPLICATE, SEED
+from stemcal.vocabulary import CUTTING, FIRST, Vocabulary
 
 MOST_SEED = 900_000_000  # the largest that LAMMPS takes
 
@@ -33,7 +33,7 @@ class Replicates:
         return self.values if response == FIRST else (self.further or {}).get(response, ())
 
 
-def values_of(request: Request, seed: int = 0, naming: Naming = CUTTING) -> dict[str, str]:
+def values_of(request: Request, seed: int = 0, naming: Vocabulary = CUTTING) -> dict[str, str]:
     """Return what each placeholder represents: the shortest text of each number; a factor's own name goes first."""
     drawn = {SEED: str(seed), REPLICATE: str(request.replicate)}
     levels = {name: repr(float(value)) for name, value in request.levels.items()}

@@ -7,8 +7,8 @@ from typing import Annotated, Literal, Self
 
 from pydantic import BeforeValidator, Field, StringConstraints, ValidationInfo, WithJsonSchema, model_validator
 
-from stemcal.naming import CUTTING, Naming
 from stemcal.study.types.field_types import Frozen, Number, complain
+from stemcal.vocabulary import CUTTING, Vocabulary
 
 
 def _inside_run_folder(given: object) -> object:
@@ -29,7 +29,7 @@ def _pattern(given: object, info: ValidationInfo) -> object:
     except (re.error, OverflowError, RecursionError) as error:
         raise complain(f"the pattern is not a valid regular expression: {error}", "correct the expression") from None
     if groups == 0:
-        naming: Naming = (info.context or {}).get("naming", CUTTING)
+        naming: Vocabulary = (info.context or {}).get("naming", CUTTING)
         raise complain(
             "the pattern has no capture group around the number",
             f"write a pattern such as '{naming.response.name} = (\\S+)'",

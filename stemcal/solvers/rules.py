@@ -2,13 +2,13 @@
 
 from collections.abc import Iterator
 
-from stemcal.naming import FIRST, FORCE
+from stemcal.formats import did_you_mean
 from stemcal.solvers.options import CommandSolver, DeckSolver, EmbeddedSolver, SheetSolver
 from stemcal.study.model.measured_targets import named_modes
 from stemcal.study.rules import Draft
 from stemcal.study.types.named import CHANCE, placeholders, template_bytes
 from stemcal.study.types.strict_yaml import Finding, NodePath
-from stemcal.words import did_you_mean
+from stemcal.vocabulary import FIRST, FORCE
 
 _MOST_UNKNOWN = 20
 _RESERVED = {"program-output.txt"}

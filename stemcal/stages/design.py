@@ -9,7 +9,7 @@ import numpy as np
 
 from stemcal.doe.coding import Array, Coding
 from stemcal.errors import UsageError
-from stemcal.note import Note
+from stemcal.notes import Note
 from stemcal.runs.record import Outcome
 from stemcal.solvers.protocol import Request
 from stemcal.stages.result import DesignRun, DesignRuns

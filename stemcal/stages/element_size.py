@@ -13,7 +13,7 @@ from statistics import stdev
 from stemcal.doe.calibration.search_path import Mover, SearchPath, ends_of
 from stemcal.drawing.table import Column, Table
 from stemcal.errors import UsageError
-from stemcal.numbers import fixed, interval, significant
+from stemcal.formats import fixed, interval, significant
 from stemcal.registry import code_version
 from stemcal.stages.fresh import calibrated_parameters
 from stemcal.stages.loop import Loop, PathSteps

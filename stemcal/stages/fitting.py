@@ -12,12 +12,12 @@ from stemcal.doe.calibration.region import Region
 from stemcal.doe.coding import Array, Coding
 from stemcal.doe.regression.anova import AnovaRow, Coefficient
 from stemcal.doe.regression.surface import Surface, fit_surface
-from stemcal.naming import CUTTING, FIRST, Named, Names, Naming
 from stemcal.runs.record import Outcome
 from stemcal.stages.result import CodedScale, DesignRun, DesignRuns, StageResult
 from stemcal.storage.rows import Rows
 from stemcal.storage.typed import Spread, absent, inline
 from stemcal.study.model import Study, Target
+from stemcal.vocabulary import CUTTING, FIRST, Variable, Vocabulary, Wording
 
 
 @dataclass(frozen=True)
@@ -32,11 +32,11 @@ class Measured:
     value: float
     sd: float | None = None
     n: int | None = None
-    naming: Naming = CUTTING
+    naming: Vocabulary = CUTTING
     specimens: str = ""
 
     @property
-    def named(self) -> Named:
+    def named(self) -> Variable:
         """What the response is called."""
         return self.naming.named(self.response)
 
@@ -46,7 +46,7 @@ class Measured:
         return self.response == FIRST or self.named in self.naming.others
 
 
-def measured_of(target: Target, responses: Sequence[str], naming: Naming = CUTTING) -> list[Measured]:
+def measured_of(target: Target, responses: Sequence[str], naming: Vocabulary = CUTTING) -> list[Measured]:
     """Return what was measured of these responses at one condition."""
     found = []
     for name in responses:
@@ -178,7 +178,7 @@ class Surfaces(StageResult):
         runs = self.design.runs
         coded = [[run.coded[name] for name in self.names] for run in runs] + [list(map(float, x)) for x, _ in further]
         values = [run.outcome.number(response) for run in answered] + [value for _, value in further]
-        written = Names(self.naming.with_primary(response))
+        written = Wording(self.naming.with_primary(response))
         found = fit_surface(coded, values, self.names, [row.term for row in self.coefficients], written)
         return replace(found, deterministic=True) if self.deterministic else found
 

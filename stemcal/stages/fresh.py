@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import Any
 
 from stemcal.errors import UsageError
-from stemcal.naming import FIRST
 from stemcal.registry import code_version
 from stemcal.responses import packages_of
 from stemcal.runs.answer import Progress, Watch, ignore
@@ -29,6 +28,7 @@ from stemcal.storage.canonical import digest
 from stemcal.storage.plain import holds
 from stemcal.study.model import TESTS, Study
 from stemcal.version import __version__
+from stemcal.vocabulary import FIRST
 
 logger = logging.getLogger(__name__)
 

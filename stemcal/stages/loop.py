@@ -13,11 +13,11 @@ from stemcal.doe.calibration.search_path import SearchPath, Tried, best_of, next
 from stemcal.doe.calibration.search_path import Step as PathStep
 from stemcal.doe.comparison import error_percent
 from stemcal.errors import RunsFailed
-from stemcal.naming import FIRST
 from stemcal.runs.record import Outcome
 from stemcal.stages.result import Interval
 from stemcal.stages.work import SimulateAt
 from stemcal.storage.typed import Spread, absent, inline
+from stemcal.vocabulary import FIRST
 
 Stopped = Literal["tolerance", "budget", "settled", "out_of_reach"]
 How = Literal["solution", "surface", "bracket", "back", "path", "elsewhere"]

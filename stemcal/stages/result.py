@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self, TypeVar
 
 from stemcal.drawing.table import Table
 from stemcal.errors import UsageError
-from stemcal.naming import CUTTING, Naming
-from stemcal.note import Note
+from stemcal.notes import Note
 from stemcal.runs.record import Outcome
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.storage.atomic import write_atomic
 from stemcal.storage.canonical import plain
 from stemcal.storage.rows import Rows
 from stemcal.storage.typed import Spread, absent, from_json, inline, to_json
+from stemcal.vocabulary import CUTTING, Vocabulary
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -41,7 +41,7 @@ class Head:
     title: str = ""
     stemcal_version: str = ""
     inputs: dict[str, str] | None = None
-    naming: Naming = CUTTING
+    naming: Vocabulary = CUTTING
 
 
 @dataclass(frozen=True)
@@ -123,7 +123,7 @@ class StageResult(Spread):
     notes: tuple[Note, ...]
 
     @property
-    def naming(self) -> Naming:
+    def naming(self) -> Vocabulary:
         """What the responses and the condition are called."""
         return self.head.naming
 

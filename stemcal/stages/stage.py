@@ -6,14 +6,14 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar
 
 from stemcal.errors import UsageError
+from stemcal.formats import series
 from stemcal.registry import Checked, Registry
 from stemcal.study.types import stage_kind
 from stemcal.study.types.stage_kind import StageKind
-from stemcal.words import series
 
 if TYPE_CHECKING:
     from stemcal.drawing.showing import Showing
-    from stemcal.note import Note
+    from stemcal.notes import Note
     from stemcal.runs.study_folder import StudyFolder
     from stemcal.solvers.protocol import Solver
     from stemcal.stages.design import Asked, Later

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from commanding import REPLAY, SMOKE, command
 
+from stemcal.cutting.checks import inertia_in_force
 from stemcal.cutting.result import CuttingResult, ForceHistory
-from stemcal.note import inertia_in_force
 
 THREE = SMOKE.with_name("three-tests.yaml")
 
@@ -138,8 +138,8 @@ def bent(monkeypatch: pytest.MonkeyPatch) -> None:
     """Put a known bending test, which ends before its maximum, in place of the solver."""
     from dataclasses import replace
 
+    from stemcal.cutting.checks import maximum_not_passed
     from stemcal.laboratory.perform import LaboratoryResult
-    from stemcal.note import maximum_not_passed
     from stemcal.solvers import embedded
 
     curve = replace(

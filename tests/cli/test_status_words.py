@@ -5,14 +5,14 @@ from typing import Any
 
 from stemcal.cli.status import state as lines
 from stemcal.drawing.table import Table
-from stemcal.naming import Names
 from stemcal.overview.status import StageStatus, Status
 from stemcal.report.outcome import failed_runs
 from stemcal.report.page import _Part, _Picture
 from stemcal.runs.record import Outcome
 from stemcal.stages.verdict.result import Verdict
+from stemcal.vocabulary import Wording
 
-NAMES = Names()
+NAMES = Wording()
 FAILED = Outcome(response=None, status="failed", reason="inverted", message="element 17 turned inside out")
 RIGHT = Outcome(response=100.0, status="ok")
 

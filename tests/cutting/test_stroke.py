@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from stemcal.cutting.checks import force_after_break
 from stemcal.cutting.result import short_stroke
-from stemcal.note import force_after_break
 from stemcal.runs.record import Outcome, lower_bound_notes
 
 TRAVEL = np.linspace(0.0, 1.0, 501)

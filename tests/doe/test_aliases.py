@@ -5,7 +5,7 @@ import pytest
 
 from stemcal.doe.aliases import alias_matrix, aliases_note
 from stemcal.doe.designs import plackett_burman
-from stemcal.note import Note
+from stemcal.notes import Note
 
 
 def noted(n: int, k: int) -> Note:

@@ -4,14 +4,14 @@ from dataclasses import replace
 from typing import Any
 
 from stemcal.drawing.table import MOST_ROWS
-from stemcal.naming import Named, Names, Naming
 from stemcal.report.outcome import tables_of
 from stemcal.stages.validate.figures import MOST_RESPONSES, plots
 from stemcal.stages.validate.result import FurtherRow, ValidateResult
 from stemcal.storage.rows import Rows
+from stemcal.vocabulary import Variable, Vocabulary, Wording
 
 PLACES, NAMES = range(1, 101), [f"r{number}" for number in range(10)]
-NAMING = Naming(Named("place", "Place", "p", "mm"), tuple(Named(name, name, name, "N") for name in NAMES))
+NAMING = Vocabulary(Variable("place", "Place", "p", "mm"), tuple(Variable(name, name, name, "N") for name in NAMES))
 
 
 def wide(results: Any) -> ValidateResult:
@@ -47,6 +47,6 @@ def test_the_page_has_the_figures_of_the_first_responses(results: Any, replayed:
 
 
 def test_many_conditions_are_counted() -> None:
-    names = Names(NAMING)
+    names = Wording(NAMING)
     assert names.conditions([1.0, 2.0]) == "place 1 and 2 mm"
     assert "100 values" in names.conditions(PLACES) and "1 to 100 mm" in names.conditions(PLACES)

@@ -4,13 +4,13 @@ from typing import Any
 
 import pytest
 
-from stemcal.naming import Names
 from stemcal.report.outcome import tables_of
 from stemcal.report.tables.of_designs import design_tables
 from stemcal.report.tables.setting import setting_tables
 from stemcal.stages.rsm.figures import diagnostics
 from stemcal.stages.rsm.showing import canonical_table
 from stemcal.stages.screen.showing import pareto
+from stemcal.vocabulary import Wording
 
 
 def test_significant_effects_are_bold(stages: dict[str, Any]) -> None:
@@ -23,7 +23,7 @@ def test_significant_effects_are_bold(stages: dict[str, Any]) -> None:
 def test_canonical_axes_of_the_published_surface(stages: dict[str, Any]) -> None:
     """Eigenvalues of B = [[1.294, …], …]: their sum is its trace, 1.29 − 0.83 + 2.88 (Table 9's squares)."""
     surface = stages["rsm"]
-    table = canonical_table(surface, surface.canonical, Names())
+    table = canonical_table(surface, surface.canonical, Wording())
     assert [row[1] for row in table.cells] == ["3.981", "2.204", "−2.839"]
     squares = {row.term: row.value for row in surface.coefficients if row.term.endswith("^2")}
     assert sum(surface.canonical.eigenvalues) == pytest.approx(sum(squares.values()))

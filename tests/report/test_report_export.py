@@ -11,13 +11,13 @@ from typing import Any
 import pytest
 
 from stemcal.drawing.table import Column, Table
-from stemcal.naming import Names
 from stemcal.report.export import _latex, _markdown, export_tables, numbered, study_tables
 from stemcal.report.gallery import gallery
 from stemcal.report.outcome import cited_ranges
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.invert.showing import calibration_table
 from stemcal.stages.results import Results
+from stemcal.vocabulary import Wording
 
 NASTY = Table(
     (Column("a", "A_b"), Column("b", "<b>|x|</b>", form=str)),
@@ -71,7 +71,7 @@ def test_the_range_to_cite_is_that_of_the_page_and_only_of_a_calibrated_study(
 
 def test_the_refined_values_are_what_is_published(replayed: tuple[Any, Any], results: Results) -> None:
     refined = {**results.of(InvertResult).parameters, "yield_stress": 18.5}
-    assert calibration_table(results.of(InvertResult), Names(replayed[0].naming), refined).cells[0][1] == "18.50"
+    assert calibration_table(results.of(InvertResult), Wording(replayed[0].naming), refined).cells[0][1] == "18.50"
 
 
 def test_csv_has_plain_numbers(tables: dict[str, Table], tmp_path: Path) -> None:

@@ -9,10 +9,10 @@ from rich.console import Console
 
 from stemcal.drawing.columns import from_means, measured_of, scores
 from stemcal.drawing.table import Column, Table
-from stemcal.naming import DIAMETER, FORCE, Named, Names, Naming
-from stemcal.numbers import short, significant
+from stemcal.formats import short, significant
 from stemcal.report.outcome import tables_of
 from stemcal.report.terminal import drawn, stage_tables
+from stemcal.vocabulary import DIAMETER, FORCE, Variable, Vocabulary, Wording
 
 
 def printed(stage: Any, width: int = 80) -> str:
@@ -74,8 +74,8 @@ def test_calibration_with_ranges(stages: dict[str, Any]) -> None:
 
 def test_scores_of_curves_stand_by_how_far_they_are_from_the_mean_curve() -> None:
     """Of 180 N measured and 178.5 N simulated, which are the mean force and what a mode adds to it."""
-    mode = Named("curve_1", "Score on the first curve mode", "c1", "N", apart=True)
-    names = Names(Naming(DIAMETER, (FORCE, mode)))
+    mode = Variable("curve_1", "Score on the first curve mode", "c1", "N", apart=True)
+    names = Wording(Vocabulary(DIAMETER, (FORCE, mode)))
     row = {"condition": 8.0, "response": "curve_1", "measured": 180.0, "simulated": 178.5, "error_percent": 0.83}
     columns = measured_of(names, True, [("measured", "Measured", short), ("simulated", "Simulated", significant)])
     table = Table.of(columns, from_means([row], names), foot=scores(names))

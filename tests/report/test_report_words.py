@@ -13,7 +13,6 @@ from workflow import calibrate
 
 from stemcal.drawing.style import svg
 from stemcal.drawing.table import Table
-from stemcal.naming import CUTTING, Named, Names, Naming
 from stemcal.overview.status import ledger
 from stemcal.report.export import document, numbered, study_tables
 from stemcal.report.gallery import gallery
@@ -33,6 +32,7 @@ from stemcal.stages.rsm.showing import equation
 from stemcal.stages.validate.result import ValidateResult
 from stemcal.study.model import Study
 from stemcal.study.reading import load_study
+from stemcal.vocabulary import CUTTING, Variable, Vocabulary, Wording
 
 CASE = Path(__file__).parents[1] / "cases" / "repose"
 OF_STEMS = re.compile(r"\b((?i:forces?|diameters?|stems?|blades?|cut|cutting)|N|N²|mm|mJ)\b|\bF =|Shear Force")
@@ -96,7 +96,7 @@ def told(request: pytest.FixtureRequest) -> Told:
 def all_tables(told: Told) -> list[Table]:
     """Return every table of terminal and page."""
     study, folder, results = told
-    names = Names(study.naming)
+    names = Wording(study.naming)
     stages = [table for stage in results.done for table in tables_of(stage)]
     runs = runs_table(ledger(study, folder), names, "Runs")
     ends = final_tables(study, results, True)
@@ -230,7 +230,7 @@ def test_sentences_speak_of_no_stem(angle: Told, moist: Told) -> None:
 def test_runs_are_listed_under_the_studys_names(angle: Told, moist: Told) -> None:
     heads = []
     for study, folder, _ in (angle, moist):
-        table = runs_table(ledger(study, folder), Names(study.naming), "Runs")
+        table = runs_table(ledger(study, folder), Wording(study.naming), "Runs")
         heads.append([column.key for column in table.headed(study.naming.headings).columns])
     assert heads[0] == ["stage", "key", "status", "reason", "run", "angle", "wall_seconds"]
     assert heads[1] == ["stage", "key", "status", "reason", "run", "moisture", "angle", "wall_seconds"]
@@ -250,13 +250,13 @@ def test_progress_tells_the_last_answer() -> None:
         preparing=False,
         points=8,
     )
-    restitution = Named("cor", "Restitution", "e", "1")
-    assert describe(progress, Naming(None, (restitution,))) == "Screening: 5/8 runs, last 0.5312"
+    restitution = Variable("cor", "Restitution", "e", "1")
+    assert describe(progress, Vocabulary(None, (restitution,))) == "Screening: 5/8 runs, last 0.5312"
     assert describe(progress, CUTTING) == "Screening: 5/8 runs, last 0.5312 N at 12 mm"
 
 
 def test_small_responses_keep_their_digits() -> None:
-    restitution = Named("cor", "Restitution", "e", "1")
+    restitution = Variable("cor", "Restitution", "e", "1")
     coefficients: Any = [SimpleNamespace(term="1", value=0.5312), SimpleNamespace(term="a", value=-0.00312)]
     assert equation(coefficients, {"a": "X1"}, restitution) == "e = 0.53120 − 0.00312·X1"
     assert equation(coefficients, {"a": "X1"}) == "F = 0.53 − 0.00·X1"

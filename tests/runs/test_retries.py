@@ -4,11 +4,13 @@ import math
 
 import pytest
 
-from stemcal.naming import Named, Naming
 from stemcal.runs.record import validated
 from stemcal.solvers.protocol import RESPONSES, Answer
+from stemcal.vocabulary import Variable, Vocabulary
 
-HEAP = Naming(None, (Named("angle", "Angle of repose", "θ", "deg"), Named("density", "Bulk density", "ρ", "kg/m3")))
+HEAP = Vocabulary(
+    None, (Variable("angle", "Angle of repose", "θ", "deg"), Variable("density", "Bulk density", "ρ", "kg/m3"))
+)
 
 
 def of(angle: float | None, density: float = 745.0) -> Answer:

@@ -18,7 +18,7 @@ from edits import accepted, merged
 from fakes import TWO_FACTORS, SpecSolver
 
 from stemcal.errors import StemcalError
-from stemcal.note import Note
+from stemcal.notes import Note
 from stemcal.runs.executors import InlineExecutor
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers.protocol import Answer, Request

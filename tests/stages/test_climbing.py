@@ -10,7 +10,6 @@ import workflow
 from fakes import FakeSolver, make_study
 
 from stemcal.errors import UsageError, Waiting
-from stemcal.naming import CUTTING, Names
 from stemcal.report.export import study_tables
 from stemcal.runs.executors import InlineExecutor
 from stemcal.runs.record import Outcome
@@ -23,6 +22,7 @@ from stemcal.stages.result import Head, read_result
 from stemcal.stages.results import Results
 from stemcal.storage.rows import Rows
 from stemcal.study.reading import load_study
+from stemcal.vocabulary import CUTTING, Wording
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 TWO = "rsm: {factors: [yield_stress, failure_strain], centre_points: 3}\n"
@@ -115,7 +115,7 @@ CLIMB = ClimbResult(
 
 
 def test_a_climb_that_passed_the_target() -> None:
-    assert ClimbShowing().outcome(CLIMB, Names(CUTTING, {"a": "Stress"})) == [
+    assert ClimbShowing().outcome(CLIMB, Wording(CUTTING, {"a": "Stress"})) == [
         "During steepest ascent, stress and b were changed together in 4 runs.",
         "The response passed the target. The smallest error (1.3 %) was obtained at step 2.",
     ]
@@ -123,4 +123,4 @@ def test_a_climb_that_passed_the_target() -> None:
 
 def test_a_climb_that_ended_at_the_edge() -> None:
     short = replace(CLIMB, passed=False)
-    assert ClimbShowing().outcome(short, Names())[1].startswith("The response did not reach the target. ")
+    assert ClimbShowing().outcome(short, Wording())[1].startswith("The response did not reach the target. ")

@@ -9,7 +9,7 @@ import pytest
 from stemcal.doe.aliases import alias_matrix, aliases_note
 from stemcal.doe.designs import plackett_burman
 from stemcal.errors import SpecError
-from stemcal.note import Note
+from stemcal.notes import Note
 from stemcal.overview.foresight import beforehand
 from stemcal.solvers import make_solver
 from stemcal.solvers.embedded import shear_test

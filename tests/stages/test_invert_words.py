@@ -6,12 +6,12 @@ from typing import Any
 import pytest
 
 from stemcal.doe.comparison import Formula
-from stemcal.naming import Names
 from stemcal.stages.invert import words
 from stemcal.stages.invert.result import InvertResult, JointFitted, JointRow
 from stemcal.storage.rows import Rows
+from stemcal.vocabulary import Wording
 
-LABELLED = Names(labels={"yield_stress": "Yield stress"})
+LABELLED = Wording(labels={"yield_stress": "Yield stress"})
 
 
 def row(condition: float, response: str, measured: float, error: float) -> JointRow:

@@ -13,7 +13,7 @@ from fakes import TWO_FACTORS, SpecSolver, make_study
 
 from stemcal.cutting import result as cutting_result
 from stemcal.errors import TargetUnreachable
-from stemcal.note import Remedy
+from stemcal.notes import Remedy
 from stemcal.runs.executors import InlineExecutor
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers.options import EmbeddedSolver, SheetSolver

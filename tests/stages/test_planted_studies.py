@@ -13,7 +13,7 @@ from edits import merged
 from fakes import TWO_FACTORS, SpecSolver
 from planting import judged
 
-from stemcal.note import Note, Remedy
+from stemcal.notes import Note, Remedy
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.results import Results

@@ -6,7 +6,6 @@ import pytest
 import workflow
 from fakes import TWO_FACTORS, FakeSolver
 
-from stemcal.naming import Names
 from stemcal.report.outcome import shown_notes
 from stemcal.runs.executors import InlineExecutor
 from stemcal.runs.study_folder import StudyFolder
@@ -16,6 +15,7 @@ from stemcal.stages.results import Results
 from stemcal.stages.verdict.verdict_rules import verdict_of
 from stemcal.study.model import Study
 from stemcal.study.reading import load_study
+from stemcal.vocabulary import Wording
 
 FORCES = """\
 targets:
@@ -57,7 +57,7 @@ def test_one_force_and_a_prior_fix_both_parameters(tmp_path: Path) -> None:
     known = found.certainty
     assert known is not None and known.free == () and known.not_identified == ()
     assert known.intervals["failure_strain"] == pytest.approx((0.04 - 0.00392, 0.04 + 0.00392), abs=2e-4)
-    said = words.known(known, found, Names(study.naming))
+    said = words.known(known, found, Wording(study.naming))
     assert said[0] == "The prior for failure_strain is 0.04 ± 0.002 (axial tension, n = 12)."
 
 

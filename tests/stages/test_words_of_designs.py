@@ -4,8 +4,8 @@ from typing import Any
 
 import pytest
 
-from stemcal.naming import Names
-from stemcal.note import SEVERITIES, energy_drifts
+from stemcal.cutting.checks import energy_drifts
+from stemcal.notes import SEVERITIES
 from stemcal.report.outcome import notes_of_all, read_first
 from stemcal.stages.result import DesignRuns, Head
 from stemcal.stages.rsm.result import RsmResult
@@ -14,9 +14,10 @@ from stemcal.stages.screen.analysis import analyse_screening
 from stemcal.stages.screen.result import ScreenResult
 from stemcal.stages.screen.showing import ScreenShowing
 from stemcal.storage.rows import Rows
+from stemcal.vocabulary import Wording
 
 screen, surface = ScreenShowing(), RsmShowing()
-NAMES = Names(labels={"yield_stress": "Yield stress"})
+NAMES = Wording(labels={"yield_stress": "Yield stress"})
 
 
 @pytest.mark.parametrize(

@@ -4,15 +4,15 @@ from dataclasses import replace
 
 import pytest
 
-from stemcal.naming import Names, program
 from stemcal.runs.record import Outcome
 from stemcal.stages.refine.analysis import notes_of
 from stemcal.stages.refine.result import AdjustedFactor, Model, RefineResult, RefineRow, RefineRun, Stopped
 from stemcal.stages.refine.showing import RefineShowing
 from stemcal.stages.result import Head
 from stemcal.storage.rows import Rows
+from stemcal.vocabulary import Wording, program
 
-STEM = Names()
+STEM = Wording()
 tables = RefineShowing().tables
 RUN = RefineRun(
     run=1, how="solution", condition=8.0, levels={"strain": 0.035}, predicted=158.5, outcome=Outcome(response=66.7)

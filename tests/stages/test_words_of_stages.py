@@ -11,7 +11,6 @@ import pytest
 import workflow
 
 from stemcal.errors import SpecError, TargetUnreachable
-from stemcal.naming import Names, Naming
 from stemcal.overview.plan import plan
 from stemcal.overview.status import ledger
 from stemcal.runs.executors import InlineExecutor
@@ -25,6 +24,7 @@ from stemcal.stages.verdict.verdict_rules import verdict_of
 from stemcal.stages.verdict.words import lines, verdict_json
 from stemcal.study.model import SOLVERS, Study
 from stemcal.study.reading import load_study
+from stemcal.vocabulary import Vocabulary, Wording
 
 KEY = re.compile(r"invert(: {|\.|:\\n +)diameters")  # invert.diameters, whatever the condition
 STEM_WORDS = re.compile(r"\b(forces?|diameters?|stems?|blades?|cut|cutting|stroke|travel|N|mm|mJ)\b|N²")
@@ -68,11 +68,11 @@ def written(folder: Path, text: str) -> Study:
 class Heap(Solver):
     """A made-up heap; `low` scales what it gives in the validation."""
 
-    words: Naming
+    words: Vocabulary
     low: float = 1.0
 
     @property
-    def naming(self) -> Naming:
+    def naming(self) -> Vocabulary:
         return self.words
 
     def identity(self, request: Request) -> dict[str, Any]:
@@ -132,7 +132,7 @@ def test_no_file_or_sentence_speaks_of_stems(case: str, tmp_path: Path, monkeypa
     assert {"screen.json", "rsm.json", "invert.json", "validate.json", "validate.csv"} <= set(told)
     results = fresh_results(study, place)
     said = [text for result in results.done for text in (*(label for label, _ in result.runs()), repr(result))]
-    said.append(json.dumps(verdict_json(verdict, Names(study.naming))))
+    said.append(json.dumps(verdict_json(verdict, Wording(study.naming))))
     planned = [str(note) for note in plan(study, place).notes]
     said += [repr(study), *planned, *(entry.message for entry in ledger(study, place))]
     for name, text in {**told, "what is said": "\n".join(said)}.items():
@@ -144,7 +144,7 @@ def test_a_single_target_is_good_nowhere_in_particular(tmp_path: Path, monkeypat
     study = written(tmp_path, spec_of())
     _, verdict = calibrated(tmp_path, study, monkeypatch)
     assert [reason.kind for reason in verdict.reasons] == ["unchecked", "not_identified"]
-    assert lines(verdict, Names(study.naming))[1] == "The error of the simulation is at most 10 %."
+    assert lines(verdict, Wording(study.naming))[1] == "The error of the simulation is at most 10 %."
 
 
 def test_what_cannot_be_reached_is_told_in_the_unit_of_the_response(
@@ -154,7 +154,7 @@ def test_what_cannot_be_reached_is_told_in_the_unit_of_the_response(
     with pytest.raises(TargetUnreachable, match=r"target 70° is above all values of .* to [\d.]+°\)"):
         calibrated(tmp_path, study, monkeypatch)
     verdict = verdict_of(study, StudyFolder(tmp_path / "out"))
-    first = lines(verdict, Names(study.naming))[0]
+    first = lines(verdict, Wording(study.naming))[0]
     assert re.search(r"angle of repose of 70° is out of reach: the factor ranges allow only [\d.]+ to [\d.]+°\.", first)
 
 

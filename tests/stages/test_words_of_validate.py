@@ -3,17 +3,17 @@
 from dataclasses import replace
 from typing import Any
 
-from stemcal.naming import Named, Names, Naming
-from stemcal.note import Note
+from stemcal.notes import Note
 from stemcal.stages.validate.analysis import notes_of
 from stemcal.stages.validate.result import ValidateResult
 from stemcal.stages.validate.showing import ValidateShowing
+from stemcal.vocabulary import Variable, Vocabulary, Wording
 
 outcome = ValidateShowing().outcome
-ANGLE = Naming(None, (Named("angle", "Angle of repose", "θ", "deg"),))
+ANGLE = Vocabulary(None, (Variable("angle", "Angle of repose", "θ", "deg"),))
 
 
-def notes(stage: ValidateResult, naming: Naming | None = None) -> dict[str, Note]:
+def notes(stage: ValidateResult, naming: Vocabulary | None = None) -> dict[str, Note]:
     stage = stage if naming is None else replace(stage, head=replace(stage.head, naming=naming))
     return {note.kind: note for note in notes_of(stage)}
 
@@ -21,7 +21,7 @@ def notes(stage: ValidateResult, naming: Naming | None = None) -> dict[str, Note
 def test_one_comparison_has_no_mean(results: Any) -> None:
     whole = results.of(ValidateResult)
     one = replace(whole, rows=whole.rows[:1], worst_percent=1.23)
-    (said,) = outcome(one, Names(ANGLE))
+    (said,) = outcome(one, Wording(ANGLE))
     assert said == "The simulated angle of repose differs from the measurement by at most 1.2 %."
 
 

@@ -5,10 +5,10 @@ from pathlib import Path
 
 import pytest
 
+from stemcal.cutting.checks import buckles, hourglass_energy
 from stemcal.laboratory.axial import Axial
 from stemcal.laboratory.radial_compression import RadialCompression, RadialSection
 from stemcal.laboratory.three_point_bending import ThreePointBending
-from stemcal.note import buckles, hourglass_energy
 from stemcal.solvers.embedded import Embedded, shear_test
 from stemcal.solvers.laboratory_runs import laboratory_test, measured_at
 from stemcal.solvers.protocol import Request

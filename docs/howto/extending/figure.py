@@ -1,7 +1,7 @@
 # ruff: noqa: D100, D103, I001
 # fmt: off
 from matplotlib.figure import Figure
-from stemcal.numbers import fixed
+from stemcal.formats import fixed
 from stemcal.drawing.plot import Plot
 
 def outcome(self, result, names):

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 from stemcal.drawing.table import Column, Table
 from stemcal.storage.typed import inline
-from stemcal.note import Note
-from stemcal.numbers import fixed
+from stemcal.notes import Note
+from stemcal.formats import fixed
 from stemcal.drawing.showing import Showing
 from stemcal.solvers.protocol import Request
 from stemcal.stages.result import Head, StageResult

@@ -15,9 +15,8 @@ from stemcal.drawing.showing import Setting, Showing
 from stemcal.drawing.style import BLUE, Figure, new_figure
 from stemcal.drawing.table import Column, Table
 from stemcal.errors import RunsFailed
-from stemcal.naming import Names
-from stemcal.note import Note
-from stemcal.numbers import significant
+from stemcal.formats import significant
+from stemcal.notes import Note
 from stemcal.runs.record import Outcome
 from stemcal.solvers import make_solver
 from stemcal.stages.result import Head, StageResult
@@ -26,6 +25,7 @@ from stemcal.stages.work import Work, a_stage
 from stemcal.storage.typed import inline
 from stemcal.study.model import Study
 from stemcal.study.types.field_types import Frozen
+from stemcal.vocabulary import Wording
 
 
 class RepeatOptions(Frozen):
@@ -74,10 +74,10 @@ def repeat(work: Work, head: Head) -> RepeatResult:
 class RepeatShowing(Showing[RepeatResult]):
     """A sentence, a table and a figure."""
 
-    def outcome(self, result: RepeatResult, names: Names) -> list[str]:
+    def outcome(self, result: RepeatResult, names: Wording) -> list[str]:
         return [note.text for note in result.notes]
 
-    def tables(self, result: RepeatResult, names: Names) -> list[Table]:
+    def tables(self, result: RepeatResult, names: Wording) -> list[Table]:
         columns = (Column("position", "Position", form=format), Column("force", "Maximum force", "N", significant))
         return [Table(columns, tuple(enumerate(result.forces, 1)), "Force over positions of the mesh")]
 

@@ -30,7 +30,7 @@ from stemcal.doe.coding import Array, term_columns
 from stemcal.doe.regression.least_squares import same_points
 from stemcal.doe.regression.surface import Surface
 from stemcal.errors import UsageError
-from stemcal.naming import FIRST
+from stemcal.vocabulary import FIRST
 
 DRAWS = 512
 FINEST, COARSEST = 1e-4, 0.1

@@ -14,7 +14,7 @@ from stemcal.doe.coding import term_columns, term_names
 from stemcal.doe.regression.least_squares import copies_of, f_test, fit_least_squares, not_estimable
 from stemcal.doe.regression.surface import Surface, fit_surface
 from stemcal.errors import UsageError
-from stemcal.naming import Names
+from stemcal.vocabulary import Wording
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,7 @@ class ReductionStep:
 
 
 def reduce_surface(
-    coded: ArrayLike, response: ArrayLike, names: Sequence[str], alpha: float = 0.1, written: Names = Names()
+    coded: ArrayLike, response: ArrayLike, names: Sequence[str], alpha: float = 0.1, written: Wording = Wording()
 ) -> tuple[Surface, tuple[ReductionStep, ...]]:
     """Remove the weakest term of a surface while its p exceeds alpha; returns the surface and the terms removed.
 

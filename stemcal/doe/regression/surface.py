@@ -30,10 +30,10 @@ from stemcal.doe.regression.least_squares import (
     t_quantile,
 )
 from stemcal.errors import UsageError
-from stemcal.naming import Names
-from stemcal.note import Note
+from stemcal.formats import counted
+from stemcal.notes import Note
 from stemcal.storage.rows import Rows
-from stemcal.words import counted
+from stemcal.vocabulary import Wording
 
 ROUGH_PERCENT = 3.0
 """Of the mean response: most responses rough by 5 % are above, those rough by 1 % never (docs/reference/verdict.md)."""
@@ -146,7 +146,7 @@ def fit_surface(
     response: ArrayLike,
     names: Sequence[str],
     terms: Sequence[str] | None = None,
-    written: Names = Names(),
+    written: Wording = Wording(),
 ) -> Surface:
     """Fit y = β₀ + Σβᵢxᵢ + Σβᵢⱼxᵢxⱼ + Σβᵢᵢxᵢ² by least squares, or some of its terms.
 
@@ -159,7 +159,7 @@ def fit_surface(
     names : sequence of k strings
     terms : sequence of strings, optional
         The terms to fit, as `term_names` calls them; the mean is always there.
-    written : Names
+    written : Wording
         How notes name the response.
 
     Raises
@@ -238,7 +238,7 @@ def flat_response(consequence: str) -> Note:
     return Note("flat_response", "warning", f"All runs have the same response, so {consequence}.")
 
 
-def _surface_notes(surface: Surface, fit: LeastSquares, split: LackOfFit, written: Names) -> Iterator[Note]:
+def _surface_notes(surface: Surface, fit: LeastSquares, split: LackOfFit, written: Wording) -> Iterator[Note]:
     """Yield what the fit, its runs and their failures mean for the trust in it."""
     failed, copies, precision = surface.runs_failed, surface.copies, surface.adequate_precision
     largest = max((one.vif for one in surface.coefficients if one.vif is not None), default=1.0)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from stemcal.cutting.end_state import Shape
 from stemcal.drawing.style import BLUE, FAINT, INK, ORANGE, Axes, Figure, new_figure
-from stemcal.numbers import fixed
+from stemcal.formats import fixed
 from stemcal.solvers.film import Frame
 from stemcal.storage.atomic import refuse_link
 

@@ -19,8 +19,7 @@ from stemcal.drawing.plot import Plot, Shared, inline
 from stemcal.drawing.showing import Setting
 from stemcal.drawing.table import Table, showable
 from stemcal.errors import UsageError
-from stemcal.naming import Names, small
-from stemcal.numbers import short
+from stemcal.formats import counted, series, short
 from stemcal.report.gallery import gallery
 from stemcal.report.outcome import certainty, failed_runs, outcome_of, showing_of, shown_notes, tables_of
 from stemcal.report.page.headline import headline, kind_of, lead, made_with, next_step, question
@@ -36,7 +35,7 @@ from stemcal.stages.verdict.verdict_rules import verdict_of
 from stemcal.stages.verdict.words import uses, word
 from stemcal.storage.atomic import write_atomic
 from stemcal.study.model import Study
-from stemcal.words import counted, series
+from stemcal.vocabulary import Wording, small
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -115,7 +114,7 @@ def render(study: Study, folder: StudyFolder, what: _Shown | None = None) -> str
     first = _first_pictures(study, what.plots)
     plots = [plot for plot in what.plots if plot not in first]
     names, labels = [result.name for result in done], {factor.name: factor.label for factor in study.factors}
-    people = Names(study.naming, labels=labels)
+    people = Wording(study.naming, labels=labels)
     use = " ".join(uses(verdict, people))
     cards = headline(results, study, verdict.holds)
     valid = [line for result in done for line in showing_of(result).beside(result, verdict.holds)]

@@ -3,16 +3,15 @@
 from dataclasses import dataclass
 
 from stemcal.drawing.showing import RANGE
-from stemcal.naming import Names
-from stemcal.note import Remedy
-from stemcal.numbers import significant, unit_written
+from stemcal.formats import series, significant, unit_written
+from stemcal.notes import Remedy
 from stemcal.registry import code_version
 from stemcal.report.outcome import cited_ranges
 from stemcal.stages.results import Results
 from stemcal.stages.verdict.result import Verdict
 from stemcal.study.model import Study
 from stemcal.version import __version__
-from stemcal.words import series
+from stemcal.vocabulary import Wording
 
 _TWO_LINES = 240  # characters
 _REPORT = Remedy("Report the parameter values, their confidence intervals and the simulation settings.")
@@ -75,7 +74,7 @@ def kind_of(study: Study) -> str:
 
 def question(study: Study) -> str:
     """Return the question that the study answers."""
-    naming, names = study.naming, Names(study.naming)
+    naming, names = study.naming, Wording(study.naming)
     targets = study.joint_targets or (study.calibration_target,)
     place = ""
     if naming.condition is not None:

@@ -4,9 +4,9 @@ from typing import Any
 
 from stemcal.drawing.columns import to_decimals
 from stemcal.drawing.table import Column, Table
+from stemcal.formats import fixed, interval, short, signed_probability, significant
 from stemcal.measured.diameters import Diameters
 from stemcal.measured.shear import ShearTests
-from stemcal.numbers import fixed, interval, short, signed_probability, significant
 from stemcal.overview.measured_tests import MeasuredTests
 from stemcal.power_law import PowerLaw
 from stemcal.responses import Response, response_of

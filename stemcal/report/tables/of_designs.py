@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 from stemcal.drawing.columns import condition, levels, simulated, to_decimals
 from stemcal.drawing.table import Column, Table
-from stemcal.naming import FIRST, Named, Names
-from stemcal.numbers import short, significant
+from stemcal.formats import short, significant
 from stemcal.stages.result import DesignRuns, StageResult
 from stemcal.stages.stage import stage_called
+from stemcal.vocabulary import FIRST, Variable, Wording
 
 if TYPE_CHECKING:
     from stemcal.overview.status import Entry
@@ -25,7 +25,7 @@ def design_tables(result: StageResult, symbols: Mapping[str, str]) -> list[Table
     naming, crowded = result.naming, len(design.varied) > MANY
     columns = [
         Column("run", "Run", form=format),
-        *levels(design.varied, Names(naming, symbols if crowded else {}), lambda value: short(value, 4)),
+        *levels(design.varied, Wording(naming, symbols if crowded else {}), lambda value: short(value, 4)),
         simulated(naming.response),
         *map(_other, naming.others),
     ]
@@ -33,11 +33,11 @@ def design_tables(result: StageResult, symbols: Mapping[str, str]) -> list[Table
     return [Table.of(columns, design.runs, f"{stage_called(result.name).title} runs", foot, detail=True)]
 
 
-def _other(named: Named) -> Column:
+def _other(named: Variable) -> Column:
     return Column(named.name, named.capital, named.written, significant, lambda run: run.outcome.of(named.name))
 
 
-def runs_table(found: Iterable[Entry], names: Names, title: str) -> Table:
+def runs_table(found: Iterable[Entry], names: Wording, title: str) -> Table:
     """Return runs one by one."""
     columns = [
         Column("stage", "Stage"),

@@ -5,11 +5,10 @@ from dataclasses import replace
 
 from stemcal.drawing.columns import condition
 from stemcal.drawing.table import Column, Table
-from stemcal.naming import MOST_LISTED, Named, Names
-from stemcal.numbers import short, significant, unit_written
+from stemcal.formats import series, short, significant, unit_written
 from stemcal.study.model import PARAMETERS, Study
 from stemcal.study.types.units import from_internal
-from stemcal.words import series
+from stemcal.vocabulary import MOST_LISTED, Variable, Wording
 
 
 def setting_tables(study: Study) -> list[Table]:
@@ -48,7 +47,7 @@ def _measured(study: Study) -> Table:
     naming, targets = study.naming, study.targets.means
     fitted = [target.condition for target in study.joint_targets or (study.calibration_target,)]
 
-    def other(named: Named) -> list[Column]:
+    def other(named: Variable) -> list[Column]:
         means = Column(named.name, named.capital, named.written, short, lambda target: target.mean_of(named.name)[0])
         if all(target.mean_of(named.name)[1] is None for target in targets):
             return [means]
@@ -68,7 +67,7 @@ def _measured(study: Study) -> Table:
         foot = ["The parameters are fitted jointly to all measurements."]
     elif naming.condition is not None:
         strong = frozenset(i for i, target in enumerate(targets) if target.condition in fitted)
-        foot = [f"The values in bold ({Names(naming).conditions(fitted)}) were used in the fit."]
+        foot = [f"The values in bold ({Wording(naming).conditions(fitted)}) were used in the fit."]
     responses = [one.long for one in (naming.response, *naming.others)]
     title = f"Measured {series(responses) if len(responses) <= MOST_LISTED else f'{len(responses)} responses'}"
     return Table.of(columns, targets, title, foot, strong=strong).shortened("The spec")

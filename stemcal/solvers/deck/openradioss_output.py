@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
+from stemcal.cutting.checks import nothing_deleted
 from stemcal.errors import SimulationFailed
-from stemcal.note import nothing_deleted
 from stemcal.processes import Ended
 from stemcal.solvers.deck.contact_card import BLADE_CONTACT
 from stemcal.solvers.deck.model import Deck

@@ -4,12 +4,12 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from stemcal.errors import UsageError
 from stemcal.measured.headings import as_number
-from stemcal.naming import Named
 from stemcal.solvers.protocol import NOT_RUN, RESPONSES, Answer, Request
 from stemcal.solvers.sheet.run_sheet import FAILED, REPLICATE, Filled, entered_responses, run_name
 from stemcal.study.model import Study
 from stemcal.study.types.field_types import MOST
 from stemcal.study.types.units import UnitError, convert, from_internal, parse_unit
+from stemcal.vocabulary import Variable
 
 _MOST_TOLD = 20
 _OTHER = {".": ",", ",": "."}
@@ -69,7 +69,7 @@ def other_level(study: Study, run: Request, row: Filled) -> RowRefused | None:
     for name, level, near, unit in asked:
         if not _is_level(row, name, level, near, unit):
             message = (
-                f"{row.run} was requested at {name} = {level:.6g}{Named('', '', '', unit).unit_suffix}, but the row "
+                f"{row.run} was requested at {name} = {level:.6g}{Variable('', '', '', unit).unit_suffix}, but the row "
                 f"has {row.levels[name]!r}; copy the row from the sheet, or repeat the run at the requested levels"
             )
             return RowRefused(row, "other_levels", message)
@@ -105,7 +105,7 @@ def result_in(study: Study, row: Filled) -> Answer:
     return Answer("ok", values[first], details={RESPONSES: {name: values[name] for name in others}} if others else {})
 
 
-def _value(row: Filled, response: Named) -> float:
+def _value(row: Filled, response: Variable) -> float:
     text = row.values.get(response.name, "")
     if not text:
         message = f"{row.run} has no {response.name}; add this value, or write `failed: REASON`"

@@ -10,13 +10,13 @@ from pathlib import Path
 from typing import Any, Literal, Self
 
 from stemcal.errors import UsageError
+from stemcal.formats import counted, did_you_mean, listed
 from stemcal.measured.cells import Line, decoded, is_workbook
 from stemcal.measured.cells import sheets as tables_of
-from stemcal.naming import Named
 from stemcal.solvers.protocol import Request
 from stemcal.storage.plain import MIB
 from stemcal.study.model import Study
-from stemcal.words import counted, did_you_mean, listed
+from stemcal.vocabulary import Variable
 
 RUN, REPLICATE, WHO, WHEN, REMARK, STUDY = "run", "replicate", "who", "when", "remark", "study"
 FAILED = "failed"
@@ -79,7 +79,7 @@ def fields_of(study: Study) -> list[Field]:
     return [*asked, *(field for field in said if field.name not in own)]
 
 
-def entered_responses(study: Study) -> tuple[Named, ...]:
+def entered_responses(study: Study) -> tuple[Variable, ...]:
     """Return the responses whose values are entered: of the shear test the force alone."""
     return study.naming.response, *study.naming.others
 

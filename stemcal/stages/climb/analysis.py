@@ -13,9 +13,8 @@ from numpy.typing import ArrayLike
 from stemcal.doe.coding import Array
 from stemcal.doe.comparison import error_percent
 from stemcal.errors import RunsFailed, UsageError
-from stemcal.naming import Names
-from stemcal.note import Note, Remedy
-from stemcal.numbers import minus
+from stemcal.formats import counted, minus
+from stemcal.notes import Note, Remedy
 from stemcal.solvers.protocol import Request
 from stemcal.stages.climb.options import ClimbOptions
 from stemcal.stages.climb.result import ClimbResult, ClimbRow
@@ -26,7 +25,7 @@ from stemcal.stages.screen.result import ScreenResult
 from stemcal.stages.work import SimulateAt, Work, a_stage
 from stemcal.storage.rows import Rows
 from stemcal.study.model import Study
-from stemcal.words import counted
+from stemcal.vocabulary import Wording
 
 # Of each range, how much the design of the surface covers around the best step.
 _SHARE = 0.5
@@ -56,11 +55,11 @@ def climb(work: Work, head: Head) -> ClimbResult:
         solution={name: best.levels[name] for name in names},
         error_percent=best.error_percent or 0.0,
         coding={name: _around(study, name, best.levels[name], len(names), options) for name in names},
-        notes=(*_notes(rows, best, reached, Names(study.naming)), *chosen),
+        notes=(*_notes(rows, best, reached, Wording(study.naming)), *chosen),
     )
 
 
-def _notes(rows: Sequence[ClimbRow], best: ClimbRow, reached: bool, names: Names) -> Iterator[Note]:
+def _notes(rows: Sequence[ClimbRow], best: ClimbRow, reached: bool, names: Wording) -> Iterator[Note]:
     """Yield where the surface is centred, and that the climb ended before the target."""
     error = minus(f"{best.error_percent or 0.0:+.1f}")
     text = (

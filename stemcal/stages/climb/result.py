@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from stemcal.drawing.table import Table
-from stemcal.note import Note
+from stemcal.notes import Note
 from stemcal.runs.record import Outcome
 from stemcal.stages.result import CodedScale, Head, StageResult
 from stemcal.storage.rows import Rows

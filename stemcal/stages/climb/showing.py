@@ -3,16 +3,15 @@
 from stemcal.drawing.columns import ERROR, levels, simulated
 from stemcal.drawing.showing import Showing
 from stemcal.drawing.table import Column, Table
-from stemcal.naming import Names
-from stemcal.numbers import fixed, significant
+from stemcal.formats import counted, fixed, significant
 from stemcal.stages.climb.result import ClimbResult
-from stemcal.words import counted
+from stemcal.vocabulary import Wording
 
 
 class ClimbShowing(Showing[ClimbResult]):
     """The words and tables of a climb."""
 
-    def outcome(self, result: ClimbResult, names: Names) -> list[str]:
+    def outcome(self, result: ClimbResult, names: Wording) -> list[str]:
         """Return how near the steps came to the target."""
         moved = "was changed" if len(result.names) == 1 else "were changed together"
         runs = counted(len(result.rows), "run")
@@ -24,7 +23,7 @@ class ClimbShowing(Showing[ClimbResult]):
             f"The response {reached} the target. The smallest error ({error}) was obtained at step {result.best_step}.",
         ]
 
-    def tables(self, result: ClimbResult, names: Names) -> list[Table]:
+    def tables(self, result: ClimbResult, names: Wording) -> list[Table]:
         """Return every step towards the target with its relative error."""
         columns = [Column("step", "Step", form=format), *levels(result.names, names), simulated(names.response), ERROR]
         centres = ", ".join(

@@ -25,7 +25,6 @@ from stemcal.doe.calibration.level_set_ranges import assess_point, solve_target
 from stemcal.doe.calibration.likelihood import Fit
 from stemcal.doe.coding import Array, Coding
 from stemcal.doe.comparison import formula_left_out
-from stemcal.naming import FIRST
 from stemcal.stages.fitting import Measured, Surfaces, fit_of_study, measured_means
 from stemcal.stages.invert import words
 from stemcal.stages.invert.options import InvertOptions
@@ -44,6 +43,7 @@ from stemcal.stages.result import Head, Interval
 from stemcal.stages.work import Work, a_stage
 from stemcal.storage.rows import Rows
 from stemcal.study.model import Study
+from stemcal.vocabulary import FIRST
 
 
 @a_stage(InvertResult)

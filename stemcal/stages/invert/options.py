@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import BeforeValidator, Field, WithJsonSchema
 
-from stemcal.naming import FIRST, Names, Naming
 from stemcal.stages.rsm.options import RsmOptions
 from stemcal.study.types.factor import EMBEDDED
 from stemcal.study.types.field_types import Frozen
 from stemcal.study.types.named import OwnCondition, responses_by_name
 from stemcal.study.types.strict_yaml import Finding
+from stemcal.vocabulary import FIRST, Vocabulary, Wording
 
 if TYPE_CHECKING:
     from stemcal.study.model import Study, Target
@@ -62,11 +62,11 @@ def _joint_conditions_measured(draft: Draft) -> Iterator[Finding]:
     measured = [target.condition for target in draft.study.targets.means]
     for index, condition in enumerate(wanted):
         if any(isclose(condition, other) for other in wanted[:index]):
-            message = f"{Names(draft.naming).conditions([condition])} is listed twice"
+            message = f"{Wording(draft.naming).conditions([condition])} is listed twice"
             yield Finding(("invert", "diameters", index), message, "remove one")
         if not any(isclose(condition, other) for other in measured):
             named, listed = draft.naming, ", ".join(f"{value:g}" for value in measured[:20])
-            place = Names(named).conditions([condition])
+            place = Wording(named).conditions([condition])
             message = f"no {named.response.noun} is given for {place}; values are given only for {listed}"
             remedy = f"add the {named.response.noun} to `targets`, or remove this value"
             yield Finding(("invert", "diameters", index), message + draft.naming.condition.unit_suffix, remedy)
@@ -87,7 +87,7 @@ def _responses_measured(draft: Draft) -> Iterator[Finding]:
         yield from _weighed(draft.study.targets.means, name, draft.naming)
 
 
-def _weighed(targets: tuple[Target, ...], response: str, naming: Naming) -> Iterator[Finding]:
+def _weighed(targets: tuple[Target, ...], response: str, naming: Vocabulary) -> Iterator[Finding]:
     """Demand a value and a standard deviation of a response at one diameter at least."""
     name = naming.named(response).name
     sd = "sd: …" if response == FIRST else f"sd: {{{name}: …}}"

@@ -11,12 +11,12 @@ from stemcal.doe.calibration.observations import Scatter
 from stemcal.doe.coding import Coding
 from stemcal.doe.comparison import Formula
 from stemcal.drawing.table import Column, Table
-from stemcal.naming import FIRST
-from stemcal.note import Note
+from stemcal.notes import Note
 from stemcal.stages.result import Head, Interval, StageResult
 from stemcal.storage.rows import Rows
 from stemcal.storage.typed import absent, inline
 from stemcal.study.model import Study
+from stemcal.vocabulary import FIRST
 
 
 @dataclass(frozen=True)

@@ -14,14 +14,14 @@ from stemcal.drawing.showing import RANGE, Setting, Showing
 from stemcal.drawing.style import BLUE, FAINT, INK, Figure, axis_of, new_figure
 from stemcal.drawing.table import Column, Table
 from stemcal.errors import UsageError
-from stemcal.naming import Names
-from stemcal.numbers import MISSING, fixed, interval, short, significant, unit_written
+from stemcal.formats import MISSING, fixed, interval, short, significant, unit_written
 from stemcal.stages.fitting import Surfaces, fit_of_study
 from stemcal.stages.invert import words
 from stemcal.stages.invert.result import Certainty, InvertResult, JointFitted
 from stemcal.stages.invert.words import assumptions, range_to_cite, valid_for
 from stemcal.storage.typed import to_json
 from stemcal.study.model import Study
+from stemcal.vocabulary import Wording
 
 _JOINT = "Fitted together"
 
@@ -29,10 +29,10 @@ _JOINT = "Fitted together"
 class InvertShowing(Showing[InvertResult]):
     """The words, tables and figures of a calibration."""
 
-    def outcome(self, result: InvertResult, names: Names) -> list[str]:
+    def outcome(self, result: InvertResult, names: Wording) -> list[str]:
         return words.outcome(result, names)
 
-    def tables(self, result: InvertResult, names: Names) -> list[Table]:
+    def tables(self, result: InvertResult, names: Wording) -> list[Table]:
         joint = [] if result.joint is None else [_joint_table(result.joint, names)]
         return [calibration_table(result, names), *joint]
 
@@ -58,7 +58,7 @@ class InvertShowing(Showing[InvertResult]):
 
     def closing(self, result: InvertResult, setting: Setting) -> list[Table]:
         """Return each calibrated parameter with its unit and the range to cite."""
-        table = calibration_table(result, Names(setting.study.naming), setting.results.parameters)
+        table = calibration_table(result, Wording(setting.study.naming), setting.results.parameters)
         name, value, *others = table.columns
         unit = Column("unit", "Unit", form=unit_written, words=True)
         kept = [column for column in others if column.key == "range"]
@@ -95,7 +95,7 @@ class Inversion(InvertResult):
         return found if found.ndim else float(found)
 
 
-def calibration_table(stage: InvertResult, names: Names, refined: Mapping[str, float] | None = None) -> Table:
+def calibration_table(stage: InvertResult, names: Wording, refined: Mapping[str, float] | None = None) -> Table:
     """Return the calibrated parameters with the range of each to cite, and the target and prediction.
 
     `refined` has the values after a refinement.
@@ -126,7 +126,7 @@ def calibration_table(stage: InvertResult, names: Names, refined: Mapping[str, f
     return Table.of(columns, rows, "Calibrated parameters", (where, *valid_for(stage)), claimed=claimed)
 
 
-def _ends(bounds: tuple[float, float] | None, names: Names) -> str:
+def _ends(bounds: tuple[float, float] | None, names: Wording) -> str:
     return MISSING if bounds is None else names.quantities(bounds)
 
 
@@ -136,7 +136,7 @@ def _ranges(stage: InvertResult) -> dict[str, str]:
     return {name: interval(known.intervals[name], bounded=known.bounded[name]) for name in stage.point.solution}
 
 
-def _joint_table(joint: JointFitted, names: Names) -> Table:
+def _joint_table(joint: JointFitted, names: Wording) -> Table:
     """Return the measured values next to those of the surfaces."""
     values = ("measured", "Measured", short), ("predicted", "Surface", significant)
     columns = measured_of(names, bool(names.naming.others or joint.further), values)

@@ -2,9 +2,8 @@
 
 from collections.abc import Iterator, Sequence
 
-from stemcal.naming import FORCE, Names
-from stemcal.note import Note, Remedy, Severity
-from stemcal.numbers import change, short, signed_probability
+from stemcal.formats import change, series, short, signed_probability
+from stemcal.notes import Note, Remedy, Severity
 from stemcal.stages.fitting import Surfaces
 from stemcal.stages.invert.options import chose_conditions
 from stemcal.stages.invert.result import Certainty, Contradicted, InvertResult, JointFitted
@@ -13,7 +12,7 @@ from stemcal.stages.verdict import advice, words
 from stemcal.stages.verdict.trend_advice import for_trend, standard_error, trend_reason
 from stemcal.stages.verdict.verdict_rules import BEYOND_DOUBT, Evidence
 from stemcal.study.model import Study
-from stemcal.words import series
+from stemcal.vocabulary import FORCE, Wording
 
 MISSED_PERCENT = 2.0
 _NEAR_RADIUS, _NEAR_END = 0.98, 0.01
@@ -50,7 +49,7 @@ def conflict(evidence: Evidence) -> Iterator[Note]:
         yield Note("conflict", "error" if evidence.mostly_off else "warning", text, _of_conflict(evidence, joint))
 
 
-def _contradiction(found: Contradicted, names: Names) -> str:
+def _contradiction(found: Contradicted, names: Wording) -> str:
     """Return which measured mean the others contradict, and what they predict."""
     named = names.naming.named(found.response)
     values = (named.counted(value, found.measured) for value in (found.measured, found.low, found.high))
@@ -199,7 +198,7 @@ def _to_reconcile(study: Study, joint: JointFitted) -> Remedy:
     conditions = {row.condition for row in (*joint.rows, *joint.further)}
     apart = joint.contradiction
     if len(conditions) > 1 and apart is not None:
-        name, at = study.naming.named(apart.response).long, Names(study.naming).at(apart.condition)
+        name, at = study.naming.named(apart.response).long, Wording(study.naming).at(apart.condition)
         return Remedy(
             f"Check the unit of the measured {name}{at}, the specimens and the testing machine. Then repeat the "
             f"measurement. If the measured value is confirmed, add a factor that affects the {name}{at}."

@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from stemcal.doe.calibration.observations import COARSEST, FINEST
-from stemcal.naming import Names
-from stemcal.note import Note
-from stemcal.numbers import change, fixed, interval, short, significant, with_unit
+from stemcal.formats import change, fixed, interval, series, short, significant, with_unit
+from stemcal.notes import Note
 from stemcal.stages.invert.result import Certainty, InvertResult, JointFitted
-from stemcal.words import series
+from stemcal.vocabulary import Wording
 
 
-def outcome(stage: InvertResult, names: Names) -> list[str]:
+def outcome(stage: InvertResult, names: Wording) -> list[str]:
     """Return the calibrated values and, for a joint fit, the largest error of the surfaces for each response."""
     units, solution = stage.certainty.units, stage.point.solution
     values = series(
@@ -33,7 +32,7 @@ def outcome(stage: InvertResult, names: Names) -> list[str]:
     ]
 
 
-def known(part: Certainty, stage: InvertResult, names: Names) -> list[str]:
+def known(part: Certainty, stage: InvertResult, names: Wording) -> list[str]:
     """Return the intervals of the factors, the factors that are not determined, and the assumptions."""
     data = "joint fit" if part.source == "joint" else f"{names.response.long}{names.at(stage.condition)}"
     kept = [
@@ -88,7 +87,7 @@ def assumptions(stage: InvertResult) -> list[str]:
     return [*assumption(stage.certainty), *([mesh] if fixed_mesh else [])]
 
 
-def range_to_cite(stage: InvertResult, names: Names) -> list[str]:
+def range_to_cite(stage: InvertResult, names: Wording) -> list[str]:
     """Explain the interval to report, and list the exact solutions of a single target."""
     if len(stage.point.solution) < 2 or stage.joint is not None:
         return []
@@ -109,12 +108,12 @@ def range_to_cite(stage: InvertResult, names: Names) -> list[str]:
 
 def notes_of(stage: InvertResult) -> list[Note]:
     """Return what limits a solution: other solutions, the region, a formula, the intervals."""
-    names = Names(stage.naming)
+    names = Wording(stage.naming)
     found = _of_one(stage, names) if stage.joint is None else _of_many(stage.joint, names)
     return [*found, Note("known", "caution", " ".join(known(stage.certainty, stage, names)))]
 
 
-def _of_one(stage: InvertResult, names: Names) -> Iterator[Note]:
+def _of_one(stage: InvertResult, names: Wording) -> Iterator[Note]:
     point = stage.point
     if len(point.solution) > 1:
         text = (
@@ -130,7 +129,7 @@ def _of_one(stage: InvertResult, names: Names) -> Iterator[Note]:
         yield Note("solution_outside", "warning", text)
 
 
-def _of_many(joint: JointFitted, names: Names) -> Iterator[Note]:
+def _of_many(joint: JointFitted, names: Wording) -> Iterator[Note]:
     if joint.further:
         text = "The means of different responses measured on the same specimens are treated as independent."
         if names.naming.is_cutting and any(row.response == "work" for row in joint.further):

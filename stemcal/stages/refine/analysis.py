@@ -7,8 +7,8 @@ from math import inf
 from stemcal.doe.calibration.search_path import Mover, SearchPath, ends_of
 from stemcal.doe.comparison import error_percent
 from stemcal.errors import UsageError
-from stemcal.naming import FIRST, Names, program
-from stemcal.note import Note, Remedy
+from stemcal.formats import counted, listed
+from stemcal.notes import Note, Remedy
 from stemcal.runs.answer import ignore
 from stemcal.solvers.protocol import Request
 from stemcal.stages.design import Later
@@ -23,7 +23,7 @@ from stemcal.stages.work import Work, a_stage
 from stemcal.storage.rows import Rows
 from stemcal.study.model import Study, Target
 from stemcal.study.types.units import from_internal
-from stemcal.words import counted, listed
+from stemcal.vocabulary import FIRST, Wording, program
 
 _USUAL_ROUNDS = 2
 # The failure strain depends on mesh and lengths: its range where these are different.
@@ -188,12 +188,12 @@ def later(study: Study) -> Later | None:
 
 def notes_of(stage: RefineResult) -> list[Note]:
     """Return why the target was not reached, where the surface was wrong, and what is missing in another model."""
-    names = Names(stage.naming)
+    names = Wording(stage.naming)
     there = _in_another_model(stage, names) if stage.elsewhere else ()
     return [*_not_reached(stage, names), *_first_outside(stage, names), *there]
 
 
-def _not_reached(stage: RefineResult, names: Names) -> Iterator[Note]:
+def _not_reached(stage: RefineResult, names: Wording) -> Iterator[Note]:
     if stage.stopped == "tolerance":
         return
     place = f" in {program(stage.model.kind)}" if stage.elsewhere else ""
@@ -213,7 +213,7 @@ def _not_reached(stage: RefineResult, names: Names) -> Iterator[Note]:
     yield Note("not_reached", "warning", text, None if settled_here else remedies[stage.stopped])
 
 
-def _first_outside(stage: RefineResult, names: Names) -> Iterator[Note]:
+def _first_outside(stage: RefineResult, names: Wording) -> Iterator[Note]:
     """Compare the runs of the first point, the solution of the surface, with their prediction intervals."""
     first = [run for run in stage.made if run.levels == stage.made[0].levels and run.how == stage.made[0].how]
     if outside := [run.condition for run in first if run.inside_interval is False]:
@@ -224,7 +224,7 @@ def _first_outside(stage: RefineResult, names: Names) -> Iterator[Note]:
         yield Note("first_outside", "warning", text)
 
 
-def _in_another_model(stage: RefineResult, names: Names) -> Iterator[Note]:
+def _in_another_model(stage: RefineResult, names: Wording) -> Iterator[Note]:
     if censored := sum(run.outcome.censored for run in stage.made):
         text = (
             f"In {counted(censored, 'run')}, the {names.response.noun} had not fallen by the end of the stroke. The "

@@ -5,13 +5,13 @@ from dataclasses import dataclass, field
 from typing import ClassVar
 
 from stemcal.drawing.table import Table
-from stemcal.naming import Names
-from stemcal.note import Note
+from stemcal.notes import Note
 from stemcal.runs.record import Outcome
 from stemcal.stages.loop import RefineRun, Stopped
 from stemcal.stages.result import Head, Interval, StageResult
 from stemcal.storage.rows import Rows
 from stemcal.storage.typed import absent, inline
+from stemcal.vocabulary import Wording
 
 
 @dataclass(frozen=True)
@@ -103,4 +103,4 @@ class RefineResult(StageResult):
     def runs(self) -> Iterator[tuple[str, Outcome]]:
         """Yield label and outcome of every run."""
         for one in self.made:
-            yield f"refine {one.run}{Names(self.naming).at(one.condition) if self.elsewhere else ''}", one.outcome
+            yield f"refine {one.run}{Wording(self.naming).at(one.condition) if self.elsewhere else ''}", one.outcome

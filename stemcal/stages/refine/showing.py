@@ -3,10 +3,9 @@
 from stemcal.drawing.columns import ERROR, condition, factor, levels, simulated
 from stemcal.drawing.showing import Setting, Showing
 from stemcal.drawing.table import Column, Table
-from stemcal.naming import Names, program
-from stemcal.numbers import interval, short, significant
+from stemcal.formats import interval, series, short, significant
 from stemcal.stages.refine.result import RefineResult
-from stemcal.words import series
+from stemcal.vocabulary import Wording, program
 
 
 class RefineShowing(Showing[RefineResult]):
@@ -14,7 +13,7 @@ class RefineShowing(Showing[RefineResult]):
 
     claims = True
 
-    def outcome(self, result: RefineResult, names: Names) -> list[str]:
+    def outcome(self, result: RefineResult, names: Wording) -> list[str]:
         """Return what the refinement changed, and the error that is left."""
         if result.elsewhere:
             return _there(result, names)
@@ -26,17 +25,17 @@ class RefineShowing(Showing[RefineResult]):
             f"values {tolerance}."
         ]
 
-    def tables(self, result: RefineResult, names: Names) -> list[Table]:
+    def tables(self, result: RefineResult, names: Wording) -> list[Table]:
         """Return what moved in another model, the responses, and every run."""
         parameters = [_parameters(result, names)] if result.elsewhere else []
         return [*parameters, responses(result, names), runs(result, names)]
 
     def closing(self, result: RefineResult, setting: Setting) -> list[Table]:
-        tables = self.tables(result, Names(setting.study.naming)) if result.elsewhere else []
+        tables = self.tables(result, Wording(setting.study.naming)) if result.elsewhere else []
         return [table for table in tables if not table.detail]
 
 
-def _parameters(stage: RefineResult, names: Names) -> Table:
+def _parameters(stage: RefineResult, names: Wording) -> Table:
     settings = ", ".join(f"{name} {value}" for name, value in (stage.model.belongs_to or {}).items())
     known = any(one.interval is not None for one in stage.adjusted)
     columns = [
@@ -59,7 +58,7 @@ def _parameters(stage: RefineResult, names: Names) -> Table:
     return Table.of(columns, stage.adjusted, f"Parameters for {program(stage.model.kind)}", foot)
 
 
-def responses(stage: RefineResult, names: Names) -> Table:
+def responses(stage: RefineResult, names: Wording) -> Table:
     """Return measured and simulated responses, before and after."""
     several = len({row.response for row in stage.rows}) > 1
     unit = "" if several else names.response.written
@@ -85,7 +84,7 @@ def responses(stage: RefineResult, names: Names) -> Table:
     return Table.of(columns, stage.rows, f"Measured values and simulations in {where}", foot)
 
 
-def runs(stage: RefineResult, names: Names) -> Table:
+def runs(stage: RefineResult, names: Wording) -> Table:
     """Return every run: its levels, the response predicted by then, and the simulated one."""
     columns = [
         Column("run", "No.", form=format),
@@ -98,7 +97,7 @@ def runs(stage: RefineResult, names: Names) -> Table:
     return Table.of(columns, stage.made, "Refinement runs", detail=True)
 
 
-def _there(stage: RefineResult, names: Names) -> list[str]:
+def _there(stage: RefineResult, names: Wording) -> list[str]:
     row, there = stage.fitted, program(stage.model.kind)
     if row.after is None:
         return []

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import replace
 
-from stemcal.note import Note
+from stemcal.notes import Note
 from stemcal.stages.refine.result import RefineResult
 from stemcal.stages.verdict.verdict_rules import Evidence
 

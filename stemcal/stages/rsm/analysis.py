@@ -16,8 +16,8 @@ from stemcal.doe.regression.backward_elimination import ReductionStep, reduce_su
 from stemcal.doe.regression.canonical import canonical_analysis
 from stemcal.doe.regression.surface import Surface, fit_surface
 from stemcal.errors import RunsFailed, UsageError
-from stemcal.naming import FIRST, Names
-from stemcal.note import Note, Remedy
+from stemcal.formats import counted, series
+from stemcal.notes import Note, Remedy
 from stemcal.runs.answer import reasons_given
 from stemcal.runs.record import lower_bound_notes
 from stemcal.runs.study_folder import StudyFolder
@@ -32,7 +32,7 @@ from stemcal.stages.stage import stage_called
 from stemcal.stages.work import Work, a_stage, repeats_itself
 from stemcal.storage.rows import Rows
 from stemcal.study.model import Study, Target
-from stemcal.words import counted, series
+from stemcal.vocabulary import FIRST, Wording
 
 _USUAL_FACTORS = 3  # that a screening keeps
 _KEPT_P = 0.1  # terms with a larger p are removed
@@ -69,7 +69,7 @@ def rsm(work: Work, head: Head) -> RsmResult:
         reduction=reduction,
         canonical=canonical_analysis(fit, design.coding),
         deterministic=repeats_itself(study),
-        pure_error=_pure_error_of(runs, Names(study.naming), study.solver.repeats > 0),
+        pure_error=_pure_error_of(runs, Wording(study.naming), study.solver.repeats > 0),
     )
     conditions = Rows(_at_condition(work, target, result, design) for target in study.joint_targets)
     notes = (*chosen, *fit.notes, *lower_bound_notes(outcomes), *_notes(result))
@@ -92,7 +92,7 @@ def _fit_terms(
     study: Study, design: Design, runs: Sequence[DesignRun]
 ) -> tuple[Surface, tuple[ReductionStep, ...] | None]:
     """Fit the surface to runs as the spec chooses; returns it, and the terms removed if some were to be."""
-    given, names = (design.coded, [run.number(FIRST) for run in runs], design.names), Names(study.naming)
+    given, names = (design.coded, [run.number(FIRST) for run in runs], design.names), Wording(study.naming)
     if study.of(RsmOptions).reduce == "none":
         return fit_surface(*given, written=names), None
     return reduce_surface(*given, _KEPT_P, names)
@@ -161,7 +161,7 @@ def _summary(
     silent = [run.run for run in runs if run.outcome.ok and run.outcome.of(response) is None]
     if silent:
         raise RunsFailed(
-            f"rsm: the record of run {silent[0]}{Names(study.naming).at(condition)} contains no "
+            f"rsm: the record of run {silent[0]}{Wording(study.naming).at(condition)} contains no "
             f"{study.naming.named(response).name}. Choose another study folder with `--out`, or remove the response "
             "from `invert.responses`."
         )
@@ -199,7 +199,7 @@ def surface_design(
 # ---- what repeated runs show
 
 
-def _pure_error_of(design: DesignRuns, names: Names, by_chance: bool) -> Note | None:
+def _pure_error_of(design: DesignRuns, names: Wording, by_chance: bool) -> Note | None:
     """Return whether runs at the same levels agree, or how much they scatter; None without such runs."""
     groups: dict[tuple[float, ...], list[float]] = {}
     for run in design.runs:

@@ -24,8 +24,8 @@ from stemcal.drawing.style import (
     new_figure,
     plain,
 )
-from stemcal.naming import Names
 from stemcal.stages.rsm.result import RsmResult
+from stemcal.vocabulary import Wording
 
 _NORMAL = NormalDist()
 _GRID = 41  # values of each factor
@@ -62,7 +62,7 @@ def _pair_plots(
 ) -> list[Plot]:
     """Return the contours and the relief over two factors."""
     response = rsm.naming.response
-    over = f"as a function of {Names(rsm.naming, labels).factors(pair)}"
+    over = f"as a function of {Wording(rsm.naming, labels).factors(pair)}"
     one = len(rsm.names) == 3
     others, whose = ("factor", "its") if one else ("factors", "their")
     value = f"{whose} {'calibrated' if solved else 'centre'} {'value' if one else 'values'}"

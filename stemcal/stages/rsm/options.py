@@ -11,12 +11,12 @@ from pydantic import BeforeValidator, Field, WithJsonSchema
 from pydantic_core import PydanticKnownError
 
 from stemcal.doe.designs import SURFACES
-from stemcal.note import Note
+from stemcal.formats import series
+from stemcal.notes import Note
 from stemcal.stages.screen.options import ScreenOptions
 from stemcal.study.types.factor import MOST_FACTORS, PARAMETERS
 from stemcal.study.types.field_types import Frozen, Number, Whole, complain
 from stemcal.study.types.strict_yaml import Finding
-from stemcal.words import series
 
 if TYPE_CHECKING:
     from stemcal.doe.designs import SurfaceOptions

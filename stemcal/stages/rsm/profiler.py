@@ -11,11 +11,11 @@ from typing import Any
 
 from stemcal.doe.regression.least_squares import t_quantile
 from stemcal.doe.regression.surface import Surface
-from stemcal.naming import FIRST, Names, capital
-from stemcal.numbers import unit_written
+from stemcal.formats import unit_written
 from stemcal.stages.fitting import FactorCoding, Measured, fitted_surfaces, measured_means
 from stemcal.stages.rsm.result import RsmResult
 from stemcal.study.model import Study
+from stemcal.vocabulary import FIRST, Wording, capital
 
 MOST = 24
 """Surfaces that are shown; `rsm.json` has all."""
@@ -65,7 +65,7 @@ def _surface(study: Study, mean: Measured, fit: Surface) -> dict[str, Any]:
     command = f"stemcal simulate SPEC --diameter {mean.condition:g}"
     simulated = study.naming.is_cutting and study.kind.simulates_stems
     return {
-        "label": f"{capital(mean.named.long)}{Names(study.naming).at(mean.condition)}",
+        "label": f"{capital(mean.named.long)}{Wording(study.naming).at(mean.condition)}",
         "unit": mean.named.unit_suffix,
         "beta": fit.beta.tolist(),
         "covariance": (s2 * fit.unscaled_covariance).tolist() if known else None,

@@ -15,13 +15,13 @@ from stemcal.doe.regression.anova import AnovaRow, Coefficient, RunDiagnostics
 from stemcal.doe.regression.backward_elimination import ReductionStep
 from stemcal.doe.regression.canonical import Shape
 from stemcal.drawing.table import Table
-from stemcal.naming import Names
-from stemcal.note import Note
+from stemcal.notes import Note
 from stemcal.runs.record import Outcome
 from stemcal.stages.fitting import AtCondition, FactorCoding, Surfaces
 from stemcal.stages.result import CodedScale, DesignRuns, Head, Interval
 from stemcal.storage.rows import Rows
 from stemcal.storage.typed import absent, inline, to_json
+from stemcal.vocabulary import Wording
 
 _ANOVA = ("source", "sum_of_squares", "df", "mean_square", "f", "p", "stars")
 _BESIDE = ("value", "standard_error", "low", "high")
@@ -116,6 +116,6 @@ class RsmResult(Surfaces):
         """Yield label and outcome of every run, those of a joint fit's diameters first."""
         for part in self.conditions:
             for answered in part.runs:
-                yield f"rsm {answered.run}{Names(self.naming).at(part.condition)}", answered.outcome
+                yield f"rsm {answered.run}{Wording(self.naming).at(part.condition)}", answered.outcome
         for run in self.design.runs:
             yield f"rsm {run.run}", run.outcome

@@ -12,14 +12,13 @@ from stemcal.drawing.plot import Plot
 from stemcal.drawing.showing import Setting, Showing
 from stemcal.drawing.table import Column, Table
 from stemcal.errors import UsageError
-from stemcal.naming import FIRST, FORCE, Named, Names
-from stemcal.numbers import fixed, short, significant, with_unit
+from stemcal.formats import counted, fixed, short, significant, with_unit
 from stemcal.stages.rsm import figures
 from stemcal.stages.rsm.figures import Solution
 from stemcal.stages.rsm.profiler import profiler_data
 from stemcal.stages.rsm.result import RsmResult
 from stemcal.study.reading.messages import checked_number
-from stemcal.words import counted
+from stemcal.vocabulary import FIRST, FORCE, Variable, Wording
 
 MANY = 3  # factors beyond which columns are headed by symbols instead of names
 ONE = "1"  # the term of the constant
@@ -28,7 +27,7 @@ ONE = "1"  # the term of the constant
 class RsmShowing(Showing[RsmResult]):
     """The words, tables and figures of a response surface."""
 
-    def outcome(self, result: RsmResult, names: Names) -> list[str]:
+    def outcome(self, result: RsmResult, names: Wording) -> list[str]:
         """Return what was fitted to which runs; copies of a deterministic run do not count."""
         responses = [run.response for run in result.design.runs if run.response is not None]
         count = len(result.runs_diagnostics)
@@ -42,7 +41,7 @@ class RsmShowing(Showing[RsmResult]):
             text += f" {counted(copies, 'replicate run')} of the deterministic solver {added} no information."
         return [text]
 
-    def tables(self, result: RsmResult, names: Names) -> list[Table]:
+    def tables(self, result: RsmResult, names: Wording) -> list[Table]:
         shape = [canonical_table(result, result.canonical, names)] if result.canonical else []
         first = [anova_table(result), _coefficient_table(result, names), _fit_table(result), *shape]
         return [*first, *_further_tables(result, names), *_fits_table(result, names)]
@@ -93,7 +92,7 @@ def written(term: str, symbols: Mapping[str, str]) -> str:
     return "·".join(symbols.get(name, name) for name in term.split(":"))
 
 
-def equation(coefficients: Sequence[Coefficient], symbols: Mapping[str, str], response: Named = FORCE) -> str:
+def equation(coefficients: Sequence[Coefficient], symbols: Mapping[str, str], response: Variable = FORCE) -> str:
     """Return the surface of a response as an equation in coded units.
 
     >>> from types import SimpleNamespace as C
@@ -125,7 +124,7 @@ def anova_table(stage: RsmResult) -> Table:
     return Table.of(columns, stage.anova, "Analysis of variance", foot, strong=strong, detail=True)
 
 
-def _coefficient_table(stage: RsmResult, names: Names) -> Table:
+def _coefficient_table(stage: RsmResult, names: Wording) -> Table:
     """Return the coefficients with their intervals, the equation below."""
     symbols, response = stage.symbols(), names.response
     form = to_decimals(response_decimals(response, [row.value for row in stage.coefficients[1:]], 3))
@@ -157,9 +156,9 @@ def _fit_table(stage: RsmResult) -> Table:
     return Table((Column("statistic", "Statistic"), Column("value", "Value", form=str)), rows, "Goodness of fit")
 
 
-def canonical_table(stage: RsmResult, shape: Shape, names: Names) -> Table:
+def canonical_table(stage: RsmResult, shape: Shape, names: Wording) -> Table:
     """Return the surface along its own axes: curvature, and the direction in coded units."""
-    heads = Names(names.naming, stage.symbols()) if len(stage.names) > MANY else names
+    heads = Wording(names.naming, stage.symbols()) if len(stage.names) > MANY else names
     axes = enumerate(zip(shape.eigenvalues, shape.axes, strict=True), 1)
     columns = [
         Column("axis", "Axis", form=format),
@@ -185,7 +184,7 @@ def canonical_table(stage: RsmResult, shape: Shape, names: Names) -> Table:
     return Table.of(columns, rows, "Canonical analysis", (point, curved), detail=True)
 
 
-def _further_tables(stage: RsmResult, names: Names) -> list[Table]:
+def _further_tables(stage: RsmResult, names: Wording) -> list[Table]:
     """Return the analysis of variance and the coefficients of each further response that the study names itself."""
     tables: list[Table] = []
     for part in stage.conditions:
@@ -200,7 +199,7 @@ def _further_tables(stage: RsmResult, names: Names) -> list[Table]:
     return tables
 
 
-def _fits_table(stage: RsmResult, names: Names) -> list[Table]:
+def _fits_table(stage: RsmResult, names: Wording) -> list[Table]:
     """Return how well each surface of a joint fit fits; nothing of a single response."""
     rows = [
         {**vars(fit), "response": name, "condition": part.condition}

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from stemcal.doe.calibration.region import extremes
 from stemcal.doe.coding import Array
 from stemcal.doe.regression.surface import ROUGH_PERCENT
-from stemcal.note import Note, Remedy
+from stemcal.formats import counted, series
+from stemcal.notes import Note, Remedy
 from stemcal.stages.fitting import fitted_surfaces, measured_means
 from stemcal.stages.rsm.result import RsmResult
 from stemcal.stages.stage import stages_of
@@ -20,7 +21,6 @@ from stemcal.stages.verdict import advice
 from stemcal.stages.verdict.verdict_rules import Evidence
 from stemcal.stages.work import SAME
 from stemcal.study.model import Study
-from stemcal.words import counted, series
 
 # A force in kN, kgf or g besides one in N, and mass besides force: how many times the one is the other.
 UNITS = {1000.0: "kN and N, or mm and m", 9.80665: "kgf and N", 1000.0 / 9.80665: "g and N"}

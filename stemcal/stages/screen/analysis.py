@@ -27,9 +27,8 @@ from stemcal.doe.lenth import FEWEST, Lenth
 from stemcal.doe.regression.least_squares import LeastSquares, fit_least_squares, require_estimable
 from stemcal.doe.regression.surface import flat_response
 from stemcal.errors import RunsFailed, UsageError
-from stemcal.naming import FIRST, Names
-from stemcal.note import Note
-from stemcal.numbers import signed_probability
+from stemcal.formats import counted, signed_probability
+from stemcal.notes import Note
 from stemcal.runs.answer import reasons_given
 from stemcal.runs.record import lower_bound_notes
 from stemcal.runs.study_folder import StudyFolder
@@ -41,7 +40,7 @@ from stemcal.stages.screen.result import LEAST_DF, Screening, ScreenResult
 from stemcal.stages.work import Work, a_stage
 from stemcal.storage.rows import Rows
 from stemcal.study.model import Study
-from stemcal.words import counted
+from stemcal.vocabulary import FIRST, Wording
 
 
 @a_stage(ScreenResult)
@@ -60,7 +59,7 @@ def screen(work: Work, head: Head) -> ScreenResult:
                 design.names,
                 symbols,
                 options.alpha,
-                Names(study.naming.with_primary(name)),
+                Wording(study.naming.with_primary(name)),
             )
             for name in (FIRST, *study.own_further)
         )
@@ -105,7 +104,7 @@ def analyse_screening(
     names: Sequence[str],
     symbols: Sequence[str] | None = None,
     alpha: float = 0.05,
-    written: Names = Names(),
+    written: Wording = Wording(),
 ) -> Screening:
     """Estimate and test the main effects of a screening design.
 
@@ -118,7 +117,7 @@ def analyse_screening(
     names, symbols : sequences of k strings
     alpha : float
         Level of significance.
-    written : Names
+    written : Wording
         How notes name the response.
 
     Raises
@@ -174,7 +173,7 @@ def _screening_notes(
     alpha: float,
     tested: bool,
     curvature: Curvature | None,
-    written: Names,
+    written: Wording,
 ) -> tuple[Note, ...]:
     """Return what the choice of the factors depends on; `tested` where the F test makes it."""
     found = [] if curvature is None else [_curvature(curvature, written)]
@@ -203,7 +202,7 @@ def _screening_notes(
     return (*found, aliases_note(design, [effect.factor for effect in effects]))
 
 
-def _curvature(found: Curvature, written: Names) -> Note:
+def _curvature(found: Curvature, written: Wording) -> Note:
     means = (
         f"At the centre, the main effects predict a {written.response.long} of {written.quantity(found.corners)}, and "
         f"the observed mean is {written.quantity(found.centre)} ({counted(found.runs, 'run')})."
@@ -215,7 +214,7 @@ def _curvature(found: Curvature, written: Names) -> Note:
     return Note("curvature", "caution", f"{means} The curvature is {significance} ({test}).")
 
 
-def _disagreements(effects: Sequence[Effect], size: Lenth, alpha: float, written: Names) -> Iterator[Note]:
+def _disagreements(effects: Sequence[Effect], size: Lenth, alpha: float, written: Wording) -> Iterator[Note]:
     for effect in effects:
         if effect.p is None or size.me is None or (effect.p < alpha) == stands_out(effect, size):
             continue

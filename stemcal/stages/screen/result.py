@@ -10,7 +10,7 @@ from stemcal.doe.effects import Curvature, Effect, Residual
 from stemcal.doe.lenth import Lenth
 from stemcal.doe.regression.least_squares import t_quantile
 from stemcal.drawing.table import Table
-from stemcal.note import Note
+from stemcal.notes import Note
 from stemcal.runs.record import Outcome
 from stemcal.stages.result import DesignRuns, Head, StageResult
 from stemcal.storage.rows import Rows

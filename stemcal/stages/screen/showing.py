@@ -9,17 +9,16 @@ from stemcal.drawing.plot import Plot
 from stemcal.drawing.showing import Setting, Showing
 from stemcal.drawing.style import BLUE, INK, ORANGE, Figure, new_figure, plain
 from stemcal.drawing.table import Column, Table
-from stemcal.naming import Names
-from stemcal.numbers import fixed, percent
+from stemcal.formats import fixed, percent, series
 from stemcal.stages.screen.result import ScreenResult
 from stemcal.storage.typed import to_json
-from stemcal.words import series
+from stemcal.vocabulary import Wording
 
 
 class ScreenShowing(Showing[ScreenResult]):
     """The words, tables and figures of a screening."""
 
-    def outcome(self, result: ScreenResult, names: Names) -> list[str]:
+    def outcome(self, result: ScreenResult, names: Wording) -> list[str]:
         """Return which factors are significant."""
         effects, response = {effect.factor: effect for effect in result.effects}, names.response.long
         count = f"In the screening, {len(effects)} factors were varied in {len(result.design.runs)} runs."
@@ -33,10 +32,10 @@ class ScreenShowing(Showing[ScreenResult]):
             return [count, f"No factor has a significant effect on the {response}."]
         return [count, f"The effects on the {response} cannot be tested without an estimate of the error."]
 
-    def tables(self, result: ScreenResult, names: Names) -> list[Table]:
-        return [_effects_table(one, Names(one.naming, names.labels)) for one in result.all_responses]
+    def tables(self, result: ScreenResult, names: Wording) -> list[Table]:
+        return [_effects_table(one, Wording(one.naming, names.labels)) for one in result.all_responses]
 
-    def findings(self, result: ScreenResult, names: Names) -> list[Table]:
+    def findings(self, result: ScreenResult, names: Wording) -> list[Table]:
         return [_effects_table(result, names)]
 
     def figures(self, result: ScreenResult, setting: Setting) -> list[Plot]:
@@ -48,7 +47,7 @@ class ScreenShowing(Showing[ScreenResult]):
         return [Plot("pareto", "screen", text, partial(pareto, result, setting.labels))]
 
 
-def _effects_table(stage: ScreenResult, names: Names) -> Table:
+def _effects_table(stage: ScreenResult, names: Wording) -> Table:
     """Return the effects as papers print them, with F test and Lenth's t."""
     effects, response, residual, lenth = stage.effects, names.response, stage.residual, stage.lenth
     rows = [{**to_json(e), "p": (e.p, stars(e.p))} for e in effects]

@@ -10,8 +10,7 @@ import numpy as np
 
 from stemcal.doe.comparison import Formula, Validation, ValidationRow, compare_conditions, formula_elsewhere
 from stemcal.errors import UsageError
-from stemcal.naming import Names
-from stemcal.note import Note
+from stemcal.notes import Note
 from stemcal.runs.record import Outcome, lower_bound_notes, merged
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers.protocol import Request, Solver
@@ -26,6 +25,7 @@ from stemcal.stages.validate.result import FurtherRow, ValidateResult, ValidateR
 from stemcal.stages.work import Work, a_stage
 from stemcal.storage.rows import Rows
 from stemcal.study.model import Study, Target
+from stemcal.vocabulary import Wording
 
 
 @a_stage(ValidateResult)
@@ -133,11 +133,11 @@ def _further(study: Study, target: Target, outcome: Outcome) -> Rows[FurtherRow]
 
 def notes_of(stage: ValidateResult) -> list[Note]:
     """Return what follows from the comparison: its independence, growth and a formula."""
-    names = Names(stage.naming)
+    names = Wording(stage.naming)
     return [*_fitted(stage, names), *_growth(stage), *_beside_formula(stage, names)]
 
 
-def _fitted(stage: ValidateResult, names: Names) -> Iterator[Note]:
+def _fitted(stage: ValidateResult, names: Wording) -> Iterator[Note]:
     if stage.fitted:
         where = names.at(*stage.fitted) if names.placed else " of a fitted response"
         values = "these measurements" if names.placed and len(stage.fitted) > 1 else "the same measurement"
@@ -155,7 +155,7 @@ def _growth(stage: ValidateResult) -> Iterator[Note]:
         yield Note("growth", "info", text)
 
 
-def _beside_formula(stage: ValidateResult, names: Names) -> Iterator[Note]:
+def _beside_formula(stage: ValidateResult, names: Wording) -> Iterator[Note]:
     """Compare the errors at held-out diameters with those of a formula through the fitted forces."""
     formula, model = stage.formula, stage.worst_held_out_percent
     if formula is not None and model is not None:

@@ -7,9 +7,9 @@ from functools import partial
 from stemcal.doe.comparison import ValidationRow
 from stemcal.drawing.plot import Plot
 from stemcal.drawing.style import BLUE, INK, ORANGE, Figure, legend_above, new_figure, plain
-from stemcal.naming import FIRST, Named
 from stemcal.stages.validate.result import ValidateResult
 from stemcal.study.model import Study
+from stemcal.vocabulary import FIRST, Variable
 
 MOST_RESPONSES = 6  # whose figures the page shows
 _MOST_TICKS = 12
@@ -37,7 +37,7 @@ def plots(study: Study, validate: ValidateResult) -> list[Plot]:
 
 
 def validation(
-    validate: ValidateResult, spread: Mapping[float, float] | None = None, response: Named | None = None
+    validate: ValidateResult, spread: Mapping[float, float] | None = None, response: Variable | None = None
 ) -> Figure:
     """Return a response measured and simulated over the condition; that of the calibration is ringed.
 
@@ -74,7 +74,7 @@ def validation(
     return figure
 
 
-def _pairs(validate: ValidateResult, response: Named) -> list[ValidationRow]:
+def _pairs(validate: ValidateResult, response: Variable) -> list[ValidationRow]:
     if response == validate.naming.response:
         return validate.compared
     return [

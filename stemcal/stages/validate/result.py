@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, ClassVar
 
 from stemcal.doe.comparison import Exponent, Formula, ValidationRow, error_percent
 from stemcal.drawing.table import Table
-from stemcal.naming import Names
-from stemcal.note import Note
+from stemcal.notes import Note
 from stemcal.runs.record import Outcome
 from stemcal.stages.result import Head, Judged, StageResult
 from stemcal.storage.rows import Rows
 from stemcal.storage.typed import Spread, absent, inline
+from stemcal.vocabulary import Wording
 
 if TYPE_CHECKING:
     from stemcal.stages.fitting import Measured
@@ -130,7 +130,7 @@ class ValidateResult(StageResult):
 
     def runs(self) -> Iterator[tuple[str, Outcome]]:
         """Yield the outcome of every run, named by its condition."""
-        names = Names(self.naming)
+        names = Wording(self.naming)
         for number, row in enumerate(self.rows, 1):
             label = names.conditions([row.compared.condition]) if names.placed else f"{self.name} {number}"
             yield label, row.outcome

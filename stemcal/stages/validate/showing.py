@@ -6,11 +6,11 @@ from stemcal.drawing.columns import ERROR, condition, from_means, measured_of, s
 from stemcal.drawing.plot import Plot
 from stemcal.drawing.showing import Setting, Showing
 from stemcal.drawing.table import Column, Table
-from stemcal.naming import Names
-from stemcal.numbers import fixed, short, significant
+from stemcal.formats import fixed, short, significant
 from stemcal.stages.validate import figures
 from stemcal.stages.validate.result import ValidateResult
 from stemcal.storage.typed import to_json
+from stemcal.vocabulary import Wording
 
 _LEFT_OUT = Column("left_out_percent", "Left out", "%", fixed)
 
@@ -20,7 +20,7 @@ class ValidateShowing(Showing[ValidateResult]):
 
     claims = True
 
-    def outcome(self, result: ValidateResult, names: Names) -> list[str]:
+    def outcome(self, result: ValidateResult, names: Wording) -> list[str]:
         """Return by how much simulation and measurement differ."""
         if result.worst_percent is None:
             return ["All validation runs failed."]
@@ -31,7 +31,7 @@ class ValidateShowing(Showing[ValidateResult]):
         measured = "measurements" if names.naming.others or of_all else "measurement"
         return [f"The simulated {differ} from the {measured} by at most {worst} %{of_all}."]
 
-    def tables(self, result: ValidateResult, names: Names) -> list[Table]:
+    def tables(self, result: ValidateResult, names: Wording) -> list[Table]:
         """Return measured against simulated, and further responses."""
         tables = [_validation_table(result, names)]
         every = [{"condition": row.compared.condition, **to_json(one)} for row in result.rows for one in row.further]
@@ -43,14 +43,14 @@ class ValidateShowing(Showing[ValidateResult]):
         return tables
 
     def closing(self, result: ValidateResult, setting: Setting) -> list[Table]:
-        first, *others = self.tables(result, Names(setting.study.naming))
+        first, *others = self.tables(result, Wording(setting.study.naming))
         return [replace(first, foot=first.foot[:1]), *(others if setting.study.naming.others else [])]
 
     def figures(self, result: ValidateResult, setting: Setting) -> list[Plot]:
         return figures.plots(setting.study, result)
 
 
-def _validation_table(stage: ValidateResult, names: Names) -> Table:
+def _validation_table(stage: ValidateResult, names: Wording) -> Table:
     """Return measured against simulated response over the conditions."""
     unit = names.response.written
     columns = [
@@ -66,7 +66,7 @@ def _validation_table(stage: ValidateResult, names: Names) -> Table:
     return Table.of(columns, stage.rows, title, (*worst, "Error in % = 100·(measured − simulated)/measured."))
 
 
-def _errors_in_short(stage: ValidateResult, names: Names) -> str:
+def _errors_in_short(stage: ValidateResult, names: Wording) -> str:
     """Return the largest and the mean error, then the largest held-out error next to that of a formula."""
     of = " (all responses)" if names.naming.others else ""
     worst, mean = fixed(stage.worst_percent), fixed(stage.mean_abs_error_percent)

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from stemcal.note import Note, Remedy, Severity
+from stemcal.notes import Note, Remedy, Severity
 from stemcal.stages.invert.options import chose_conditions
 from stemcal.stages.validate.result import ValidateResult
 from stemcal.stages.verdict import advice

@@ -7,13 +7,12 @@ import numpy as np
 
 from stemcal.doe.calibration.region import extremes
 from stemcal.doe.coding import Array
-from stemcal.naming import DIAMETER, FIRST
-from stemcal.note import Note, Remedy
-from stemcal.numbers import outwards
+from stemcal.formats import outwards, series
+from stemcal.notes import Note, Remedy
 from stemcal.stages.fitting import Surfaces
 from stemcal.stages.result import StageResult
 from stemcal.study.model import Factor, Study
-from stemcal.words import series
+from stemcal.vocabulary import DIAMETER, FIRST
 
 # A range is widened by at most this multiple of its width, and beyond the target by this part of the missing distance.
 _WIDEST, _BEYOND = 20.0, 0.25

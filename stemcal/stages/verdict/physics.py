@@ -8,14 +8,14 @@ from typing import Any, Literal
 
 import numpy as np
 
-from stemcal.naming import NOWHERE
-from stemcal.note import MOST_DRIFT, MOST_HOURGLASS, MOST_INERTIA, NEGLIGIBLE_MASS, Remedy
-from stemcal.numbers import outwards
+from stemcal.cutting.checks import MOST_DRIFT, MOST_HOURGLASS, MOST_INERTIA, NEGLIGIBLE_MASS
+from stemcal.formats import outwards, series
+from stemcal.notes import Remedy
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.stages.results import Results
 from stemcal.stages.stage import stage_called
 from stemcal.study.model import Study
-from stemcal.words import series
+from stemcal.vocabulary import NOWHERE
 
 DoubtKind = Literal["hourglass", "inertia", "drift", "stroke"]
 Doubts = dict[DoubtKind, float | None]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from stemcal.note import SEVERITIES, Note
+from stemcal.notes import SEVERITIES, Note
 from stemcal.stages.result import Judged
 
 Word = Literal["calibrated", "with_reservations", "not_calibrated"]

@@ -14,12 +14,12 @@ import numpy as np
 from stemcal.doe.calibration.region import Region
 from stemcal.doe.coding import Array, Coding
 from stemcal.doe.regression.surface import Surface
-from stemcal.naming import FIRST
-from stemcal.note import Note, Remedy
+from stemcal.notes import Note, Remedy
 from stemcal.power_law import PowerLaw, fit_power_law
 from stemcal.stages.fitting import Surfaces, fitted_surfaces, measured_means
 from stemcal.stages.verdict.verdict_rules import Evidence
 from stemcal.study.model import PARAMETERS, Study
+from stemcal.vocabulary import FIRST
 
 # A trend changes the force by at least this over the diameters; less is not worth a parameter.
 _LEAST_CHANGE = 0.03

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-from stemcal.naming import Names
-from stemcal.note import Note, Remedy, Severity
+from stemcal.formats import counted
+from stemcal.notes import Note, Remedy, Severity
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.stages.result import Judged, R
 from stemcal.stages.results import Results, fresh_results
@@ -22,7 +22,7 @@ from stemcal.stages.verdict.physics import LIMITS, Doubt, DoubtKind, Physics, fo
 from stemcal.stages.verdict.result import Use, Verdict
 from stemcal.stages.verdict.words import size_of
 from stemcal.study.model import Study
-from stemcal.words import counted
+from stemcal.vocabulary import Wording
 
 BEYOND_DOUBT = 0.001  # p of a contradiction below which no parameters are reported
 
@@ -41,9 +41,9 @@ class Evidence:
         return self.results.of(kind)
 
     @property
-    def names(self) -> Names:
+    def names(self) -> Wording:
         """Names and units of the study."""
-        return Names(self.study.naming)
+        return Wording(self.study.naming)
 
     @property
     def equivalent_percent(self) -> float:

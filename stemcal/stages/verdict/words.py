@@ -3,11 +3,10 @@
 from dataclasses import asdict
 from typing import Any
 
-from stemcal.naming import Names
-from stemcal.numbers import fixed
+from stemcal.formats import counted, fixed
 from stemcal.stages.result import Judged
 from stemcal.stages.verdict.result import Use, Verdict
-from stemcal.words import counted
+from stemcal.vocabulary import Wording
 
 _WORDS = {
     "calibrated": "Calibrated",
@@ -26,7 +25,7 @@ def opening(verdict: Verdict) -> str:
     return " ".join([f"{word(verdict)}.", *(reason.text for reason in verdict.reasons[:1])])
 
 
-def lines(verdict: Verdict, names: Names) -> list[str]:
+def lines(verdict: Verdict, names: Wording) -> list[str]:
     """Return three lines at most: the verdict with its first reason, where it may be used, the next step."""
     more = len(verdict.reasons) - 1
     rest = f" (`stemcal status SPEC` lists {counted(more, 'more reason')}.)" if more > 0 else ""
@@ -34,7 +33,7 @@ def lines(verdict: Verdict, names: Names) -> list[str]:
     return [opening(verdict) + rest, *uses(verdict, names), *next_step]
 
 
-def in_full(verdict: Verdict, names: Names) -> list[str]:
+def in_full(verdict: Verdict, names: Wording) -> list[str]:
     """Return the verdict, where it may be used, and every reason with its remedy."""
     reasons = [
         f"{number}. {reason.text}" + (f" Next: {reason.remedy.text}" if reason.remedy else "")
@@ -43,7 +42,7 @@ def in_full(verdict: Verdict, names: Names) -> list[str]:
     return [f"{word(verdict)}.", *uses(verdict, names), *reasons]
 
 
-def verdict_json(verdict: Verdict, names: Names) -> dict[str, Any]:
+def verdict_json(verdict: Verdict, names: Wording) -> dict[str, Any]:
     """Return the verdict as commands print it: the word, the reasons as notes, and where the result may be used."""
     reasons = [asdict(reason) for reason in verdict.reasons]
     return {"verdict": verdict.verdict, "reasons": reasons, "use": " ".join(uses(verdict, names))}
@@ -52,13 +51,13 @@ def verdict_json(verdict: Verdict, names: Names) -> dict[str, Any]:
 # ---- where it may be used
 
 
-def uses(verdict: Verdict, names: Names) -> list[str]:
+def uses(verdict: Verdict, names: Wording) -> list[str]:
     r"""Return the conditions at which the simulated response agrees, and the largest error elsewhere, as one line.
 
     Without a comparison nothing is returned.
 
     >>> use = Use(10.0, (7.0, 8.0), Judged("force", 11.0, 21.2, False))
-    >>> print(uses(Verdict.of([], use), Names())[0].replace(". ", ".\n"))
+    >>> print(uses(Verdict.of([], use), Wording())[0].replace(". ", ".\n"))
     The error of the simulation is at most 10 % at diameters of 7 and 8 mm.
     The largest error is in the maximum force: 21 % too low at a diameter of 11 mm.
     """
@@ -74,10 +73,10 @@ def uses(verdict: Verdict, names: Names) -> list[str]:
     return [" ".join([*said, *_held_out(where, names)])]
 
 
-def _held_out(where: Use, names: Names) -> list[str]:
+def _held_out(where: Use, names: Wording) -> list[str]:
     """Return the largest held-out error, with that of a formula through the fitted forces.
 
-    >>> _held_out(Use(10.0, (), None, Judged("force", 8.0, -2.9, False), (7.0, 9.0), 3.7), Names())[1][33:]
+    >>> _held_out(Use(10.0, (), None, Judged("force", 8.0, -2.9, False), (7.0, 9.0), 3.7), Wording())[1][33:]
     'the maximum force: 2.9 % too high at a diameter of 8 mm (formula F = a·d^b: 3.7 %).'
     """
     if where.held_out is None or not where.fitted or not names.placed:
@@ -87,22 +86,22 @@ def _held_out(where: Use, names: Names) -> list[str]:
     return [fitted, f"The largest held-out error is in the {_signed(where.held_out, names)}{formula}."]
 
 
-def miss(worst: Judged, names: Names) -> str:
+def miss(worst: Judged, names: Wording) -> str:
     """Return the error of a simulated response and its side.
 
-    >>> miss(Judged("force", 11.0, 42.3, fitted=False), Names())
+    >>> miss(Judged("force", 11.0, 42.3, fitted=False), Wording())
     'The simulated maximum force is 42 % too low at a diameter of 11 mm'
     """
     return f"The simulated {names.naming.named(worst.response).long} is {_error(worst, names)}"
 
 
-def _error(worst: Judged, names: Names) -> str:
+def _error(worst: Judged, names: Wording) -> str:
     """Return the size of an error, its side and its place."""
     side = "low" if (worst.error_percent or 0.0) > 0.0 else "high"
     return f"{size_of(worst.size)} % too {side}{names.at(worst.condition)}"
 
 
-def _signed(worst: Judged, names: Names) -> str:
+def _signed(worst: Judged, names: Wording) -> str:
     """Return a response with its error."""
     return f"{names.naming.named(worst.response).long}: {_error(worst, names)}"
 

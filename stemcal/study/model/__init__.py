@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, TypeVar
 from pydantic import BaseModel, ConfigDict, Field, PrivateAttr, create_model
 
 from stemcal.errors import UsageError
-from stemcal.naming import Naming
+from stemcal.formats import counted, did_you_mean
 from stemcal.study.model.growth import MOST_EXPONENT, Growth
 from stemcal.study.model.laboratory_kind import (
     TESTS,
@@ -43,7 +43,7 @@ from stemcal.study.types.field_types import Frozen, Number, StudyName, Time, Tit
 from stemcal.study.types.named import naming_of
 from stemcal.study.types.solver_kind import SOLVERS, AnySolver, Mesh, SolverKind, SolverOptions, kind_of, usual_solver
 from stemcal.study.types.stage_kind import STAGES
-from stemcal.words import counted, did_you_mean
+from stemcal.vocabulary import Vocabulary
 
 _NO_RATE = {"strain_rate_c": 0.0, "strain_rate_p": 1.0}  # what solvers take for a yield stress without rate
 
@@ -174,7 +174,7 @@ class Study(StudyForm):
         return kind_of(self.solver)
 
     @cached_property
-    def naming(self) -> Naming:
+    def naming(self) -> Vocabulary:
         """What the responses and the condition are called."""
         declared = naming_of(self.responses, self.conditions)
         cut = declared.is_cutting or bool(self.targets.modes)

@@ -9,12 +9,12 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import BeforeValidator, Field, ValidationInfo
 from pydantic.json_schema import SkipJsonSchema
 
-from stemcal.naming import CUTTING, DIAMETER, FORCE, Named, Naming, capital, small
 from stemcal.registry import Checked, Registry
 from stemcal.responses import FURTHER_CUT, PIECE, Response, responses_in
 from stemcal.study.model.measured_targets import Mean, Targets, named_modes
 from stemcal.study.model.shear_test import BladeSection, SupportsSection
 from stemcal.study.types.field_types import ColumnName, Frozen, Length, OneOf, Speed, StemLength, complain
+from stemcal.vocabulary import CUTTING, DIAMETER, FORCE, Variable, Vocabulary, capital, small
 
 
 class LaboratoryMeans(Frozen):
@@ -188,14 +188,14 @@ TESTS: Registry[LaboratoryKind] = Registry(
 AnyTest = Annotated[LaboratorySection, OneOf(TESTS, "laboratory test")]
 
 
-def named_responses(tests: Sequence[LaboratorySection]) -> tuple[Named, ...]:
+def named_responses(tests: Sequence[LaboratorySection]) -> tuple[Variable, ...]:
     """Return the measured responses of all tests as the study's own."""
     found = []
     for test in tests:
         for one in test.responses:
             if one.name in test.measured:
                 label = f"{test.name.replace('_', ' ')} {words_of(one)}"
-                found.append(Named(test.called(one.name), capital(label), one.symbol, one.unit))
+                found.append(Variable(test.called(one.name), capital(label), one.symbol, one.unit))
     return tuple(found)
 
 
@@ -204,11 +204,11 @@ def words_of(response: Response) -> str:
     return response.of_test or response.noun or small(response.label)
 
 
-def naming_with(targets: Targets, tests: Sequence[LaboratorySection]) -> Naming:
+def naming_with(targets: Targets, tests: Sequence[LaboratorySection]) -> Vocabulary:
     """Return the names of a cutting study: its force, what else was measured in a cut, in tests, and from curves."""
     measured = dict.fromkeys(name for target in targets.means for name in target.further)
     own = (*named_responses(tests), *named_modes(targets.modes.values()))
-    naming = (Naming(DIAMETER, (FORCE,)) if own else CUTTING).measuring(measured)
+    naming = (Vocabulary(DIAMETER, (FORCE,)) if own else CUTTING).measuring(measured)
     return replace(naming, responses=(*naming.responses, *own))
 
 

@@ -18,10 +18,10 @@ from pydantic import (
 from pydantic_core import CoreSchema
 
 from stemcal.measured.curve_modes import CurveModes
-from stemcal.naming import FIRST, Named, Naming
 from stemcal.responses import CUT, TABLE, Response
 from stemcal.study.types.field_types import ColumnName, Frozen, Quantity, Size, Whole
 from stemcal.study.types.units import parse_unit
+from stemcal.vocabulary import FIRST, Variable, Vocabulary
 
 Patterns = Annotated[
     tuple[Annotated[str, StringConstraints(strict=True, min_length=1, max_length=300)], ...],
@@ -154,16 +154,16 @@ class Targets(Frozen):
         return self.model_copy(update={"means": tuple(means)})
 
 
-def named_modes(modes: Iterable[CurveModes]) -> tuple[Named, ...]:
+def named_modes(modes: Iterable[CurveModes]) -> tuple[Variable, ...]:
     """Return the scores of curves as responses of a study."""
     count = max((len(one.weights) for one in modes), default=0)
     return tuple(
-        Named(f"curve_{j}", f"Score on the {which} curve mode", f"c{j}", "N", apart=True)
+        Variable(f"curve_{j}", f"Score on the {which} curve mode", f"c{j}", "N", apart=True)
         for j, which in enumerate(("first", "second", "third")[:count], 1)
     )
 
 
-def fitted_responses(targets: Targets, naming: Naming) -> tuple[str, ...]:
+def fitted_responses(targets: Targets, naming: Vocabulary) -> tuple[str, ...]:
     """Return the responses that are fitted unless a spec chooses: the first, and all others that are measured."""
     measured = dict.fromkeys(name for target in targets.means for name in target.further)
     return (FIRST, *(name for name in measured if name in [other.name for other in naming.others]))

@@ -10,7 +10,7 @@ from typing import Any, TypeGuard, get_type_hints
 
 from pydantic import BaseModel, TypeAdapter, ValidationError
 
-from stemcal.naming import CUTTING, FIRST, Naming
+from stemcal.formats import listed, nearest
 from stemcal.study.model import FIELDS, MOST_FACTORS, TESTS, Factor, LaboratorySection, StudyForm, Targets
 from stemcal.study.model.laboratory_kind import naming_with, with_tests
 from stemcal.study.model.measured_targets import fitted_responses
@@ -21,7 +21,7 @@ from stemcal.study.types.named import naming_of
 from stemcal.study.types.solver_kind import usual_solver
 from stemcal.study.types.stage_kind import STAGES
 from stemcal.study.types.strict_yaml import Finding, NodePath
-from stemcal.words import listed, nearest
+from stemcal.vocabulary import CUTTING, FIRST, Vocabulary
 
 
 def read_sections(data: Any, folder: Path) -> Sections:
@@ -54,7 +54,7 @@ class Sections:
     good: dict[str, Any] = field(default_factory=dict)
     findings: list[Finding] = field(default_factory=list)
     tests: dict[int, LaboratorySection] = field(default_factory=dict)
-    naming: Naming = CUTTING
+    naming: Vocabulary = CUTTING
 
     @property
     def context(self) -> dict[str, Any]:

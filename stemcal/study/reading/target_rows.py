@@ -12,10 +12,10 @@ from pydantic import TypeAdapter, ValidationError
 from pydantic_core import PydanticCustomError
 
 from stemcal.errors import UsageError
+from stemcal.formats import counted, did_you_mean
 from stemcal.measured.curve_modes import FEWEST, MOST, Curve, modes_of, smoothed
 from stemcal.measured.shear_curves import CurveOptions, read_curves
 from stemcal.measured.statistics import summarise
-from stemcal.naming import DIAMETER, FORCE, NOWHERE, Named, Naming
 from stemcal.responses import responses_in
 from stemcal.study.model.laboratory_kind import LaboratoryMeans
 from stemcal.study.model.measured_targets import Count, Mean, Patterns, Target, Targets
@@ -25,7 +25,7 @@ from stemcal.study.types.field_types import MOST as LARGEST
 from stemcal.study.types.field_types import Quantity, complain
 from stemcal.study.types.named import from_internal, quantity
 from stemcal.study.types.strict_yaml import Finding, NodePath
-from stemcal.words import counted, did_you_mean
+from stemcal.vocabulary import DIAMETER, FORCE, NOWHERE, Variable, Vocabulary
 
 _MOST_NAMES = 10
 _WHOLE = CurveOptions(preload=0.0)  # where noisy points pass the preload is found once they are smoothed
@@ -84,7 +84,7 @@ _MOST_ROWS = 1000
 class Rows:
     """Rows as far as they can be read: cutting or the program's test, the other tests by name, curves by row."""
 
-    naming: Naming
+    naming: Vocabulary
     tests: Collection[str]
     folder: Path
     means: list[Target] = field(default_factory=list)
@@ -120,7 +120,7 @@ class Rows:
             self._read_main(index, self._with_curves(index, row))
         else:
             responses = responses_in(measured=map(str, row))  # rules refuse those of other tests
-            naming = Naming(DIAMETER, tuple(map(Named.of, responses)))
+            naming = Vocabulary(DIAMETER, tuple(map(Variable.of, responses)))
             entry = _Row(row, ("targets", index), naming, self.findings)
             if not entry.means and not entry.wrong:
                 remedy = f"add a response, such as `{FORCE.name}: …`"
@@ -195,7 +195,7 @@ class Rows:
 class _Row:
     """One row: its condition and the means by response; None or absent where they are wrong or missing."""
 
-    def __init__(self, row: Mapping[str, Any], path: NodePath, naming: Naming, findings: list[Finding]) -> None:
+    def __init__(self, row: Mapping[str, Any], path: NodePath, naming: Vocabulary, findings: list[Finding]) -> None:
         self.row, self.path, self.findings, self.wrong = row, path, findings, False
         self.with_units = naming.is_cutting or "test" in row  # otherwise a number has the unit that the spec declares
         given = [one for one in naming.responses if one.name in row]
@@ -217,7 +217,7 @@ class _Row:
                 self.means[named.name] = mean
         self._refuse_unknown(naming, with_curves)
 
-    def _condition(self, naming: Naming) -> float | None:
+    def _condition(self, naming: Vocabulary) -> float | None:
         named = naming.condition
         if named is None:
             return NOWHERE
@@ -227,7 +227,7 @@ class _Row:
         bounds = {"above": 0.0} if self.with_units else {}
         return self._read((named.name,), self.row[named.name], named, **bounds)
 
-    def _scatters(self, given: Sequence[Named], naming: Naming) -> Mapping[str, Any]:
+    def _scatters(self, given: Sequence[Variable], naming: Vocabulary) -> Mapping[str, Any]:
         """Return the standard deviations by response."""
         if "sd" not in self.row:
             return {}
@@ -248,7 +248,7 @@ class _Row:
             self._find(("sd",), "the row has a standard deviation but no response", "add the response")
         return dict.fromkeys(names, sd)
 
-    def _read(self, key: tuple[str, ...], given: Any, named: Named, **bounds: float) -> float | None:
+    def _read(self, key: tuple[str, ...], given: Any, named: Variable, **bounds: float) -> float | None:
         try:
             return _value(given, named, self.with_units, **bounds)
         except PydanticCustomError as error:
@@ -267,7 +267,7 @@ class _Row:
             self.wrong = True
             return None
 
-    def _refuse_unknown(self, naming: Naming, with_curves: bool) -> None:
+    def _refuse_unknown(self, naming: Vocabulary, with_curves: bool) -> None:
         at = [] if naming.condition is None else [naming.condition.name]
         known = ["test"] * ("test" in self.row) + [*at, *(one.name for one in naming.responses), "sd", "n"]
         known += ["curves"] if with_curves else []
@@ -284,7 +284,9 @@ class _Row:
         self.findings.append(Finding((*self.path, *key), message, remedy, at_key))
 
 
-def _value(given: Any, named: Named, with_units: bool, above: float | None = None, at_least: float = -LARGEST) -> float:
+def _value(
+    given: Any, named: Variable, with_units: bool, above: float | None = None, at_least: float = -LARGEST
+) -> float:
     """Return a value in the unit of what it is of; without `with_units` a number has that unit."""
     if with_units:
         bounds = {"above": above} if above is not None else {}

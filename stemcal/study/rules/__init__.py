@@ -7,10 +7,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from stemcal.naming import CUTTING, DIAMETER, Naming
+from stemcal.formats import did_you_mean
 from stemcal.study import model
 from stemcal.study.types.strict_yaml import Finding, NodePath
-from stemcal.words import did_you_mean
+from stemcal.vocabulary import CUTTING, DIAMETER, Vocabulary
 
 
 @dataclass(frozen=True)
@@ -25,7 +25,7 @@ class Draft:
     factors: dict[int, model.Factor] = field(default_factory=dict)
     tests: dict[int, model.LaboratorySection] = field(default_factory=dict)
     names: tuple[str, ...] = ()
-    naming: Naming = CUTTING
+    naming: Vocabulary = CUTTING
 
     @property
     def kind(self) -> model.SolverKind:

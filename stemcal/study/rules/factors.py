@@ -4,12 +4,12 @@ from collections.abc import Callable, Iterator, Mapping
 from math import inf
 from operator import itemgetter
 
+from stemcal.formats import did_you_mean, nearest
 from stemcal.study.model import EMBEDDED, FRICTION, MOST_EXPONENT, PARAMETERS, Factor, Growth, Study
 from stemcal.study.rules import Draft
 from stemcal.study.types import units
 from stemcal.study.types.factor import in_unit
 from stemcal.study.types.strict_yaml import Finding, NodePath
-from stemcal.words import did_you_mean, nearest
 
 _WIDEST = 1000.0  # mm
 RATE = ("strain_rate_c", "strain_rate_p")

@@ -4,14 +4,14 @@ import math
 from collections.abc import Iterator
 from statistics import median
 
-from stemcal.naming import DIAMETER, FIRST, FORCE, TRAVEL
+from stemcal.formats import counted
 from stemcal.study.model import EMBEDDED, PARAMETERS, Mesh, Study
 from stemcal.study.types import units
 from stemcal.study.types.factor import in_unit
 from stemcal.study.types.field_types import Length
 from stemcal.study.types.stage_kind import STAGES
 from stemcal.study.types.strict_yaml import Finding, NodePath
-from stemcal.words import counted
+from stemcal.vocabulary import DIAMETER, FIRST, FORCE, TRAVEL
 
 _RANGES: dict[tuple[str, str], tuple[float, float, str]] = {
     ("specimen", "outer_diameter"): (1, 100, "mm"),

@@ -4,12 +4,12 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from math import isclose
 
-from stemcal.naming import DIAMETER, FIRST, FORCE, Names
+from stemcal.formats import listed
 from stemcal.responses import responses_in
 from stemcal.study.rules import Draft
 from stemcal.study.types.named import CHANCE
 from stemcal.study.types.strict_yaml import Finding, NodePath
-from stemcal.words import listed
+from stemcal.vocabulary import DIAMETER, FIRST, FORCE, Wording
 
 _OF_ROWS = ("test", "sd", "n", "curves")
 
@@ -37,7 +37,7 @@ def _conditions_differ(draft: Draft) -> Iterator[Finding]:
         first = seen.setdefault(round(target.condition, 9), target.row)
         if first != target.row:
             named = draft.naming
-            message = f"the study has two targets{Names(named).at(target.condition)}"
+            message = f"the study has two targets{Wording(named).at(target.condition)}"
             remedy = f"keep one row with the mean {named.response.noun}, `sd` and `n`"
             at: NodePath = ("targets", target.row)
             yield Finding((*at, named.condition.name) if named.condition else at, message, remedy)

@@ -30,10 +30,10 @@ from pydantic import (
 from pydantic import GetJsonSchemaHandler as JsonHandler
 from pydantic_core import CoreSchema, InitErrorDetails, PydanticCustomError, PydanticKnownError, core_schema
 
+from stemcal.formats import listed, nearest
 from stemcal.registry import Registry
 from stemcal.storage.encodings import unprintable
 from stemcal.study.types import units
-from stemcal.words import listed, nearest
 
 
 def complain(message: str, remedy: str = "") -> PydanticCustomError:

@@ -11,13 +11,13 @@ from typing import Any
 from pydantic import ValidationInfo
 from pydantic_core import core_schema
 
-from stemcal.naming import CUTTING, DIAMETER, FIRST, FORCE, NOWHERE, Named, Naming
 from stemcal.storage.plain import MIB, read_plain
 from stemcal.study.types import units
 from stemcal.study.types.field_types import MOST, Quantity, complain
+from stemcal.vocabulary import CUTTING, DIAMETER, FIRST, FORCE, NOWHERE, Variable, Vocabulary
 
 
-def naming_of(responses: Sequence[Any], conditions: Sequence[Any] | None) -> Naming:
+def naming_of(responses: Sequence[Any], conditions: Sequence[Any] | None) -> Vocabulary:
     """Return what a study calls what it calibrates to; no condition is meant where only responses are declared.
 
     Both are `OwnQuantity`s of the model.
@@ -26,20 +26,20 @@ def naming_of(responses: Sequence[Any], conditions: Sequence[Any] | None) -> Nam
         return CUTTING
     condition = _named(conditions[0], "x") if conditions else None
     if not responses:
-        return Naming(condition=condition)
-    return Naming(condition, tuple(_named(response, "Y") for response in responses))
+        return Vocabulary(condition=condition)
+    return Vocabulary(condition, tuple(_named(response, "Y") for response in responses))
 
 
-def _named(declared: Any, symbol: str) -> Named:
+def _named(declared: Any, symbol: str) -> Variable:
     """Return what a spec declares; redeclared force and diameter of the shear test are those themselves."""
     for own in (FORCE, DIAMETER):
         if (declared.name, declared.unit, declared.label) == (own.name, own.unit, None):
             return own
     label = declared.label or declared.name.replace("_", " ").capitalize()
-    return Named(declared.name, label, declared.symbol or symbol, declared.unit)
+    return Variable(declared.name, label, declared.symbol or symbol, declared.unit)
 
 
-def quantity(given: Any, named: Named) -> float:
+def quantity(given: Any, named: Variable) -> float:
     """Return a value in the unit of what it is of: a number, or a text with a unit that measures the same.
 
     Raises
@@ -54,7 +54,7 @@ def quantity(given: Any, named: Named) -> float:
     return float(given)
 
 
-def _written(given: str, named: Named) -> float:
+def _written(given: str, named: Variable) -> float:
     try:
         unit = units.parse_unit(named.unit)
     except units.UnitError:
@@ -76,7 +76,7 @@ def from_internal(value: float, unit: str) -> float:
     return value if internal else float(f"{units.from_internal(value, unit):.12g}")
 
 
-def _in_own_unit(given: str, named: Named) -> float:
+def _in_own_unit(given: str, named: Variable) -> float:
     """Read a value in a unit of which stemcal has only the name."""
     text = given.strip().removesuffix(named.unit).strip()
     try:
@@ -114,8 +114,8 @@ def responses_by_name(given: Any, info: ValidationInfo) -> Any:
     return tuple(FIRST if name == naming.response.name else name for name in given)
 
 
-def _naming(info: core_schema.ValidationInfo) -> Naming:
-    naming: Naming = (info.context or {}).get("naming", CUTTING)
+def _naming(info: core_schema.ValidationInfo) -> Vocabulary:
+    naming: Vocabulary = (info.context or {}).get("naming", CUTTING)
     return naming
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from typing import Annotated, Any, ClassVar, Literal, NamedTuple
 
-from stemcal.note import Remedy
+from stemcal.notes import Remedy
 from stemcal.registry import Registry
 from stemcal.study.types.factor import Parameter
 from stemcal.study.types.field_types import Frozen, Length, OneOf

@@ -14,7 +14,7 @@ import re
 from typing import NamedTuple
 
 from stemcal.errors import UsageError
-from stemcal.words import did_you_mean, listed
+from stemcal.formats import did_you_mean, listed
 
 
 class UnitError(UsageError):

@@ -1,63 +1,6 @@
-"""One class for everything that a result, a run or a verdict has to say: its kind, how serious it is, its text.
+"""Checks before the force of a run is used: limits, and a warning for each that is exceeded."""
 
-A note is made where the fact is found, by a plain function with an f-string. Programs and tests look at `kind`; people
-read `text`.
-"""
-
-from __future__ import annotations
-
-from dataclasses import dataclass
-from typing import Literal
-
-Severity = Literal["error", "warning", "caution", "info"]
-SEVERITIES: tuple[Severity, ...] = ("error", "warning", "caution", "info")
-
-
-@dataclass(frozen=True)
-class Remedy:
-    """What to do about a note.
-
-    Parameters
-    ----------
-    text : str
-        The instruction, for people.
-    edit : str, optional
-        A YAML fragment that makes the change when it is merged into the spec; list items are matched by ``name``.
-    """
-
-    text: str
-    edit: str | None = None
-
-
-@dataclass(frozen=True)
-class Note:
-    """A fact that concerns the reader of a result.
-
-    Parameters
-    ----------
-    kind : str
-        The same for every note of this kind, such as ``flat_response``.
-    severity : {"error", "warning", "caution", "info"}
-        ``error``: the result cannot be used. ``warning``: numbers are missing, are only bounds, or may be wrong.
-        ``caution``: the statistics are weaker than they look. ``info``: for completeness.
-    text : str
-        One to three sentences, numbers with units.
-    remedy : Remedy, optional
-        What to do about it.
-    """
-
-    kind: str
-    severity: Severity
-    text: str
-    remedy: Remedy | None = None
-
-    def __str__(self) -> str:
-        """Return the text with its remedy."""
-        return f"{self.text} {self.remedy.text}" if self.remedy else self.text
-
-
-# ---- what a careful engineer checks before using the force of a run: limits, and a warning for each that is exceeded
-
+from stemcal.notes import Note, Remedy
 
 # Shares above which a force needs a second look, percent.
 MOST_INERTIA = 5.0

@@ -12,9 +12,8 @@ import re
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
-from stemcal.numbers import interval, minus, short
+from stemcal.formats import interval, minus, series, short
 from stemcal.responses import CUT, TABLE, Response, response_of, responses_in
-from stemcal.words import series
 
 FIRST = "response"
 """The key of the first response, which does not depend on the study's name for it."""
@@ -25,7 +24,7 @@ _WRITTEN = {"1": "", "deg": "°", "degC": "°C", "kg/m3": "kg/m³", "g/cm3": "g/
 
 
 @dataclass(frozen=True)
-class Named:
+class Variable:
     """A response or a condition: its name at the head of columns, its label in headings, symbol and unit."""
 
     name: str
@@ -36,7 +35,7 @@ class Named:
     """Whether what counts is how far a value is from the measured mean, which by itself is of something else."""
 
     @classmethod
-    def of(cls, response: Response) -> Named:
+    def of(cls, response: Response) -> Variable:
         """Return the names of a response of the table, as the cutting test has it."""
         return cls(response.name, response.label, response.symbol, response.unit)
 
@@ -44,13 +43,13 @@ class Named:
     def in_table(self) -> Response | None:
         """The response of the cutting test that it names; None for any other quantity."""
         found = response_of(self.name, CUT)
-        return found if found is not None and Named.of(found) == self else None
+        return found if found is not None and Variable.of(found) == self else None
 
     @property
     def noun(self) -> str:
         """What sentences call it.
 
-        >>> FORCE.noun, Named("a", "Angle of repose", "θ", "deg").noun
+        >>> FORCE.noun, Variable("a", "Angle of repose", "θ", "deg").noun
         ('force', 'angle of repose')
         """
         if self == DIAMETER:
@@ -62,7 +61,7 @@ class Named:
     def long(self) -> str:
         """The label unchanged inside a sentence or along an axis.
 
-        >>> FORCE.long, Named("e", "COR", "e", "1").long
+        >>> FORCE.long, Variable("e", "COR", "e", "1").long
         ('maximum force', 'COR')
         """
         return small(self.label)
@@ -71,7 +70,7 @@ class Named:
     def written(self) -> str:
         """The unit as people write it, nothing for a plain number.
 
-        >>> FORCE.written, Named("rho", "", "", "kg/m3").written, Named("e", "", "", "1").written
+        >>> FORCE.written, Variable("rho", "", "", "kg/m3").written, Variable("e", "", "", "1").written
         ('N', 'kg/m³', '')
         """
         return _WRITTEN.get(self.unit, self.unit)
@@ -80,7 +79,7 @@ class Named:
     def unit_suffix(self) -> str:
         """The unit as it follows a number, with the space it needs.
 
-        >>> FORCE.unit_suffix, Named("a", "", "", "deg").unit_suffix
+        >>> FORCE.unit_suffix, Variable("a", "", "", "deg").unit_suffix
         (' N', '°')
         """
         return self.written if self.written in ("", "°") else f" {self.written}"
@@ -105,7 +104,7 @@ class Named:
     def counted(self, value: float, mean: float) -> float:
         """Return a value as shown next to its measured mean, or its difference from the mean.
 
-        >>> FORCE.counted(178.5, 180.0), Named("curve_1", "", "", "N", apart=True).counted(178.5, 180.0)
+        >>> FORCE.counted(178.5, 180.0), Variable("curve_1", "", "", "N", apart=True).counted(178.5, 180.0)
         (178.5, -1.5)
         """
         return round(value - mean, 4) if self.apart else value
@@ -113,22 +112,22 @@ class Named:
     def text(self, value: float, form: str = "g") -> str:
         """Return a value with its unit.
 
-        >>> FORCE.text(100.1), Named("a", "", "", "deg").text(32.6)
+        >>> FORCE.text(100.1), Variable("a", "", "", "deg").text(32.6)
         ('100.1 N', '32.6°')
         """
         return f"{value:{form}}{self.unit_suffix}"
 
 
-FORCE, TRAVEL, WORK = (Named.of(one) for one in TABLE if one.name in ("force", "travel", "work"))
-DIAMETER = Named("diameter", "Stem diameter", "D", "mm")
+FORCE, TRAVEL, WORK = (Variable.of(one) for one in TABLE if one.name in ("force", "travel", "work"))
+DIAMETER = Variable("diameter", "Stem diameter", "D", "mm")
 
 
 @dataclass(frozen=True)
-class Naming:
+class Vocabulary:
     """The condition, if there is one, and the responses, of which the first is what a study calibrates to."""
 
-    condition: Named | None = DIAMETER
-    responses: tuple[Named, ...] = (FORCE, TRAVEL, WORK)
+    condition: Variable | None = DIAMETER
+    responses: tuple[Variable, ...] = (FORCE, TRAVEL, WORK)
 
     @property
     def is_cutting(self) -> bool:
@@ -136,36 +135,36 @@ class Naming:
         return self.is_force_on_stems and not self.others and set(CUTTING.further) <= set(self.further)
 
     @property
-    def response(self) -> Named:
+    def response(self) -> Variable:
         """The first response."""
         return self.responses[0]
 
     @property
-    def further(self) -> tuple[Named, ...]:
+    def further(self) -> tuple[Variable, ...]:
         """The responses next to the first."""
         return self.responses[1:]
 
     @property
-    def others(self) -> tuple[Named, ...]:
+    def others(self) -> tuple[Variable, ...]:
         """The responses next to the first that the cutting test does not have: of a program, other tests and curves."""
         return tuple(response for response in self.further if response.in_table is None)
 
-    def named(self, name: str) -> Named:
+    def named(self, name: str) -> Variable:
         """Return a response by its name, or the first one for `FIRST`."""
         if name == FIRST:
             return self.response
         return next(response for response in self.responses if response.name == name)
 
-    def measuring(self, names: Collection[str]) -> Naming:
+    def measuring(self, names: Collection[str]) -> Vocabulary:
         """Return it with those of the names that are responses of the cutting test.
 
         >>> CUTTING.measuring(["work", "slope"]) == CUTTING
         True
         """
-        more = (Named.of(one) for one in responses_in(CUT, measured=names) if one.name in names)
+        more = (Variable.of(one) for one in responses_in(CUT, measured=names) if one.name in names)
         return replace(self, responses=tuple(dict.fromkeys((*self.responses, *more))))
 
-    def with_primary(self, name: str) -> Naming:
+    def with_primary(self, name: str) -> Vocabulary:
         """Return it with another of the responses as the first.
 
         >>> CUTTING.with_primary("work").response.unit
@@ -189,7 +188,7 @@ class Naming:
         return {"condition": None if self.condition is None else self.condition.name, FIRST: self.response.name}
 
 
-CUTTING = Naming()
+CUTTING = Vocabulary()
 
 
 def small(label: str) -> str:
@@ -215,24 +214,24 @@ MOST_LISTED = 12
 
 
 @dataclass(frozen=True)
-class Names:
+class Wording:
     """The names and units that sentences are written with.
 
     Notes and the terminal write a factor's name, as specs and commands do; the page writes its label (`labels`).
     """
 
-    naming: Naming = CUTTING
+    naming: Vocabulary = CUTTING
     labels: Mapping[str, str] = field(default_factory=dict)
 
     @property
-    def response(self) -> Named:
+    def response(self) -> Variable:
         """The first response."""
         return self.naming.response
 
     @property
-    def condition(self) -> Named:
+    def condition(self) -> Variable:
         """The condition, under a general name if the study has none."""
-        return self.naming.condition or Named("condition", "Condition", "", "1")
+        return self.naming.condition or Variable("condition", "Condition", "", "1")
 
     @property
     def placed(self) -> bool:
@@ -242,7 +241,7 @@ class Names:
     def factor(self, name: str) -> str:
         """Return the name of a factor, or of a term of several.
 
-        >>> Names(labels={"yield_stress": "Yield stress"}).factor("yield_stress:failure_strain")
+        >>> Wording(labels={"yield_stress": "Yield stress"}).factor("yield_stress:failure_strain")
         'Yield stress:failure_strain'
         """
         return re.sub(r"[^:^]+", lambda found: self.labels.get(found[0]) or found[0], name)
@@ -250,7 +249,7 @@ class Names:
     def in_text(self, name: str) -> str:
         """Return the name of a factor inside a sentence.
 
-        >>> Names(labels={"yield_stress": "Yield stress"}).in_text("yield_stress"), Names().in_text("Dose")
+        >>> Wording(labels={"yield_stress": "Yield stress"}).in_text("yield_stress"), Wording().in_text("Dose")
         ('yield stress', 'Dose')
         """
         label = self.labels.get(name)
@@ -259,7 +258,7 @@ class Names:
     def factors(self, names: Iterable[str]) -> str:
         """List factors inside a sentence.
 
-        >>> Names().factors(["a", "b", "c"])
+        >>> Wording().factors(["a", "b", "c"])
         'a, b and c'
         """
         return series(map(self.in_text, names))
@@ -267,7 +266,7 @@ class Names:
     def quantity(self, value: float, form: str = ".4g") -> str:
         """Return a value of the response with its unit.
 
-        >>> Names().quantity(-74.69), Names().quantity(74.69, "+.3g")
+        >>> Wording().quantity(-74.69), Wording().quantity(74.69, "+.3g")
         ('−74.69 N', '+74.7 N')
         """
         return minus(self.response.text(value, form))
@@ -275,7 +274,7 @@ class Names:
     def quantities(self, ends: tuple[float, float]) -> str:
         """Return an interval of the response with its unit.
 
-        >>> Names().quantities((153.2, 160.0))
+        >>> Wording().quantities((153.2, 160.0))
         '153.2 to 160.0 N'
         """
         return f"{interval(ends)}{self.response.unit_suffix}"
@@ -283,7 +282,7 @@ class Names:
     def conditions(self, values: Iterable[float]) -> str:
         """List values of the condition, or count many of them; a stem's diameter goes without its name.
 
-        >>> Names().conditions([7.0, 8.0, 11.0]), Names().conditions(range(1, 501))
+        >>> Wording().conditions([7.0, 8.0, 11.0]), Wording().conditions(range(1, 501))
         ('7, 8 and 11 mm', '500 values from 1 to 500 mm')
         """
         values = list(values)
@@ -295,7 +294,7 @@ class Names:
     def at(self, *values: float) -> str:
         """Return `` at a diameter of 8 mm``, or nothing if the study has no condition.
 
-        >>> Names().at(7.0, 8.0), Names(Naming(condition=None)).at(0.0)
+        >>> Wording().at(7.0, 8.0), Wording(Vocabulary(condition=None)).at(0.0)
         (' at diameters of 7 and 8 mm', '')
         """
         of = ("a diameter of " if len(values) == 1 else "diameters of ") if self.condition == DIAMETER else ""
