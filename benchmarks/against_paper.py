@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 from cases import CONFIGS, Case, agreement, paper_cases, simulate_all, tests_of
 
-from stemcal.cutting import CuttingResult
+from stemcal.cutting.result import CuttingResult
 from stemcal.drawing.style import BLUE, FAINT, GREEN, ORANGE, new_figure
 
 LAWS = {"paper": "the paper's law", "cowper_symonds": "Cowper and Symonds' law"}

@@ -24,7 +24,7 @@ from typing import Any
 from cases import CONFIGS, paper_cases, tests_of
 from numba import njit
 
-from stemcal import cutting
+from stemcal.cutting.build import build
 from stemcal.fem.kernels import element as kernels
 from stemcal.fem.kernels import march
 from stemcal.fem.kernels.compile import ONE, ZERO
@@ -138,7 +138,7 @@ def no_hourglass(_state, _lane, _u, _v, _w, _x, _y, _z, _l, _r, dt, _alive):
 
 def middle_of_the_cut() -> State:
     """Return the state of the paper's 8 mm case, quarter model, at 0.15 s: the blade is in, nothing has broken."""
-    state = start(cutting.build(tests_of(paper_cases(["rsm"])[:1])[0]))
+    state = start(build(tests_of(paper_cases(["rsm"])[:1])[0]))
     _Marching(state, 1)(0.15, state)
     return state
 

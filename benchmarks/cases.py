@@ -15,8 +15,9 @@ from pathlib import Path
 
 import numpy as np
 
-from stemcal import cutting
-from stemcal.cutting import CuttingResult, ShearTest
+from stemcal.cutting.parts import ShearTest
+from stemcal.cutting.result import CuttingResult
+from stemcal.cutting.simulate import shear
 from stemcal.fem.warm import warm
 from stemcal.solvers.embedded import shear_test
 from stemcal.study.reading import load_study
@@ -76,7 +77,7 @@ def simulate_all(tests: list[ShearTest]) -> list[CuttingResult]:
     warm(precision="mixed")
     context = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(os.cpu_count(), mp_context=context) as pool:
-        return list(pool.map(cutting.shear, tests))
+        return list(pool.map(shear, tests))
 
 
 def agreement(simulated: np.ndarray, reference: np.ndarray) -> str:

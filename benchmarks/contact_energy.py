@@ -18,7 +18,8 @@ from pathlib import Path
 from cases import paper_cases, tests_of
 
 from stemcal.cli.spec import spec_text
-from stemcal.cutting import ShearTest, shear
+from stemcal.cutting.parts import ShearTest
+from stemcal.cutting.simulate import shear
 from stemcal.fem.warm import warm
 from stemcal.solvers.embedded import shear_test
 from stemcal.study.reading import load_study

@@ -28,8 +28,10 @@ from contact_energy import SOFT, STRONG
 from contact_energy import centre as centre_of_sizes
 from contact_energy import crops as tests_of_crops
 
-from stemcal import cutting
-from stemcal.cutting import CuttingResult, ShearTest, build, placed
+from stemcal.cutting.build import build
+from stemcal.cutting.parts import ShearTest
+from stemcal.cutting.result import CuttingResult
+from stemcal.cutting.simulate import placed, shear
 from stemcal.fem.stepper import simulate
 
 CALIBRATED = Case("validate", {"yield_stress": 17.96, "failure_strain": 0.0387, "strain_rate_c": 87.27}, 8.0, 169.0)
@@ -81,13 +83,11 @@ def sizes() -> None:
     """Print the force of three materials and three other stems over the element size; the time step follows it."""
     for name, changes in (("centre", {}), ("soft", SOFT), ("strong", STRONG)):
         for parts in (12, 16, 20, 24, 32, 40):
-            print(f"{name}, d/{parts}:", told([cutting.shear(centre_of_sizes(parts, **changes))]), flush=True)
+            print(f"{name}, d/{parts}:", told([shear(centre_of_sizes(parts, **changes))]), flush=True)
     for diameter, ratio, changes in ((5.3, 0.25, {}), (13.0, 0.55, STRONG), (8.0, 0.0, {})):
         for parts in (16, 24, 32):
             test = of_diameter(centre_of_sizes(16, **changes), diameter, ratio)
-            print(
-                f"{diameter:g} mm, ratio {ratio:g}, d/{parts}:", told([cutting.shear(of_size(test, parts))]), flush=True
-            )
+            print(f"{diameter:g} mm, ratio {ratio:g}, d/{parts}:", told([shear(of_size(test, parts))]), flush=True)
 
 
 def of_diameter(test: ShearTest, diameter: float, ratio: float) -> ShearTest:

@@ -16,7 +16,8 @@ from dataclasses import replace
 
 from cases import SPEC, paper_cases
 
-from stemcal.cutting import ShearTest, shear
+from stemcal.cutting.parts import ShearTest
+from stemcal.cutting.simulate import shear
 from stemcal.fem.warm import warm
 from stemcal.solvers.embedded import shear_test
 from stemcal.study.reading import load_study

@@ -32,7 +32,9 @@ import numpy as np
 from cases import SPEC, paper_cases, tests_of
 from numba import njit
 
-from stemcal import cutting
+from stemcal.cutting.build import build
+from stemcal.cutting.parts import ShearTest
+from stemcal.cutting.simulate import shear
 from stemcal.fem.kernels import block
 from stemcal.fem.kernels.block import LANES, states_of
 from stemcal.fem.kernels.compile import RUN
@@ -114,7 +116,7 @@ def solver() -> None:
     test = tests_of(paper_cases(["rsm"])[:1])[0]
     test = replace(test, discretisation=replace(test.discretisation, symmetry="none"))
     warm(precision="mixed")
-    rates = [cutting.shear(test).element_steps_per_second / 1e6 for _ in range(5)]
+    rates = [shear(test).element_steps_per_second / 1e6 for _ in range(5)]
     print(f"paper's 8 mm case, full model: {np.median(rates):.1f} million element-steps per second and core")
 
 
@@ -129,7 +131,7 @@ def steps() -> None:
             integration = replace(how.integration, time_step=wanted)
             changed = replace(test, discretisation=replace(how, integration=integration, stop_after_peak=stops))
             begun = time.process_time()
-            found = cutting.shear(changed)
+            found = shear(changed)
             spent, added = time.process_time() - begun, added_mass_percent(changed)
             print(
                 f"{'none' if wanted is None else f'{1e6 * wanted:.0f} us':>11s}  {stops!s:>17s}  {found.steps:5d}  "
@@ -137,9 +139,9 @@ def steps() -> None:
             )
 
 
-def added_mass_percent(test: cutting.ShearTest) -> float:
+def added_mass_percent(test: ShearTest) -> float:
     """Return by how much the step wanted adds to the mass of the stem."""
-    model = cutting.build(test)
+    model = build(test)
     plain = replace(model, integration=replace(model.integration, time_step=None))
     return float(100.0 * (start(model).body.mass.sum() / start(plain).body.mass.sum() - 1.0))
 

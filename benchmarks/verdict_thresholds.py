@@ -20,8 +20,9 @@ import interval_coverage as ic
 import numpy as np
 from objectivity import centre, mesh, of_size
 
-from stemcal import cutting
-from stemcal.cutting import CuttingResult, ShearTest
+from stemcal.cutting.parts import ShearTest
+from stemcal.cutting.result import CuttingResult
+from stemcal.cutting.simulate import shear
 from stemcal.doe.calibration.confidence_intervals import profiles_of
 from stemcal.doe.calibration.likelihood import fit
 from stemcal.doe.designs import central_composite
@@ -58,15 +59,15 @@ def shares(n: int, random: np.random.Generator) -> np.ndarray:
 def massed(test: ShearTest, scaling: float) -> CuttingResult:
     """Return the run with so many times the mass; the time step follows it."""
     how = replace(test.discretisation.integration, mass_scaling=scaling, time_step=None)
-    return cutting.shear(mesh(test, integration=how))
+    return shear(mesh(test, integration=how))
 
 
 def doubts() -> Iterator[tuple[str, float, float]]:
     """Yield what was changed, the check over its limit, and how far the force is off, percent."""
     test = of_size(centre()[0], 8.0)
-    fine = cutting.shear(of_size(centre()[0], 32.0)).peak_force
+    fine = shear(of_size(centre()[0], 32.0)).peak_force
     for coefficient in HOURGLASS:
-        run = cutting.shear(mesh(test, hourglass=coefficient))
+        run = shear(mesh(test, hourglass=coefficient))
         times = run.hourglass_ratio_percent / LIMITS["hourglass"]
         yield f"hourglass, {coefficient:g}", times, 100.0 * (run.peak_force / fine - 1.0)
     light = massed(test, 1e2).peak_force

@@ -11,19 +11,10 @@ from called import called
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
-from stemcal.cutting import (
-    Blade,
-    CuttingResult,
-    Discretisation,
-    Loading,
-    ShearTest,
-    Stem,
-    Supports,
-    build,
-    shear,
-    stem_mesh,
-)
-from stemcal.cutting.result import moving_mean
+from stemcal.cutting.build import build, stem_mesh
+from stemcal.cutting.parts import Blade, Discretisation, Loading, ShearTest, Stem, Supports
+from stemcal.cutting.result import CuttingResult, moving_mean
+from stemcal.cutting.simulate import shear
 from stemcal.errors import SimulationFailed
 from stemcal.fem.contact import Contact
 from stemcal.fem.kernels import contact as kernels

@@ -9,8 +9,9 @@ import numpy as np
 from test_cutting import MATERIAL, coarse, coarse_test
 from test_shipped_model import ODD, apart, run
 
-from stemcal.cutting import CuttingResult, Discretisation, ShearTest, shear
-from stemcal.cutting.parts import Symmetry
+from stemcal.cutting.parts import Discretisation, ShearTest, Symmetry
+from stemcal.cutting.result import CuttingResult
+from stemcal.cutting.simulate import shear
 from verification import figures
 from verification.case import Case, Drawing, Topic
 

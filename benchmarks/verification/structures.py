@@ -12,7 +12,8 @@ from test_beams import RHO, E, cantilever, polygon_ring, swing
 from test_convergence import axial_frequency, lame_mode_error
 from test_wave import STRESS_BEHIND, V, bar
 
-from stemcal.cutting import Discretisation, Stem, stem_mesh
+from stemcal.cutting.build import stem_mesh
+from stemcal.cutting.parts import Discretisation, Stem
 from stemcal.fem.material import Material
 from stemcal.fem.model import Model
 from verification import figures

@@ -17,7 +17,7 @@ from stemcal.storage.encodings import csv_text
 from stemcal.storage.typed import from_json, to_json
 
 if TYPE_CHECKING:
-    from stemcal.cutting import CuttingResult
+    from stemcal.cutting.result import CuttingResult
     from stemcal.solvers.protocol import Answer
     from stemcal.study.model import LaboratorySection, Study
 

@@ -9,11 +9,11 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from stemcal.cutting import ShearTest, shear
 from stemcal.cutting.checks import MOST_BUCKLING, STROKE_TOO_SHORT, buckles, maximum_not_passed
 from stemcal.cutting.end_state import shape_of
-from stemcal.cutting.parts import SHARES
+from stemcal.cutting.parts import SHARES, ShearTest
 from stemcal.cutting.result import BreakWatch, CuttingResult, break_row, evaluate, filter_rows, force_history
+from stemcal.cutting.simulate import shear
 from stemcal.fem.model import Model
 from stemcal.fem.state import State
 from stemcal.fem.stepper import Inspect, simulate
@@ -94,7 +94,7 @@ REVISION = 7
 
 
 def perform(test: LaboratoryTest, inspect: Inspect | None = None) -> LaboratoryResult:
-    """Run a virtual laboratory test; arguments and errors as of `cutting.shear`."""
+    """Run a virtual laboratory test; arguments and errors as of `cutting.simulate.shear`."""
     diameter = test.stem.outer_diameter  # that of the mesh is wider
     test = rounded(test)
     model, how = build(test), test.discretisation

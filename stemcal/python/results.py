@@ -7,7 +7,7 @@ from functools import cached_property
 from html import escape
 from typing import TYPE_CHECKING, Any
 
-from stemcal.cutting import CuttingResult
+from stemcal.cutting.result import CuttingResult
 from stemcal.drawing.showing import Setting
 from stemcal.drawing.table import Column, Table
 from stemcal.errors import UsageError

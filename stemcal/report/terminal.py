@@ -24,7 +24,7 @@ from stemcal.study.model.measured_targets import Mean
 from stemcal.vocabulary import capital
 
 if TYPE_CHECKING:
-    from stemcal.cutting import CuttingResult
+    from stemcal.cutting.result import CuttingResult
 
 
 WIDTH = 80

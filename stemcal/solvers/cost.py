@@ -6,7 +6,7 @@ from math import inf
 
 import numpy as np
 
-from stemcal import cutting
+from stemcal.cutting.build import mesh_size
 from stemcal.cutting.parts import ShearTest
 from stemcal.fem.material import Material
 from stemcal.laboratory.build import LaboratoryTest, integration
@@ -26,7 +26,7 @@ def seconds(test: AnyTest) -> float:
 def _cutting_steps(test: ShearTest) -> tuple[float, float]:
     """Return the steps of a cut until the stem usually is broken, and its elements."""
     how, material = test.discretisation, test.material
-    size = cutting.mesh_size(test.stem, how)
+    size = mesh_size(test.stem, how)
     speed = (material.p_wave_modulus / (how.integration.mass_scaling * material.density)) ** 0.5
     step = max(how.integration.safety * size.smallest / speed, how.integration.time_step or 0.0)
     if step <= 0.0:

@@ -6,7 +6,11 @@ from pathlib import Path
 from typing import Any
 
 from stemcal import cutting
+from stemcal.cutting.build import mesh_size
 from stemcal.cutting.end_state import LARGEST
+from stemcal.cutting.parts import Blade, Discretisation, Loading, ShearTest, Stem, Supports, rate_filter
+from stemcal.cutting.result import CuttingResult
+from stemcal.cutting.simulate import placed, shear
 from stemcal.errors import SimulationFailed
 from stemcal.fem.contact import Contact
 from stemcal.fem.frames import FrameWriter
@@ -79,7 +83,7 @@ class Embedded(Solver):
         try:
             test, modes = self._test(request), self.study.targets.modes_at(request.condition)
             film = Film(test.discretisation.integration.outputs) if request.pictured else None
-            result = cutting.shear(test, inspect=film)
+            result = shear(test, inspect=film)
             responses, warnings = perform_all(self._beside(request))
             scores = curve_scores(modes, result.history.travel, result.history.force_filtered, result.break_travel)
         except SimulationFailed as failure:
@@ -103,8 +107,8 @@ class Embedded(Solver):
 
     def memory_estimate(self, request: Request) -> float:
         """Return roughly how many bytes a process needs for a request."""
-        cuts = [test for _, test in self._beside(request) if isinstance(test, cutting.ShearTest)]
-        meshes = [cutting.mesh_size(one.stem, one.discretisation) for one in (self._test(request), *cuts)]
+        cuts = [test for _, test in self._beside(request) if isinstance(test, ShearTest)]
+        meshes = [mesh_size(one.stem, one.discretisation) for one in (self._test(request), *cuts)]
         return _PROCESS + max(mesh.memory for mesh in meshes)
 
     def belongings(self, diameter: float) -> dict[str, str]:
@@ -128,20 +132,18 @@ class Embedded(Solver):
         """Return the laboratory tests of a run; the mesh of a further cut is where the first has it."""
         wanted = measured_at(self.study, request.condition)
         each = [(one, test_of(self.study, one, request.levels, request.condition)) for one in wanted]
-        return [
-            (one, self._placed(test, request) if isinstance(test, cutting.ShearTest) else test) for one, test in each
-        ]
+        return [(one, self._placed(test, request) if isinstance(test, ShearTest) else test) for one, test in each]
 
-    def _test(self, request: Request) -> cutting.ShearTest:
+    def _test(self, request: Request) -> ShearTest:
         return self._placed(shear_test(self.study, request.levels, request.condition), request)
 
-    def _placed(self, test: cutting.ShearTest, request: Request) -> cutting.ShearTest:
+    def _placed(self, test: ShearTest, request: Request) -> ShearTest:
         """Return the test with its mesh where a replicate has it."""
         if not request.replicate:
             return test
         drawn = seed_of(Request("", 0, request.levels, request.condition)) / MOST_SEED if self.drawn else 0.5
         times = max(self.study.solver.repeats, request.replicate)  # a record may be of a study with more than this one
-        return cutting.placed(test, (request.replicate - 1 + drawn) / (2 * times))
+        return placed(test, (request.replicate - 1 + drawn) / (2 * times))
 
 
 def meshed_as(study: Study, element_size: float) -> Study:
@@ -166,7 +168,7 @@ def simulate(
     diameter: float | None = None,
     frames: Path | None = None,
     section: LaboratorySection | None = None,
-) -> cutting.CuttingResult:
+) -> CuttingResult:
     """Run one virtual shear test of a study, or the laboratory test of a section.
 
     The warnings of a laboratory test are those that concern what was measured in it, all where nothing was.
@@ -184,7 +186,7 @@ def simulate(
     diameter = study.specimen.outer_diameter if diameter is None else diameter
     if section is None:
         sheared = shear_test(study, levels, diameter)
-        return cutting.shear(sheared, _frame_writer(frames, sheared))
+        return shear(sheared, _frame_writer(frames, sheared))
     test = test_of(study, section, levels, diameter)
     result = perform(test, _frame_writer(frames, test)).giving(section.responses)
     return replace(result, warnings=tuple(doubts(result, section.measured or tuple(result.responses))))
@@ -202,21 +204,21 @@ def test_of(study: Study, section: LaboratorySection, levels: Mapping[str, float
     return shear_test(study.cut_as(section, diameter), levels, diameter)
 
 
-def shear_test(study: Study, levels: Mapping[str, float], diameter: float) -> cutting.ShearTest:
+def shear_test(study: Study, levels: Mapping[str, float], diameter: float) -> ShearTest:
     """Return the shear test of a study at given levels (units of the spec) and stem diameter (mm)."""
     solver = _options(study)
     study = study.at(levels)
     blade, contact = study.blade, study.contact
-    return cutting.ShearTest(
+    return ShearTest(
         material=Material(
             **study.parameters(levels, diameter),
             transverse=None,
             rate_law="cowper_symonds" if solver.rate_law == "none" else solver.rate_law,  # C = 0 switches either off
-            rate_filter=cutting.rate_filter(diameter, study.loading.speed),
+            rate_filter=rate_filter(diameter, study.loading.speed),
             internal_length=study.material.internal_length.at(diameter),
         ),
-        stem=cutting.Stem(diameter, study.specimen.diameter_ratio, study.specimen.length),
-        blade=cutting.Blade(
+        stem=Stem(diameter, study.specimen.diameter_ratio, study.specimen.length),
+        blade=Blade(
             blade.thickness,
             blade.width,
             blade.edge_angle,
@@ -224,8 +226,8 @@ def shear_test(study: Study, levels: Mapping[str, float], diameter: float) -> cu
             blade.bevel,
             edge_spread=blade.edge_spread.at(diameter),
         ),
-        supports=cutting.Supports(study.supports.clearance, study.supports.fillet_radius),
-        loading=cutting.Loading(study.loading.speed, study.loading.duration_at(diameter), GAP),
+        supports=Supports(study.supports.clearance, study.supports.fillet_radius),
+        loading=Loading(study.loading.speed, study.loading.duration_at(diameter), GAP),
         contact=Contact(contact.static_friction, contact.dynamic_friction, contact.decay, contact.penalty, DAMPING),
         discretisation=_discretisation(study, diameter),
     )
@@ -247,10 +249,10 @@ def _told(length: Length, diameter: float) -> str:
     return str(length) if length.divisor is None else f"{length} ({length.at(diameter):.3g} mm)"
 
 
-def _discretisation(study: Study, diameter: float) -> cutting.Discretisation:
+def _discretisation(study: Study, diameter: float) -> Discretisation:
     """Return the mesh at a stem diameter (mm)."""
     solver = _options(study).at_speed(study.loading.speed)
-    return cutting.Discretisation(
+    return Discretisation(
         element_size=solver.element_size.at(diameter),
         through_wall=solver.elements_through_wall,
         symmetry="quarter" if study.blade.bevel == "both" and solver.edge_over == "nodes" else "half",
@@ -266,7 +268,7 @@ def _discretisation(study: Study, diameter: float) -> cutting.Discretisation:
     )
 
 
-def pictured(result: cutting.CuttingResult, film: Film) -> dict[str, Any]:
+def pictured(result: CuttingResult, film: Film) -> dict[str, Any]:
     """Return what pictures of a run are made from: energies over travel (mJ), thinned, its end and how it got there."""
     history, keep = result.history, kept_rows(len(result.history.time))
     rows = {name: values for name, values in vars(history).items() if name in _PICTURED}

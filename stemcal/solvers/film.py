@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stemcal.cutting import CuttingResult
 from stemcal.cutting.end_state import Shape, packed_text, unpacked_text
+from stemcal.cutting.result import CuttingResult
 from stemcal.fem.kernels.block import PLASTIC_STRAIN
 from stemcal.fem.state import State
 

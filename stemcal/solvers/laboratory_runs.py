@@ -7,7 +7,8 @@ from dataclasses import asdict, replace
 from typing import Any
 
 from stemcal import cutting
-from stemcal.cutting import CuttingResult, Discretisation, Loading, ShearTest, Stem
+from stemcal.cutting.parts import Discretisation, Loading, ShearTest, Stem
+from stemcal.cutting.result import CuttingResult
 from stemcal.errors import SimulationFailed
 from stemcal.fem.stepper import Inspect
 from stemcal.laboratory import perform as laboratory

@@ -16,7 +16,8 @@ from typing import Any
 
 import numpy as np
 
-from stemcal import cutting
+from stemcal.cutting.build import build as build_cut
+from stemcal.cutting.parts import ShearTest
 from stemcal.doe.coding import Array, term_columns
 from stemcal.doe.designs import SurfaceDesign, SurfaceOptions
 from stemcal.errors import UsageError
@@ -299,7 +300,7 @@ def _identity_of_test_changes_with_each_factor(at: LaboratoryAtWork) -> None:
 def _model_is_sound(at: LaboratoryAtWork) -> None:
     """Elements have positive volumes, initial values are finite, and a tool or the driven nodes move."""
     test = at.test()
-    model = cutting.build(test) if isinstance(test, cutting.ShearTest) else build(rounded(test))
+    model = build_cut(test) if isinstance(test, ShearTest) else build(rounded(test))
     require(bool((model.mesh.volumes() > 0.0).all()), "an element has zero volume")
     velocity = np.zeros(model.mesh.nodes.shape) if model.velocity is None else model.velocity
     require(bool(np.isfinite(velocity).all()), "the initial velocities are not finite")

@@ -7,7 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stemcal.cutting import Loading, ShearTest, build, shear
+from stemcal.cutting.build import build
+from stemcal.cutting.parts import Loading, ShearTest
+from stemcal.cutting.simulate import shear
 from stemcal.fem.contact import _gap_beside, _reach_beside, spread_edge
 from stemcal.fem.mesh import brick
 from stemcal.fem.stepper import simulate

@@ -5,9 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stemcal.cutting import ShearTest, placed, shear, stem_mesh
-from stemcal.cutting.parts import Discretisation, Loading, Stem
+from stemcal.cutting.build import stem_mesh
+from stemcal.cutting.parts import Discretisation, Loading, ShearTest, Stem
 from stemcal.cutting.result import BreakWatch, break_row, moving_mean
+from stemcal.cutting.simulate import placed, shear
 from stemcal.fem.material import Material
 from stemcal.fem.model import Integration
 

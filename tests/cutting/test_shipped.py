@@ -7,7 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from stemcal.cutting import Blade, CuttingResult, Discretisation, Loading, ShearTest, shear
+from stemcal.cutting.parts import Blade, Discretisation, Loading, ShearTest
+from stemcal.cutting.result import CuttingResult
+from stemcal.cutting.simulate import shear
 from stemcal.fem.material import Material
 from stemcal.fem.model import Integration
 

@@ -8,7 +8,8 @@ from math import inf
 import numpy as np
 import pytest
 
-from stemcal.cutting import Discretisation, ShearTest, Stem, build, mesh_size, stem_mesh
+from stemcal.cutting.build import build, mesh_size, stem_mesh
+from stemcal.cutting.parts import Discretisation, ShearTest, Stem
 from stemcal.fem.material import Material
 from stemcal.fem.state import start
 

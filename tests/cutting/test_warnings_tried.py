@@ -5,7 +5,9 @@ from typing import Any
 
 from test_shipped import cut_of as shipped
 
-from stemcal.cutting import CuttingResult, ShearTest, shear
+from stemcal.cutting.parts import ShearTest
+from stemcal.cutting.result import CuttingResult
+from stemcal.cutting.simulate import shear
 from stemcal.fem.contact import Contact
 
 

@@ -5,7 +5,8 @@ import pytest
 from called import called
 from numpy.typing import NDArray
 
-from stemcal.cutting import Discretisation, ShearTest, Stem, build
+from stemcal.cutting.build import build
+from stemcal.cutting.parts import Discretisation, ShearTest, Stem
 from stemcal.fem.kernels import nonlocal_mean
 from stemcal.fem.kernels.block import ALIVE, LANES, PLASTIC_STRAIN, STATE_ROWS
 from stemcal.fem.kernels.search import Topology

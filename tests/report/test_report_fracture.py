@@ -5,8 +5,9 @@ import json
 import numpy as np
 import pytest
 
-from stemcal import cutting
 from stemcal.cutting.end_state import Shape
+from stemcal.cutting.parts import Discretisation, ShearTest, Stem
+from stemcal.cutting.simulate import shear
 from stemcal.fem.material import Material
 from stemcal.fem.mesh import brick
 from stemcal.fem.model import Integration
@@ -53,8 +54,8 @@ def test_side_shows_the_near_side_only() -> None:
 
 def test_shape_of_a_cut_stem_survives_packing() -> None:
     material = Material(1.1e-9, 1000.0, 0.3, 12.0, 0.5, 0.05, failure_strain=0.02)
-    how = cutting.Discretisation(element_size=1.5, integration=Integration(mass_scaling=1e6, outputs=100))
-    result = cutting.shear(cutting.ShearTest(material, cutting.Stem(8.0, 0.41, 30.0), discretisation=how))
+    how = Discretisation(element_size=1.5, integration=Integration(mass_scaling=1e6, outputs=100))
+    result = shear(ShearTest(material, Stem(8.0, 0.41, 30.0), discretisation=how))
     shape = result.shape
     assert shape is not None
     assert np.count_nonzero(~shape.standing) == result.history.deleted[-1] > 0

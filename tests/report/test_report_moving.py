@@ -10,9 +10,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from stemcal import cutting
 from stemcal.cli.export import films, write_film
 from stemcal.cutting.end_state import Shape
+from stemcal.cutting.parts import Discretisation, ShearTest, Stem
+from stemcal.cutting.simulate import shear
 from stemcal.errors import UsageError
 from stemcal.fem.material import Material
 from stemcal.fem.model import Integration
@@ -33,11 +34,11 @@ OUTPUTS = 96
 def filmed() -> tuple[Any, Film]:
     """A quick coarse cut, and its film."""
     material = Material(1.1e-9, 1000.0, 0.3, 12.0, 0.5, 0.05, failure_strain=0.02)
-    how = cutting.Discretisation(element_size=1.5, integration=Integration(mass_scaling=1e6, outputs=OUTPUTS))
+    how = Discretisation(element_size=1.5, integration=Integration(mass_scaling=1e6, outputs=OUTPUTS))
     whole = replace(how, stop_after_peak=False)
     film = Film(OUTPUTS)
-    test = cutting.ShearTest(material, cutting.Stem(8.0, 0.41, 30.0), discretisation=whole)
-    return cutting.shear(test, inspect=film), film
+    test = ShearTest(material, Stem(8.0, 0.41, 30.0), discretisation=whole)
+    return shear(test, inspect=film), film
 
 
 @pytest.fixture(scope="module")
@@ -76,10 +77,10 @@ def test_filming_changes_no_force_and_ends_where_the_stem_breaks(filmed: tuple[A
     """A test that ends between two frames: as many frames as in the whole film until then, and its end."""
     whole, long = filmed
     material = Material(1.1e-9, 1000.0, 0.3, 12.0, 0.5, 0.05, failure_strain=0.02)
-    how = cutting.Discretisation(element_size=1.5, integration=Integration(mass_scaling=1e6, outputs=OUTPUTS))
-    test = cutting.ShearTest(material, cutting.Stem(8.0, 0.41, 30.0), discretisation=how)
-    alone, film = cutting.shear(test), Film(OUTPUTS)
-    result = cutting.shear(test, inspect=film)
+    how = Discretisation(element_size=1.5, integration=Integration(mass_scaling=1e6, outputs=OUTPUTS))
+    test = ShearTest(material, Stem(8.0, 0.41, 30.0), discretisation=how)
+    alone, film = shear(test), Film(OUTPUTS)
+    result = shear(test, inspect=film)
     assert alone.peak_force == result.peak_force == whole.peak_force
     packed, until = film.packed(result), result.history.time[-1]
     assert until < whole.history.time[-1]

@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 from deck_as_embedded import as_embedded
 
-from stemcal.cutting import Blade, Stem, Supports, build
+from stemcal.cutting.build import build
+from stemcal.cutting.parts import Blade, Stem, Supports
 from stemcal.errors import UsageError
 from stemcal.fem.material import Material
 from stemcal.fem.mesh import brick

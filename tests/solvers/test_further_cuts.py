@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from stemcal import cutting
-from stemcal.cutting import ShearTest
+from stemcal.cutting.parts import ShearTest
 from stemcal.errors import SimulationFailed
 from stemcal.laboratory import perform as laboratory
 from stemcal.laboratory.perform import cut

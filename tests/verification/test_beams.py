@@ -11,7 +11,8 @@ import pytest
 from driven import NO_VISCOSITY, record
 from scipy.optimize import brentq
 
-from stemcal.cutting import Discretisation, Stem, stem_mesh
+from stemcal.cutting.build import stem_mesh
+from stemcal.cutting.parts import Discretisation, Stem
 from stemcal.fem.material import Material
 from stemcal.fem.mesh import Mesh, brick
 from stemcal.fem.model import Integration, Model

@@ -8,7 +8,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from stemcal.cutting import Blade, CuttingResult, Discretisation, Loading, ShearTest, Stem, Supports, build, shear
+from stemcal.cutting.build import build
+from stemcal.cutting.parts import Blade, Discretisation, Loading, ShearTest, Stem, Supports
+from stemcal.cutting.result import CuttingResult
+from stemcal.cutting.simulate import shear
 from stemcal.fem.material import Material
 from stemcal.fem.model import Integration
 from stemcal.fem.state import State

@@ -17,8 +17,8 @@ from typing import ClassVar, Literal
 
 import numpy as np
 
-from stemcal.cutting import Discretisation, Loading, Stem
 from stemcal.cutting.build import stem_mesh
+from stemcal.cutting.parts import Discretisation, Loading, Stem
 from stemcal.fem.contact import Tool
 from stemcal.fem.mesh import Mesh
 from stemcal.laboratory import Array, Kind

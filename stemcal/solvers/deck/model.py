@@ -9,7 +9,8 @@ from math import floor, pi
 
 import numpy as np
 
-from stemcal.cutting import Blade, Discretisation, Stem, Supports, mesh_size, rate_filter, stem_mesh
+from stemcal.cutting.build import mesh_size, stem_mesh
+from stemcal.cutting.parts import Blade, Discretisation, Stem, Supports, rate_filter
 from stemcal.errors import UsageError
 from stemcal.fem.contact import POINTS_PER_FACE
 from stemcal.fem.material import Material

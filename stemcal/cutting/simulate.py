@@ -1,0 +1,62 @@
+"""The run of a virtual shear test."""
+
+import time
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stemcal.cutting.build import build
+from stemcal.cutting.end_state import shape_of
+from stemcal.cutting.parts import (
+    SHARES,
+    ShearTest,
+)
+from stemcal.cutting.result import (
+    BreakWatch,
+    CuttingResult,
+    break_row,
+    evaluate,
+    filter_rows,
+    force_history,
+)
+from stemcal.fem.stepper import Inspect, simulate
+
+
+def shear(test: ShearTest, inspect: Inspect | None = None) -> CuttingResult:
+    """Run a virtual shear test.
+
+    Parameters
+    ----------
+    inspect : callable, optional
+        Called with time and solver state, see `fem.stepper.simulate`.
+
+    Raises
+    ------
+    SimulationFailed
+        If the solver's state stops being physical or the blade never meets the stem.
+    """
+    model = build(test)
+    scale = 1.0 / SHARES[test.discretisation.symmetry]
+    how = test.discretisation
+    breaking = BreakWatch(how.break_drop, filter_rows(test.loading, how))
+    started = time.perf_counter()
+
+    def report(t: float, forces: NDArray[np.float64], deleted: int) -> bool:
+        return breaking.is_past(scale * float(forces[0, 2]), deleted) and how.stop_after_peak
+
+    history = simulate(model, test.loading.duration, report, inspect)
+    wall = time.perf_counter() - started
+    curve = force_history(test.loading, how, history, scale)
+    broken = break_row(curve.force_filtered, curve.deleted, how.break_drop)
+    result = evaluate(curve, history, test.material, broken, len(model.mesh.hexes), wall)
+    return replace(result, shape=shape_of(model, history, how.symmetry))
+
+
+def placed(test: ShearTest, shift: float) -> ShearTest:
+    """Return the half model with its mesh shifted along the stem by a share of an element, 0 to ½.
+
+    Erosion takes whole elements, so the force depends on where the nodes lie. A shift by s elements mirrors one by −s,
+    so the midpoints of equal parts of [0, ½] represent all places.
+    """
+    return replace(test, discretisation=replace(test.discretisation, symmetry="half", shift=shift))
