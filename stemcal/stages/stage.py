@@ -78,6 +78,10 @@ class Stage(StageKind, Checked, Generic[R]):
         """Return whether it sets the parameters in the model of the study; the last such stage decides."""
         return False
 
+    def tolerance_percent(self, study: Study) -> float | None:
+        """Return the percentage within which measured and simulated values count as equal, if it is set here."""
+        return None
+
     def result(self) -> type[R]:
         """Return the class of its result."""
         return self._needed("result", self._class("Result"))  # type: ignore[no-any-return]

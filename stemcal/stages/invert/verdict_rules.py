@@ -7,7 +7,7 @@ from stemcal.notes import Note, Remedy, Severity
 from stemcal.stages.fitting import Surfaces
 from stemcal.stages.invert.options import chose_conditions
 from stemcal.stages.invert.result import Certainty, Contradicted, InvertResult, JointFitted
-from stemcal.stages.stage import stage_called
+from stemcal.stages.stage import calibrating
 from stemcal.stages.verdict import advice, words
 from stemcal.stages.verdict.trend_advice import for_trend, standard_error, trend_reason
 from stemcal.stages.verdict.verdict_rules import BEYOND_DOUBT, Evidence
@@ -154,8 +154,8 @@ def target_missed(evidence: Evidence) -> Iterator[Note]:
     if not fitted:
         return
     worst = max(fitted, key=lambda row: row.size)
-    refine = stage_called("refine")
-    options = refine.options(evidence.study) if refine.calibrates(evidence.study) else None
+    last = calibrating(evidence.study)
+    options = None if last.name == InvertResult.name else last.options(evidence.study)  # of the refinement
     tolerance = MISSED_PERCENT if options is None else max(options.tolerance_percent, MISSED_PERCENT)
     if worst.size <= (evidence.equivalent_percent if evidence.study.joint_targets else tolerance):
         return

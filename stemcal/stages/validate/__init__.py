@@ -21,3 +21,6 @@ class Validating(Stage[Any]):
     def needs(self, study: Study) -> str | None:
         """Return the last stage at the solution that the study asks for."""
         return calibrating(study).name
+
+    def tolerance_percent(self, study: Study) -> float:
+        return float(self.options(study).tolerance_percent)

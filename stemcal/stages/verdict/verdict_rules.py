@@ -17,7 +17,7 @@ from stemcal.notes import Note, Remedy, Severity
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.stages.result import Judged, R
 from stemcal.stages.results import Results, fresh_results
-from stemcal.stages.stage import stage_called, stages_of
+from stemcal.stages.stage import STAGES, stages_of
 from stemcal.stages.verdict.physics import LIMITS, Doubt, DoubtKind, Physics, for_physics, physics_of
 from stemcal.stages.verdict.result import Use, Verdict
 from stemcal.stages.verdict.words import size_of
@@ -48,7 +48,8 @@ class Evidence:
     @property
     def equivalent_percent(self) -> float:
         """The percentage within which measured and simulated values count as equal."""
-        return float(stage_called("validate").options(self.study).tolerance_percent)
+        found = (stage.tolerance_percent(self.study) for stage in STAGES.built_in)
+        return next(percent for percent in found if percent is not None)
 
     @property
     def judged(self) -> list[Judged]:
