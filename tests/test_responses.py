@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 import workflow
 from fakes import TWO_FACTORS, SpecSolver
-from stemcal.naming import CUTTING, TRAVEL, Named
 
 from stemcal.errors import SpecError, UsageError
 from stemcal.report.outcome import tables_of
@@ -32,6 +31,7 @@ from stemcal.stages.results import fresh_results
 from stemcal.stages.validate.result import ValidateResult
 from stemcal.study.model import SOLVERS, Study
 from stemcal.study.reading import load_study
+from stemcal.vocabulary import CUTTING, TRAVEL, Variable
 
 SHARE = Response(
     *("relative_travel", "Relative travel at maximum force", "u/d", "%"),
@@ -85,8 +85,8 @@ def test_means_are_in_the_unit_of_the_response(share: None, tmp_path: Path) -> N
     study = study_of(tmp_path, ROWS)
     first, second = (target.further["relative_travel"] for target in study.targets.means)
     assert (first.value, first.sd, second.value, second.sd) == (13.25, 0.25, 14.0, 0.25)
-    assert study.naming.further == (*CUTTING.further, Named.of(SHARE)) and study.naming.is_cutting
-    assert study.naming.others == () and Named.of(SHARE).noun == "relative travel"
+    assert study.naming.further == (*CUTTING.further, Variable.of(SHARE)) and study.naming.is_cutting
+    assert study.naming.others == () and Variable.of(SHARE).noun == "relative travel"
 
 
 @pytest.mark.parametrize(
@@ -149,7 +149,7 @@ def test_a_laboratory_test_has_it_too(share: None, tmp_path: Path) -> None:
     assert bend.measured == ("relative_travel",) and bend.means_at(8.0)["relative_travel"].value == 25.0
     named = study.naming.named("bend_relative_travel")
     assert (named.label, named.unit) == ("Bend relative travel", "%")
-    assert Named.of(SHARE) in study.naming.further and named in study.naming.others
+    assert Variable.of(SHARE) in study.naming.further and named in study.naming.others
     curve = ForceTravel.until_break(np.array([0.0, 2.0, 3.0]), np.array([0.0, 40.0, 30.0]), 8.0, bend.kind)
     found = {one.name: one.value(curve) for one in bend.responses}
     assert found == pytest.approx({"slope": None, "force": 40.0, "travel": 2.0, "work": 75.0, "relative_travel": 25.0})
@@ -187,7 +187,7 @@ def test_known_answers() -> None:
 
 def test_names_are_those_of_the_table() -> None:
     assert [one.name for one in TABLE] == sorted({one.name for one in TABLE}, key=[one.name for one in TABLE].index)
-    assert Named("travel", "Travel at maximum force", "u", "mm") == TRAVEL and TRAVEL.noun == "travel"
+    assert Variable("travel", "Travel at maximum force", "u", "mm") == TRAVEL and TRAVEL.noun == "travel"
 
 
 def test_the_response_of_the_example_of_a_laboratory_test(monkeypatch: pytest.MonkeyPatch) -> None:
