@@ -11,7 +11,6 @@ from stemcal.errors import SimulationFailed
 from stemcal.measured.curve_modes import CurveModes
 from stemcal.notes import Note
 from stemcal.solvers.kept_curve import curve_scores, kept_curve
-from stemcal.solvers.measures import curve_scores, kept_curve
 from stemcal.solvers.options import BREAK_DROP, DeckSolver
 from stemcal.solvers.protocol import RESPONSES, Answer
 from stemcal.storage.typed import to_json
