@@ -2,10 +2,11 @@
 
 import math
 from collections.abc import Iterator
+from itertools import combinations
 from statistics import median
 
 from stemcal.formats import counted
-from stemcal.study.model import EMBEDDED, PARAMETERS, Mesh, Study
+from stemcal.study.model import EMBEDDED, PARAMETERS, Mesh, Study, Target
 from stemcal.study.types import units
 from stemcal.study.types.factor import in_unit
 from stemcal.study.types.field_types import Length
@@ -39,6 +40,7 @@ _THROUGH, _THROUGH_THIN, _THIN = 3, 4, 0.6
 # Elements of more than this share of a length do not resolve it.
 _RESOLVED = 0.6
 _LEAST_SCATTER = 3e-4  # of a mean
+_SCATTER = 0.15  # of the ratio of two mean forces, without a fall that is worth a question
 _MACHINE, _MOWER = 50.0, 1000.0  # mm/s: the fastest testing machine, the slowest mower
 # Largest smoothed strain rate of a cut, in speeds over diameters; measured: 3.9 to 5.4, before the rate law slows it.
 _RATE = 4.0
@@ -47,7 +49,7 @@ FALL = "the simulated values decrease by up to 10 % if the element size is reduc
 
 def doubts(study: Study) -> list[Finding]:
     """Return what looks like a wrong unit; nothing here is certainly wrong."""
-    virtual, measured = (_sizes, _speeds, _rates, _tests, _mesh), (_targets, _scatters, _outliers)
+    virtual, measured = (_sizes, _speeds, _rates, _tests, _mesh), (_targets, _scatters, _outliers, _falls)
     found = (*virtual, *measured, _materials, _factors, _agreement)
     told = [finding for of in found for finding in of(study)]
     return [*told, *(finding for stage in STAGES.with_(study.further) for finding in stage.doubts(study))]
@@ -197,6 +199,37 @@ def _outliers(study: Study) -> Iterator[Finding]:
                 f"force of about {median(expected):.3g} N expected from the other targets"
             )
             yield Finding(("targets", target.row, "force"), message, "check the decimal point and the unit")
+
+
+def _falls(study: Study) -> Iterator[Finding]:
+    """Question a cutting force that falls with the diameter: a row may be left over from a template."""
+    if not study.naming.is_force_on_stems:
+        return
+    far = {finding.path[1] for finding in _outliers(study)}
+    stems = sorted(
+        (one for one in study.targets.means if one.response > 0.0 and one.row not in far), key=lambda one: one.condition
+    )
+    pairs = [(_shortfall(*pair), *pair) for pair in combinations(stems, 2)]
+    short, thin, thick = max(pairs, key=lambda pair: pair[0], default=(0.0, None, None))
+    if short > 0.0 and thin is not None and thick is not None:
+        message = (
+            f"the force falls from {thin.response:g} N for a diameter of {thin.condition:g} mm to {thick.response:g} N "
+            f"for {thick.condition:g} mm, but cutting forces increase with the diameter"
+        )
+        remedy = "check that both rows are measurements of the same stems, and delete rows left over from a template"
+        yield Finding(("targets", thick.row, "force"), message, remedy)
+
+
+def _shortfall(thin: Target, thick: Target) -> float:
+    """Return by how much the force falls short of F ~ d^1.5 beyond its scatter, as a logarithm; 0 if it grows.
+
+    The scatter is two standard errors of the ratio of both means, but at least 15 %.
+    """
+    if thick.response >= thin.response:
+        return 0.0
+    squares = sum(((one.sd or 0.0) / one.response) ** 2 / (one.n or 1) for one in (thin, thick))
+    grown = thin.response * (thick.condition / thin.condition) ** min(_POWERS)
+    return math.log(grown / thick.response) - max(2.0 * math.sqrt(squares), _SCATTER)
 
 
 def _materials(study: Study) -> Iterator[Finding]:
