@@ -33,7 +33,7 @@ from stemcal.fem.state import State, start
 from stemcal.fem.stepper import _Marching
 from stemcal.fem.warm import warm
 from stemcal.report.gallery import write_figures
-from stemcal.report.page import shown, write_page
+from stemcal.report.page.page import shown, write_page
 from stemcal.runs.executors.local import LocalExecutor
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers import make_solver

@@ -20,7 +20,7 @@ from stemcal.doe.comparison import formula_elsewhere
 from stemcal.python.results import StudyResults
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.validate.result import ValidateResult
-from stemcal.study.model import Study
+from stemcal.study.model.study import Study
 from stemcal.study.reading import read_study
 
 SPEC = Path(__file__).parents[1] / "configs" / "wild-chrysanthemum.yaml"

@@ -40,8 +40,8 @@ from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.results import Results, fresh_results
 from stemcal.stages.verdict.result import Verdict
 from stemcal.stages.verdict.verdict_rules import verdict_of
-from stemcal.study.model import SOLVERS
 from stemcal.study.reading import load_study
+from stemcal.study.types.solver_kind import SOLVERS
 
 SEEDS = 12
 ROOM, ROOM_PERCENT = 0.05, 1.4

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from stemcal.stages.rsm.result import RsmResult as RsmResult
     from stemcal.stages.screen.result import ScreenResult as ScreenResult
     from stemcal.stages.validate.result import ValidateResult as ValidateResult
-    from stemcal.study.model import Study as Study
+    from stemcal.study.model.study import Study as Study
 
 _NAMES = {
     "calibrate": "stemcal.python.study",
@@ -44,7 +44,7 @@ _NAMES = {
     "InvertResult": "stemcal.stages.invert.result",
     "RefineResult": "stemcal.stages.refine.result",
     "ValidateResult": "stemcal.stages.validate.result",
-    "Study": "stemcal.study.model",
+    "Study": "stemcal.study.model.study",
 }
 __all__ = ["__version__", *_NAMES]
 

@@ -12,7 +12,7 @@ from typing import Any
 
 from stemcal.errors import SimulationFailed
 from stemcal.solvers.protocol import Answer, Request, Solver
-from stemcal.study.model import Study
+from stemcal.study.model.study import Study
 from stemcal.study.reading import load_study
 
 SPEC = """\

@@ -111,7 +111,8 @@ PLUGINS = ROOT / "examples" / "plugins"
 CHECKED = """
 from stemcal.doe.designs import SURFACES
 from stemcal.stages.stage import STAGES
-from stemcal.study.model import SOLVERS, TESTS
+from stemcal.study.model.laboratory_kind import TESTS
+from stemcal.study.types.solver_kind import SOLVERS
 from stemcal.testing import check_design, check_laboratory_test, check_solver, check_stage
 
 check_design(SURFACES.named("doehlert"))

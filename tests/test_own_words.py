@@ -19,7 +19,7 @@ from stemcal.stages.rsm.result import RsmResult
 from stemcal.stages.screen.result import ScreenResult
 from stemcal.stages.validate.result import ValidateResult
 from stemcal.stages.verdict.verdict_rules import verdict_of
-from stemcal.study.model import Study
+from stemcal.study.model.study import Study
 from stemcal.study.reading import load_study
 from stemcal.vocabulary import FIRST
 

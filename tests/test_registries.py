@@ -6,7 +6,8 @@ from pathlib import Path
 
 from stemcal.doe.designs import SURFACES
 from stemcal.stages.stage import STAGES
-from stemcal.study.model import SOLVERS, TESTS
+from stemcal.study.model.laboratory_kind import TESTS
+from stemcal.study.types.solver_kind import SOLVERS
 
 ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "stemcal"

@@ -29,8 +29,9 @@ from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.stages.results import fresh_results
 from stemcal.stages.validate.result import ValidateResult
-from stemcal.study.model import SOLVERS, Study
+from stemcal.study.model.study import Study
 from stemcal.study.reading import load_study
+from stemcal.study.types.solver_kind import SOLVERS
 from stemcal.vocabulary import CUTTING, TRAVEL, Variable
 
 SHARE = Response(

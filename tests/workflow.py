@@ -11,7 +11,7 @@ from stemcal.stages.result import read_result
 from stemcal.stages.stage import stage_called, stages_of
 from stemcal.stages.validate.result import ValidateResult
 from stemcal.stages.work import HERE
-from stemcal.study.model import Study
+from stemcal.study.model.study import Study
 
 
 def calibrate(

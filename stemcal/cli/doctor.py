@@ -25,7 +25,7 @@ def doctor(as_json: AsJson = False) -> None:
     """
     from stemcal.fem.warm import is_compiled
     from stemcal.report.progress import COMPILING
-    from stemcal.study.model import SOLVERS
+    from stemcal.study.types.solver_kind import SOLVERS
 
     if not as_json and not is_compiled():
         note(COMPILING)
@@ -61,7 +61,8 @@ def _plugins() -> list[Finding]:
     from stemcal.doe.designs import SURFACES
     from stemcal.responses import RESPONSES
     from stemcal.stages.stage import STAGES
-    from stemcal.study.model import SOLVERS, TESTS
+    from stemcal.study.model.laboratory_kind import TESTS
+    from stemcal.study.types.solver_kind import SOLVERS
 
     found: list[Finding] = []
     named: dict[str, Registry[Any]] = {"stage": STAGES, "solver": SOLVERS, "design": SURFACES, "laboratory test": TESTS}

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from stemcal.drawing.plot import Plot
     from stemcal.report.records import Records
     from stemcal.runs.study_folder import StudyFolder
-    from stemcal.study.model import Study
+    from stemcal.study.model.study import Study
 
 TableFormat = Annotated[
     Literal["csv", "md", "tex", "docx"],

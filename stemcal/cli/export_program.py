@@ -18,7 +18,7 @@ from stemcal.storage.typed import to_json
 if TYPE_CHECKING:
     from stemcal.solvers.deck import Deck
     from stemcal.stages.element_size import SizedStrain
-    from stemcal.study.model import Study
+    from stemcal.study.model.study import Study
 
 RADIOSS = ".rad"
 

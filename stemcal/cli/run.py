@@ -18,7 +18,7 @@ from stemcal.storage.plain import read_plain
 
 if TYPE_CHECKING:
     from stemcal.stages.result import StageResult
-    from stemcal.study.model import Study
+    from stemcal.study.model.study import Study
 
 
 Until = Annotated[

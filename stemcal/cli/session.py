@@ -58,7 +58,7 @@ if TYPE_CHECKING:
     from stemcal.runs.executors import RunExecutor
     from stemcal.runs.study_folder import StudyFolder
     from stemcal.stages.results import Results
-    from stemcal.study.model import Study
+    from stemcal.study.model.study import Study
 
 DASK = "dask://"
 T = TypeVar("T")

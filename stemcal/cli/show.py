@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from stemcal.stages.result import StageResult
     from stemcal.stages.results import Results
     from stemcal.stages.verdict.result import Verdict
-    from stemcal.study.model import Study
+    from stemcal.study.model.study import Study
 
 SOME_RUNS_FAILED = 3
 

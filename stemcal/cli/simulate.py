@@ -19,7 +19,8 @@ from stemcal.storage.typed import from_json, to_json
 if TYPE_CHECKING:
     from stemcal.cutting.result import CuttingResult
     from stemcal.solvers.protocol import Answer
-    from stemcal.study.model import LaboratorySection, Study
+    from stemcal.study.model.laboratory_kind import LaboratorySection
+    from stemcal.study.model.study import Study
 
 
 CUTTING = "cutting"  # the test that the sections of a spec describe

@@ -16,7 +16,7 @@ from stemcal.errors import SpecError, UsageError
 
 if TYPE_CHECKING:
     from stemcal.overview.plan import Plan
-    from stemcal.study.model import Study
+    from stemcal.study.model.study import Study
 
 
 MORE = "# ---- "  # begins what only --full writes

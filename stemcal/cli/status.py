@@ -16,7 +16,7 @@ from stemcal.storage.typed import to_json
 if TYPE_CHECKING:
     from stemcal.overview.status import StageStatus, Status
     from stemcal.runs.study_folder import StudyFolder
-    from stemcal.study.model import Study
+    from stemcal.study.model.study import Study
     from stemcal.vocabulary import Wording
 
 _MOST_NAMES = 20

@@ -11,7 +11,7 @@ from stemcal.drawing.plot import Plot
 from stemcal.drawing.table import Table
 from stemcal.formats import unit_written
 from stemcal.registry import Checked
-from stemcal.study.model import Study
+from stemcal.study.model.study import Study
 from stemcal.vocabulary import Wording
 
 R = TypeVar("R", bound=Any)  # the result of a stage

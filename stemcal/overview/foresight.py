@@ -12,7 +12,7 @@ from stemcal.runs.executors import machine_memory
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Request, Solver
-from stemcal.study.model import Study
+from stemcal.study.model.study import Study
 
 MOST_HOURS = 48.0  # a command with longer runs starts with a warning
 

@@ -45,7 +45,7 @@ from stemcal.stages.stage import stage_called, stages_of
 from stemcal.storage.atomic import make_folder, move_new, write_atomic
 from stemcal.storage.log import now
 from stemcal.storage.plain import read_plain
-from stemcal.study.model import Study
+from stemcal.study.model.study import Study
 from stemcal.vocabulary import FIRST
 
 _SAME = 1e-9  # of a value: what writing and reading may change

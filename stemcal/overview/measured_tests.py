@@ -18,7 +18,8 @@ from stemcal.responses import ForceTravel
 from stemcal.solvers.options import BREAK_DROP
 from stemcal.storage.rows import Rows
 from stemcal.storage.typed import Spread, inline
-from stemcal.study.model import LaboratorySection, Study
+from stemcal.study.model.laboratory_kind import LaboratorySection
+from stemcal.study.model.study import Study
 
 
 @dataclass(frozen=True, kw_only=True)

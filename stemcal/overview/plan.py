@@ -25,7 +25,7 @@ from stemcal.stages.design import Asked, Design
 from stemcal.stages.stage import stages_of
 from stemcal.stages.work import second_time
 from stemcal.storage.rows import Rows
-from stemcal.study.model import Study
+from stemcal.study.model.study import Study
 
 _MOST_RECORDS = 50  # that are looked at
 

@@ -22,7 +22,7 @@ from stemcal.stages.verdict.result import Verdict
 from stemcal.stages.verdict.verdict_rules import verdict_of
 from stemcal.storage.rows import Rows
 from stemcal.storage.typed import absent
-from stemcal.study.model import Study
+from stemcal.study.model.study import Study
 
 SCHEMA_VERSION = 2
 SHEET = "sheet.csv"  # in the folder of a study whose runs are done by hand: the results that are there or awaited

@@ -16,7 +16,7 @@ from stemcal.overview.status import Entry, ledger
 from stemcal.report.figures.curves import force_travel
 from stemcal.report.gallery import gallery
 from stemcal.report.outcome import showing_of
-from stemcal.report.page import coded
+from stemcal.report.page.page import coded
 from stemcal.report.records import Curve as DrawnCurve
 from stemcal.report.records import Records, read_records
 from stemcal.runs.study_folder import StudyFolder
@@ -27,7 +27,7 @@ from stemcal.stages.verdict.result import Verdict
 from stemcal.stages.verdict.verdict_rules import verdict_of
 from stemcal.stages.verdict.words import lines
 from stemcal.storage.rows import Rows
-from stemcal.study.model import Study
+from stemcal.study.model.study import Study
 from stemcal.vocabulary import Wording
 
 if TYPE_CHECKING:
@@ -75,7 +75,7 @@ class StudyResults:
 
     @cached_property
     def _setting(self) -> Setting:
-        from stemcal.report.page import for_notebook
+        from stemcal.report.page.page import for_notebook
 
         return Setting(self.study, self._results, self.verdict.holds, for_notebook)
 

@@ -22,7 +22,7 @@ from stemcal.solvers import make_solver
 from stemcal.solvers.embedded import simulate as shear_test
 from stemcal.solvers.sheet.run_sheet import fields_of, told
 from stemcal.stages.fresh import make_all
-from stemcal.study.model import Study
+from stemcal.study.model.study import Study
 from stemcal.study.reading import load_study as read_spec
 from stemcal.study.reading.messages import checked, level_of
 from stemcal.study.rules.factors import wrong_levels

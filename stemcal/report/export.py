@@ -17,7 +17,8 @@ from stemcal.report.tables.setting import factors_table
 from stemcal.stages.results import Results
 from stemcal.storage.atomic import make_folder, write_atomic
 from stemcal.storage.encodings import csv_text, in_a_line
-from stemcal.study.model import Factor, Study
+from stemcal.study.model.study import Study
+from stemcal.study.types.factor import Factor
 
 
 def study_tables(study: Study, results: Results, holds: bool = True) -> list[Table]:

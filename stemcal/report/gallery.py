@@ -16,7 +16,7 @@ from stemcal.report.outcome import showing_of
 from stemcal.report.records import Details, Records
 from stemcal.stages.results import Results
 from stemcal.storage.atomic import make_folder, write_atomic
-from stemcal.study.model import Study
+from stemcal.study.model.study import Study
 
 
 def gallery(study: Study, results: Results, records: Records) -> list[Plot]:

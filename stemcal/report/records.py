@@ -12,7 +12,7 @@ from stemcal.stages.result import StageResult
 from stemcal.stages.results import Results
 from stemcal.stages.stage import stage_called
 from stemcal.storage.typed import from_json
-from stemcal.study.model import Study
+from stemcal.study.model.study import Study
 from stemcal.vocabulary import DIAMETER
 
 Numbers = tuple[float, ...]

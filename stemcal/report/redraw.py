@@ -21,7 +21,7 @@ from stemcal.storage.typed import to_json
 if TYPE_CHECKING:
     from stemcal.stages.results import Results
     from stemcal.stages.verdict.result import Verdict
-    from stemcal.study.model import Study
+    from stemcal.study.model.study import Study
 
 _MOST = 200  # bytes of the last line
 
@@ -35,7 +35,7 @@ def draw(study: Study, folder: StudyFolder, results: Results, verdict: Verdict, 
     if not again and _last_line(page).startswith(made_of):
         return page
     from stemcal.report.gallery import write_figures
-    from stemcal.report.page import shown, write_page
+    from stemcal.report.page.page import shown, write_page
 
     what = shown(study, folder, results, verdict)
     plots = [plot for plot in what.plots if plot.on_page]
@@ -46,7 +46,7 @@ def draw(study: Study, folder: StudyFolder, results: Results, verdict: Verdict, 
 
 def draw_words(study: Study, folder: StudyFolder) -> None:
     """Write the page of the stages that are done without figures: the pages of a run cost little."""
-    from stemcal.report.page import shown, write_page
+    from stemcal.report.page.page import shown, write_page
 
     write_page(study, folder, replace(shown(study, folder), plots=[]))
 

@@ -18,9 +18,9 @@ from stemcal.formats import duration, fixed, significant
 from stemcal.report.outcome import KNOWN, shortened, showing_of, tables_of
 from stemcal.stages.result import StageResult
 from stemcal.stages.results import Results
-from stemcal.study.model import LaboratorySection, Study
-from stemcal.study.model.laboratory_kind import words_of
+from stemcal.study.model.laboratory_kind import LaboratorySection, words_of
 from stemcal.study.model.measured_targets import Mean
+from stemcal.study.model.study import Study
 from stemcal.vocabulary import capital
 
 if TYPE_CHECKING:

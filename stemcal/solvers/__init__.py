@@ -8,7 +8,7 @@ from stemcal.study.types.solver_kind import kind_of
 
 if TYPE_CHECKING:
     from stemcal.solvers.protocol import Solver
-    from stemcal.study.model import Study
+    from stemcal.study.model.study import Study
 
 
 def make_solver(study: Study) -> Solver:

@@ -35,7 +35,9 @@ from stemcal.solvers.options import BREAK_DROP, EmbeddedSolver
 from stemcal.solvers.protocol import RESPONSES, Answer, Request, Solver
 from stemcal.solvers.replicates import MOST_SEED, seed_of
 from stemcal.storage.typed import to_json
-from stemcal.study.model import DAMPING, GAP, LaboratorySection, PieceSection, Study
+from stemcal.study.model.laboratory_kind import LaboratorySection, PieceSection
+from stemcal.study.model.shear_test import DAMPING, GAP
+from stemcal.study.model.study import Study
 from stemcal.study.types.field_types import Length
 
 # Of the history, what pictures of a run are made from.

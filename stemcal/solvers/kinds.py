@@ -15,7 +15,7 @@ from stemcal.study.types.solver_kind import SolverKind
 
 if TYPE_CHECKING:
     from stemcal.solvers.protocol import Solver
-    from stemcal.study.model import Study
+    from stemcal.study.model.study import Study
 
 
 class Embedded(SolverKind):

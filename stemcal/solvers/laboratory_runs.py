@@ -16,7 +16,8 @@ from stemcal.laboratory.build import LaboratoryTest
 from stemcal.laboratory.perform import LaboratoryResult
 from stemcal.notes import Note
 from stemcal.responses import packages_of, response_of
-from stemcal.study.model import TESTS, LaboratorySection, PieceSection, Study
+from stemcal.study.model.laboratory_kind import TESTS, LaboratorySection, PieceSection
+from stemcal.study.model.study import Study
 
 # Of a virtual test: points of its history, the share of the loading that force and strain rate are smoothed over.
 _OUTPUTS, _SMOOTHED = 400, 0.01

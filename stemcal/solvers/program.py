@@ -22,7 +22,7 @@ from stemcal.solvers.replicates import seed_of, values_of
 from stemcal.storage.atomic import make_folder, write_atomic
 from stemcal.storage.canonical import key_of
 from stemcal.storage.plain import open_plain
-from stemcal.study.model import Study
+from stemcal.study.model.study import Study
 from stemcal.study.types.named import fill, template_bytes
 from stemcal.vocabulary import FIRST
 

@@ -15,7 +15,7 @@ from stemcal.errors import SimulationFailed, UsageError
 from stemcal.solvers.options import PythonSolver
 from stemcal.solvers.program import file_hash
 from stemcal.solvers.protocol import RESPONSES, Answer, Request, Solver
-from stemcal.study.model import Study
+from stemcal.study.model.study import Study
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from stemcal.runs.record import Outcome
 from stemcal.solvers.protocol import Request
 from stemcal.stages.result import DesignRun, DesignRuns
 from stemcal.storage.rows import Rows
-from stemcal.study.model import Study
+from stemcal.study.model.study import Study
 
 _LEVEL_TOLERANCE = 1e-6
 

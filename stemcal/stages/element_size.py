@@ -19,7 +19,7 @@ from stemcal.stages.fresh import calibrated_parameters
 from stemcal.stages.loop import Loop, PathSteps
 from stemcal.stages.result import Interval
 from stemcal.stages.work import SimulateAt, Work
-from stemcal.study.model import Study
+from stemcal.study.model.study import Study
 from stemcal.study.types.field_types import Length
 
 STAGE, STRAIN = "material", "failure_strain"

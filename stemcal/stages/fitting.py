@@ -16,7 +16,8 @@ from stemcal.runs.record import Outcome
 from stemcal.stages.result import CodedScale, DesignRun, DesignRuns, StageResult
 from stemcal.storage.rows import Rows
 from stemcal.storage.typed import Spread, absent, inline
-from stemcal.study.model import Study, Target
+from stemcal.study.model.measured_targets import Target
+from stemcal.study.model.study import Study
 from stemcal.vocabulary import CUTTING, FIRST, Variable, Vocabulary, Wording
 
 

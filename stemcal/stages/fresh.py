@@ -26,7 +26,8 @@ from stemcal.stages.result import Head, R, StageResult, read_result
 from stemcal.stages.stage import STAGES, Stage, calibrating, stage_called, stages_of
 from stemcal.storage.canonical import digest
 from stemcal.storage.plain import holds
-from stemcal.study.model import TESTS, Study
+from stemcal.study.model.laboratory_kind import TESTS
+from stemcal.study.model.study import Study
 from stemcal.version import __version__
 from stemcal.vocabulary import FIRST
 

@@ -22,7 +22,7 @@ from stemcal.vocabulary import CUTTING, Vocabulary
 if TYPE_CHECKING:
     import pandas as pd
 
-    from stemcal.study.model import Study
+    from stemcal.study.model.study import Study
 
 R = TypeVar("R", bound="StageResult")
 Interval = tuple[float, float]

@@ -13,7 +13,7 @@ from stemcal.solvers import make_solver
 from stemcal.stages.fresh import fresh, require_fresh
 from stemcal.stages.result import R, StageResult, read_result
 from stemcal.stages.stage import Stage, stages_known
-from stemcal.study.model import Study
+from stemcal.study.model.study import Study
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from stemcal.solvers.protocol import Solver
     from stemcal.stages.design import Asked, Later
     from stemcal.stages.result import StageResult
-    from stemcal.study.model import Study
+    from stemcal.study.model.study import Study
 
 R = TypeVar("R", bound="StageResult")
 

@@ -15,7 +15,7 @@ from stemcal.solvers.replicates import repeated
 from stemcal.stages.fresh import head_of, require_fresh
 from stemcal.stages.result import Head, R, leave, read_result
 from stemcal.stages.stage import stage_called, stages_of
-from stemcal.study.model import Study
+from stemcal.study.model.study import Study
 
 HERE = InlineExecutor()
 

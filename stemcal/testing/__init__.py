@@ -17,7 +17,9 @@ from typing import TYPE_CHECKING, Any
 from stemcal.doe.designs import SurfaceDesign
 from stemcal.errors import UsageError
 from stemcal.stages.stage import Stage
-from stemcal.study.model import LaboratoryKind, SolverKind, Study
+from stemcal.study.model.laboratory_kind import LaboratoryKind
+from stemcal.study.model.study import Study
+from stemcal.study.types.solver_kind import SolverKind
 from stemcal.testing import checks, stage_checks
 
 if TYPE_CHECKING:

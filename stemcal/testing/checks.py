@@ -29,9 +29,11 @@ from stemcal.solvers.embedded import test_of
 from stemcal.solvers.laboratory_runs import identity, perform
 from stemcal.solvers.protocol import Request, Solver
 from stemcal.stages.work import HERE
-from stemcal.study.model import LaboratoryKind, LaboratorySection, PieceSection, SolverKind, Study
+from stemcal.study.model.laboratory_kind import LaboratoryKind, LaboratorySection, PieceSection
+from stemcal.study.model.study import Study
 from stemcal.study.reading import load_study
 from stemcal.study.types.field_types import Length
+from stemcal.study.types.solver_kind import SolverKind
 
 _MOST, _FEW = 10, 4  # factors of a design; of one that is made several times
 _ROUNDING = 1e-9

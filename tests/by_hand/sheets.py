@@ -8,7 +8,7 @@ from pathlib import Path
 from stemcal.overview.manual_sheet import Entered, awaited_runs, enter, gone_on
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers.sheet.run_sheet import filled, sheet_text
-from stemcal.study.model import Study
+from stemcal.study.model.study import Study
 
 ROOT = Path(__file__).parents[2]
 Cells = list[list[str]]

@@ -14,7 +14,7 @@ from sheets import Cells, awaited, entered, text_of
 
 from stemcal.errors import UsageError
 from stemcal.runs.study_folder import StudyFolder
-from stemcal.study.model import Study
+from stemcal.study.model.study import Study
 from stemcal.study.reading import load_study
 
 RUNS = 15

@@ -5,8 +5,8 @@ import pytest
 from commanding import REPLAY, ROOT, SMOKE, command
 from fakes import SpecSolver
 
-from stemcal.study.model import SOLVERS
 from stemcal.study.reading import load_study
+from stemcal.study.types.solver_kind import SOLVERS
 
 PAPER = ROOT / "configs" / "wild-chrysanthemum-as-published.yaml"
 

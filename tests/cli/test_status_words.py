@@ -7,7 +7,7 @@ from stemcal.cli.status import state as lines
 from stemcal.drawing.table import Table
 from stemcal.overview.status import StageStatus, Status
 from stemcal.report.outcome import failed_runs
-from stemcal.report.page import _Part, _Picture
+from stemcal.report.page.page import _Part, _Picture
 from stemcal.runs.record import Outcome
 from stemcal.stages.verdict.result import Verdict
 from stemcal.vocabulary import Wording

@@ -11,7 +11,7 @@ from fakes import SPEC, SpecSolver
 
 import stemcal
 from stemcal.solvers.protocol import Answer, Request
-from stemcal.study.model import SOLVERS
+from stemcal.study.types.solver_kind import SOLVERS
 
 pytestmark = pytest.mark.usefixtures("without_workers")
 TWO = "rsm: {factors: [yield_stress, failure_strain], centre_points: 3}\n"

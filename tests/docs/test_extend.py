@@ -18,7 +18,7 @@ from stemcal.laboratory import Kind
 from stemcal.responses import CUT, ForceTravel
 from stemcal.solvers.protocol import Request
 from stemcal.stages.stage import STAGES
-from stemcal.study.model import TESTS
+from stemcal.study.model.laboratory_kind import TESTS
 from stemcal.study.reading import json_schema, load_study
 from stemcal.testing import check_design, check_laboratory_test, check_stage
 

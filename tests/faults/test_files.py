@@ -21,7 +21,7 @@ from stemcal.runs.study_folder import StudyFolder
 from stemcal.stages.fresh import changes_since
 from stemcal.stages.results import fresh_results
 from stemcal.storage.sealed import sealed
-from stemcal.study.model import Study
+from stemcal.study.model.study import Study
 from stemcal.study.reading import load_study
 
 STAGES = ("screen", "rsm", "invert", "validate")

@@ -16,7 +16,7 @@ from stemcal.stages.results import Results
 from stemcal.stages.rsm.result import RsmResult
 from stemcal.stages.screen.result import ScreenResult
 from stemcal.stages.validate.result import ValidateResult
-from stemcal.study.model import Study
+from stemcal.study.model.study import Study
 
 FITTED = "X4", "X9", "X7"
 

@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 from fakes import SPEC, FakeSolver
 
-from stemcal.report.page import _Shown, render, shown
+from stemcal.report.page.page import _Shown, render, shown
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers.protocol import RESPONSES, Answer, Request
 from stemcal.stages.fitting import fitted_surfaces

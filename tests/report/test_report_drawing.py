@@ -11,7 +11,7 @@ import pytest
 from stemcal.report import gallery
 from stemcal.report import page as pages
 from stemcal.report import redraw as drawing
-from stemcal.report.page import _Shown, shown
+from stemcal.report.page.page import _Shown, shown
 from stemcal.report.redraw import draw
 from stemcal.runs.study_folder import StudyFolder
 

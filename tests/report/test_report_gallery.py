@@ -77,7 +77,7 @@ def test_histogram_counts_all_stems_and_says_what_is_synthetic() -> None:
 
 
 def test_glossary_knows_every_factor_and_statistic_of_the_reports() -> None:
-    from stemcal.study.model import PARAMETERS
+    from stemcal.study.types.factor import PARAMETERS
 
     words = ("PRESS", "lack of fit", "adequate precision", "coded radius", "prediction interval")
     for word in (*PARAMETERS, *words, "hourglass_ratio_percent", "kinetic_ratio_percent", "Lenth", "shapiro-wilk test"):

@@ -15,7 +15,7 @@ import pytest
 from stemcal.cutting.checks import hourglass_energy, nothing_deleted
 from stemcal.errors import UsageError
 from stemcal.notes import Note
-from stemcal.report.page import coded, part, render, shown, write_page
+from stemcal.report.page.page import coded, part, render, shown, write_page
 from stemcal.report.records import Details, _RunRecord, run_warnings
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.stages.results import Results

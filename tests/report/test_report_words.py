@@ -17,8 +17,8 @@ from stemcal.overview.status import ledger
 from stemcal.report.export import document, numbered, study_tables
 from stemcal.report.gallery import gallery
 from stemcal.report.outcome import certainty, outcome_of, shown_notes, tables_of
-from stemcal.report.page import _first_pictures, _run_tables
 from stemcal.report.page.headline import kind_of, question
+from stemcal.report.page.page import _first_pictures, _run_tables
 from stemcal.report.progress import describe
 from stemcal.report.records import read_records
 from stemcal.report.tables.of_designs import runs_table
@@ -30,7 +30,7 @@ from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.results import Results, fresh_results
 from stemcal.stages.rsm.showing import equation
 from stemcal.stages.validate.result import ValidateResult
-from stemcal.study.model import Study
+from stemcal.study.model.study import Study
 from stemcal.study.reading import load_study
 from stemcal.vocabulary import CUTTING, Variable, Vocabulary, Wording
 

@@ -7,11 +7,12 @@ import pytest
 import workflow
 from fakes import SpecSolver, make_study
 
-from stemcal.report.page import render, shown
+from stemcal.report.page.page import render, shown
 from stemcal.runs.executors import InlineExecutor
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers.protocol import Answer, Request
-from stemcal.study.model import SOLVERS, Study
+from stemcal.study.model.study import Study
+from stemcal.study.types.solver_kind import SOLVERS
 
 
 @dataclass(frozen=True)

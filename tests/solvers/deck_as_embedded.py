@@ -3,7 +3,8 @@
 from stemcal.solvers.deck import Deck
 from stemcal.solvers.deck.model import HOURGLASS
 from stemcal.solvers.options import EmbeddedSolver
-from stemcal.study.model import PARAMETERS, Study
+from stemcal.study.model.study import Study
+from stemcal.study.types.factor import PARAMETERS
 from stemcal.study.types.field_types import Length
 
 

@@ -17,7 +17,7 @@ from stemcal.stages.rsm.analysis import RsmResult, rsm, surface_design
 from stemcal.stages.screen.analysis import screen, screening_design
 from stemcal.stages.screen.result import ScreenResult
 from stemcal.stages.validate.analysis import requests_at
-from stemcal.study.model import Study
+from stemcal.study.model.study import Study
 from stemcal.study.reading import load_study
 
 # y = 30 + 4·a + 2·b, with normal noise of standard deviation 0.4 drawn from the seed

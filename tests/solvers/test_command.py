@@ -15,7 +15,7 @@ from stemcal.errors import SpecError, UsageError
 from stemcal.solvers import make_solver
 from stemcal.solvers.program import Command
 from stemcal.solvers.protocol import Answer, Request
-from stemcal.study.model import Study
+from stemcal.study.model.study import Study
 from stemcal.study.reading import load_study
 
 SPEC = """\

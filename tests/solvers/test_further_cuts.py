@@ -13,7 +13,7 @@ from stemcal.laboratory.perform import cut
 from stemcal.solvers.embedded import Embedded, shear_test, simulate
 from stemcal.solvers.laboratory_runs import distrusted
 from stemcal.solvers.protocol import Request
-from stemcal.study.model import Study
+from stemcal.study.model.study import Study
 from stemcal.study.reading import load_study
 from stemcal.study.rules.plausible import doubts
 

@@ -21,7 +21,8 @@ from stemcal.solvers.deck.peak import ContactForce, peak_answer
 from stemcal.solvers.options import DeckSolver
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.solvers.readers import read_text
-from stemcal.study.model import GAP, LoadingSection, Study
+from stemcal.study.model.shear_test import GAP, LoadingSection
+from stemcal.study.model.study import Study
 from stemcal.study.reading import load_study
 
 STAND_IN = Path(__file__).with_name("stand_in_for_lsdyna.py")

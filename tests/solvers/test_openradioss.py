@@ -25,8 +25,10 @@ from stemcal.solvers.deck.openradioss_output import (
     values_not_read,
 )
 from stemcal.solvers.protocol import Answer, Request
-from stemcal.study.model import GAP, SOLVERS, Study
+from stemcal.study.model.shear_test import GAP
+from stemcal.study.model.study import Study
 from stemcal.study.reading import load_study
+from stemcal.study.types.solver_kind import SOLVERS
 
 STAND_IN = Path(__file__).with_name("stand_in_for_openradioss.py")
 PROGRAMS = {"starter": "starter_linux64_gf", "engine": "engine_linux64_gf", "th_to_csv": "th_to_csv_linux64_gf"}

@@ -13,7 +13,7 @@ from stemcal.solvers.deck.openradioss import HOME
 from stemcal.solvers.embedded import simulate
 from stemcal.solvers.options import DeckSolver, EmbeddedSolver
 from stemcal.solvers.protocol import Request
-from stemcal.study.model import Study
+from stemcal.study.model.study import Study
 from stemcal.study.reading import load_study
 
 CONFIG = Path(__file__).parents[2] / "configs" / "openradioss.yaml"

@@ -14,8 +14,9 @@ from stemcal.registry import code_of
 from stemcal.runs.record import Run
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Request, Solver
-from stemcal.study.model import SOLVERS, Study
+from stemcal.study.model.study import Study
 from stemcal.study.reading import json_schema, load_study
+from stemcal.study.types.solver_kind import SOLVERS
 
 PACKAGE = Path(__file__).parents[2] / "stemcal"
 NAMES = {kind.name for kind in SOLVERS.built_in}
@@ -74,7 +75,7 @@ def test_what_the_kinds_declare() -> None:
 OUTSIDE = """
 from typing import Literal
 from stemcal.solvers.protocol import Answer, Solver
-from stemcal.study.model import SolverKind, SolverOptions
+from stemcal.study.types.solver_kind import SolverKind, SolverOptions
 
 class SpringOptions(SolverOptions):
     kind: Literal["spring"] = "spring"

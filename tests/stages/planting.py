@@ -14,8 +14,8 @@ from stemcal.solvers.protocol import Solver
 from stemcal.stages.results import Results, fresh_results
 from stemcal.stages.verdict.result import Verdict
 from stemcal.stages.verdict.verdict_rules import verdict_of
-from stemcal.study.model import SOLVERS
 from stemcal.study.reading import load_study
+from stemcal.study.types.solver_kind import SOLVERS
 
 
 def judged(folder: Path, text: str, solver: Solver, monkeypatch: pytest.MonkeyPatch) -> tuple[Verdict, Results]:

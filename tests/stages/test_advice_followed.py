@@ -24,8 +24,8 @@ from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.stages.verdict.result import Verdict
 from stemcal.stages.verdict.verdict_rules import verdict_of
-from stemcal.study.model import SOLVERS
 from stemcal.study.reading import load_study
+from stemcal.study.types.solver_kind import SOLVERS
 
 PROGRAM = """\
 solver: {kind: command, command: [none, "{{yield_stress}}", "{{failure_strain}}"],

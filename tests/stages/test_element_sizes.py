@@ -24,8 +24,8 @@ from stemcal.solvers.options import EmbeddedSolver
 from stemcal.solvers.protocol import Answer, Request, Solver
 from stemcal.stages.element_size import SizedStrain, material_lines, not_valid, strain_of, without_lengths
 from stemcal.stages.work import Work
-from stemcal.study.model import Study
 from stemcal.study.model.growth import Growth
+from stemcal.study.model.study import Study
 from stemcal.study.reading import load_study
 
 ROOT = Path(__file__).parents[2]

@@ -14,7 +14,7 @@ from stemcal.overview.foresight import beforehand
 from stemcal.solvers import make_solver
 from stemcal.solvers.embedded import shear_test
 from stemcal.stages.rsm.options import RsmOptions, surface_factors
-from stemcal.study.model import Study
+from stemcal.study.model.study import Study
 from stemcal.study.reading import load_study
 
 SPEC = """\

@@ -15,7 +15,7 @@ from stemcal.runs.record import of_the_table
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers.embedded import Embedded
 from stemcal.solvers.protocol import Answer, Request
-from stemcal.study.model import Study
+from stemcal.study.model.study import Study
 from stemcal.study.reading import load_study
 
 CONFIGS = Path(__file__).parents[2] / "configs"

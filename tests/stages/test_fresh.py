@@ -18,7 +18,7 @@ from stemcal.solvers import make_solver
 from stemcal.stages.fresh import _TEST, changes_since, finished, inputs_of, make, require_fresh
 from stemcal.stages.stage import STAGES, stage_called
 from stemcal.stages.validate.analysis import validate
-from stemcal.study.model import Study
+from stemcal.study.model.study import Study
 from stemcal.study.reading import load_study
 
 CONFIGS = Path(__file__).parents[2] / "configs"

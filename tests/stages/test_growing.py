@@ -11,7 +11,7 @@ from stemcal.report.tables.setting import grown_table
 from stemcal.runs.executors import InlineExecutor
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers.protocol import Answer, Request
-from stemcal.study.model import Study
+from stemcal.study.model.study import Study
 from stemcal.study.reading import load_study
 
 GROWING = Path(__file__).parents[1] / "cases" / "good" / "growing.yaml"

@@ -25,8 +25,9 @@ from stemcal.stages.verdict.advice import reach
 from stemcal.stages.verdict.physics import LIMITS, NEGLIGIBLE_MASS, Doubt, for_physics
 from stemcal.stages.verdict.result import Verdict
 from stemcal.stages.verdict.verdict_rules import verdict_of
-from stemcal.study.model import SOLVERS, Study
+from stemcal.study.model.study import Study
 from stemcal.study.reading import load_study
+from stemcal.study.types.solver_kind import SOLVERS
 
 TARGETS = """\
 targets:

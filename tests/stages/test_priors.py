@@ -13,7 +13,7 @@ from stemcal.stages.invert import words
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.results import Results
 from stemcal.stages.verdict.verdict_rules import verdict_of
-from stemcal.study.model import Study
+from stemcal.study.model.study import Study
 from stemcal.study.reading import load_study
 from stemcal.vocabulary import Wording
 

@@ -22,8 +22,9 @@ from stemcal.stages.validate.result import ValidateResult
 from stemcal.stages.verdict.result import Verdict
 from stemcal.stages.verdict.verdict_rules import verdict_of
 from stemcal.stages.verdict.words import lines, verdict_json
-from stemcal.study.model import SOLVERS, Study
+from stemcal.study.model.study import Study
 from stemcal.study.reading import load_study
+from stemcal.study.types.solver_kind import SOLVERS
 from stemcal.vocabulary import Vocabulary, Wording
 
 KEY = re.compile(r"invert(: {|\.|:\\n +)diameters")  # invert.diameters, whatever the condition

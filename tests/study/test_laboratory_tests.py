@@ -12,7 +12,7 @@ from stemcal.laboratory.three_point_bending import ThreePointBending
 from stemcal.solvers.embedded import Embedded, shear_test
 from stemcal.solvers.laboratory_runs import laboratory_test, measured_at
 from stemcal.solvers.protocol import Request
-from stemcal.study.model import Study
+from stemcal.study.model.study import Study
 from stemcal.study.reading import load_study
 from stemcal.study.types.field_types import Length
 

@@ -4,7 +4,8 @@ from pathlib import Path
 
 from stemcal.doe.designs import SURFACES
 from stemcal.stages.stage import STAGES
-from stemcal.study.model import SOLVERS, TESTS
+from stemcal.study.model.laboratory_kind import TESTS
+from stemcal.study.types.solver_kind import SOLVERS
 from stemcal.testing import Check, parametrize_with_checks
 
 SPECS = Path(__file__).parent / "specs"

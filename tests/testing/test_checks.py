@@ -21,7 +21,7 @@ from stemcal.solvers.kinds import Python
 from stemcal.solvers.protocol import Answer, Request, Solver
 from stemcal.stages.climb import Climbing
 from stemcal.stages.climb.showing import ClimbShowing
-from stemcal.study.model import SOLVERS
+from stemcal.study.types.solver_kind import SOLVERS
 from stemcal.testing import Check, ChecksFailed, check_design, check_solver, checks_of, parametrize_with_checks
 
 SPECS = Path(__file__).parent / "specs"

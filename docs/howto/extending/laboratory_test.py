@@ -7,7 +7,7 @@ import numpy as np
 
 from stemcal.cutting.build import stem_mesh
 from stemcal.laboratory import Kind
-from stemcal.study.model import LaboratoryKind, PieceSection
+from stemcal.study.model.laboratory_kind import LaboratoryKind, PieceSection
 
 class StretchSection(PieceSection):
     kind: Literal["stretch"] = "stretch"

@@ -3,7 +3,7 @@
 from typing import Literal
 
 from stemcal.solvers.protocol import RESPONSES, Answer, Solver
-from stemcal.study.model import SolverKind, SolverOptions
+from stemcal.study.types.solver_kind import SolverKind, SolverOptions
 
 class SpringOptions(SolverOptions):
     kind: Literal["spring"] = "spring"

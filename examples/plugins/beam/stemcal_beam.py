@@ -9,7 +9,8 @@ from math import pi
 from typing import Any, Literal
 
 from stemcal.solvers.protocol import RESPONSES, Answer, Request, Solver
-from stemcal.study.model import SolverKind, SolverOptions, Study
+from stemcal.study.model.study import Study
+from stemcal.study.types.solver_kind import SolverKind, SolverOptions
 
 
 class BeamOptions(SolverOptions):

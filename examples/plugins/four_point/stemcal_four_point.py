@@ -24,7 +24,7 @@ from stemcal.fem.mesh import Mesh
 from stemcal.laboratory import Array, Kind
 from stemcal.laboratory.build import roller
 from stemcal.responses import ForceTravel, Response, secant
-from stemcal.study.model import LaboratoryKind, PieceSection
+from stemcal.study.model.laboratory_kind import LaboratoryKind, PieceSection
 from stemcal.study.types.field_types import Length, Size, StemLength
 
 

@@ -23,7 +23,7 @@ from stemcal.stages.result import Head, StageResult
 from stemcal.stages.stage import Stage
 from stemcal.stages.work import Work, a_stage
 from stemcal.storage.typed import inline
-from stemcal.study.model import Study
+from stemcal.study.model.study import Study
 from stemcal.study.types.field_types import Frozen
 from stemcal.vocabulary import Wording
 

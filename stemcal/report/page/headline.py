@@ -9,7 +9,7 @@ from stemcal.registry import code_version
 from stemcal.report.outcome import cited_ranges
 from stemcal.stages.results import Results
 from stemcal.stages.verdict.result import Verdict
-from stemcal.study.model import Study
+from stemcal.study.model.study import Study
 from stemcal.version import __version__
 from stemcal.vocabulary import Wording
 

@@ -6,7 +6,8 @@ from dataclasses import replace
 from stemcal.drawing.columns import condition
 from stemcal.drawing.table import Column, Table
 from stemcal.formats import series, short, significant, unit_written
-from stemcal.study.model import PARAMETERS, Study
+from stemcal.study.model.study import Study
+from stemcal.study.types.factor import PARAMETERS
 from stemcal.study.types.units import from_internal
 from stemcal.vocabulary import MOST_LISTED, Variable, Wording
 

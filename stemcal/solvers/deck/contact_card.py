@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from stemcal.solvers.deck.equivalents import contact_scale
 from stemcal.solvers.deck.keywords import keyword
 from stemcal.solvers.deck.model import BLADE, STEM, SUPPORTS, Deck
-from stemcal.study.model import DAMPING
+from stemcal.study.model.shear_test import DAMPING
 
 BLADE_CONTACT, SUPPORTS_CONTACT = 1, 2
 _BY_PART = 3

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from stemcal.solvers.options import DeckSolver
-from stemcal.study.model import Study
+from stemcal.study.model.study import Study
 
 Card = Mapping[str, float | int | str]
 

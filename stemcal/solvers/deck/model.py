@@ -26,7 +26,9 @@ from stemcal.solvers.deck.equivalents import (
 from stemcal.solvers.deck.keywords import WIDTH, DeckForm, fitted, form_of
 from stemcal.solvers.deck.tools import blade_mesh, supports_mesh
 from stemcal.solvers.options import DeckSolver, EmbeddedSolver
-from stemcal.study.model import GAP, PARAMETERS, Study
+from stemcal.study.model.shear_test import GAP
+from stemcal.study.model.study import Study
+from stemcal.study.types.factor import PARAMETERS
 
 MOST_ELEMENTS = 2e6  # a file of some hundred megabytes
 _BLADE_OVER_STEM = 1.5  # the length of the blade in a deck over the diameter of the stem, which its ends never touch

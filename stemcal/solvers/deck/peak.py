@@ -14,7 +14,7 @@ from stemcal.solvers.kept_curve import curve_scores, kept_curve
 from stemcal.solvers.options import BREAK_DROP, DeckSolver
 from stemcal.solvers.protocol import RESPONSES, Answer
 from stemcal.storage.typed import to_json
-from stemcal.study.model import GAP, LoadingSection
+from stemcal.study.model.shear_test import GAP, LoadingSection
 
 Array = NDArray[np.float64]
 

@@ -19,7 +19,7 @@ from stemcal.solvers.sheet.row_checks import RowRefused, Unread, first_of, numbe
 from stemcal.solvers.sheet.run_sheet import MAX_BYTES, Filled, filled, run_name
 from stemcal.storage.atomic import make_folder
 from stemcal.storage.plain import read_plain
-from stemcal.study.model import Study
+from stemcal.study.model.study import Study
 
 SHEET_VERSION = 1
 

@@ -15,7 +15,7 @@ from stemcal.measured.cells import Line, decoded, is_workbook
 from stemcal.measured.cells import sheets as tables_of
 from stemcal.solvers.protocol import Request
 from stemcal.storage.plain import MIB
-from stemcal.study.model import Study
+from stemcal.study.model.study import Study
 from stemcal.vocabulary import Variable
 
 RUN, REPLICATE, WHO, WHEN, REMARK, STUDY = "run", "replicate", "who", "when", "remark", "study"

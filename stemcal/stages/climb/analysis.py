@@ -24,7 +24,7 @@ from stemcal.stages.rsm.options import RsmOptions, surface_factors
 from stemcal.stages.screen.result import ScreenResult
 from stemcal.stages.work import SimulateAt, Work, a_stage
 from stemcal.storage.rows import Rows
-from stemcal.study.model import Study
+from stemcal.study.model.study import Study
 from stemcal.vocabulary import Wording
 
 # Of each range, how much the design of the surface covers around the best step.

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 from stemcal.stages.stage import Stage
 
 if TYPE_CHECKING:
-    from stemcal.study.model import Study, Target
+    from stemcal.study.model.measured_targets import Target
+    from stemcal.study.model.study import Study
 
 
 class Calibration(Stage[Any]):

@@ -42,7 +42,7 @@ from stemcal.stages.invert.result import (
 from stemcal.stages.result import Head, Interval
 from stemcal.stages.work import Work, a_stage
 from stemcal.storage.rows import Rows
-from stemcal.study.model import Study
+from stemcal.study.model.study import Study
 from stemcal.vocabulary import FIRST
 
 

@@ -16,7 +16,8 @@ from stemcal.study.types.strict_yaml import Finding
 from stemcal.vocabulary import FIRST, Vocabulary, Wording
 
 if TYPE_CHECKING:
-    from stemcal.study.model import Study, Target
+    from stemcal.study.model.measured_targets import Target
+    from stemcal.study.model.study import Study
     from stemcal.study.rules import Draft
 
 

@@ -15,7 +15,7 @@ from stemcal.notes import Note
 from stemcal.stages.result import Head, Interval, StageResult
 from stemcal.storage.rows import Rows
 from stemcal.storage.typed import absent, inline
-from stemcal.study.model import Study
+from stemcal.study.model.study import Study
 from stemcal.vocabulary import FIRST
 
 

@@ -20,7 +20,7 @@ from stemcal.stages.invert import words
 from stemcal.stages.invert.result import Certainty, InvertResult, JointFitted
 from stemcal.stages.invert.words import assumptions, range_to_cite, valid_for
 from stemcal.storage.typed import to_json
-from stemcal.study.model import Study
+from stemcal.study.model.study import Study
 from stemcal.vocabulary import Wording
 
 _JOINT = "Fitted together"

@@ -11,7 +11,7 @@ from stemcal.stages.stage import calibrating
 from stemcal.stages.verdict import advice, words
 from stemcal.stages.verdict.trend_advice import for_trend, standard_error, trend_reason
 from stemcal.stages.verdict.verdict_rules import BEYOND_DOUBT, Evidence
-from stemcal.study.model import Study
+from stemcal.study.model.study import Study
 from stemcal.vocabulary import FORCE, Wording
 
 MISSED_PERCENT = 2.0

@@ -21,7 +21,8 @@ from stemcal.stages.refine.steps import SurfaceSteps
 from stemcal.stages.result import Head, Interval
 from stemcal.stages.work import Work, a_stage
 from stemcal.storage.rows import Rows
-from stemcal.study.model import Study, Target
+from stemcal.study.model.measured_targets import Target
+from stemcal.study.model.study import Study
 from stemcal.study.types.units import from_internal
 from stemcal.vocabulary import FIRST, Wording, program
 

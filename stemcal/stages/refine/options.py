@@ -13,7 +13,7 @@ from stemcal.study.types.solver_kind import AnySolver, kind_of
 from stemcal.study.types.strict_yaml import Finding
 
 if TYPE_CHECKING:
-    from stemcal.study.model import Study
+    from stemcal.study.model.study import Study
     from stemcal.study.rules import Draft
 
 

@@ -30,7 +30,7 @@ from stemcal.runs.record import Outcome
 from stemcal.stages.fitting import Surfaces, fit_over, fitted_surfaces, measured_means, priors_of
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.loop import NOTHING, How, Judged, Point, Predicted, Stopped
-from stemcal.study.model import Study
+from stemcal.study.model.study import Study
 from stemcal.vocabulary import FIRST
 
 FIRST_RADIUS, SHRINK = 1.0, 0.5  # coded

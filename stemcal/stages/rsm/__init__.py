@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from stemcal.stages.stage import Stage, stage_called
 
 if TYPE_CHECKING:
-    from stemcal.study.model import Study
+    from stemcal.study.model.study import Study
 
 
 class ResponseSurface(Stage[Any]):

@@ -31,7 +31,8 @@ from stemcal.stages.rsm.result import RsmResult
 from stemcal.stages.stage import stage_called
 from stemcal.stages.work import Work, a_stage, repeats_itself
 from stemcal.storage.rows import Rows
-from stemcal.study.model import Study, Target
+from stemcal.study.model.measured_targets import Target
+from stemcal.study.model.study import Study
 from stemcal.vocabulary import FIRST, Wording
 
 _USUAL_FACTORS = 3  # that a screening keeps

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from stemcal.doe.designs import SurfaceOptions
     from stemcal.solvers.protocol import Solver
     from stemcal.stages.screen.result import ScreenResult
-    from stemcal.study.model import Study
+    from stemcal.study.model.study import Study
     from stemcal.study.rules import Draft
 
 

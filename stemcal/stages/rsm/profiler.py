@@ -14,7 +14,7 @@ from stemcal.doe.regression.surface import Surface
 from stemcal.formats import unit_written
 from stemcal.stages.fitting import FactorCoding, Measured, fitted_surfaces, measured_means
 from stemcal.stages.rsm.result import RsmResult
-from stemcal.study.model import Study
+from stemcal.study.model.study import Study
 from stemcal.vocabulary import FIRST, Wording, capital
 
 MOST = 24

@@ -20,7 +20,7 @@ from stemcal.stages.stage import stages_of
 from stemcal.stages.verdict import advice
 from stemcal.stages.verdict.verdict_rules import Evidence
 from stemcal.stages.work import SAME
-from stemcal.study.model import Study
+from stemcal.study.model.study import Study
 
 # A force in kN, kgf or g besides one in N, and mass besides force: how many times the one is the other.
 UNITS = {1000.0: "kN and N, or mm and m", 9.80665: "kgf and N", 1000.0 / 9.80665: "g and N"}

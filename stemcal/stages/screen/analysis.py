@@ -39,7 +39,7 @@ from stemcal.stages.screen.options import ScreenOptions
 from stemcal.stages.screen.result import LEAST_DF, Screening, ScreenResult
 from stemcal.stages.work import Work, a_stage
 from stemcal.storage.rows import Rows
-from stemcal.study.model import Study
+from stemcal.study.model.study import Study
 from stemcal.vocabulary import FIRST, Wording
 
 

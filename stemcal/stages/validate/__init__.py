@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from stemcal.stages.stage import Stage, calibrating
 
 if TYPE_CHECKING:
-    from stemcal.study.model import Study
+    from stemcal.study.model.study import Study
 
 
 class Validating(Stage[Any]):

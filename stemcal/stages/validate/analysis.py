@@ -24,7 +24,8 @@ from stemcal.stages.validate.options import ValidateOptions
 from stemcal.stages.validate.result import FurtherRow, ValidateResult, ValidateRow
 from stemcal.stages.work import Work, a_stage
 from stemcal.storage.rows import Rows
-from stemcal.study.model import Study, Target
+from stemcal.study.model.measured_targets import Target
+from stemcal.study.model.study import Study
 from stemcal.vocabulary import Wording
 
 

@@ -8,7 +8,7 @@ from stemcal.doe.comparison import ValidationRow
 from stemcal.drawing.plot import Plot
 from stemcal.drawing.style import BLUE, INK, ORANGE, Figure, legend_above, new_figure, plain
 from stemcal.stages.validate.result import ValidateResult
-from stemcal.study.model import Study
+from stemcal.study.model.study import Study
 from stemcal.vocabulary import FIRST, Variable
 
 MOST_RESPONSES = 6  # whose figures the page shows

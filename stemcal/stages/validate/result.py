@@ -17,7 +17,7 @@ from stemcal.vocabulary import Wording
 
 if TYPE_CHECKING:
     from stemcal.stages.fitting import Measured
-    from stemcal.study.model import Study
+    from stemcal.study.model.study import Study
 
 
 _COLUMNS = (

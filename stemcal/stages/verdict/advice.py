@@ -11,7 +11,8 @@ from stemcal.formats import outwards, series
 from stemcal.notes import Note, Remedy
 from stemcal.stages.fitting import Surfaces
 from stemcal.stages.result import StageResult
-from stemcal.study.model import Factor, Study
+from stemcal.study.model.study import Study
+from stemcal.study.types.factor import Factor
 from stemcal.vocabulary import DIAMETER, FIRST
 
 # A range is widened by at most this multiple of its width, and beyond the target by this part of the missing distance.

@@ -14,7 +14,7 @@ from stemcal.notes import Remedy
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.stages.results import Results
 from stemcal.stages.stage import stage_called
-from stemcal.study.model import Study
+from stemcal.study.model.study import Study
 from stemcal.vocabulary import NOWHERE
 
 DoubtKind = Literal["hourglass", "inertia", "drift", "stroke"]

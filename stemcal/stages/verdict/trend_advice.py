@@ -18,7 +18,8 @@ from stemcal.notes import Note, Remedy
 from stemcal.power_law import PowerLaw, fit_power_law
 from stemcal.stages.fitting import Surfaces, fitted_surfaces, measured_means
 from stemcal.stages.verdict.verdict_rules import Evidence
-from stemcal.study.model import PARAMETERS, Study
+from stemcal.study.model.study import Study
+from stemcal.study.types.factor import PARAMETERS
 from stemcal.vocabulary import FIRST
 
 # A trend changes the force by at least this over the diameters; less is not worth a parameter.

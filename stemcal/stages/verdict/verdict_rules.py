@@ -21,7 +21,7 @@ from stemcal.stages.stage import STAGES, stages_of
 from stemcal.stages.verdict.physics import LIMITS, Doubt, DoubtKind, Physics, for_physics, physics_of
 from stemcal.stages.verdict.result import Use, Verdict
 from stemcal.stages.verdict.words import size_of
-from stemcal.study.model import Study
+from stemcal.study.model.study import Study
 from stemcal.vocabulary import Wording
 
 BEYOND_DOUBT = 0.001  # p of a contradiction below which no parameters are reported

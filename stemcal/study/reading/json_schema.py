@@ -10,8 +10,9 @@ from typing import Any
 from pydantic.json_schema import GenerateJsonSchema
 from pydantic_core import core_schema
 
-from stemcal.study.model import SOLVERS, StudyForm
+from stemcal.study.model.study import StudyForm
 from stemcal.study.types.field_types import Frozen
+from stemcal.study.types.solver_kind import SOLVERS
 from stemcal.study.types.stage_kind import STAGES
 from stemcal.study.types.strict_yaml import NodePath
 

@@ -9,8 +9,8 @@ from pydantic import TypeAdapter, ValidationError
 
 from stemcal.errors import UsageError
 from stemcal.formats import listed, nearest
-from stemcal.study.model import Factor
 from stemcal.study.reading.json_schema import keys_of, meaning_of, section_with
+from stemcal.study.types.factor import Factor
 from stemcal.study.types.field_types import Number, Quantity, Size
 from stemcal.study.types.strict_yaml import Finding, NodePath, resolve
 from stemcal.study.types.units import from_internal, parse_unit

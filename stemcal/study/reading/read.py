@@ -12,7 +12,7 @@ import yaml
 
 from stemcal.errors import SpecError, SpecProblem
 from stemcal.storage.plain import open_plain, unreadable
-from stemcal.study.model import Study, StudyForm
+from stemcal.study.model.study import Study, StudyForm
 from stemcal.study.reading.sections import Sections, read_sections
 from stemcal.study.rules import Draft, factors, target_rules
 from stemcal.study.rules.plausible import doubts

@@ -11,12 +11,13 @@ from typing import Any, TypeGuard, get_type_hints
 from pydantic import BaseModel, TypeAdapter, ValidationError
 
 from stemcal.formats import listed, nearest
-from stemcal.study.model import FIELDS, MOST_FACTORS, TESTS, Factor, LaboratorySection, StudyForm, Targets
-from stemcal.study.model.laboratory_kind import naming_with, with_tests
-from stemcal.study.model.measured_targets import fitted_responses
+from stemcal.study.model.laboratory_kind import TESTS, LaboratorySection, naming_with, with_tests
+from stemcal.study.model.measured_targets import Targets, fitted_responses
+from stemcal.study.model.study import FIELDS, StudyForm
 from stemcal.study.reading.json_schema import section_with
 from stemcal.study.reading.messages import finding_of
 from stemcal.study.reading.target_rows import Rows
+from stemcal.study.types.factor import MOST_FACTORS, Factor
 from stemcal.study.types.named import naming_of
 from stemcal.study.types.solver_kind import usual_solver
 from stemcal.study.types.stage_kind import STAGES

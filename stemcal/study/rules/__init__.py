@@ -8,7 +8,11 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from stemcal.formats import did_you_mean
-from stemcal.study import model
+from stemcal.study.model.growth import Growth
+from stemcal.study.model.laboratory_kind import LaboratorySection
+from stemcal.study.model.study import Study
+from stemcal.study.types.factor import Factor
+from stemcal.study.types.solver_kind import SolverKind
 from stemcal.study.types.strict_yaml import Finding, NodePath
 from stemcal.vocabulary import CUTTING, DIAMETER, Vocabulary
 
@@ -21,19 +25,19 @@ class Draft:
     `factors` and `tests` hold the valid ones by their index; `names` are the names of all factors, valid or not.
     """
 
-    study: model.Study
-    factors: dict[int, model.Factor] = field(default_factory=dict)
-    tests: dict[int, model.LaboratorySection] = field(default_factory=dict)
+    study: Study
+    factors: dict[int, Factor] = field(default_factory=dict)
+    tests: dict[int, LaboratorySection] = field(default_factory=dict)
     names: tuple[str, ...] = ()
     naming: Vocabulary = CUTTING
 
     @property
-    def kind(self) -> model.SolverKind:
+    def kind(self) -> SolverKind:
         """The kind of the solver, and so what that can do."""
         return self.study.kind
 
     @property
-    def growing(self) -> dict[str, model.Growth]:
+    def growing(self) -> dict[str, Growth]:
         """The material parameters that follow the diameter."""
         return self.study.material.growing()
 

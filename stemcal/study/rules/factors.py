@@ -5,10 +5,11 @@ from math import inf
 from operator import itemgetter
 
 from stemcal.formats import did_you_mean, nearest
-from stemcal.study.model import EMBEDDED, FRICTION, MOST_EXPONENT, PARAMETERS, Factor, Growth, Study
+from stemcal.study.model.growth import MOST_EXPONENT, Growth
+from stemcal.study.model.study import Study
 from stemcal.study.rules import Draft
 from stemcal.study.types import units
-from stemcal.study.types.factor import in_unit
+from stemcal.study.types.factor import EMBEDDED, FRICTION, PARAMETERS, Factor, in_unit
 from stemcal.study.types.strict_yaml import Finding, NodePath
 
 _WIDEST = 1000.0  # mm

@@ -8,8 +8,9 @@ from statistics import median
 from stemcal.formats import counted
 from stemcal.study.model import EMBEDDED, PARAMETERS, Mesh, Study, Target
 from stemcal.study.types import units
-from stemcal.study.types.factor import in_unit
+from stemcal.study.types.factor import EMBEDDED, PARAMETERS, in_unit
 from stemcal.study.types.field_types import Length
+from stemcal.study.types.solver_kind import Mesh
 from stemcal.study.types.stage_kind import STAGES
 from stemcal.study.types.strict_yaml import Finding, NodePath
 from stemcal.vocabulary import DIAMETER, FIRST, FORCE, TRAVEL

@@ -9,7 +9,8 @@ from stemcal.errors import SpecError, UsageError
 from stemcal.solvers.deck import Deck, deck_text
 from stemcal.solvers.embedded import Embedded, shear_test
 from stemcal.solvers.protocol import Request
-from stemcal.study.model import Growth, Study
+from stemcal.study.model.growth import Growth
+from stemcal.study.model.study import Study
 from stemcal.study.reading import load_study
 from stemcal.study.rules.factors import wrong_levels
 

@@ -12,7 +12,7 @@ from stemcal.errors import SpecError
 from stemcal.runs.executors import InlineExecutor
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers.protocol import RESPONSES, Answer, Request, Solver
-from stemcal.study.model import Study
+from stemcal.study.model.study import Study
 from stemcal.study.reading import load_study
 
 PLANTED = {"strength": 3.2, "friction": 0.14}

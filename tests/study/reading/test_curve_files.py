@@ -15,7 +15,7 @@ from stemcal.solvers.kept_curve import curve_scores
 from stemcal.solvers.program import Command
 from stemcal.solvers.protocol import Request
 from stemcal.stages.fresh import inputs_of
-from stemcal.study.model import Study
+from stemcal.study.model.study import Study
 from stemcal.study.reading import load_study
 
 SMOKE = Path(__file__).parents[3] / "configs" / "smoke.yaml"

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from stemcal.study.model import StudyForm
+from stemcal.study.model.study import StudyForm
 from stemcal.study.reading.json_schema import json_schema, keys_of, meanings, section_places, section_with
 from stemcal.study.types.strict_yaml import read_yaml
 

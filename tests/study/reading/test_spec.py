@@ -7,8 +7,10 @@ from pydantic import ValidationError
 
 from stemcal.errors import SpecError, UsageError
 from stemcal.solvers.options import EmbeddedSolver, SheetSolver
-from stemcal.study.model import PARAMETERS, BladeSection, Study, StudyForm
+from stemcal.study.model.shear_test import BladeSection
+from stemcal.study.model.study import Study, StudyForm
 from stemcal.study.reading import load_study, read_study
+from stemcal.study.types.factor import PARAMETERS
 from stemcal.study.types.field_types import Length
 
 ROOT = Path(__file__).parents[3]

@@ -9,7 +9,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from stemcal.errors import SpecError
-from stemcal.study.model import Study
+from stemcal.study.model.study import Study
 from stemcal.study.reading import read_study
 
 CONFIGS = Path(__file__).parents[3] / "configs"

@@ -1,0 +1,260 @@
+"""The study as one HTML file: words first, then tables and figures; nothing is loaded from anywhere.
+
+The page depends on the spec, the stage files and the records only, so the same folder gives the same bytes.
+"""
+
+from __future__ import annotations
+
+import re
+from base64 import b64encode
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from hashlib import sha256
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from markupsafe import Markup, escape
+
+from stemcal.drawing.plot import Plot, Shared, inline
+from stemcal.drawing.showing import Setting
+from stemcal.drawing.table import Table, showable
+from stemcal.errors import UsageError
+from stemcal.formats import counted, series, short
+from stemcal.report.gallery import gallery
+from stemcal.report.outcome import certainty, failed_runs, outcome_of, showing_of, shown_notes, tables_of
+from stemcal.report.page.headline import headline, kind_of, lead, made_with, next_step, question
+from stemcal.report.records import Records, provenance_rows, read_records, run_warnings, spec_hash
+from stemcal.report.tables.of_designs import design_tables
+from stemcal.report.tables.setting import grown_table, setting_tables
+from stemcal.runs.study_folder import StudyFolder
+from stemcal.stages.result import StageResult
+from stemcal.stages.results import Results, fresh_results
+from stemcal.stages.stage import stage_called, stages_of
+from stemcal.stages.verdict.result import Verdict
+from stemcal.stages.verdict.verdict_rules import verdict_of
+from stemcal.stages.verdict.words import uses, word
+from stemcal.storage.atomic import write_atomic
+from stemcal.study.model.study import Study
+from stemcal.vocabulary import Wording, small
+
+if TYPE_CHECKING:
+    from jinja2 import Environment
+
+
+@dataclass(frozen=True)
+class _Picture:
+    """An SVG with the caption below it."""
+
+    svg: str
+    caption: str
+    wide: bool = False
+
+
+@dataclass(frozen=True)
+class _Part:
+    """Tables and pictures, the main ones and the folded ones."""
+
+    tables: tuple[Table, ...] = ()
+    pictures: tuple[_Picture, ...] = ()
+    details: tuple[Table, ...] = ()
+    plates: tuple[_Picture, ...] = ()
+    notes: tuple[str, ...] = ()
+
+    @property
+    def folded(self) -> str:
+        """What is folded, in words; nothing if nothing is."""
+        numbers = {"figure": len(self.plates), "note": len(self.notes)}
+        counts = [counted(number, noun) for noun, number in numbers.items() if number]
+        return series([*(small(table.title) for table in self.details), *counts])
+
+
+@dataclass(frozen=True)
+class _Section:
+    """One stage of the page."""
+
+    anchor: str
+    title: str
+    outcome: str
+    part: _Part
+
+
+@dataclass(frozen=True)
+class _Shown:
+    """What page and figures are made from, read once for both."""
+
+    results: Results
+    records: Records
+    plots: list[Plot]
+    verdict: Verdict
+
+
+def shown(study: Study, folder: StudyFolder, results: Results | None = None, verdict: Verdict | None = None) -> _Shown:
+    """Read the results of a study, unless they are given, with its figures, none of them drawn yet."""
+    results = results or fresh_results(study, folder)
+    records = read_records(results, folder)
+    return _Shown(results, records, gallery(study, results, records), verdict or verdict_of(study, folder, results))
+
+
+def write_page(study: Study, folder: StudyFolder, what: _Shown | None = None, last_line: str = "") -> Path:
+    """Write ``report.html`` from the stages that are done; returns its path."""
+    path = folder.path / "report.html"
+    write_atomic(path, f"{render(study, folder, what).rstrip()}\n{last_line}")
+    return path
+
+
+def render(study: Study, folder: StudyFolder, what: _Shown | None = None) -> str:
+    """Return the page; `what` if it is read already."""
+    what = what or shown(study, folder)
+    results, records, verdict = what.results, what.records, what.verdict
+    done = results.done
+    if not done:
+        raise UsageError(
+            "\n".join(results.stale) or f"{folder.path}: no stage has finished yet; run `stemcal run SPEC` first"
+        )
+    first = _first_pictures(study, what.plots)
+    plots = [plot for plot in what.plots if plot not in first]
+    names, labels = [result.name for result in done], {factor.name: factor.label for factor in study.factors}
+    people = Wording(study.naming, labels=labels)
+    use = " ".join(uses(verdict, people))
+    cards = headline(results, study, verdict.holds)
+    valid = [line for result in done for line in showing_of(result).beside(result, verdict.holds)]
+    setting = Setting(study, results, verdict.holds)
+    has_grown = results.calibrated and study.material.growing()  # parameters of each stem, once they are calibrated
+    grown = [grown_table(study, results.parameters)] if has_grown else []
+    profilers = (showing_of(result).profiler(result, setting) for result in done)
+    shared, script, templates = Shared(), part("page.js"), environment()
+    templates.filters["coded"] = lambda text: coded(
+        re.sub(r"`[^`]*`|\w+_\w+", lambda found: people.in_text(found[0]), text)
+    )
+    return templates.get_template("page.html").render(
+        study=study,
+        title=study.title or study.name,
+        kind=kind_of(study),
+        question=question(study),
+        warnings=[
+            *study.warnings,
+            *results.stale,
+            *filter(None, map(failed_runs, done)),
+            *([] if verdict.has("physics") else map(str, run_warnings(records))),
+        ],
+        missing=[stage.title for stage in stages_of(study) if stage.name not in names],
+        verdict=verdict,
+        word=word(verdict),
+        lead=lead(verdict, use),
+        use=use if verdict.reasons else "",
+        next=next_step(verdict),
+        reasons=[(one.text, one.remedy.text if one.remedy else "") for one in verdict.reasons],
+        first=[drawn(plot, shared) for plot in first],
+        certainty=certainty(results, verdict.holds),
+        headline=cards,
+        cited="\n".join([*map(str, cards), *valid]),
+        valid_for=valid,
+        spec=study.source.read_text("utf-8-sig", errors="replace") if study.source.is_file() else "",
+        setting=_part_of([*setting_tables(study), *showable(grown, verdict.holds)], (), shared),
+        sections=[section(result, plots, verdict, labels, shared) for result in done],
+        runs=_part_of(_run_tables(study, results), _plots_of("runs", plots), shared),
+        provenance=[*provenance_rows(records), *made_with(study, spec_hash(study))],
+        css=(css := f"{part('page.css')}{shared.css}"),
+        marks=shared.defs,
+        script=script,
+        policy=policy(css, script),
+        profiler=next(filter(None, profilers), None),
+    )
+
+
+def coded(text: str) -> Markup:
+    """Return text for the page: what is between backticks as code, a CSV file of the folder as a link."""
+    linked = re.sub(r"`(\w+\.csv)`", r'<a href="\1">\1</a>', str(escape(text)))
+    return Markup(re.sub("`([^`]+)`", r"<code>\1</code>", linked))
+
+
+def section(
+    result: StageResult, plots: list[Plot], verdict: Verdict, labels: Mapping[str, str], shared: Shared
+) -> _Section:
+    """Return the results of a stage, its tables, figures and notes, as far as the verdict allows them."""
+    pictures = [plot for plot in _plots_of(result.name, plots) if verdict.holds or not plot.claims]
+    part = _part_of(
+        showable(tables_of(result, labels), verdict.holds),
+        pictures,
+        shared,
+        [str(note) for note in shown_notes(result, verdict.holds)],
+    )
+    came = outcome_of(result, verdict.holds, labels)
+    return _Section(result.name, stage_called(result.name).title, " ".join(came), part)
+
+
+def _part_of(tables: Iterable[Table], plots: Iterable[Plot], shared: Shared, notes: Sequence[str] = ()) -> _Part:
+    """Return tables and drawn figures, the details apart."""
+    tables = list(tables)
+    pictures = [(plot.detail, drawn(plot, shared)) for plot in plots]
+    return _Part(
+        tuple(table for table in tables if not table.detail),
+        tuple(picture for detail, picture in pictures if not detail),
+        tuple(table for table in tables if table.detail),
+        tuple(picture for detail, picture in pictures if detail),
+        tuple(notes),
+    )
+
+
+def _first_pictures(study: Study, plots: Sequence[Plot]) -> list[Plot]:
+    """Return what the first screen shows: measured against simulated, and the stem."""
+    compared = ["validation", *(f"validation-{response.name}" for response in study.naming.others)]
+    names = (*compared, f"fracture-{short(study.targets.calibrate_at)}mm")
+    return [plot for name in names for plot in plots if plot.name == name and plot.on_page]
+
+
+def _run_tables(study: Study, results: Results) -> list[Table]:
+    """Return the designs run by run."""
+    symbols = {factor.name: factor.symbol for factor in study.factors}
+    return [
+        table.shortened(f"`{result.name}_runs.csv`")
+        for result in results.done
+        for table in design_tables(result, symbols)
+    ]
+
+
+def _plots_of(section: str, plots: Sequence[Plot]) -> list[Plot]:
+    return [plot for plot in plots if plot.section == section and plot.on_page]
+
+
+def drawn(plot: Plot, shared: Shared) -> _Picture:
+    """Return a figure as the page shows it."""
+    return _Picture(inline(plot.document, plot.caption, shared, plot.readings), plot.caption, plot.wide)
+
+
+# ---- its templates, and the profiler of the fitted surfaces alone, for a notebook
+
+
+def environment() -> Environment:
+    """Return the templates of the page."""
+    from jinja2 import Environment, PackageLoader
+
+    return Environment(
+        loader=PackageLoader("stemcal.report.page", "."), autoescape=True, trim_blocks=True, lstrip_blocks=True
+    )
+
+
+def part(name: str) -> str:
+    """Return the style or the script of the page, without indentation and comments of whole lines."""
+    return re.sub(r"(?m)^(\s+|//.*\n)", "", Path(__file__).with_name(name).read_text("utf-8"))
+
+
+def policy(css: str, script: str) -> str:
+    """Return what the page may use: this style, this script and pictures within it."""
+    style, script = (f"'sha256-{b64encode(sha256(text.encode()).digest()).decode()}'" for text in (css, script))
+    return (
+        f"default-src 'none'; style-src {style}; script-src {script}; img-src data:; base-uri 'none'; "
+        "form-action 'none'"
+    )
+
+
+def for_notebook(data: Mapping[str, Any]) -> str:
+    """Return the profiler for a notebook: a page in a frame, separate from the notebook's names, styles and scripts."""
+    css, script = part("page.css"), part("page.js")
+    page = environment().get_template("notebook.html")
+    alone = page.render(css=css, script=script, policy=policy(css, script), profiler=data)
+    high = 500 + 270 * len(data["factors"])
+    return (
+        f'<iframe srcdoc="{escape(alone)}" title="Profiler" width="100%" height="{high}" '
+        'sandbox="allow-scripts" allow="clipboard-write" style="border:0"></iframe>'
+    )

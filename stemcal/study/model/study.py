@@ -1,0 +1,277 @@
+"""The study as data: frozen models, every value in internal units (mm, tonne, s, N, MPa, degrees).
+
+A key of a spec is a field, and its meaning is the docstring below it: the JSON schema, the reference page, the spec
+that `stemcal init` writes, `check` and `explain` all take it from there. Only `Factor` keeps the unit its author chose:
+designs, tables and results show levels in that unit, and `Factor.internal` converts where a solver needs it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar
+
+from pydantic import BaseModel, ConfigDict, Field, PrivateAttr, create_model
+
+from stemcal.errors import UsageError
+from stemcal.formats import counted, did_you_mean
+from stemcal.study.model.laboratory_kind import (
+    AnyTest,
+    LaboratorySection,
+    naming_with,
+)
+from stemcal.study.model.measured_targets import Target, Targets
+from stemcal.study.model.shear_test import (
+    GAP,
+    BladeSection,
+    ContactSection,
+    LoadingSection,
+    MachineSection,
+    MaterialSection,
+    SpecimenSection,
+    SupportsSection,
+)
+from stemcal.study.types.factor import FRICTION, MOST_FACTORS, PARAMETERS, Factor, OwnQuantity
+from stemcal.study.types.field_types import Frozen, StudyName, Title
+from stemcal.study.types.named import naming_of
+from stemcal.study.types.solver_kind import AnySolver, SolverKind, kind_of, usual_solver
+from stemcal.study.types.stage_kind import STAGES
+from stemcal.vocabulary import Vocabulary
+
+_NO_RATE = {"strain_rate_c": 0.0, "strain_rate_p": 1.0}  # what solvers take for a yield stress without rate
+
+
+F = TypeVar("F", bound=Frozen)
+
+
+class OwnSections(Frozen):
+    """The keys of a spec that are not of a stage."""
+
+    model_config = ConfigDict(validate_by_name=True, validate_by_alias=True)
+
+    name: StudyName
+    """Name of the study and of its folder in `runs`."""
+    title: Title = ""
+    """Title of the report and of its tables; by default the name of the study."""
+    factors: Annotated[tuple[Factor, ...], Field(min_length=1, max_length=MOST_FACTORS)]
+    """Unknown parameters to calibrate; by default their symbols are X1, X2, … in this order."""
+    responses: Annotated[tuple[OwnQuantity, ...], Field(max_length=20)] = ()
+    """Measured and simulated responses other than the maximum force; a program can return several responses."""
+    conditions: Annotated[tuple[OwnQuantity, ...], Field(max_length=1)] | None = None
+    """Condition of the measurements other than the stem diameter; `[]` means no condition. A study with `responses`
+    has no condition by default."""
+    specimen: SpecimenSection = SpecimenSection()
+    """The specimen: a piece of stem."""
+    blade: BladeSection = BladeSection()
+    """The rigid blade."""
+    supports: SupportsSection = SupportsSection()
+    """The two rigid supports."""
+    loading: LoadingSection = LoadingSection()
+    """Motion of the blade."""
+    contact: ContactSection = ContactSection()
+    """Friction and contact between stem, blade and supports."""
+    material: MaterialSection = MaterialSection()
+    """Fixed values of the material parameters that are not factors, and the internal length."""
+    solver: AnySolver = Field(default_factory=usual_solver)
+    """The solver that simulates the response at given levels of the factors."""
+    tests: Annotated[tuple[AnyTest, ...], Field(max_length=20)] = ()
+    """Laboratory tests other than cutting, on pieces of the same stems."""
+    machine: MachineSection = MachineSection()
+    """The testing machine with which the `curves` of `targets` were measured."""
+    targets: Targets
+    """Measured responses, one row per test and diameter."""
+
+
+def _form() -> type[OwnSections]:
+    """Return the keys of a spec: the sections above, then one for each stage that has some, in the order of stages.
+
+    A stage whose section decides whether a study has it has none by default.
+    """
+    fields: dict[str, Any] = {}
+    for stage in STAGES.built_in:
+        kind = stage.section()
+        name = f"{stage.name}_" if hasattr(BaseModel, stage.name) else stage.name
+        key = None if name == stage.name else stage.name
+        default = None if stage.by_section else kind()
+        given = Field(default=default, validation_alias=key, serialization_alias=key)
+        fields[name] = (kind | None if stage.by_section else kind, given)
+        FIELDS[kind] = name
+    return create_model("StudyForm", __base__=OwnSections, __module__=__name__, __doc__="The keys of a spec.", **fields)
+
+
+FIELDS: dict[type[Frozen], str] = {}
+"""The field of each section of a stage."""
+
+if TYPE_CHECKING:
+    StudyForm = OwnSections
+else:
+    StudyForm = _form()
+
+
+class Study(StudyForm):
+    """A whole study. `source` (the spec file) and `warnings` are no part of its dump."""
+
+    source: Path = Field(default=Path("study.yaml"), exclude=True)
+    warnings: tuple[str, ...] = Field(default=(), exclude=True)
+    further: dict[str, Frozen] = Field(default={}, exclude=True)
+    """Sections of stages from other packages, by stage name."""
+    _hands: Any = PrivateAttr(default=None)  # what asks for results of runs done by hand, and records them
+
+    def ask(self, out: str | Path | None = None) -> list[dict[str, Any]]:
+        """Continue as far as the results allow; return the runs without results, none at the end.
+
+        For a study with ``solver: {kind: sheet}``. Each run is a row of the sheet: values by the names of its columns,
+        None for those that `tell` takes.
+
+        Parameters
+        ----------
+        out : path, optional
+            The study folder; by default ``runs/<study name>``.
+        """
+        runs: list[dict[str, Any]] = self._theirs().ask(self, out)
+        return runs
+
+    def tell(self, rows: Sequence[Mapping[str, Any]], out: str | Path | None = None, *, replace: str = "") -> int:
+        """Record results; return how many were accepted.
+
+        Parameters
+        ----------
+        rows : sequence of mappings
+            As `ask` returns them, with the responses filled in, or ``failed`` with the reason. Levels may be left out.
+        out : path, optional
+            The study folder.
+        replace : str
+            Why results replace earlier ones; without it they are refused.
+
+        Raises
+        ------
+        UsageError
+            With every row that is not taken; the others are.
+        """
+        return int(self._theirs().tell(self, rows, out, replace=replace))
+
+    def _theirs(self) -> Any:
+        if self._hands is None:
+            raise TypeError("`ask` and `tell` require a study from `stemcal.load_study`")
+        return self._hands
+
+    def __repr__(self) -> str:
+        measured = counted(len(self.targets.means), "target")
+        return f"Study {self.name}: {counted(len(self.factors), 'factor')}, {measured}, solver {self.solver.kind}"
+
+    __str__ = __repr__
+
+    @property
+    def kind(self) -> SolverKind:
+        """The kind of its solver, and so what that can do."""
+        return kind_of(self.solver)
+
+    @cached_property
+    def naming(self) -> Vocabulary:
+        """What the responses and the condition are called."""
+        declared = naming_of(self.responses, self.conditions)
+        cut = declared.is_cutting or bool(self.targets.modes)
+        return naming_with(self.targets, self.tests) if cut else declared
+
+    @property
+    def own_further(self) -> tuple[str, ...]:
+        """The names of the responses next to the first that the cutting test does not have."""
+        return tuple(named.name for named in self.naming.others)
+
+    def of(self, kind: type[F]) -> F:
+        """Return the section of a stage by its class; its defaults where the spec has none."""
+        return self.given(kind) or kind()
+
+    def given(self, kind: type[F]) -> F | None:
+        """Return the section of a stage by its class; None where only the spec could ask for the stage and does not."""
+        if (name := FIELDS.get(kind)) is None:
+            return next((section for section in self.further.values() if isinstance(section, kind)), None)
+        found: F | None = getattr(self, name)
+        return found
+
+    def test_of(self, response: str) -> str:
+        """Return the name of the laboratory test that a response is of, by the study's name; empty for cutting."""
+        found = (test.name for test in self.tests if response in map(test.called, test.measured))
+        return next(found, "")
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the factors, in the order of the spec."""
+        return tuple(factor.name for factor in self.factors)
+
+    def factor(self, name: str) -> Factor:
+        """Return the factor called `name`; raise `UsageError` if there is none."""
+        for factor in self.factors:
+            if factor.name == name:
+                return factor
+        raise UsageError(f"no factor is named {name!r}; {did_you_mean(str(name), self.names)}")
+
+    def midlevels(self) -> dict[str, float]:
+        """Return the mid-level of every factor, in the units of the spec."""
+        return {factor.name: factor.centre for factor in self.factors}
+
+    def parameters(self, levels: Mapping[str, float], condition: float | None = None) -> dict[str, float]:
+        """Return the nine material parameters in internal units; factors without a level stay at mid-level.
+
+        Those that follow the diameter have the value at `condition`, by default the calibration diameter.
+        """
+        chosen, diameter = self._internal(levels), self.targets.calibrate_at if condition is None else condition
+        varied = {name: value for name, value in chosen.items() if name in PARAMETERS}
+        for name, growth in self.material.growing().items():
+            varied[name] = growth.given_at(diameter, varied.get(name), chosen)
+        return {**self.material.given(), **varied, **(_NO_RATE if self.solver.rate == "none" else {})}
+
+    def at(self, levels: Mapping[str, float]) -> Study:
+        """Return the study whose coefficient of friction, at any speed, is the level of `stem_friction`."""
+        if (friction := self._internal(levels).get(FRICTION)) is None:
+            return self
+        given = {"static_friction": friction, "dynamic_friction": friction, "decay": 0.0}
+        return self.model_copy(update={"contact": self.contact.model_copy(update=given)})
+
+    def cut_as(self, test: LaboratorySection, diameter: float) -> Study:
+        """Return the study whose own shear test is a further one, of kind `cutting`, at a stem diameter in mm."""
+        loading = self.loading
+        speed = test.speed if "speed" in test.model_fields_set else loading.speed
+        travel = GAP + (test.stroke_at(diameter) or loading.stroke_at(diameter))
+        moved = loading.model_copy(update={"speed": speed, "duration": travel / speed, "stroke": None})
+        return self.model_copy(update={**test.in_place_of(self), "loading": moved})
+
+    @property
+    def there(self) -> Study:
+        """The study as a stage simulates it in another model; the study itself where none does."""
+        seen = (stage.seen(self) for stage in STAGES.built_in)
+        return next((study for study in seen if study is not self), self)
+
+    @property
+    def by_hand(self) -> Study:
+        """The study as the solver whose runs people do sees it: the study's own, or that of another model."""
+        there = self.there
+        people = [study.kind.answers == "asks_people" for study in (self, there)]
+        return there if people == [False, True] else self
+
+    def _internal(self, levels: Mapping[str, float]) -> dict[str, float]:
+        """Return the value of every factor in internal units; those without a level stay at mid-level."""
+        chosen = {**self.midlevels(), **levels}
+        return {factor.name: factor.internal(chosen[factor.name]) for factor in self.factors}
+
+    @property
+    def calibration_target(self) -> Target:
+        """The target at the diameter the parameters are calibrated at."""
+        return min(self.targets.means, key=lambda target: abs(target.condition - self.targets.calibrate_at))
+
+    @property
+    def joint_targets(self) -> tuple[Target, ...]:
+        """The targets that the parameters are fitted to together, with priors; empty if one force alone is."""
+        return self._fitted[0]
+
+    @property
+    def fitted_responses(self) -> tuple[str, ...]:
+        """The responses that the parameters are fitted to, by the names of `Target.mean_of`."""
+        return self._fitted[1]
+
+    @property
+    def _fitted(self) -> tuple[tuple[Target, ...], tuple[str, ...]]:
+        found: tuple[tuple[Target, ...], tuple[str, ...]]
+        found = next(fitted for stage in STAGES.built_in if (fitted := stage.fits(self)) is not None)
+        return found
