@@ -6,7 +6,8 @@ from itertools import combinations
 from statistics import median
 
 from stemcal.formats import counted
-from stemcal.study.model import EMBEDDED, PARAMETERS, Mesh, Study, Target
+from stemcal.study.model.measured_targets import Target
+from stemcal.study.model.study import EMBEDDED, Mesh, Study
 from stemcal.study.types import units
 from stemcal.study.types.factor import EMBEDDED, PARAMETERS, in_unit
 from stemcal.study.types.field_types import Length
