@@ -7,7 +7,7 @@ from statistics import median
 
 from stemcal.formats import counted
 from stemcal.study.model.measured_targets import Target
-from stemcal.study.model.study import EMBEDDED, Mesh, Study
+from stemcal.study.model.study import Study
 from stemcal.study.types import units
 from stemcal.study.types.factor import EMBEDDED, PARAMETERS, in_unit
 from stemcal.study.types.field_types import Length
