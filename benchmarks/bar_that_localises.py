@@ -35,7 +35,7 @@ from stemcal.fem.mesh import Mesh, brick
 from stemcal.fem.model import Integration, Model
 from stemcal.fem.state import State, start
 from stemcal.fem.stepper import simulate
-from stemcal.processes import run_program
+from stemcal.processes.program import run_program
 from stemcal.solvers.deck.equivalents import nonlocal_length
 from stemcal.solvers.deck.keywords import Card, DeckForm, fitted, keyword
 from stemcal.solvers.deck.model import STEM

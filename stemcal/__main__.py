@@ -3,7 +3,7 @@
 import gc
 import sys
 
-from stemcal.interrupts import Terminated, heard, ignore
+from stemcal.processes.interrupts import Terminated, heard, ignore
 
 
 def main() -> None:

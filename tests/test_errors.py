@@ -6,9 +6,9 @@ import pickle
 import pytest
 
 from stemcal import errors
+from stemcal.processes.limits import RunTimedOut
 from stemcal.runs.executors import ClusterLost, WorkerDied
 from stemcal.study.types.units import UnitError
-from stemcal.time_limit import RunTimedOut
 
 RAISED = [
     errors.StemcalError("a"),

@@ -13,7 +13,7 @@ PACKAGE = Path(__file__).parents[1] / "stemcal"
 LAYERS = (
     (
         *("errors", "version", "formats", "notes", "power_law", "registry", "responses", "vocabulary", "storage"),
-        *("interrupts", "time_limit", "processes"),
+        "processes",
     ),
     ("fem.kernels", "fem", "cutting", "doe", "measured"),
     ("study",),

@@ -17,7 +17,7 @@ import typer
 
 from stemcal.cli.console import drop, envelope, fail
 from stemcal.errors import SpecError, StemcalError
-from stemcal.interrupts import Terminated, check, heard
+from stemcal.processes.interrupts import Terminated, check, heard
 
 RESUMES = "finished runs are kept; run the same command again to resume"
 

@@ -18,8 +18,8 @@ from stemcal.fem.material import Material
 from stemcal.fem.mesh import brick
 from stemcal.fem.model import Integration, Model
 from stemcal.fem.stepper import simulate
-from stemcal.interrupts import put_off
-from stemcal.processes import Child
+from stemcal.processes.child import Child
+from stemcal.processes.interrupts import put_off
 
 logger = logging.getLogger(__name__)
 

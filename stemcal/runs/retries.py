@@ -8,12 +8,12 @@ from concurrent.futures import Future
 from dataclasses import replace
 
 from stemcal.errors import SimulationFailed, Waiting
+from stemcal.processes.limits import RunTimedOut, next_of
 from stemcal.runs.executors import ClusterLost, RunExecutor, WorkerDied
 from stemcal.runs.record import ACCIDENTS, TIMEOUT, Computed, Run
 from stemcal.runs.study_folder import provenance
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.storage.log import now
-from stemcal.time_limit import RunTimedOut, next_of
 
 logger = logging.getLogger(__name__)
 

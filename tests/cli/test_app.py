@@ -28,7 +28,7 @@ from stemcal.errors import (
     TargetUnreachable,
     UsageError,
 )
-from stemcal.interrupts import Terminated
+from stemcal.processes.interrupts import Terminated
 
 RUNNING = "sys.argv[0] = 'stemcal'; runpy.run_module('stemcal', run_name='__main__', alter_sys=True)"
 HEAVY = ("numpy", "scipy", "pandas", "numba", "pydantic", "statsmodels", "matplotlib", "jinja2", "yaml")

@@ -15,8 +15,8 @@ import pytest
 import stemcal.fem.warm as module
 from stemcal.fem.kernels.compile import CACHE
 from stemcal.fem.warm import is_compiled, warm
-from stemcal.interrupts import heard
-from stemcal.processes import Child
+from stemcal.processes.child import Child
+from stemcal.processes.interrupts import heard
 
 WARM = "from stemcal.fem.warm import warm; warm(); print('warm')"
 

@@ -12,9 +12,9 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from types import TracebackType
 from typing import Any, ParamSpec, TypeVar
 
-from stemcal.processes import Child, ChildDied
+from stemcal.processes.child import Child, ChildDied
+from stemcal.processes.limits import RunTimedOut
 from stemcal.runs.executors import RunExecutor, WorkerDied, available_cores
-from stemcal.time_limit import RunTimedOut
 
 P = ParamSpec("P")
 T = TypeVar("T")

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from stemcal.errors import SimulationFailed
-from stemcal.processes import Ended
+from stemcal.processes.program import Ended
 from stemcal.solvers.deck.contact_card import BLADE_CONTACT
 from stemcal.solvers.deck.peak import ContactForce
 from stemcal.solvers.deck.writer import DECK

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from stemcal.errors import UsageError
-from stemcal.processes import Ended, run_program
+from stemcal.processes.program import Ended, run_program
 from stemcal.solvers.deck.model import Deck
 from stemcal.solvers.deck.openradioss_output import engine_ran, starter_ran, table_made
 from stemcal.solvers.deck.writer import (

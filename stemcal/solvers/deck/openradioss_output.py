@@ -9,7 +9,7 @@ import numpy as np
 
 from stemcal.cutting.checks import nothing_deleted
 from stemcal.errors import SimulationFailed
-from stemcal.processes import Ended
+from stemcal.processes.program import Ended
 from stemcal.solvers.deck.contact_card import BLADE_CONTACT
 from stemcal.solvers.deck.model import Deck
 from stemcal.solvers.deck.peak import ContactForce

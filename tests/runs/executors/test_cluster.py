@@ -21,10 +21,10 @@ from test_local import Prepared
 
 import stemcal
 from stemcal.errors import UsageError
+from stemcal.processes.limits import RunTimedOut
 from stemcal.registry import code_version
 from stemcal.runs.executors import ClusterLost, InlineExecutor, WorkerDied
 from stemcal.runs.study_folder import StudyFolder
-from stemcal.time_limit import RunTimedOut
 
 pytest.importorskip("distributed", reason="needs Dask: pip install 'stemcal[dask]'")
 

@@ -13,9 +13,9 @@ from pathlib import Path
 import pytest
 from fakes import ENVIRONMENT
 
+from stemcal.processes.limits import RunTimedOut
 from stemcal.runs.executors import InlineExecutor, WorkerDied, available_cores
 from stemcal.runs.executors.local import LocalExecutor
-from stemcal.time_limit import RunTimedOut
 
 POSIX = pytest.mark.skipif(os.name == "nt", reason="POSIX signals")
 
@@ -192,7 +192,7 @@ def test_what_a_run_needs_loaded_does_not_count() -> None:
 
 
 def test_a_worker_that_is_never_ready_is_no_time_out_of_the_run(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("stemcal.processes.LOADING_S", 0.5)
+    monkeypatch.setattr("stemcal.processes.child.LOADING_S", 0.5)
     with LocalExecutor(1, time_limit=60.0) as executor, pytest.raises(WorkerDied, match=r"not ready within 0\.5 s"):
         executor.submit(Prepared(30.0, 0.1)).result()
 

@@ -1,12 +1,9 @@
-"""Processes: Python workers that compute calls, and programs within a time limit.
+"""Python workers: a process that computes one call after the other.
 
 A `Child` is called through standard input and answers through standard output. It finds modules where this process
 does, but does not import the script that runs here: so a script, or a notebook, needs no ``if __name__ ==
 "__main__"``; what a child calls is in modules. It ends when its input closes: with its parent, in any way that
 ended.
-
-Nothing is left behind. A child leads a session, a program a group in it, and each is ended with these and with all
-that it has started. Only a process that has left the session, and whose parent is gone, is out of reach.
 """
 
 import gc
@@ -17,28 +14,18 @@ import signal
 import struct
 import subprocess
 import sys
-import tempfile
 import threading
-import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from contextlib import suppress
-from dataclasses import dataclass
 from functools import partial
-from pathlib import Path
 from typing import IO, Any
 
-import psutil
+from stemcal.processes.family import APART, GRACE_S, end_family
+from stemcal.processes.limits import RunTimedOut, next_of
 
-from stemcal.time_limit import RunTimedOut, next_of, wait_until
-
-GRACE_S = 2.0  # for a process to end by itself
 LOADING_S = 3600.0  # to import what a call needs and to compile
-_POLL_S = 0.01
-KEPT_BYTES = 64 * 1024  # the last of what a program prints
 _LENGTH = struct.Struct("<Q")
 _BEGUN = b"begun"
-# On Windows Ctrl-C reaches all processes of a console but those of other groups.
-_APART = getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0)
 
 
 class ChildDied(Exception):
@@ -66,7 +53,7 @@ class Child:
             stdout=subprocess.PIPE,
             env={**os.environ, **environment},
             start_new_session=True,
-            creationflags=_APART,
+            creationflags=APART,
         )
         self.pid = self._process.pid
         self._messages: queue.SimpleQueue[bytes | None] = queue.SimpleQueue()
@@ -137,102 +124,6 @@ def _ending(code: int | None) -> str:
             cause = ", usually because the system ran out of memory" if name == "SIGKILL" else ""
             return f"signal {name}{cause}"
     return f"exit code {code}"
-
-
-# ---- programs
-
-
-@dataclass(frozen=True)
-class Ended:
-    """How a program ended: its exit code, whether it was stopped at its time limit, the last it printed."""
-
-    code: int
-    timed_out: bool
-    output: str
-    seconds: float
-
-
-def run_program(command: Sequence[str], folder: Path, environment: Mapping[str, str], time_limit: float) -> Ended:
-    """Run a program in `folder` until it ends or `time_limit` seconds have passed.
-
-    Raises
-    ------
-    OSError
-        If it cannot be started.
-    """
-    started = time.monotonic()
-    with tempfile.TemporaryFile() as printed:
-        process = subprocess.Popen(
-            list(command),
-            cwd=folder,
-            env={**os.environ, **environment},
-            stdin=subprocess.DEVNULL,
-            stdout=printed,
-            stderr=subprocess.STDOUT,
-            process_group=None if os.name == "nt" else 0,
-            creationflags=_APART,
-        )
-        try:
-            timed_out = not wait_until(time_limit, partial(_has_ended, process))  # not while stopped itself
-            if timed_out:
-                end_family(process.pid, politely=True)
-        finally:
-            end_family(process.pid)
-            process.wait()
-        printed.seek(max(0, printed.seek(0, os.SEEK_END) - KEPT_BYTES))
-        output = printed.read(KEPT_BYTES).decode("utf-8", "replace").removeprefix("\ufeff")
-    return Ended(
-        process.returncode, timed_out, output.replace("\0", "\N{REPLACEMENT CHARACTER}"), time.monotonic() - started
-    )
-
-
-def _has_ended(process: subprocess.Popen[bytes], seconds: float) -> bool:
-    with suppress(subprocess.TimeoutExpired):
-        process.wait(seconds)
-    return process.returncode is not None
-
-
-# ---- ending
-
-
-def end_family(pid: int, politely: bool = False) -> None:
-    """Kill a process, its descendants, and the group or session that it leads; what is gone already is no error.
-
-    Asked `politely`, they may end by themselves for a while. If the process itself is gone, group and session are left,
-    on Windows its children.
-    """
-    told: set[psutil.Process] = set()
-    deadline = time.monotonic() + GRACE_S
-    while (left := {one for one in told | _family(pid) if _runs(one)}) and time.monotonic() < deadline:
-        for process in left - told:
-            with suppress(psutil.Error):
-                process.terminate() if politely else process.kill()
-        told |= left
-        time.sleep(_POLL_S)
-
-
-def _family(pid: int) -> set[psutil.Process]:
-    found = {process for process in psutil.process_iter() if _belongs(process, pid)}
-    for process in list(found):
-        with suppress(psutil.Error):
-            found.update(process.children(recursive=True))
-    return found
-
-
-def _belongs(process: psutil.Process, leader: int) -> bool:
-    """Whether a process, other than this one, is the leader or a member."""
-    with suppress(OSError, psutil.Error):
-        leaders = process.ppid(), process.pid
-        if sys.platform != "win32":
-            leaders = os.getpgid(process.pid), os.getsid(process.pid)
-        return leader in leaders and process.pid != os.getpid()
-    return False
-
-
-def _runs(process: psutil.Process) -> bool:
-    with suppress(psutil.Error):
-        return process.status() != psutil.STATUS_ZOMBIE
-    return False
 
 
 # ---- in the child

@@ -16,8 +16,8 @@ from fakes import ENVIRONMENT
 
 import stemcal
 from stemcal.cli.guard import exit_codes
-from stemcal.interrupts import Terminated, check, heard, put_off
-from stemcal.time_limit import next_of, wait_until
+from stemcal.processes.interrupts import Terminated, check, heard, put_off
+from stemcal.processes.limits import next_of, wait_until
 
 BOTH = pytest.mark.parametrize(("number", "kind"), [(signal.SIGINT, KeyboardInterrupt), (signal.SIGTERM, Terminated)])
 
@@ -176,7 +176,7 @@ def test_calling_the_python_face_starts_no_thread_and_sets_no_handler(
 
     before, started, start = state(), [], threading.Thread.start
     monkeypatch.setattr(threading.Thread, "start", lambda thread: (started.append(thread.name), start(thread)))
-    study = stemcal.load_study(Path(__file__).parents[1] / "configs" / "paper-replay.yaml")
+    study = stemcal.load_study(Path(__file__).parents[2] / "configs" / "paper-replay.yaml")
     results = stemcal.calibrate(study, out=tmp_path / "out", workers=1, progress=False)
     assert results.figure("contour") and results.verdict and stemcal.open_results(tmp_path / "out")
     assert (state(), started) == (before, [])

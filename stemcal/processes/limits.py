@@ -1,7 +1,7 @@
 """The time limit of a run, `solver.time_limit` of a spec: waiting that ends with it, and the error beyond it.
 
-A run in a worker process is limited in `processes.Child`, a program in `processes.run_program`. The clock starts with
-the run: what a worker loads or compiles before does not count, nor does time while this process is stopped.
+A run in a worker process is limited in `processes.child.Child`, a program in `processes.program.run_program`. The
+clock starts with the run: loading and compiling in a worker do not count, nor does time while this process is stopped.
 """
 
 import queue
@@ -11,7 +11,7 @@ from math import inf
 from typing import TypeVar
 
 from stemcal.errors import StemcalError
-from stemcal.interrupts import check
+from stemcal.processes.interrupts import check
 
 T = TypeVar("T")
 

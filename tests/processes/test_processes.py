@@ -13,9 +13,11 @@ from typing import Any
 import psutil
 import pytest
 
-from stemcal import processes as module
-from stemcal.processes import Child, ChildDied, Ended, end_family, run_program
-from stemcal.time_limit import RunTimedOut
+import stemcal as package
+from stemcal.processes.child import Child, ChildDied
+from stemcal.processes.family import end_family
+from stemcal.processes.limits import RunTimedOut
+from stemcal.processes.program import Ended, run_program
 
 posix = pytest.mark.skipif(os.name == "nt", reason="POSIX signals and sessions")
 TREE = """
@@ -53,12 +55,12 @@ def test_it_finds_modules_where_this_process_does_and_not_this_script(
     script = tmp_path / "script.py"
     script.write_text(
         "X = 1; import pickle, sys; sys.path.append(sys.argv[1]); import elsewhere\n"
-        "from stemcal.processes import Child; child = Child()\n"
+        "from stemcal.processes.child import Child; child = Child()\n"
         "print(child.call(pickle.dumps((elsewhere.main, (), {})))); child.dismiss()\n"
     )
     monkeypatch.chdir(tmp_path)
     (tmp_path / "platform.py").write_text("raise SystemExit(3)\n")  # nor what lies in the current folder
-    path = str(Path(module.__file__).parents[1])
+    path = str(Path(package.__file__).parents[1])
     environment = {**os.environ, "PYTHONPATH": path}
     line = [sys.executable, "-P", str(script), str(tmp_path)]
     done = subprocess.run(line, capture_output=True, text=True, env=environment, check=False)

@@ -1,0 +1,54 @@
+"""A process with all that it has started, and its end."""
+
+import os
+import subprocess
+import sys
+import time
+from contextlib import suppress
+
+import psutil
+
+GRACE_S = 2.0  # for a process to end by itself
+_POLL_S = 0.01
+# On Windows Ctrl-C reaches all processes of a console but those of other groups.
+APART = getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0)
+
+
+def end_family(pid: int, politely: bool = False) -> None:
+    """Kill a process, its descendants, and the group or session that it leads; what is gone already is no error.
+
+    Asked `politely`, they may end by themselves for a while. If the process itself is gone, group and session are left,
+    on Windows its children.
+    """
+    asked: set[psutil.Process] = set()
+    deadline = time.monotonic() + GRACE_S
+    while (left := {one for one in asked | _family(pid) if _runs(one)}) and time.monotonic() < deadline:
+        for process in left - asked:
+            with suppress(psutil.Error):
+                process.terminate() if politely else process.kill()
+        asked |= left
+        time.sleep(_POLL_S)
+
+
+def _family(pid: int) -> set[psutil.Process]:
+    found = {process for process in psutil.process_iter() if _is_member(process, pid)}
+    for process in list(found):
+        with suppress(psutil.Error):
+            found.update(process.children(recursive=True))
+    return found
+
+
+def _is_member(process: psutil.Process, leader: int) -> bool:
+    """Whether a process, other than this one, is the leader or a member."""
+    with suppress(OSError, psutil.Error):
+        leaders = process.ppid(), process.pid
+        if sys.platform != "win32":
+            leaders = os.getpgid(process.pid), os.getsid(process.pid)
+        return leader in leaders and process.pid != os.getpid()
+    return False
+
+
+def _runs(process: psutil.Process) -> bool:
+    with suppress(psutil.Error):
+        return process.status() != psutil.STATUS_ZOMBIE
+    return False

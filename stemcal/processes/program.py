@@ -1,0 +1,66 @@
+"""Programs that run in a folder within a time limit."""
+
+import os
+import subprocess
+import tempfile
+import time
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+from stemcal.processes.family import APART, end_family
+from stemcal.processes.limits import wait_until
+
+KEPT_BYTES = 64 * 1024  # the last of what a program prints
+
+
+@dataclass(frozen=True)
+class Ended:
+    """How a program ended: its exit code, whether it was stopped at its time limit, the last it printed."""
+
+    code: int
+    timed_out: bool
+    output: str
+    seconds: float
+
+
+def run_program(command: Sequence[str], folder: Path, environment: Mapping[str, str], time_limit: float) -> Ended:
+    """Run a program in `folder` until it ends or `time_limit` seconds have passed.
+
+    Raises
+    ------
+    OSError
+        If it cannot be started.
+    """
+    started = time.monotonic()
+    with tempfile.TemporaryFile() as printed:
+        process = subprocess.Popen(
+            list(command),
+            cwd=folder,
+            env={**os.environ, **environment},
+            stdin=subprocess.DEVNULL,
+            stdout=printed,
+            stderr=subprocess.STDOUT,
+            process_group=None if os.name == "nt" else 0,
+            creationflags=APART,
+        )
+        try:
+            timed_out = not wait_until(time_limit, partial(_has_ended, process))  # not while stopped itself
+            if timed_out:
+                end_family(process.pid, politely=True)
+        finally:
+            end_family(process.pid)
+            process.wait()
+        printed.seek(max(0, printed.seek(0, os.SEEK_END) - KEPT_BYTES))
+        output = printed.read(KEPT_BYTES).decode("utf-8", "replace").removeprefix("\ufeff")
+    return Ended(
+        process.returncode, timed_out, output.replace("\0", "\N{REPLACEMENT CHARACTER}"), time.monotonic() - started
+    )
+
+
+def _has_ended(process: subprocess.Popen[bytes], seconds: float) -> bool:
+    with suppress(subprocess.TimeoutExpired):
+        process.wait(seconds)
+    return process.returncode is not None
