@@ -20,7 +20,7 @@ LAYERS = (
     ("laboratory", "solvers"),
     ("runs.executors", "runs"),
     ("drawing",),
-    ("stages", "overview"),
+    ("stages", "overview", "by_hand"),
     ("report", "python", "testing", "cli", "__main__", ""),
 )
 """The layers from the bottom, and in each its packages and modules: one may import from those before it."""

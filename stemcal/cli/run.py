@@ -195,8 +195,8 @@ def enter(
 
     Example: [bold]stemcal enter my-study.yaml my-sheet.xlsx[/bold]
     """
-    from stemcal.overview.manual_sheet import enter
-    from stemcal.solvers.sheet.run_sheet import MAX_BYTES, filled
+    from stemcal.by_hand.entering import enter
+    from stemcal.by_hand.run_sheet import MAX_BYTES, filled
 
     try:
         content = read_plain(sheet, MAX_BYTES)

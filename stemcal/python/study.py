@@ -10,17 +10,17 @@ from typing import Annotated, Any
 
 from pydantic import Field
 
+from stemcal.by_hand.entering import awaited_runs, enter, gone_on, require_sheet
+from stemcal.by_hand.run_sheet import fields_of, told
 from stemcal.errors import UsageError
 from stemcal.formats import did_you_mean
 from stemcal.overview.foresight import Demand, demand_of, demand_of_one, left_to_run, warnings_before
-from stemcal.overview.manual_sheet import awaited_runs, enter, gone_on, require_sheet
 from stemcal.python.results import Simulated, StudyResults
 from stemcal.report.progress import notebook_watch
 from stemcal.runs.executors.local import LocalExecutor
 from stemcal.runs.study_folder import StudyFolder, place_of
 from stemcal.solvers import make_solver
 from stemcal.solvers.embedded import simulate as shear_test
-from stemcal.solvers.sheet.run_sheet import fields_of, told
 from stemcal.stages.fresh import make_all
 from stemcal.study.model.study import Study
 from stemcal.study.reading import load_study as read_spec

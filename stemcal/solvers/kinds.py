@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from stemcal.errors import UsageError
 from stemcal.solvers import rules
-from stemcal.solvers.options import CommandSolver, DeckSolver, EmbeddedSolver, PythonSolver, SheetSolver
+from stemcal.solvers.options import CommandSolver, DeckSolver, EmbeddedSolver, PythonSolver
 from stemcal.study.types.factor import EMBEDDED, PARAMETERS
 from stemcal.study.types.solver_kind import SolverKind
 
@@ -46,20 +46,6 @@ class Command(SolverKind):
         from stemcal.solvers.program import Command
 
         return Command(study)
-
-
-class Sheet(SolverKind):
-    """A run sheet for runs that are done by hand."""
-
-    name, options = "sheet", SheetSolver
-    answers = "asks_people"
-    replicates = "seed"
-    rules = rules.OF_SHEET
-
-    def make(self, study: Study) -> Solver:
-        from stemcal.solvers.sheet import Sheet
-
-        return Sheet.of(study)
 
 
 class Deck(SolverKind):

@@ -1,9 +1,11 @@
 """What must hold for the keys of one kind of solver: templates, results, decks, elements."""
 
 from collections.abc import Iterator
+from pathlib import Path
+from typing import Protocol
 
 from stemcal.formats import did_you_mean
-from stemcal.solvers.options import CommandSolver, DeckSolver, EmbeddedSolver, SheetSolver
+from stemcal.solvers.options import CommandSolver, DeckSolver, EmbeddedSolver
 from stemcal.study.model.measured_targets import named_modes
 from stemcal.study.rules import Draft
 from stemcal.study.types.named import CHANCE, placeholders, template_bytes
@@ -32,7 +34,17 @@ def _elements_fit_stem(draft: Draft, solver: EmbeddedSolver) -> Iterator[Finding
         yield Finding(("solver", "element_size"), message, "write d/16, or check the unit")
 
 
-def _texts(solver: CommandSolver | SheetSolver) -> Iterator[tuple[NodePath, str, bytes | OSError]]:
+class Templated(Protocol):
+    """Options of a solver that fills in templates."""
+
+    @property
+    def templates(self) -> tuple[Path, ...]: ...
+
+    @property
+    def repeats(self) -> int: ...
+
+
+def _texts(solver: Templated) -> Iterator[tuple[NodePath, str, bytes | OSError]]:
     """Yield place, name and content of each template, or why it cannot be read; then of the command's arguments."""
     for index, path in enumerate(solver.templates):
         try:
@@ -43,7 +55,7 @@ def _texts(solver: CommandSolver | SheetSolver) -> Iterator[tuple[NodePath, str,
         yield ("solver", "command", index), "", argument.encode()
 
 
-def _placeholders_are_known(draft: Draft, solver: CommandSolver | SheetSolver) -> Iterator[Finding]:
+def _placeholders_are_known(draft: Draft, solver: Templated) -> Iterator[Finding]:
     """Templates and arguments name factors of the study or the diameter, nothing else."""
     condition = draft.naming.condition
     known = (*draft.names, *([] if condition is None else [condition.name]), *CHANCE)
@@ -71,7 +83,7 @@ def _placeholders_are_used(draft: Draft, solver: CommandSolver) -> Iterator[Find
             yield Finding(("factors", index, "name"), message, "write this placeholder in a template or in the command")
 
 
-def _chance_is_said(draft: Draft, solver: CommandSolver | SheetSolver) -> Iterator[Finding]:
+def _chance_is_said(draft: Draft, solver: Templated) -> Iterator[Finding]:
     """A program that takes a seed, or is asked several times over, is not called deterministic."""
     for node, _, content in () if solver.repeats else _texts(solver):
         found = [] if isinstance(content, OSError) else [name for _, name in placeholders(content)]
@@ -81,7 +93,7 @@ def _chance_is_said(draft: Draft, solver: CommandSolver | SheetSolver) -> Iterat
                 yield Finding(node, message, "write `replicates: 1` under `solver`")
 
 
-def _run_files_differ(_draft: Draft, solver: CommandSolver | SheetSolver) -> Iterator[Finding]:
+def _run_files_differ(_draft: Draft, solver: Templated) -> Iterator[Finding]:
     """The files of a run have different names, also where case does not count; what is read the program has written."""
     readers = solver.result.values() if isinstance(solver, CommandSolver) else ()
     seen, read = set(_RESERVED), {reader.file.lower() for reader in readers}
@@ -158,6 +170,6 @@ def _openradioss_hardens_isotropically(draft: Draft, solver: DeckSolver) -> Iter
 
 
 OF_EMBEDDED = (_elements_fit_stem,)
-OF_SHEET = (_placeholders_are_known, _chance_is_said, _run_files_differ)
-OF_COMMAND = (*OF_SHEET, _placeholders_are_used, _every_response_is_read)
+OF_TEMPLATES = (_placeholders_are_known, _chance_is_said, _run_files_differ)
+OF_COMMAND = (*OF_TEMPLATES, _placeholders_are_used, _every_response_is_read)
 OF_DECK = (_command_names_deck, _keys_belong_to_the_program, _openradioss_hardens_isotropically)

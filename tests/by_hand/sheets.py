@@ -5,9 +5,9 @@ import io
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from stemcal.overview.manual_sheet import Entered, awaited_runs, enter, gone_on
+from stemcal.by_hand.entering import Entered, awaited_runs, enter, gone_on
+from stemcal.by_hand.run_sheet import filled, sheet_text
 from stemcal.runs.study_folder import StudyFolder
-from stemcal.solvers.sheet.run_sheet import filled, sheet_text
 from stemcal.study.model.study import Study
 
 ROOT = Path(__file__).parents[2]

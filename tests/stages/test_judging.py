@@ -11,12 +11,13 @@ import workflow
 from edits import accepted, merged
 from fakes import TWO_FACTORS, SpecSolver, make_study
 
+from stemcal.by_hand.options import SheetSolver
 from stemcal.cutting import result as cutting_result
 from stemcal.errors import TargetUnreachable
 from stemcal.notes import Remedy
 from stemcal.runs.executors import InlineExecutor
 from stemcal.runs.study_folder import StudyFolder
-from stemcal.solvers.options import EmbeddedSolver, SheetSolver
+from stemcal.solvers.options import EmbeddedSolver
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.stages.result import Judged
 from stemcal.stages.results import fresh_results

@@ -122,7 +122,10 @@ class SolverKind:
 SOLVERS: Registry[SolverKind] = Registry(
     SolverKind,
     "stemcal.solvers",
-    tuple(f"stemcal.solvers.kinds:{name}" for name in ("Embedded", "Command", "Sheet", "Deck", "Python")),
+    (
+        *("stemcal.solvers.kinds:Embedded", "stemcal.solvers.kinds:Command", "stemcal.by_hand.kind:Sheet"),
+        *("stemcal.solvers.kinds:Deck", "stemcal.solvers.kinds:Python"),
+    ),
 )
 
 

@@ -5,8 +5,9 @@ from pathlib import Path
 import pytest
 from pydantic import ValidationError
 
+from stemcal.by_hand.options import SheetSolver
 from stemcal.errors import SpecError, UsageError
-from stemcal.solvers.options import EmbeddedSolver, SheetSolver
+from stemcal.solvers.options import EmbeddedSolver
 from stemcal.study.model.shear_test import BladeSection
 from stemcal.study.model.study import Study, StudyForm
 from stemcal.study.reading import load_study, read_study

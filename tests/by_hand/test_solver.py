@@ -6,12 +6,12 @@ import pytest
 import workflow
 from fakes import make_study
 
+from stemcal.by_hand.solver import Sheet
 from stemcal.errors import UsageError, Waiting
 from stemcal.overview.plan import plan
 from stemcal.runs.executors import InlineExecutor
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers.protocol import Request
-from stemcal.solvers.sheet import Sheet
 from stemcal.study.reading import load_study
 
 RSM = "run,yield_stress,failure_strain,force\nrsm 1,15,0.03,122\nrsm 2,15,0.03,112\nrsm 3,20,0.03,\n"

@@ -2,10 +2,10 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 
+from stemcal.by_hand.run_sheet import FAILED, REPLICATE, Filled, entered_responses, run_name
 from stemcal.errors import UsageError
 from stemcal.measured.headings import as_number
 from stemcal.solvers.protocol import NOT_RUN, RESPONSES, Answer, Request
-from stemcal.solvers.sheet.run_sheet import FAILED, REPLICATE, Filled, entered_responses, run_name
 from stemcal.study.model.study import Study
 from stemcal.study.types.field_types import MOST
 from stemcal.study.types.units import UnitError, convert, from_internal, parse_unit

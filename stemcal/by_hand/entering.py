@@ -14,18 +14,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Literal
 
-from stemcal.errors import StemcalError, UsageError, Waiting
-from stemcal.overview.plan import asked, missing
-from stemcal.overview.status import SHEET, ledger
-from stemcal.runs.answer import Watch, ignore, keep
-from stemcal.runs.executors import InlineExecutor
-from stemcal.runs.record import Run, by_key, stands
-from stemcal.runs.study_folder import StudyFolder, provenance
-from stemcal.solvers import make_solver
-from stemcal.solvers.protocol import RESPONSES, Answer, Request, Solver
-from stemcal.solvers.replicates import seed_of
-from stemcal.solvers.sheet.row_checks import RowRefused, by_name, first_of, meant_run, result_in
-from stemcal.solvers.sheet.run_sheet import (
+from stemcal.by_hand.row_checks import RowRefused, by_name, first_of, meant_run, result_in
+from stemcal.by_hand.run_sheet import (
     FAILED,
     MAX_BYTES,
     REMARK,
@@ -40,6 +30,16 @@ from stemcal.solvers.sheet.run_sheet import (
     run_name,
     sheet_text,
 )
+from stemcal.errors import StemcalError, UsageError, Waiting
+from stemcal.overview.plan import asked, missing
+from stemcal.overview.status import SHEET, ledger
+from stemcal.runs.answer import Watch, ignore, keep
+from stemcal.runs.executors import InlineExecutor
+from stemcal.runs.record import Run, by_key, stands
+from stemcal.runs.study_folder import StudyFolder, provenance
+from stemcal.solvers import make_solver
+from stemcal.solvers.protocol import RESPONSES, Answer, Request, Solver
+from stemcal.solvers.replicates import seed_of
 from stemcal.stages.fresh import make
 from stemcal.stages.stage import stage_called, stages_of
 from stemcal.storage.atomic import make_folder, move_new, write_atomic

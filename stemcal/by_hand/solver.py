@@ -10,13 +10,13 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from stemcal.by_hand.options import SheetSolver
+from stemcal.by_hand.row_checks import RowRefused, Unread, first_of, number_in, other_level, result_in
+from stemcal.by_hand.run_sheet import MAX_BYTES, Filled, filled, run_name
 from stemcal.errors import UsageError, Waiting
-from stemcal.solvers.options import SheetSolver
 from stemcal.solvers.program import Inputs
 from stemcal.solvers.protocol import Answer, Request, Solver
 from stemcal.solvers.replicates import seed_of, values_of
-from stemcal.solvers.sheet.row_checks import RowRefused, Unread, first_of, number_in, other_level, result_in
-from stemcal.solvers.sheet.run_sheet import MAX_BYTES, Filled, filled, run_name
 from stemcal.storage.atomic import make_folder
 from stemcal.storage.plain import read_plain
 from stemcal.study.model.study import Study
