@@ -22,10 +22,12 @@ from stemcal.solvers.protocol import Answer, Request
 from stemcal.stages.result import Judged
 from stemcal.stages.results import fresh_results
 from stemcal.stages.rsm.result import RsmResult
+from stemcal.stages.stage import STAGES
+from stemcal.stages.verdict import verdict_rules
 from stemcal.stages.verdict.advice import reach
 from stemcal.stages.verdict.physics import LIMITS, NEGLIGIBLE_MASS, Doubt, for_physics
 from stemcal.stages.verdict.result import Verdict
-from stemcal.stages.verdict.verdict_rules import verdict_of
+from stemcal.stages.verdict.verdict_rules import Rank, verdict_of
 from stemcal.study.model.study import Study
 from stemcal.study.reading import load_study
 from stemcal.study.types.solver_kind import SOLVERS
@@ -277,3 +279,13 @@ def test_a_misfit_beyond_the_measured_scatter(tmp_path: Path, judged: Judge) -> 
     assert verdict.verdict == "with_reservations"
     (reason,) = (reason for reason in verdict.reasons if reason.kind == "conflict")
     assert "at a diameter of 11 mm" in reason.text
+
+
+def test_every_rule_has_a_rank_next_to_it() -> None:
+    rules = [*verdict_rules.RULES, *(rule for stage in STAGES.built_in for rule in stage.reasons())]
+    ranks = {(rule.__module__.split(".")[2], rule.__name__): verdict_rules._RANKS[rule] for rule in rules}
+    assert Rank.OTHER not in ranks.values()
+    in_order = ("failed_runs", "unfinished", "trend", "physics", "conflict", "misfit", "validation")
+    of_kind = {kind: rank for (_, kind), rank in ranks.items()}
+    assert sorted(in_order, key=of_kind.__getitem__) == list(in_order)
+    assert of_kind["out_of_reach"] == of_kind["conflict"] and of_kind["few_runs"] == of_kind["not_identified"]

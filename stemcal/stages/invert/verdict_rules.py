@@ -10,7 +10,7 @@ from stemcal.stages.invert.result import Certainty, Contradicted, InvertResult, 
 from stemcal.stages.stage import calibrating
 from stemcal.stages.verdict import advice, words
 from stemcal.stages.verdict.trend_advice import for_trend, standard_error, trend_reason
-from stemcal.stages.verdict.verdict_rules import BEYOND_DOUBT, Evidence
+from stemcal.stages.verdict.verdict_rules import BEYOND_DOUBT, Evidence, Rank, ranked
 from stemcal.study.model.study import Study
 from stemcal.vocabulary import FORCE, Wording
 
@@ -18,6 +18,7 @@ MISSED_PERCENT = 2.0
 _NEAR_RADIUS, _NEAR_END = 0.98, 0.01
 
 
+@ranked(Rank.TREND)
 def trend(evidence: Evidence) -> Iterator[Note]:
     """Yield that the error of a joint fit follows the diameter: no other change of model or data helps against that."""
     study, surface, found = evidence.study, evidence.of(Surfaces), evidence.of(InvertResult)
@@ -32,6 +33,7 @@ def trend(evidence: Evidence) -> Iterator[Note]:
     yield from trend_reason(evidence, rows, worst, lambda: for_trend(study, surface, solution))
 
 
+@ranked(Rank.REACH)
 def conflict(evidence: Evidence) -> Iterator[Note]:
     """Yield which measured mean the others contradict, or that the fit misses one where no scatter is known."""
     found = evidence.of(InvertResult)
@@ -70,6 +72,7 @@ def _of_conflict(evidence: Evidence, joint: JointFitted) -> Remedy:
     return _to_reconcile(evidence.study, joint)
 
 
+@ranked(Rank.IDENTIFICATION)
 def on_the_edge(evidence: Evidence) -> Iterator[Note]:
     """Yield that the solution is on the edge of the search region, unless a conflict already has a remedy."""
     surface, found = evidence.of(Surfaces), evidence.of(InvertResult)
@@ -104,6 +107,7 @@ def _on_edge(evidence: Evidence, coded: Sequence[float]) -> bool:
     return at_end or radius >= _NEAR_RADIUS * surface.radius
 
 
+@ranked(Rank.MODEL)
 def misfit(evidence: Evidence) -> Iterator[Note]:
     """Yield that the joint fit misses more than the scatter explains, where no single mean is the reason."""
     found = evidence.of(InvertResult)
@@ -130,6 +134,7 @@ def _check_prior(found: InvertResult) -> Remedy | None:
     )
 
 
+@ranked(Rank.IDENTIFICATION)
 def not_identified(evidence: Evidence) -> Iterator[Note]:
     """Yield which factors the measurements leave free."""
     found = evidence.of(InvertResult)
@@ -148,6 +153,7 @@ def _not_identified(known: Certainty) -> str:
     return f"The fit does not determine {factors} because the fitted responses hardly depend on {factors}."
 
 
+@ranked(Rank.MODEL)
 def target_missed(evidence: Evidence) -> Iterator[Note]:
     """Yield that a simulation misses what was fitted."""
     fitted = [row for row in evidence.judged if row.fitted and row.error_percent is not None]
@@ -210,6 +216,7 @@ def _to_reconcile(study: Study, joint: JointFitted) -> Remedy:
     )
 
 
+@ranked(Rank.FORMULA)
 def no_better_than_formula(evidence: Evidence) -> Iterator[Note]:
     """Yield that a formula predicts each diameter from the others as well as the fit, where no other check is left."""
     found, first = evidence.of(InvertResult), evidence.study.naming.response.name
@@ -219,4 +226,4 @@ def no_better_than_formula(evidence: Evidence) -> Iterator[Note]:
         yield from advice.no_better_than_formula(found)
 
 
-RULES = (trend, conflict, target_missed, on_the_edge, misfit, not_identified, no_better_than_formula)
+RULES = (trend, conflict, target_missed, misfit, not_identified, on_the_edge, no_better_than_formula)

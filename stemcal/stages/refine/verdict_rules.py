@@ -5,9 +5,10 @@ from dataclasses import replace
 
 from stemcal.notes import Note
 from stemcal.stages.refine.result import RefineResult
-from stemcal.stages.verdict.verdict_rules import Evidence
+from stemcal.stages.verdict.verdict_rules import Evidence, Rank, ranked
 
 
+@ranked(Rank.IDENTIFICATION)
 def missed_there(evidence: Evidence) -> Iterator[Note]:
     """Yield that the other model does not reach its target."""
     found = evidence.of(RefineResult)

@@ -18,7 +18,7 @@ from stemcal.stages.fitting import fitted_surfaces, measured_means
 from stemcal.stages.rsm.result import RsmResult
 from stemcal.stages.stage import stages_of
 from stemcal.stages.verdict import advice
-from stemcal.stages.verdict.verdict_rules import Evidence
+from stemcal.stages.verdict.verdict_rules import Evidence, Rank, ranked
 from stemcal.stages.work import SAME
 from stemcal.study.model.study import Study
 
@@ -31,6 +31,7 @@ _RETRY = (
 )
 
 
+@ranked(Rank.DATA)
 def undeclared_scatter(evidence: Evidence) -> Iterator[Note]:
     """Yield that a program gave two answers to the same levels, without replicates in the spec."""
     study = evidence.study
@@ -53,6 +54,7 @@ def undeclared_scatter(evidence: Evidence) -> Iterator[Note]:
             return
 
 
+@ranked(Rank.DATA)
 def probable_unit(evidence: Evidence) -> Iterator[Note]:
     """Yield that measured values are out of reach by the ratio of two units."""
     for response, values in _reaches(evidence).items():
@@ -102,6 +104,7 @@ def _times(value: float, low: float, high: float) -> tuple[float, str] | None:
 # ---- failed runs, few runs
 
 
+@ranked(Rank.DATA)
 def failed_runs(evidence: Evidence) -> Iterator[Note]:
     """Yield how many runs failed, where, and what they leave undetermined; of a stage that could not end, too."""
     surface = evidence.of(RsmResult)
@@ -123,6 +126,7 @@ def failed_runs(evidence: Evidence) -> Iterator[Note]:
     yield Note("failed_runs", "warning", text, _after_failures(evidence.study, surface, coded, failed))
 
 
+@ranked(Rank.IDENTIFICATION)
 def few_runs(evidence: Evidence) -> Iterator[Note]:
     """Yield that a surface has as many coefficients as runs, though none failed."""
     surface = evidence.of(RsmResult)
@@ -181,6 +185,7 @@ def _lost(evidence: Evidence) -> Iterator[Note]:
 # ---- what the surface reaches, and whether it can be believed
 
 
+@ranked(Rank.REACH)
 def out_of_reach(evidence: Evidence) -> Iterator[Note]:
     """Yield that the surface does not take the one target inside the ranges."""
     surface, study = evidence.of(RsmResult), evidence.study
@@ -195,6 +200,7 @@ def out_of_reach(evidence: Evidence) -> Iterator[Note]:
         yield Note("out_of_reach", "error", text, advice.to_reach(study, surface, target))
 
 
+@ranked(Rank.MODEL)
 def sign_against_expectation(evidence: Evidence) -> Iterator[Note]:
     """Yield which sure effects have another sign than the spec expects."""
     against = tuple(
@@ -215,6 +221,7 @@ def _sign_found(evidence: Evidence, factor: str) -> str | None:
     return next((sign for sign in signs if sign is not None), None)
 
 
+@ranked(Rank.MODEL)
 def rough_response(evidence: Evidence) -> Iterator[Note]:
     """Yield that a surface without scatter misses its own runs."""
     surface = evidence.of(RsmResult)

@@ -7,10 +7,11 @@ from stemcal.stages.invert.options import chose_conditions
 from stemcal.stages.validate.result import ValidateResult
 from stemcal.stages.verdict import advice
 from stemcal.stages.verdict.trend_advice import standard_error, trend_reason
-from stemcal.stages.verdict.verdict_rules import Evidence
+from stemcal.stages.verdict.verdict_rules import Evidence, Rank, ranked
 from stemcal.stages.verdict.words import miss
 
 
+@ranked(Rank.VALIDATION)
 def validation(evidence: Evidence) -> Iterator[Note]:
     """Yield what is off, failed or missing among the checks."""
     study = evidence.study
@@ -53,6 +54,7 @@ def validation(evidence: Evidence) -> Iterator[Note]:
         yield Note("unchecked", "warning", text, advice.measure_more(study))
 
 
+@ranked(Rank.TREND)
 def trend(evidence: Evidence) -> Iterator[Note]:
     """Yield that the error follows the diameter, where one force was fitted."""
     study, checked = evidence.study, evidence.of(ValidateResult)
@@ -68,6 +70,7 @@ def trend(evidence: Evidence) -> Iterator[Note]:
     yield from trend_reason(evidence, rows, checked.worst_percent or 0.0, lambda: remedy)
 
 
+@ranked(Rank.FORMULA)
 def no_better_than_formula(evidence: Evidence) -> Iterator[Note]:
     """Yield a reservation where a formula predicts what was not fitted at least as well."""
     if (checked := evidence.of(ValidateResult)) is not None and not checked.is_given:

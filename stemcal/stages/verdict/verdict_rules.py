@@ -1,14 +1,16 @@
 """The verdict: the reasons of all rules, in one order.
 
 A rule looks at the evidence and yields reasons, as notes with a remedy. One of severity ``error`` means not calibrated,
-one of severity ``warning`` a reservation. The given percentage is `validate.tolerance_percent`. A rule has the name of
-the kind of its reasons. The rules about all runs are here, those of a stage in the file `verdict_rules` of its folder.
+one of severity ``warning`` a reservation. The given percentage is `validate.tolerance_percent`. A rule has a `Rank` and
+the name of the kind of its reasons. The rules about all runs are here, those of a stage in the module `verdict_rules`
+of its package.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from enum import IntEnum
 from functools import cached_property
 from typing import Any
 
@@ -73,18 +75,38 @@ class Evidence:
         yield from (record for record in found if record is not None)
 
 
+class Rank(IntEnum):
+    """The subject of a rule: reasons and their advice are listed in this order, in each rank by stage and rule."""
+
+    DATA = 1
+    UNFINISHED = 2
+    TREND = 3
+    PHYSICS = 4
+    REACH = 5
+    MODEL = 6
+    VALIDATION = 7
+    FORMULA = 8
+    IDENTIFICATION = 9
+    OTHER = 10
+
+
+Rule = Callable[[Evidence], Iterator[Note]]
+_RANKS: dict[Rule, Rank] = {}
+
+
+def ranked(rank: Rank) -> Callable[[Rule], Rule]:
+    """Set the rank of the reasons that a rule yields; it is `Rank.OTHER` by default."""
+
+    def with_rank(rule: Rule) -> Rule:
+        _RANKS[rule] = rank
+        return rule
+
+    return with_rank
+
+
 MAJORITY, SOME = 0.5, 0.1
 FAR = 2.0
 """Times its limit from which a doubt of the one calibrated run decides: below, it may be that run's own chance."""
-# What ends a study before its last stage: these reasons say what to do, instead of "not done yet".
-_ENDS = ("undeclared_scatter", "probable_unit", "failed_runs", "out_of_reach", "conflict")
-ORDER = (
-    *("undeclared_scatter", "probable_unit", "failed_runs", "unfinished", "trend", "physics", "physics_of_solution"),
-    *("out_of_reach", "conflict", "sign_against_expectation", "rough_response", "target_missed", "misfit"),
-    *("validation_from_table", "validation_failed", "validation", "unchecked", "no_better_than_formula", "few_runs"),
-    *("not_identified", "on_the_edge", "missed_there"),
-)
-"""In which reasons are given, and so their advice: data, physics, reach, model, identification; then any others."""
 
 
 def verdict_of(study: Study, folder: StudyFolder, results: Results | None = None) -> Verdict:
@@ -92,19 +114,20 @@ def verdict_of(study: Study, folder: StudyFolder, results: Results | None = None
     results = results or fresh_results(study, folder)
     evidence = Evidence(study, results, physics_of(study, results, folder), folder)
     rules = [*RULES, *(rule for stage in stages_of(study) for rule in stage.reasons())]
-    reasons = sorted((reason for rule in rules for reason in rule(evidence)), key=_place)
-    if any(reason.kind == "probable_unit" for reason in reasons):  # no range corrects a unit
-        reasons = [reason for reason in reasons if reason.kind not in ("out_of_reach", "conflict")]
-    if any(reason.kind in _ENDS and reason.severity == "error" for reason in reasons):
-        reasons = [reason for reason in reasons if reason.kind != "unfinished"]
-    return Verdict.of(reasons, _use(evidence))
+    reasons = [(_rank(rule, reason), reason) for rule in rules for reason in rule(evidence)]
+    if any(reason.kind == "probable_unit" for _, reason in reasons):  # no range corrects a unit
+        reasons = [(rank, reason) for rank, reason in reasons if rank != Rank.REACH]
+    if any(rank in (Rank.DATA, Rank.REACH) and reason.severity == "error" for rank, reason in reasons):
+        # the study cannot continue, so that to run its other stages is no advice
+        reasons = [(rank, reason) for rank, reason in reasons if reason.kind != "unfinished"]
+    reasons.sort(key=lambda pair: pair[0])
+    return Verdict.of([reason for _, reason in reasons], _use(evidence))
 
 
-def _place(reason: Note) -> int:
-    """Return the rank of a reason; doubts about a few runs come after a trend, which they do not cause."""
-    known = ORDER.index(reason.kind) if reason.kind in ORDER else len(ORDER)
-    doubtful = reason.kind.startswith("physics") and reason.severity == "error"
-    return ORDER.index("unfinished") if doubtful else known
+def _rank(rule: Rule, reason: Note) -> Rank:
+    """Return the rank of a reason; doubts about most runs come before a trend, which they may cause."""
+    rank = _RANKS.get(rule, Rank.OTHER)
+    return Rank.UNFINISHED if rank == Rank.PHYSICS and reason.severity == "error" else rank
 
 
 # ---- where it may be used
@@ -131,6 +154,7 @@ def _use(evidence: Evidence) -> Use | None:
 # ---- the rules about all runs
 
 
+@ranked(Rank.PHYSICS)
 def physics(evidence: Evidence) -> Iterator[Note]:
     """Yield what is doubtful of many runs; and of runs with the calibrated parameters, unless most are doubtful."""
     found = evidence.physics
@@ -166,6 +190,7 @@ def _doubtful(doubt: Doubt, up_to: str = "") -> str:
     }[doubt.kind]
 
 
+@ranked(Rank.UNFINISHED)
 def unfinished(evidence: Evidence) -> Iterator[Note]:
     """Yield which stages are not done yet."""
     done = {result.name for result in evidence.results.done}
