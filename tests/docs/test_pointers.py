@@ -39,7 +39,7 @@ SUFFIXES = {
 SECTIONS = {*StudyForm.model_fields, *(stage.name for stage in STAGES.built_in), "history", "levels"}
 ALIASES = {"np", "pd", "plt"}
 OTHERS = {"use_attribute_docstrings"}  # of pydantic
-VARIABLES = {"study": "study.model.study", "naming": "vocabulary"}  # `study.ask` is a method of a study
+VARIABLES = {"study": "study.model.study"}  # `study.ask` is a method of a study
 
 
 class Module:

@@ -4,14 +4,12 @@ import ast
 import re
 import shutil
 import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+from sentences import length, of_docs, pages
 
 ROOT = Path(__file__).parents[2]
-sys.path.insert(0, str(ROOT / "benchmarks"))
-from sentence_length import length, of_docs, pages  # noqa: E402
 
 # Clipped, personifying or vague words; each has a plainer one: fix, shows, is, next to, the caller, the number of …
 WORDS = re.compile(

@@ -1,13 +1,12 @@
 """Three-point bending against beam theory: elastic slope and plastic collapse."""
 
-import runpy
 import shutil
 from dataclasses import replace
 from math import hypot, pi, sqrt
-from pathlib import Path
 
 import numpy as np
 import pytest
+from hinge_in_calculix import collapse
 from pieces import RATIO, E, material, piece
 
 from stemcal.cutting.parts import Loading, Stem
@@ -21,9 +20,8 @@ from stemcal.laboratory.three_point_bending import ThreePointBending
 from stemcal.responses import secant
 
 NU = 0.3
-SCRIPT = Path(__file__).parents[2] / "benchmarks" / "hinge_in_calculix.py"
 HINGE = 1.059
-"""Of 4 Mp/L, over a span of 10 diameters: CalculiX with quadratic elements (`benchmarks/hinge_in_calculix.py`)."""
+"""Of 4 Mp/L, over a span of 10 diameters: CalculiX with quadratic elements (`hinge_in_calculix.py`)."""
 
 
 def bending(span: float, travel: float, of: object = None, size: float = 8.0 / 12.0, **how: object) -> LaboratoryTest:
@@ -178,7 +176,6 @@ def test_a_hinge_is_stronger_than_a_beams_with_any_mesh() -> None:
 @pytest.mark.parametrize(("diameters", "travel", "share"), [(10, 3.0, HINGE), (20, 8.0, 1.043)])
 def test_calculix_carries_as_much(diameters: int, travel: float, share: float) -> None:
     """Of 4 Mp/L, which is that of a slender piece: 1.031 over 40 diameters, 1 in the limit."""
-    collapse = runpy.run_path(str(SCRIPT))["collapse"]
     assert collapse(8.0 * diameters, travel) == pytest.approx(share, rel=0.003)
 
 

@@ -1,20 +1,18 @@
 """Studies with a known truth planted in them: the verdict, its advice, and the verdict after following it.
 
-Every forward model is analytic: F = (100 + 20a + 8b + 3b² + c·ab)·(d/8)^(2 + g·b), travel = 2 + t·a − 0.3b, with a and
-b coded by the ranges. The measured values are those of the truth.
+The forward models are analytic (`planting.Law`). The measured values are those of the truth.
 """
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from edits import merged
-from fakes import TWO_FACTORS, SpecSolver
-from planting import judged
+from fakes import TWO_FACTORS
+from planting import Law, coded, judged
 
 from stemcal.notes import Note, Remedy
-from stemcal.solvers.protocol import Answer, Request
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.results import Results
 from stemcal.stages.rsm.result import RsmResult
@@ -40,41 +38,12 @@ factors:
 
 
 @dataclass(frozen=True)
-class Planted(SpecSolver):
-    """The forward model; `checks` are told of runs of a stage at a diameter, `rough` is the part of its roughness."""
-
-    growth: float = 0.0
-    crossed: float = 0.0
-    slope: float = 0.05
-    rough: float = 0.0
-    checks: dict[tuple[str, float], dict[str, float]] = field(default_factory=dict)
-
-    def at(self, a: float, b: float, diameter: float) -> tuple[float, float]:
-        """Return force and travel."""
-        force = (100.0 + 20.0 * a + 8.0 * b + 3.0 * b * b + self.crossed * a * b) * (diameter / 8.0) ** (
-            2.0 + self.growth * b
-        )
-        return force, 2.0 + self.slope * a - 0.3 * b
-
-    def solve(self, request: Request) -> Answer:
-        """Answer: rough responses are the same whenever they are asked for."""
-        a = (request.levels["yield_stress"] - 15.0) / 5.0
-        b = (request.levels.get("failure_strain", 0.03) - 0.03) / 0.02
-        force, travel = self.at(a, b, request.condition)
-        if self.rough:
-            seed = [round(1e6 * (value + 2.0)) for value in (a, b)]
-            force *= 1.0 + self.rough * np.random.default_rng(seed).standard_normal()
-        told = {"hourglass_ratio_percent": 1.0, "inertia_percent": 1.0, "stroke_was_enough": True, "travel": travel}
-        return Answer("ok", response=force, details=told | self.checks.get((request.stage, request.condition), {}))
-
-
-@dataclass(frozen=True)
 class Plant:
     """Writes studies of a truth and takes them through their stages."""
 
     folder: Path
     monkeypatch: pytest.MonkeyPatch
-    solver: Planted
+    solver: Law
     truth: tuple[float, float]
 
     def measured(self, travel: bool = False) -> str:
@@ -96,9 +65,7 @@ class Plant:
 
     def away(self, results: Results) -> float:
         """Return how far the solution is from the truth, coded."""
-        place = results.parameters
-        found = (place["yield_stress"] - 15.0) / 5.0, (place["failure_strain"] - 0.03) / 0.02
-        return float(np.hypot(found[0] - self.truth[0], found[1] - self.truth[1]))
+        return float(np.linalg.norm(np.subtract(coded(results.parameters), self.truth)))
 
 
 def not_identified(verdict: Verdict) -> Note | None:
@@ -108,7 +75,7 @@ def not_identified(verdict: Verdict) -> Note | None:
 @pytest.mark.parametrize("truth", EACH_TRUTH)
 def test_one_force_knows_a_combination_and_a_second_response_each(tmp_path, monkeypatch, truth) -> None:
     """Nothing sees the direction along which ∂F/∂a·da + ∂F/∂b·db = 0; the travel was measured, so it is advised."""
-    plant = Plant(tmp_path, monkeypatch, Planted(), truth)
+    plant = Plant(tmp_path, monkeypatch, Law(), truth)
     targets = plant.measured(travel=True)
     before, results = plant.judged("one", targets + RSM)
     reason = not_identified(before)
@@ -128,7 +95,7 @@ def test_one_force_knows_a_combination_and_a_second_response_each(tmp_path, monk
 @pytest.mark.parametrize("truth", EACH_TRUTH)
 def test_diameters_that_grow_apart_identify(tmp_path, monkeypatch, truth) -> None:
     """Where b changes the growth with the diameter, all diameters together fix both."""
-    plant = Plant(tmp_path, monkeypatch, Planted(growth=0.4), truth)
+    plant = Plant(tmp_path, monkeypatch, Law(growth=0.4), truth)
     before, results = plant.judged("one", plant.measured() + RSM)
     reason = not_identified(before)
     assert reason is not None and reason.remedy.edit == "invert: {diameters: all}"
@@ -139,7 +106,7 @@ def test_diameters_that_grow_apart_identify(tmp_path, monkeypatch, truth) -> Non
 
 @pytest.mark.parametrize("truth", EACH_TRUTH)
 def test_diameters_that_grow_alike_do_not_and_a_value_from_the_literature_does(tmp_path, monkeypatch, truth) -> None:
-    plant = Plant(tmp_path, monkeypatch, Planted(), truth)
+    plant = Plant(tmp_path, monkeypatch, Law(), truth)
     joint, _ = plant.judged("all", plant.measured() + RSM + "invert: {diameters: all}\n")
     reason = not_identified(joint)
     assert joint.verdict == "with_reservations" and reason is not None
@@ -149,7 +116,7 @@ def test_diameters_that_grow_alike_do_not_and_a_value_from_the_literature_does(t
     drop = "  - {name: failure_strain, low: 0.01, high: 0.05}\n"
     text = plant.measured() + held
     monkeypatch.setattr(f"{__name__}.TWO_FACTORS", TWO_FACTORS.replace(drop, "").replace("hardening_parameter", known))
-    plant = Plant(tmp_path, monkeypatch, _Held(truth[1]), truth)
+    plant = Plant(tmp_path, monkeypatch, Law(held=truth[1]), truth)
     after, again = plant.judged("held", text)
     assert [reason.kind for reason in after.reasons] == ["few_runs"]  # three points for three coefficients
     assert again.parameters["yield_stress"] == pytest.approx(15.0 + 5.0 * truth[0], abs=0.05)
@@ -159,7 +126,7 @@ def test_diameters_that_grow_alike_do_not_and_a_value_from_the_literature_does(t
 def test_a_fold_over_finds_the_pair_and_a_second_response_each_of_it(tmp_path, monkeypatch, truth) -> None:
     """Of nine factors two act, and their product: in twelve runs that is aliased with seven mains, in 24 with none."""
     monkeypatch.setattr(f"{__name__}.TWO_FACTORS", NINE)
-    plant = Plant(tmp_path, monkeypatch, Planted(crossed=6.0), truth)
+    plant = Plant(tmp_path, monkeypatch, Law(crossed=6.0), truth)
     spec = "screen: {fold_over: true}\n" + plant.measured(travel=True)
     before, results = plant.judged("one", spec)
     assert (
@@ -180,36 +147,24 @@ def test_a_fold_over_finds_the_pair_and_a_second_response_each_of_it(tmp_path, m
     assert (after.verdict, after.reasons) == ("calibrated", ()) and plant.away(again) < 0.02
 
 
-class _Held(Planted):
-    """The forward model with b held at a value from elsewhere."""
-
-    def __init__(self, b: float) -> None:
-        super().__init__()
-        object.__setattr__(self, "b", b)
-
-    def solve(self, request: Request) -> Answer:
-        levels = {**request.levels, "failure_strain": 0.03 + 0.02 * self.b}  # type: ignore[attr-defined]
-        return super().solve(Request(request.stage, request.row, levels, request.condition))
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize(("percent", "word"), [(40.0, "not_calibrated"), (12.0, "with_reservations")])
 def test_the_physics_of_the_calibrated_run_alone_is_judged(tmp_path, monkeypatch, percent, word) -> None:
     doubtful = {("validate", 8.0): {"hourglass_ratio_percent": percent}}
-    plant = Plant(tmp_path, monkeypatch, Planted(checks=doubtful), TRUTHS[0])
+    plant = Plant(tmp_path, monkeypatch, Law(checks=doubtful), TRUTHS[0])
     more = plant.measured(travel=True) + RSM + "invert: {responses: [force, travel]}\n"
     before, _ = plant.judged("one", more + "solver: {kind: embedded, element_size: d/16}\n")
     (reason,) = before.reasons
     assert (before.verdict, reason.kind) == (word, "physics_of_solution")
     assert f"{percent:g} % of the internal energy at a diameter of 8 mm" in reason.text
-    finer = Plant(tmp_path, monkeypatch, Planted(), TRUTHS[0])
+    finer = Plant(tmp_path, monkeypatch, Law(), TRUTHS[0])
     after, _ = finer.judged("finer", more + "solver: {kind: embedded, element_size: d/20}\n")
     assert after.verdict == "calibrated"
 
 
 def test_the_physics_of_a_check_is_a_reservation(tmp_path, monkeypatch) -> None:
     doubtful = {("validate", 11.0): {"inertia_percent": 30.0}}
-    plant = Plant(tmp_path, monkeypatch, Planted(checks=doubtful), TRUTHS[0])
+    plant = Plant(tmp_path, monkeypatch, Law(checks=doubtful), TRUTHS[0])
     more = plant.measured(travel=True) + RSM + "invert: {responses: [force, travel]}\n"
     found, _ = plant.judged("one", more)
     (reason,) = found.reasons
@@ -218,7 +173,7 @@ def test_the_physics_of_a_check_is_a_reservation(tmp_path, monkeypatch) -> None:
 
 
 def test_an_effect_of_the_wrong_sign_reaches_the_verdict(tmp_path, monkeypatch) -> None:
-    plant = Plant(tmp_path, monkeypatch, Planted(), TRUTHS[0])
+    plant = Plant(tmp_path, monkeypatch, Law(), TRUTHS[0])
     more = plant.measured(travel=True) + RSM + "invert: {responses: [force, travel]}\n"
     found, _ = plant.judged(
         "minus", more, change=("low: 0.01, high: 0.05", 'low: 0.01, high: 0.05, expected_sign: "-"')
@@ -229,7 +184,7 @@ def test_an_effect_of_the_wrong_sign_reaches_the_verdict(tmp_path, monkeypatch) 
 
 def test_rough_but_repeatable_answers_show_in_the_misfit_of_the_surface(tmp_path, monkeypatch) -> None:
     """Roughness of 5 % at nine runs, 3 residual df: above 3 % of the mean in 78 % of studies, χ²(3) > 1.08."""
-    plant = Plant(tmp_path, monkeypatch, Planted(rough=0.05), TRUTHS[0])
+    plant = Plant(tmp_path, monkeypatch, Law(rough=0.05), TRUTHS[0])
     seen = []
     for number in range(4):
         change = ("low: 10, high: 20", f"low: 10, high: {20.0 + 0.01 * number}")
@@ -237,14 +192,14 @@ def test_rough_but_repeatable_answers_show_in_the_misfit_of_the_surface(tmp_path
         assert results.of(RsmResult) is not None and results.of(RsmResult).fitted.df == 3
         seen += [reason for reason in found.reasons if reason.kind == "rough_response"]
     assert len(seen) >= 2 and all(reason.remedy.edit for reason in seen)
-    smooth, _ = Plant(tmp_path, monkeypatch, Planted(), TRUTHS[0]).judged("smooth", plant.measured() + RSM)
+    smooth, _ = Plant(tmp_path, monkeypatch, Law(), TRUTHS[0]).judged("smooth", plant.measured() + RSM)
     assert not smooth.has("rough_response")
 
 
 @pytest.mark.parametrize("known", [("force", "travel"), ("force",), ()])
 def test_the_advice_to_fit_all_responses_is_accepted(tmp_path, monkeypatch, known) -> None:
     """Where a scatter is unknown, a joint fit is refused: the remedy asks for it first and has no edit."""
-    plant = Plant(tmp_path, monkeypatch, Planted(), TRUTHS[0])
+    plant = Plant(tmp_path, monkeypatch, Law(), TRUTHS[0])
     sd = {"force": "force: 1 N", "travel": "travel: 0.01 mm"}
     written = f"sd: {{{', '.join(sd[name] for name in known)}}}" if known else ""
     targets = plant.measured(travel=True).replace(

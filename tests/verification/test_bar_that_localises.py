@@ -1,30 +1,15 @@
 """A bar necks and parts: at the same elongation and work whatever its elements, and in OpenRadioss as foretold."""
 
-import importlib.util
 import os
-import sys
 from functools import cache
 from math import pi, sqrt
-from pathlib import Path
 from typing import Any
 
+import necking_bar as BARS
 import pytest
 
+from stemcal.solvers.deck.equivalents import nonlocal_length
 from stemcal.solvers.deck.openradioss import HOME
-
-SCRIPT = Path(__file__).parents[2] / "benchmarks" / "bar_that_localises.py"
-
-
-def script() -> Any:
-    """Return the benchmark as a module."""
-    spec = importlib.util.spec_from_file_location(SCRIPT.stem, SCRIPT)
-    assert spec is not None and spec.loader is not None
-    module = sys.modules[SCRIPT.stem] = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-BARS = script()
 
 
 @cache
@@ -67,7 +52,7 @@ def test_openradioss_parts_the_bar_alike(breadth: float, parts: int) -> None:
     there = BARS.pulled_there(breadth, size, BARS.radioss_length(here) / BARS.LENGTH)
     for told in ("neck", "zone", "elongation", "work"):
         assert getattr(there, told) == pytest.approx(getattr(here, told), rel=0.05), told
-    own = BARS.nonlocal_length(BARS.LENGTH, "openradioss", size) / BARS.LENGTH
+    own = nonlocal_length(BARS.LENGTH, "openradioss", size) / BARS.LENGTH
     foretold = BARS.radioss_mean(here, own * BARS.LENGTH)
     assert BARS.pulled_there(breadth, size, own).zone == pytest.approx(
         2.0 * size * float(foretold.sum()) / float(foretold.max()), rel=0.05

@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 
 # OpenRadioss's 2L + h over ℓ on elements of length h. Of a zone of one row of them its mean is 1/(2L + h) of what the
 # zone elongates (ε̄ − L² ∇²ε̄ = ε, ε̄ the mean of an element's nodes), the mean by exp(−r²/ℓ²) 1/(ℓ √π). Bars that neck
-# part alike with 1.7 (benchmarks/bar_that_localises.py), stems of 8 mm under a nose with 2.
+# part alike with 1.7 (tests/verification/necking_bar.py), stems of 8 mm under a nose with 2.
 _RADIOSS_LENGTH = 2.0
 # LS-DYNA's L over ℓ: ⟨r²⟩ is 3/5 L² for its weight (1 + (r/L)⁸)⁻², as of a ball, and 3/2 ℓ² for exp(−r²/ℓ²).
 _DYNA_LENGTH = sqrt(2.5)

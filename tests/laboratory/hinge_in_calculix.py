@@ -1,11 +1,8 @@
 """Plastic hinge of a tube in CalculiX with quadratic elements: collapse load relative to 4 Mp/L.
 
-python benchmarks/hinge_in_calculix.py      spans of 10, 20 and 40 diameters; needs `ccx`
-
 The model is a quarter of a tube with a diameter ratio of 0.41, which yields at 3 MPa without hardening, at small
 strains. Supports and middle section are held at their sides at half the height, so that the tube neither dents nor
-rolls. In the last line of the output, a flat nose pushes the middle instead, half a millimetre to either side and 3.2
-mm broad.
+rolls. A nose pushes the middle instead if it is given.
 """
 
 from __future__ import annotations
@@ -86,10 +83,3 @@ def _halved(stations: np.ndarray) -> np.ndarray:
     found = np.empty(2 * len(stations) - 1)
     found[::2], found[1::2] = stations, 0.5 * (stations[1:] + stations[:-1])
     return found
-
-
-if __name__ == "__main__":
-    for diameters, travel in ((10, 3.0), (20, 8.0), (40, 30.0)):
-        print(f"span of {diameters} diameters: {collapse(diameters * DIAMETER, travel):.3f} of 4 Mp/L")
-    print(f"span of 10, finer: {collapse(10 * DIAMETER, 3.0, (28, 3, 8)):.3f} of 4 Mp/L")
-    print(f"span of 10, flat nose: {collapse(10 * DIAMETER, 3.0, (28, 2, 8), (0.5, 1.6)):.3f} of 4 Mp/L")

@@ -1,7 +1,4 @@
-"""Compare the localisation of a necking bar in the embedded solver and in OpenRadioss, on three meshes.
-
-python benchmarks/bar_that_localises.py                 embedded solver: square bars of breadth ℓ/8, ℓ/2, ℓ and 2 ℓ
-python benchmarks/bar_that_localises.py openradioss     the same with OpenRadioss (OPENRADIOSS_PATH), half an hour
+"""The localisation of a necking bar in the embedded solver and in OpenRadioss.
 
 An eighth of a bar of length 12 ℓ, 0.5 % thinner in its middle, is pulled at its end. The material yields at 15 MPa with
 little hardening, so the bar necks at once: over its breadth, or over one element if the elements are longer. The neck
@@ -18,7 +15,6 @@ For a wide neck, the second moments of the two means are equal for L = ℓ/2. Fo
 from __future__ import annotations
 
 import shutil
-import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -36,7 +32,6 @@ from stemcal.fem.model import Integration, Model
 from stemcal.fem.state import State, start
 from stemcal.fem.stepper import simulate
 from stemcal.processes.program import run_program
-from stemcal.solvers.deck.equivalents import nonlocal_length
 from stemcal.solvers.deck.keywords import Card, DeckForm, fitted, keyword
 from stemcal.solvers.deck.model import STEM
 from stemcal.solvers.deck.openradioss import installation
@@ -269,25 +264,3 @@ def history_of(table: pd.DataFrame, name: str) -> Array:
     """Return a value of every element over time (rows, elements)."""
     columns = [column for column in table.columns if column.startswith("strain") and column.split()[-1] == name]
     return table[columns].to_numpy(dtype=float)
-
-
-def main(program: str = "") -> None:
-    print(f"{'breadth':>8}{'element':>9}{'':>14}{'neck':>9}{'zone':>8}{'elongation':>12}{'work':>9}   in ℓ and mJ/mm²")
-    for breadth, parts in SECTIONS.items():
-        for part in parts:
-            here = pulled_here(breadth, LENGTH / part)
-            length = radioss_length(here)
-            rows = {"here": here}
-            if program == "openradioss":
-                own = nonlocal_length(LENGTH, "openradioss", LENGTH / part) / LENGTH
-                rows |= {
-                    f"L {share:.3f}": pulled_there(breadth, LENGTH / part, share) for share in (length / LENGTH, own)
-                }
-            for name, found in rows.items():
-                told = f"{found.neck:9.3f}{found.zone:8.3f}{found.elongation:12.5f}{found.work:9.4f}"
-                print(f"{breadth:8.3f}{f'1/{part}':>9}{name:>14}{told}", flush=True)
-            print(f"{'':17}alike in OpenRadioss with L = {length:.3f} ℓ")
-
-
-if __name__ == "__main__":
-    main(*sys.argv[1:])

@@ -1,21 +1,9 @@
-"""Mean number of words per sentence in help, docs and report.
+"""The sentences of the pages, and the number of their words."""
 
-    python benchmarks/sentence_length.py [ROOT]
-
-ROOT is another checkout, whose docs are counted instead. Sentences of more than 30 words are listed with their file.
-"""
-
-import html
 import re
-import subprocess
-import sys
-import tempfile
 from collections.abc import Iterator
 from pathlib import Path
-from statistics import mean
-from typing import Any
 
-ROOT = Path(__file__).parents[1]
 CODE = re.compile(r"`[^`]*`|\$[^$]*\$")  # of any length it is one word
 GENERATED = ("commands.md", "spec.md", "stages.md", "glossary.md")
 
@@ -62,46 +50,3 @@ def of_docs(root: Path) -> list[tuple[str, str]]:
         for part in prose(page.read_text("utf-8"))
         for sentence in sentences(part)
     ]
-
-
-def of_help() -> list[str]:
-    """Return the sentences of the help of all commands and options."""
-    from typer.main import get_command
-
-    from stemcal.cli.app import app
-
-    todo: list[Any] = [get_command(app)]
-    texts: list[str] = []
-    while todo:
-        command = todo.pop()
-        todo += getattr(command, "commands", {}).values()
-        texts += (command.help or "").split("\n\n") + [getattr(option, "help", "") or "" for option in command.params]
-    return [found for text in texts for found in sentences(re.sub(r"\[/?bold\]", "", text)) if "Example:" not in found]
-
-
-def of_report() -> list[str]:
-    """Return the sentences on the page of the published study, computed from its printed forces."""
-    with tempfile.TemporaryDirectory() as place:
-        command = [sys.executable, "-m", "stemcal", "run", str(ROOT / "configs" / "paper-replay.yaml"), "--out", place]
-        subprocess.run([*command, "--quiet"], check=True, capture_output=True)
-        page = (Path(place) / "report.html").read_text("utf-8")
-    page = re.sub(r"<(script|style|svg|table|pre|form|button|title)\b.*?</\1>", "\n\n", page, flags=re.DOTALL)
-    blocks = re.sub(
-        r"<[^>]+>",
-        "",
-        re.sub(r"</?(?:p|li|h\d|div|summary|figcaption|dt|dd|td|span|strong|label)\b[^>]*>", "\n\n", page),
-    )
-    return [found for block in html.unescape(blocks).split("\n\n") for found in sentences(block)]
-
-
-def main() -> None:
-    docs = of_docs(Path(sys.argv[1]) if len(sys.argv) > 1 else ROOT)
-    for name, found in (("docs", [text for _, text in docs]), ("help", of_help()), ("report", of_report())):
-        print(f"{name:7s} {len(found):5d} sentences, {mean(map(length, found)):5.1f} words on average")
-    for file, text in docs:
-        if (words := length(text)) > 30:
-            print(f"{file}: {words} words: {text}")
-
-
-if __name__ == "__main__":
-    main()
