@@ -164,7 +164,7 @@ def filled(content: bytes, source: str, study: Study, *, partial: bool = False) 
     return _of_lines(_split(text, source), source, study, partial, complete=text.endswith(("\n", "\r")))
 
 
-def told(rows: Sequence[Mapping[str, Any]], study: Study) -> list[Filled]:
+def rows_from_mappings(rows: Sequence[Mapping[str, Any]], study: Study) -> list[Filled]:
     """Return rows that a program has filled in: values by the names of columns; ``failed`` is why a run failed.
 
     Raises

@@ -195,7 +195,7 @@ def enter(
 
     Example: [bold]stemcal enter my-study.yaml my-sheet.xlsx[/bold]
     """
-    from stemcal.by_hand.entering import enter
+    from stemcal.by_hand.entering import record_results
     from stemcal.by_hand.run_sheet import MAX_BYTES, filled
 
     try:
@@ -204,7 +204,7 @@ def enter(
         raise UsageError(f"{sheet}: {error.strerror}; specify the path of the run sheet") from None
     with opened(spec, out, None, "local", quiet, entered=sheet) as work:
         rows, reason = filled(content, sheet.name, work.study.by_hand), replace.strip()
-        found = enter(work.study, work.folder, rows, replace_because=reason)
+        found = record_results(work.study, work.folder, rows, replace_because=reason)
         if as_json:
             refused = [
                 {"kind": one.kind, "place": one.place, "run": one.run, "text": str(one)} for one in found.refused

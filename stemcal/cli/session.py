@@ -53,7 +53,7 @@ Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Suppress the progres
 
 
 if TYPE_CHECKING:
-    from stemcal.by_hand.entering import OwnSheet
+    from stemcal.by_hand.own_sheet import OwnSheet
     from stemcal.report.progress import Watcher
     from stemcal.runs.executors import RunExecutor
     from stemcal.runs.study_folder import StudyFolder
@@ -170,7 +170,7 @@ def _own_sheet(study: Study, folder: StudyFolder) -> OwnSheet | None:
     """Return the sheet of the study folder, None if no runs are done by hand."""
     if study.by_hand.kind.answers != "asks_people":
         return None
-    from stemcal.by_hand.entering import OwnSheet
+    from stemcal.by_hand.own_sheet import OwnSheet
 
     return OwnSheet(study, folder)
 

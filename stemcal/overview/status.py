@@ -25,7 +25,6 @@ from stemcal.storage.typed import absent
 from stemcal.study.model.study import Study
 
 SCHEMA_VERSION = 2
-SHEET = "sheet.csv"  # in the folder of a study whose runs are done by hand: the results that are there or awaited
 
 
 @dataclass(frozen=True)
@@ -162,9 +161,9 @@ def status(study: Study, folder: StudyFolder) -> Status:
         for name in named
     ]
     verdict = verdict_of(study, folder)
-    place = folder.path / SHEET
-    awaited = study.by_hand.kind.answers == "asks_people" and place.exists() and any(part.left != 0 for part in stages)
-    sheet = str(place) if awaited else None
+    by_hand = study.by_hand.kind.answers == "asks_people" and folder.sheet.exists()
+    awaited = by_hand and any(part.left != 0 for part in stages)
+    sheet = str(folder.sheet) if awaited else None
     return Status(
         SCHEMA_VERSION, "status", study.name, str(folder.path), folder.holder(), tuple(stages), verdict, sheet
     )

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 from pydantic import Field
 
-from stemcal.by_hand.entering import awaited_runs, enter, gone_on, require_sheet
-from stemcal.by_hand.run_sheet import fields_of, told
+from stemcal.by_hand.ask_and_tell import AskAndTell
 from stemcal.errors import UsageError
 from stemcal.formats import did_you_mean
 from stemcal.overview.foresight import Demand, demand_of, demand_of_one, left_to_run, warnings_before
@@ -45,7 +42,7 @@ def load_study(path: str | Path, **changes: object) -> Study:
     ``load_study("my-stems.yaml", yield_stress={"high": 25}, rsm={"alpha": "face"})``
     """
     study = read_spec(path, **changes)
-    study._hands = _ByHand()
+    study._hands = AskAndTell()
     return study
 
 
@@ -163,29 +160,3 @@ def simulate(study: Study | str | Path, diameter: float | str | None = None, **l
         raise UsageError("\n".join(f"simulate: {sentence}" for sentence in wrong))
     _warn_before(demand_of_one(study, [chosen]), 1)
     return Simulated(whole, chosen, shear_test(study, whole, chosen))
-
-
-@dataclass(frozen=True)
-class _ByHand:
-    """Lists the pending runs in a study folder and records their results."""
-
-    def ask(self, study: Study, out: str | Path | None) -> list[dict[str, Any]]:
-        """Return the runs without results."""
-        require_sheet(study)
-        with StudyFolder(place_of(study.name, out)) as folder:
-            waiting = gone_on(study, folder)
-            runs = [] if waiting is None else awaited_runs(study, folder, waiting)
-        fields = fields_of(study.by_hand)
-        empty = ("response", "said")
-        return [{one.name: None if one.kind in empty else one.asked(run) for one in fields} for run in runs]
-
-    def tell(
-        self, study: Study, rows: Sequence[Mapping[str, Any]], out: str | Path | None, *, replace: str = ""
-    ) -> int:
-        """Record results; return how many were accepted."""
-        require_sheet(study)
-        with StudyFolder(place_of(study.name, out)) as folder:
-            sheet = told(rows, study.by_hand)
-            found = enter(study, folder, sheet, replace_because=replace)
-        found.require_all()
-        return len(found.taken) + len(found.replaced)

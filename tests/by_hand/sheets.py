@@ -5,7 +5,8 @@ import io
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from stemcal.by_hand.entering import Entered, awaited_runs, enter, gone_on
+from stemcal.by_hand.awaited import advance, awaited_runs
+from stemcal.by_hand.entering import Entered, record_results
 from stemcal.by_hand.run_sheet import filled, sheet_text
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.study.model.study import Study
@@ -60,7 +61,7 @@ def _run(name: str) -> tuple[str, int]:
 def awaited(study: Study, folder: StudyFolder) -> Cells:
     """Return the sheet of what a study waits for, its heading first; nothing at the end."""
     with folder:
-        waiting = gone_on(study, folder)
+        waiting = advance(study, folder)
         runs = [] if waiting is None else awaited_runs(study, folder, waiting)
     return cells_of(sheet_text(study, [(run, {}) for run in runs])) if runs else []
 
@@ -69,4 +70,4 @@ def entered(study: Study, folder: StudyFolder, sheet: str | bytes, because: str 
     """Enter a sheet."""
     content = sheet.encode() if isinstance(sheet, str) else sheet
     with folder:
-        return enter(study, folder, filled(content, "sheet.csv", study), replace_because=because)
+        return record_results(study, folder, filled(content, "sheet.csv", study), replace_because=because)

@@ -235,7 +235,7 @@ REFUSED: dict[str, tuple[Callable[[Cells], str | bytes], dict[str, int]]] = {
     "a unit in a cell": (put(ANGLE, "28.2 deg"), {"unreadable": 1}),
     "per cent": (put(ANGLE, "28 %"), {"unreadable": 1}),
     "an unknown unit in the heading": (headed((ANGLE, "angle (gon)")), {"unreadable": RUNS}),
-    "two results of a run": (twice(ANGLE, "31.4"), {"told_twice": 2}),
+    "two results of a run": (twice(ANGLE, "31.4"), {"two_results": 2}),
     "a level changed": (put(1, "0.45"), {"other_levels": 1}),
     "a level deleted": (put(2, ""), {"other_levels": 1}),
     "names moved on": (names_moved_on, {"other_levels": 12}),
@@ -268,7 +268,7 @@ def test_refused_with_row_and_remedy(damage: str, heap: Study, sheet: Cells, tmp
     found = entered(heap, folder, change(sheet))
     assert Counter(one.kind for one in found.refused) == kinds
     runs = {one.place for one in found.refused}
-    taken = RUNS - len(runs) + (1 if "told_twice" in kinds else 0)
+    taken = RUNS - len(runs) + (1 if "two_results" in kinds else 0)
     assert len(found.taken) == len(recorded(folder)) == taken
     for one in found.refused:
         assert str(one).startswith(f"{one.place}: ") and one.place.split(":")[1].isdigit() and "; " in str(one)

@@ -1,0 +1,147 @@
+"""The run sheet in the study folder: written for the runs that a study awaits, and entered before it is replaced."""
+
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from stemcal.by_hand.awaited import awaited_runs, enterable_runs
+from stemcal.by_hand.entering import record_results
+from stemcal.by_hand.row_checks import RowRefused, by_name, meant_run
+from stemcal.by_hand.run_sheet import (
+    FAILED,
+    MAX_BYTES,
+    REMARK,
+    STUDY,
+    WHEN,
+    WHO,
+    SheetRow,
+    entered_responses,
+    filled,
+    run_name,
+    sheet_text,
+)
+from stemcal.errors import Waiting
+from stemcal.runs.record import Run, by_key
+from stemcal.runs.study_folder import StudyFolder
+from stemcal.solvers import make_solver
+from stemcal.solvers.protocol import RESPONSES, Request
+from stemcal.storage.atomic import make_folder, move_new, write_atomic
+from stemcal.storage.plain import read_plain
+from stemcal.study.model.study import Study
+from stemcal.vocabulary import FIRST
+
+_EARLIER, _INPUTS = "sheets", "inputs"  # folders for replaced sheets and for the input files of runs
+
+
+class OwnSheet:
+    """The run sheet in the study folder. Whatever was saved to it is entered before another sheet replaces it.
+
+    The folder must be locked.
+    """
+
+    def __init__(self, study: Study, folder: StudyFolder) -> None:
+        self.study, self.folder, self.path = study, folder, folder.sheet
+        self.earlier: Path | None = None
+        """The place of the sheet that was replaced."""
+        self._entered: bytes | None = None
+
+    def enter_saved(self) -> bool:
+        """Enter the results that were saved since the last call; return whether any is new.
+
+        Raises
+        ------
+        UsageError
+            If rows are rejected; the sheet stays where it is.
+        """
+        content = self._saved(self.path)
+        if content is None or content == self._entered:
+            return False
+        found = record_results(self.study, self.folder, filled(content, str(self.path), self.study.by_hand))
+        found.require_all()
+        self._entered = content
+        return bool(found.taken or found.replaced)
+
+    def hand_out(self, waiting: Waiting) -> int:
+        """Write a sheet with the results that were entered and a row for each awaited run; return their number.
+
+        It is 0 if the present sheet was saved after it was last entered: the study can then continue.
+        """
+        if self.enter_saved():
+            return 0
+        study, runs = self.study, awaited_runs(self.study, self.folder, waiting)
+        remarks = self._remarks(runs)
+        rows: list[SheetRow] = [*_entered(study, self.folder, runs), *zip(runs, remarks, strict=True)]
+        if not self._replace(sheet_text(study.by_hand, rows)):
+            return self.hand_out(waiting)
+        solver = make_solver(study.by_hand)
+        for name, request in _named(study.by_hand, runs):
+            solver.write_inputs(self.folder.path / _INPUTS, name, request)
+        return len(runs)
+
+    def _saved(self, path: Path) -> bytes | None:
+        try:
+            return read_plain(path, MAX_BYTES)
+        except FileNotFoundError:
+            return None
+
+    def _replace(self, text: str) -> bool:
+        """Put the present sheet aside and write another; False if it has been saved since it was entered.
+
+        A program may save the sheet at any moment, so it is first moved, then compared with what was entered.
+        """
+        if self._entered == text.encode() == self._saved(self.path):
+            return True
+        stamp = f"{datetime.now(UTC):%Y%m%dT%H%M%S%f}"
+        earlier = make_folder(self.folder.path / _EARLIER) / f"{stamp}-{self.path.name}"
+        try:
+            self.path.replace(earlier)
+        except FileNotFoundError:
+            return write_atomic(self.path, text, new=True)
+        self.earlier = earlier
+        if self._saved(earlier) != self._entered:
+            move_new(earlier, self.path)  # unless it has been saved once more
+            return False
+        return write_atomic(self.path, text, new=True)
+
+    def _remarks(self, runs: Sequence[Request]) -> list[dict[str, str | float]]:
+        """Return who, when and remark of each run in the present sheet, where the run has no result yet."""
+        study, solver, named = self.study.by_hand, make_solver(self.study.by_hand), by_name(runs)
+        found: dict[str, dict[str, str | float]] = {}
+        for row in filled(self._entered, str(self.path), study) if self._entered else []:
+            with suppress(RowRefused):
+                said = {name: text for name, text in row.said.items() if name != STUDY and row.is_empty}
+                found[Run.of(solver, meant_run(study, named, row)).key] = {**said}
+        return [found.get(Run.of(solver, run).key, {}) for run in runs]
+
+
+def _entered(study: Study, folder: StudyFolder, awaited: Sequence[Request]) -> Iterator[SheetRow]:
+    """Yield the runs whose results were entered, with these."""
+    solver = make_solver(study.by_hand)
+    left = by_key(solver, awaited)
+    for key, run in enterable_runs(study, folder, None).items():
+        record = folder.peek(key) if key not in left else None
+        if record is not None and "entered" in record["details"]:
+            yield run, _known(study.by_hand, record)
+
+
+def _known(study: Study, record: dict[str, Any]) -> dict[str, str | float]:
+    """Return what a record has for the columns of the sheet."""
+    details, first = record["details"], entered_responses(study)[0].name
+    said = {WHO: details.get("entered_by", ""), WHEN: details.get("done", ""), REMARK: details.get("remark", "")}
+    if record["status"] != "ok":
+        return said | {REMARK: f"{FAILED}: {record['message']}"}
+    return {**said, first: record[FIRST], **details.get(RESPONSES, {})}
+
+
+def _named(study: Study, runs: Sequence[Request]) -> Iterator[tuple[str, Request]]:
+    """Yield the folder of each run's input files, called by its run, its condition and its replicate.
+
+    No name has a space: decks include files by their paths, and not all programs read a path with spaces.
+    """
+    several = len({run.condition for run in runs}) > 1
+    for run in runs:
+        at = f"-at-{run.condition:g}" if several else ""
+        replicate = f"-replicate-{run.replicate}" if study.solver.repeats > 1 else ""
+        yield f"{run_name(run).replace(' ', '-')}{at}{replicate}", run
