@@ -205,6 +205,13 @@ def response_of(name: str, *tests: str) -> Response | None:
     return found if found is not None and (not tests or found.tests.intersection(tests)) else None
 
 
+def known_response(name: str) -> Response:
+    """Return the response with this name; raise `KeyError` if there is none."""
+    if (found := RESPONSES.named(name)) is None:
+        raise KeyError(name)
+    return found
+
+
 def responses_in(*tests: str, measured: Iterable[str] = ()) -> tuple[Response, ...]:
     """Return the built-in responses that exist in any of these tests, and those of other packages that were `measured`.
 

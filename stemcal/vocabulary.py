@@ -13,7 +13,7 @@ from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
 from stemcal.formats import interval, minus, series, short
-from stemcal.responses import CUT, TABLE, Response, response_of, responses_in
+from stemcal.responses import CUT, TABLE, Response, known_response, response_of, responses_in
 
 FIRST = "response"
 """The key of the first response, which does not depend on the study's name for it."""
@@ -153,7 +153,8 @@ class Vocabulary:
         """Return a response by its name, or the first one for `FIRST`."""
         if name == FIRST:
             return self.response
-        return next(response for response in self.responses if response.name == name)
+        own = (response for response in self.responses if response.name == name)
+        return next(own, None) or Variable.of(known_response(name))
 
     def measuring(self, names: Collection[str]) -> Vocabulary:
         """Return it with those of the names that are responses of the cutting test.

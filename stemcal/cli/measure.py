@@ -106,9 +106,7 @@ def shear(
         list[str] | None, typer.Option(metavar="NAME", help="Specimen to exclude (can be repeated).")
     ] = None,
     spec: Annotated[Path | None, typer.Option(metavar="SPEC", help="Spec to which the targets are written.")] = None,
-    travel_and_work: Annotated[
-        bool, typer.Option("--travel-and-work", help="Also write targets for travel and work.")
-    ] = False,
+    work: Annotated[bool, typer.Option("--work", help="Also write targets for the work.")] = False,
     force_column: ForceColumn = None,
     displacement_column: DisplacementColumn = None,
     force_unit: ForceUnit = None,
@@ -140,7 +138,7 @@ def shear(
     listed = read_index(index) if index else {}
     files = [path for path in find_files(folder) if index is None or path.resolve() != index.resolve()]
     tests = measure_shear(files, how, listed, exclude or [])
-    rows, targets = [specimen.row() for specimen in tests.specimens], target_rows(tests, travel_and_work)
+    rows, targets = [specimen.row() for specimen in tests.specimens], target_rows(tests, work)
     told = {"specimens": rows, "grades": tests.grades, "power_law": tests.power_law, "synthetic": tests.synthetic}
     section = section_of(targets)
     content = {"schema_version": 2, "stage": "measure-shear", **to_json(told), "targets": section}

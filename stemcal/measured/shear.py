@@ -21,6 +21,7 @@ from stemcal.storage.typed import Spread, inline
 
 _SUFFIXES = (".csv", ".txt", ".dat", ".tsv", ".asc", ".tra", ".xlsx", ".xlsm", ".xls")
 _MOST = 10  # names in a note
+_LONGEST_ROW = 70  # characters of a row in one line
 
 
 @dataclass(frozen=True)
@@ -236,13 +237,13 @@ def _grade(diameter: float, specimens: Sequence[TestedSpecimen]) -> _GradeForces
 # ---- the rows of a spec's targets
 
 
-def target_rows(tests: ShearTests, travel_and_work: bool = False) -> list[str]:
+def target_rows(tests: ShearTests, work: bool = False) -> list[str]:
     """Return a row in YAML for every grade: mean, standard deviation and number of specimens; also comments.
 
-    With `travel_and_work` they also have the travel to the maximum and the work done by then.
+    Each row has the travel at the maximum, and with `work` the work up to it.
     """
     made_up = ["# SYNTHETIC data, not measured"] if tests.synthetic else []
-    return [*made_up, *(_row(grade, travel_and_work) for grade in tests.grades)]
+    return [*made_up, *(_row(grade, work) for grade in tests.grades)]
 
 
 def section_of(rows: Sequence[str]) -> str:
@@ -250,10 +251,10 @@ def section_of(rows: Sequence[str]) -> str:
     return "".join(["targets:\n", *(f"  {row if row.startswith('#') else f'- {row}'}\n" for row in rows)])
 
 
-def _row(grade: _GradeForces, travel_and_work: bool) -> str:
-    means = {"force": (grade.summary, "N")}
-    if travel_and_work:
-        means |= {"travel": (grade.travel, "mm"), "work": (grade.work, "mJ")}
+def _row(grade: _GradeForces, work: bool) -> str:
+    means = {"force": (grade.summary, "N"), "travel": (grade.travel, "mm")}
+    if work:
+        means |= {"work": (grade.work, "mJ")}
     return row_of(grade.diameter, means, grade.summary.n, _short)
 
 
@@ -267,8 +268,8 @@ def row_of(
     if len(means) > 1:
         sd = f"{{{', '.join(f'{name}: {one}' for name, one in known.items())}}}" if known else ""
     of_test = f"test: {test}, " if test else ""
-    apart = ",\n     " if len(means) > 2 else ", "
-    return f"{{{of_test}diameter: {diameter:g} mm, {values}{sd and f'{apart}sd: {sd}'}, n: {n}}}"
+    means_of, rest = f"{{{of_test}diameter: {diameter:g} mm, {values}", f"{sd and f'sd: {sd}, '}n: {n}}}"
+    return f"{means_of}, {rest}" if len(means_of) + len(rest) <= _LONGEST_ROW else f"{means_of},\n     {rest}"
 
 
 def _short(value: float) -> str:

@@ -15,7 +15,7 @@ from stemcal.laboratory import perform as laboratory
 from stemcal.laboratory.build import LaboratoryTest
 from stemcal.laboratory.perform import LaboratoryResult
 from stemcal.notes import Note
-from stemcal.responses import packages_of, response_of
+from stemcal.responses import known_response, packages_of
 from stemcal.study.model.laboratory_kind import TESTS, LaboratorySection, PieceSection
 from stemcal.study.model.study import Study
 
@@ -134,7 +134,7 @@ def perform_all(tests: Sequence[tuple[LaboratorySection, AnyTest]]) -> tuple[dic
 
 def doubts(result: LaboratoryResult, measured: Sequence[str]) -> list[Note]:
     """Return the warnings of a test that concern what was measured: a slope needs nothing that comes after it."""
-    needs_maximum = not all((one := response_of(name)) is not None and one.before_maximum for name in measured)
+    needs_maximum = not all(known_response(name).before_maximum for name in measured)
     return [
         warning for warning in result.warnings if needs_maximum or warning.kind not in ("maximum_not_passed", "buckles")
     ]

@@ -46,7 +46,7 @@ def test_measure_shear_prints_and_writes_targets(tmp_path: Path) -> None:
     spec.write_text(SMOKE.read_text("utf-8"), "utf-8")
     result = command("measure", "shear", DATA / "measured-shear", "--spec", spec, "--out", tmp_path)
     assert result.exit_code == 0
-    assert "- {diameter: 8 mm, force: 159.2 N, sd:" in result.stdout
+    assert "- {diameter: 8 mm, force: 159.2 N, travel: 3.652 mm,\n     sd: {force: 7.236 N," in result.stdout
     assert max(map(len, result.stdout.splitlines())) <= 80
     assert command("check", spec).exit_code == 0
     assert "force: 378.2 N" in spec.read_text("utf-8")

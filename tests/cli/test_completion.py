@@ -24,7 +24,7 @@ def completed(line: str) -> list[str]:
         ("stemcal me", ["measure"]),
         ("stemcal measure ", ["diameters", "shear"]),
         ("stemcal export tables study.yaml --format ", ["csv", "md", "tex", "docx"]),
-        ("stemcal measure shear data --travel", ["--travel-and-work"]),
+        ("stemcal measure shear data --wo", ["--work"]),
     ],
 )
 def test_what_bash_offers(line: str, offered: list[str]) -> None:

@@ -19,7 +19,7 @@ def test_reference_pages_are_up_to_date() -> None:
     text = generated.commands()
     for name in ("run", "measure shear", "export tables", "export figures"):
         assert f"## stemcal {name}\n" in text
-    assert "`--travel-and-work`" in text
+    assert "`--work`" in text
     spec = generated.spec()
     assert "| `edge_radius` | Radius of the edge; 0 mm for a sharp edge. | quantity such as `1 mm` | `0.1` |" in spec
     assert "(spec-blade)=\n## blade\n" in spec and "section [blade](#spec-blade)" in spec

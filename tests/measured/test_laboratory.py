@@ -145,7 +145,7 @@ def test_travel_and_work_to_the_maximum(tmp_path: Path) -> None:
     (grade,) = tests.grades
     assert (grade.travel.mean, grade.travel.sd) == pytest.approx((0.3, 0.0), abs=1e-12)
     assert (grade.work.mean, grade.work.sd) == pytest.approx((11.0, 0.5**0.5))
-    rows = target_rows(tests, travel_and_work=True)
+    rows = target_rows(tests, work=True)
     section = section_of(rows)
     assert "travel: 0.3 mm, work: 11 mJ," in section and "work: 0.7071 mJ}" in section
     assert max(map(len, section.splitlines())) <= 72

@@ -171,7 +171,7 @@ def test_the_embedded_solver_finds_its_own_parameters(tmp_path: Path) -> None:
 
 def test_a_travel_beyond_the_stroke_is_doubted(tmp_path: Path) -> None:
     """100 mm/min for 0.5 s is 0.833 mm: no simulated force can peak at 1.06 mm."""
-    study = study_of(tmp_path, EIGHT, "")
+    study = study_of(tmp_path, EIGHT, "invert: {responses: all}\n")
     assert any("1.06 mm exceeds the simulated blade travel of 0.832 mm" in warning for warning in study.warnings)
-    longer = study_of(tmp_path, EIGHT, "loading: {duration: 1 s}\n")
+    longer = study_of(tmp_path, EIGHT, "loading: {duration: 1 s}\ninvert: {responses: all}\n")
     assert not any("travels" in warning for warning in longer.warnings)

@@ -3,6 +3,7 @@
 The forward models are analytic (`planting.Law`). The measured values are those of the truth.
 """
 
+import re
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -13,11 +14,14 @@ from fakes import TWO_FACTORS
 from planting import Law, coded, judged
 
 from stemcal.notes import Note, Remedy
+from stemcal.report.terminal import final_tables
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.results import Results
 from stemcal.stages.rsm.result import RsmResult
 from stemcal.stages.screen.result import ScreenResult
+from stemcal.stages.validate.result import ValidateResult
 from stemcal.stages.verdict.result import Verdict
+from stemcal.study.reading import load_study
 
 TRUTHS = [(0.3, -0.2), (-0.4, 0.3), (0.1, 0.5), (-0.2, -0.4)]
 EACH_TRUTH = [TRUTHS[0], *(pytest.param(truth, marks=pytest.mark.slow) for truth in TRUTHS[1:])]
@@ -212,3 +216,24 @@ def test_the_advice_to_fit_all_responses_is_accepted(tmp_path, monkeypatch, know
     followed = targets if remedy.edit else plant.measured(travel=True)  # as the text says
     after, again = plant.judged("two", followed + RSM, replace(remedy, edit="invert: {responses: all}"))
     assert (after.verdict, after.reasons) == ("calibrated", ()) and plant.away(again) < 0.02
+
+
+def test_a_travel_out_of_reach_is_shown_and_not_advised(tmp_path, monkeypatch) -> None:
+    """Measured with a machine that gives way, the travel is five times that of any run: fitting it would fail."""
+    plant = Plant(tmp_path, monkeypatch, Law(), TRUTHS[0])
+    targets = plant.measured(travel=True)
+    ways = {d: 5.0 * plant.solver.at(*TRUTHS[0], d)[1] for d in (7.0, 8.0, 11.0)}
+    far = re.sub(r"travel: (\S+) mm,", lambda found: f"travel: {5.0 * float(found[1]):.9g} mm,", targets)
+    found, results = plant.judged("far", far + RSM)
+    assert not_identified(found).remedy.edit == "invert: {diameters: all}"
+    (note,) = (note for note in results.of(ValidateResult).notes if note.kind == "travel_differs")
+    a, b = coded(results.parameters)
+    simulated = [plant.solver.at(a, b, d)[1] for d in ways]
+    assert f"is {min(ways.values()):.3g} to {max(ways.values()):.3g} mm, and" in note.text
+    assert f"is {min(simulated):.3g} to {max(simulated):.3g} mm. " in note.text
+    study = load_study(tmp_path / "far" / "study.yaml")
+    shown = final_tables(study, results, holds=True)[-1]
+    assert [row[0] for row in shown.cells] == ["travel"] * 3
+    assert [row[2] for row in shown.rows] == pytest.approx(list(ways.values()))
+    _, results = plant.judged("near", targets + RSM)
+    assert "travel_differs" not in [note.kind for note in results.of(ValidateResult).notes]

@@ -1,7 +1,5 @@
 """Tables of what the laboratory brought."""
 
-from typing import Any
-
 from stemcal.drawing.columns import to_decimals
 from stemcal.drawing.table import Column, Table
 from stemcal.formats import fixed, interval, short, signed_probability, significant
@@ -9,7 +7,7 @@ from stemcal.measured.diameters import Diameters
 from stemcal.measured.shear import ShearTests
 from stemcal.overview.measured_tests import MeasuredTests
 from stemcal.power_law import PowerLaw
-from stemcal.responses import Response, response_of
+from stemcal.responses import known_response
 from stemcal.study.model.laboratory_kind import words_of
 
 
@@ -56,20 +54,14 @@ def shear_tables(tests: ShearTests) -> list[Table]:
 
 def tests_table(tests: MeasuredTests) -> Table:
     """Return the means of what was measured in the tests of a spec."""
-
-    def response(mean: Any) -> Response:
-        found = response_of(mean.response)
-        assert found is not None, mean.response
-        return found
-
     columns = [
         Column("test", "Test"),
         Column("diameter", "Diameter", "mm", short),
-        Column("response", "Response", of=lambda mean: words_of(response(mean))),
+        Column("response", "Response", of=lambda mean: words_of(known_response(mean.response))),
         Column("n", "n", form=format, of=lambda mean: mean.summary.n),
         Column("mean", "Mean", "", significant, lambda mean: mean.summary.mean),
         Column("sd", "SD", "", significant, lambda mean: mean.summary.sd),
-        Column("unit", "Unit", of=lambda mean: response(mean).unit),
+        Column("unit", "Unit", of=lambda mean: known_response(mean.response).unit),
     ]
     return Table.of(columns, tests.means, "Test measurements")
 

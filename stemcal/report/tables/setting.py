@@ -56,11 +56,12 @@ def _measured(study: Study) -> Table:
         return [means, sds]
 
     unit = naming.response.written
+    further = [named for named in naming.further if any(one.mean_of(named.name)[0] is not None for one in targets)]
     columns = [
         *condition(naming),
-        Column("response", naming.response.capital if naming.others else "Measured", unit, short),
+        Column("response", naming.response.capital if further else "Measured", unit, short),
         Column("sd", "SD", unit, short),
-        *(column for named in naming.others for column in other(named)),
+        *(column for named in further for column in other(named)),
         Column("n", "n", form=short),
     ]
     strong, foot = frozenset[int](), []
@@ -69,6 +70,6 @@ def _measured(study: Study) -> Table:
     elif naming.condition is not None:
         strong = frozenset(i for i, target in enumerate(targets) if target.condition in fitted)
         foot = [f"The values in bold ({Wording(naming).conditions(fitted)}) were used in the fit."]
-    responses = [one.long for one in (naming.response, *naming.others)]
+    responses = [one.long for one in (naming.response, *further)]
     title = f"Measured {series(responses) if len(responses) <= MOST_LISTED else f'{len(responses)} responses'}"
     return Table.of(columns, targets, title, foot, strong=strong).shortened("The spec")

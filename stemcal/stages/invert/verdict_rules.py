@@ -1,6 +1,7 @@
 """Rules of the verdict on the calibration: trend with the diameter, contradictions, misfit, edges, identifiability."""
 
 from collections.abc import Iterator, Sequence
+from math import isfinite
 
 from stemcal.formats import change, series, short, signed_probability
 from stemcal.notes import Note, Remedy, Severity
@@ -94,7 +95,7 @@ def _from_the_edge(evidence: Evidence, coded: Sequence[float]) -> Remedy:
     joint, known = found.joint, found.certainty
     if joint is None or (joint.separated and joint.presses_outwards):
         return advice.from_the_edge(evidence.study, surface, coded)
-    return _to_identify(evidence.study, known)
+    return _to_identify(evidence, known)
 
 
 def _on_edge(evidence: Evidence, coded: Sequence[float]) -> bool:
@@ -139,7 +140,7 @@ def not_identified(evidence: Evidence) -> Iterator[Note]:
     """Yield which factors the measurements leave free."""
     found = evidence.of(InvertResult)
     if found is not None and found.certainty.not_identified:
-        text, remedy = _not_identified(found.certainty), _to_identify(evidence.study, found.certainty)
+        text, remedy = _not_identified(found.certainty), _to_identify(evidence, found.certainty)
         yield Note("not_identified", "warning", text, remedy)
 
 
@@ -184,19 +185,30 @@ def _refine_more(budget: int | None) -> Remedy:
     return Remedy(raised, f"refine: {{budget: {2 * budget}}}")
 
 
-def _to_identify(study: Study, known: Certainty) -> Remedy:
+def _to_identify(evidence: Evidence, known: Certainty) -> Remedy:
     """Return what would identify factors that the fit leaves free: other data, or a prior of the least certain one."""
+    study = evidence.study
     widest = max(known.not_identified or known.share, key=lambda name: known.share[name])
     measure = (
         f"measure another response, perform another kind of test, or add a prior for {widest} from the literature."
     )
     returned = study.naming.further if study.kind.gives_curve else study.naming.others
     left_out = [named.name for named in returned if named.name not in study.fitted_responses]
-    if any(study.calibration_target.mean_of(name)[0] is not None for name in left_out):
+    if any(_within_reach(evidence, name) for name in left_out):
         return advice.fit_all(study, "responses", f"If {widest} remains undetermined, {measure}")
     if len(study.targets.means) > max(len(study.joint_targets), 1) and not chose_conditions(study):
         return advice.fit_all(study, "conditions", f"If {widest} remains undetermined, {measure}")
     return Remedy(measure[:1].upper() + measure[1:])
+
+
+def _within_reach(evidence: Evidence, response: str) -> bool:
+    """Return whether a response was measured where the parameters are calibrated, and lies among those of the runs."""
+    mean, sd = evidence.study.calibration_target.mean_of(response)
+    surface = evidence.of(Surfaces)
+    if mean is None or surface is None:
+        return False
+    values = [value for run in surface.design.runs if isfinite(value := run.number(response))]
+    return bool(values) and min(values) - 2.0 * (sd or 0.0) <= mean <= max(values) + 2.0 * (sd or 0.0)
 
 
 def _to_reconcile(study: Study, joint: JointFitted) -> Remedy:

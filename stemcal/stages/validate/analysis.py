@@ -10,13 +10,14 @@ import numpy as np
 
 from stemcal.doe.comparison import Formula, Validation, ValidationRow, compare_conditions, formula_elsewhere
 from stemcal.errors import UsageError
+from stemcal.formats import interval, significant
 from stemcal.notes import Note
 from stemcal.runs.record import Outcome, lower_bound_notes, merged
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers.protocol import Request, Solver
 from stemcal.solvers.replicates import repeated
 from stemcal.stages.design import Asked
-from stemcal.stages.fitting import measured_of
+from stemcal.stages.fitting import Measured, measured_of
 from stemcal.stages.fresh import calibrated_parameters
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.result import Head
@@ -26,7 +27,9 @@ from stemcal.stages.work import Work, a_stage
 from stemcal.storage.rows import Rows
 from stemcal.study.model.measured_targets import Target
 from stemcal.study.model.study import Study
-from stemcal.vocabulary import Wording
+from stemcal.vocabulary import CUTTING, TRAVEL, Wording
+
+_TRAVEL_PERCENT = 25.0  # error beyond which measured and simulated travel are not the same quantity
 
 
 @a_stage(ValidateResult)
@@ -122,11 +125,11 @@ def foresee(study: Study, solver: Solver, folder: StudyFolder | None) -> Asked:
 
 
 def _further(study: Study, target: Target, outcome: Outcome) -> Rows[FurtherRow]:
-    return Rows(
-        FurtherRow.of(mean, value)
-        for mean in measured_of(target, [named.name for named in study.naming.further], study.naming)
-        if (value := outcome.of(mean.response)) is not None
-    )
+    """Compare the further responses that were measured, and the travel of curves, which is not fitted."""
+    means = measured_of(target, [named.name for named in study.naming.further], study.naming)
+    if (way := target.travel_of_curves) is not None and TRAVEL.name not in target.further:
+        means.append(Measured(target.condition, TRAVEL.name, way.value, way.sd, way.n, CUTTING))
+    return Rows(FurtherRow.of(mean, value) for mean in means if (value := outcome.of(mean.response)) is not None)
 
 
 # ---- notes
@@ -135,7 +138,7 @@ def _further(study: Study, target: Target, outcome: Outcome) -> Rows[FurtherRow]
 def notes_of(stage: ValidateResult) -> list[Note]:
     """Return what follows from the comparison: its independence, growth and a formula."""
     names = Wording(stage.naming)
-    return [*_fitted(stage, names), *_growth(stage), *_beside_formula(stage, names)]
+    return [*_fitted(stage, names), *_growth(stage), *_beside_formula(stage, names), *_travel(stage)]
 
 
 def _fitted(stage: ValidateResult, names: Wording) -> Iterator[Note]:
@@ -154,6 +157,26 @@ def _growth(stage: ValidateResult) -> Iterator[Note]:
             f"d^{model.value:.2f}."
         )
         yield Note("growth", "info", text)
+
+
+def _travel(stage: ValidateResult) -> Iterator[Note]:
+    """Find whether the measured travel is another one than the simulated one; no verdict depends on it."""
+    rows = [one for row in stage.rows for one in row.further if one.response == TRAVEL.name and not one.judged]
+    errors = [abs(row.error_percent) for row in rows if row.error_percent is not None]
+    if not errors or min(errors) <= _TRAVEL_PERCENT:
+        return
+    measured, simulated = (_ends([getattr(row, name) for row in rows]) for name in ("measured", "simulated"))
+    text = (
+        f"The measured travel at maximum force is {measured} mm, and the simulated travel is {simulated} mm. Measured "
+        "travel also contains the deformation of the testing machine and the settling of the stem on its supports; "
+        "simulated travel depends on the mesh. The parameters were not fitted to the travel."
+    )
+    yield Note("travel_differs", "caution", text)
+
+
+def _ends(values: Sequence[float]) -> str:
+    """Return a value, or the least and the greatest of several."""
+    return significant(values[0], 3) if len(set(values)) == 1 else interval((min(values), max(values)), 3)
 
 
 def _beside_formula(stage: ValidateResult, names: Wording) -> Iterator[Note]:

@@ -44,7 +44,7 @@ class ValidateShowing(Showing[ValidateResult]):
 
     def closing(self, result: ValidateResult, setting: Setting) -> list[Table]:
         first, *others = self.tables(result, Wording(setting.study.naming))
-        return [replace(first, foot=first.foot[:1]), *(others if setting.study.naming.others else [])]
+        return [replace(first, foot=first.foot[:1]), *others]
 
     def figures(self, result: ValidateResult, setting: Setting) -> list[Plot]:
         return figures.plots(setting.study, result)

@@ -95,6 +95,7 @@ class Target(Frozen):
     curves: tuple[str, ...] | None = None
     further: dict[str, Mean] = {}
     modes: CurveModes | None = None
+    travel_of_curves: Mean | None = Field(default=None, exclude=True, repr=False)
     row: int = Field(default=0, exclude=True, repr=False)
 
     def count_of(self, response: str) -> int | None:
@@ -141,8 +142,8 @@ class Targets(Frozen):
         """Return the components of the curves that were measured at a condition, if any were."""
         return next((modes for there, modes in self.modes.items() if isclose(there, condition)), None)
 
-    def with_modes(self, modes: Mapping[int, CurveModes]) -> Targets:
-        """Return the targets with the responses of curves, by the place of their entry."""
+    def with_modes(self, modes: Mapping[int, CurveModes], travels: Mapping[int, Mean] = {}) -> Targets:
+        """Return the targets with the responses of curves and their travel, by the place of their entry."""
         means = list(self.means)
         for index, found in modes.items():
             scores = {
@@ -150,7 +151,8 @@ class Targets(Frozen):
                 for named, sd in zip(named_modes([found]), found.scatter, strict=True)
             }
             further = {**means[index].further, **scores}
-            means[index] = means[index].model_copy(update={"modes": found, "further": further})
+            own = {"modes": found, "further": further, "travel_of_curves": travels.get(index)}
+            means[index] = means[index].model_copy(update=own)
         return self.model_copy(update={"means": tuple(means)})
 
 

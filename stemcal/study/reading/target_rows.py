@@ -8,12 +8,13 @@ from math import isclose
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from pydantic import TypeAdapter, ValidationError
 from pydantic_core import PydanticCustomError
 
 from stemcal.errors import UsageError
 from stemcal.formats import counted, did_you_mean
-from stemcal.measured.curve_modes import FEWEST, MOST, Curve, modes_of, smoothed
+from stemcal.measured.curve_modes import FEWEST, MOST, Curve, from_preload, modes_of, smoothed
 from stemcal.measured.shear_curves import CurveOptions, read_curves
 from stemcal.measured.statistics import summarise
 from stemcal.responses import responses_in
@@ -311,4 +312,13 @@ def _scored(targets: Targets, curves: Mapping[int, Sequence[Curve]], stiffness: 
     for row in [*at, *(row for row in curves if row not in at)]:
         found[places[row]] = modes_of(curves[row], stiffness, most)
         most = len(found[places[row]].weights) if row in at else most
-    return targets.with_modes(found)
+    travels = {places[row]: _travel_of(each, stiffness) for row, each in curves.items()}
+    return targets.with_modes(found, travels)
+
+
+def _travel_of(curves: Sequence[Curve], stiffness: float | None) -> Mean:
+    """Return the travel at the maximum of curves, from the preload and without the give of the machine (N/mm)."""
+    compliance = 0.0 if stiffness is None else 1.0 / stiffness
+    rising = [from_preload(travel - compliance * (force - force[0]), force) for travel, force in curves]
+    found = summarise([float(travel[int(np.argmax(force))]) for travel, force in rising])
+    return Mean(value=found.mean, sd=found.sd, n=found.n)

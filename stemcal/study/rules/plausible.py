@@ -168,7 +168,7 @@ def _targets(study: Study) -> Iterator[Finding]:
             yield Finding((*path, "sd"), message, "omit `sd` if the standard deviation is unknown")
         travel, _ = target.mean_of(TRAVEL.name)
         stroke = study.loading.stroke_at(target.condition)
-        if study.naming.is_cutting and travel is not None and travel > stroke:
+        if TRAVEL.name in study.fitted_responses and travel is not None and travel > stroke:
             message = f"the travel of {travel:g} mm exceeds the simulated blade travel of {stroke:.3g} mm"
             yield Finding((*path, "travel"), message, f"increase `loading.{''.join(study.loading.written)}`")
 

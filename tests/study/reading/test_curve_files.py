@@ -251,3 +251,13 @@ def test_runs_by_hand_have_no_curve(tmp_path: Path) -> None:
 def test_a_program_without_a_curve_has_none_to_compare(tmp_path: Path) -> None:
     with pytest.raises(SpecError, match=r"own.yaml:12:30: targets\[1\].curves: curves can be fitted only if"):
         of_a_program(tmp_path, "")
+
+
+def test_their_travel_is_known_without_the_give_of_the_machine(tmp_path: Path) -> None:
+    """All peak at 0.7 mm, smoothing moves that by 0.006 mm; they begin at 5 N. The machine gives (F − 5)/2000 mm."""
+    first = [0.7 * (1.0 - (1.0 - 5.0 / force) ** (1.0 / power)) for force, power in zip(FORCES, POWERS, strict=True)]
+    stiff = study_in(tmp_path).targets.means[1].travel_of_curves
+    assert (stiff.value, stiff.n) == (pytest.approx(0.7 - fmean(first), abs=0.01), 6)
+    soft = study_in(tmp_path, more="machine: {stiffness: 2000 N/mm}\n").targets.means[1].travel_of_curves
+    assert stiff.value - soft.value == pytest.approx((fmean(FORCES) - 5.0) / 2000.0, abs=0.003)
+    assert study_in(tmp_path).targets.means[0].travel_of_curves is None
