@@ -8,6 +8,7 @@ from stemcal.formats import did_you_mean
 from stemcal.solvers.options import CommandSolver, DeckSolver, EmbeddedSolver
 from stemcal.study.model.measured_targets import named_modes
 from stemcal.study.rules import Draft
+from stemcal.study.types.field_types import field_or_none
 from stemcal.study.types.named import CHANCE, placeholders, template_bytes
 from stemcal.study.types.strict_yaml import Finding, NodePath
 from stemcal.vocabulary import FIRST, FORCE
@@ -98,7 +99,7 @@ def _run_files_differ(_draft: Draft, solver: Templated) -> Iterator[Finding]:
     readers = solver.result.values() if isinstance(solver, CommandSolver) else ()
     seen, read = set(_RESERVED), {reader.file.lower() for reader in readers}
     for key in ("templates", "files"):
-        for index, path in enumerate(getattr(solver, key, ())):
+        for index, path in enumerate(field_or_none(solver, key) or ()):
             if path.name.lower() in read:
                 message = f"the result file has the same name; {path.name} would be read if the program wrote no result"
                 yield Finding(("solver", key, index), message, "remove this file, or rename the result file")

@@ -17,6 +17,7 @@ from stemcal.study.types.field_types import (
     StemLength,
     StemLengthOrZero,
     Time,
+    field_or_none,
 )
 
 Stress = Annotated[float | Growth, MayGrow(Annotated[float, Quantity("stress")])]
@@ -147,8 +148,8 @@ class MaterialSection(Frozen):
 
     def given(self) -> dict[str, float]:
         """Return the parameters that have one value for all stems."""
-        return {name: value for name in PARAMETERS if isinstance(value := getattr(self, name, None), int | float)}
+        return {name: value for name in PARAMETERS if isinstance(value := field_or_none(self, name), int | float)}
 
     def growing(self) -> dict[str, Growth]:
         """Return what the parameters are that follow the diameter."""
-        return {name: value for name in PARAMETERS if isinstance(value := getattr(self, name, None), Growth)}
+        return {name: value for name in PARAMETERS if isinstance(value := field_or_none(self, name), Growth)}

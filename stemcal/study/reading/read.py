@@ -5,6 +5,7 @@ A section that is wrong does not hide what is wrong in another.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,7 @@ from stemcal.study.model.study import Study, StudyForm
 from stemcal.study.reading.sections import Sections, read_sections
 from stemcal.study.rules import Draft, factors, target_rules
 from stemcal.study.rules.plausible import doubts
+from stemcal.study.types.field_types import Missing, field_or_none, without_fields
 from stemcal.study.types.stage_kind import STAGES
 from stemcal.study.types.strict_yaml import MAX_BYTES, Document, Finding, NodePath, Position, read_yaml
 
@@ -73,8 +75,7 @@ def _draft(data: Any, sections: Sections) -> Draft:
     names = tuple(str(entry.get("name", "")) for entry in entries if isinstance(entry, dict))
     good = {name: section for name, section in sections.good.items() if name != "factors"}
     study = Study.model_construct(**good)
-    for name in StudyForm.model_fields.keys() - good:
-        study.__dict__.pop(name, None)
+    without_fields(study, StudyForm.model_fields.keys() - good)
     return Draft(study, sections.good.get("factors", {}), sections.tests, names, sections.naming)
 
 
@@ -121,7 +122,7 @@ def _study(path: Path, document: Document, sections: dict[str, Any]) -> Study:
 
 def broken_rules(draft: Draft) -> list[Finding]:
     """Return everything the rules find wrong with `draft`: those of its values, of its solver and of the stages."""
-    solver = getattr(draft.study, "solver", None)
+    solver = field_or_none(draft.study, "solver")
     own = () if solver is None else draft.kind.rules
     found = [*(rule(draft) for rule in (*factors.RULES, *target_rules.RULES)), *(rule(draft, solver) for rule in own)]
     found += [rule(draft) for stage in STAGES.with_(draft.study.further) for rule in stage.rules()]
@@ -129,12 +130,9 @@ def broken_rules(draft: Draft) -> list[Finding]:
 
 
 def _as_far_as_read(findings: Iterator[Finding]) -> Iterator[Finding]:
-    """Yield findings until a rule asks for what could not be read (see `reading.sections`)."""
-    try:
+    """Yield findings until a rule reads a field that is missing (see `reading.sections`)."""
+    with suppress(Missing):
         yield from findings
-    except AttributeError as error:
-        if error.name not in getattr(type(error.obj), "model_fields", ()):
-            raise
 
 
 # ---- rows of targets, changed in the text of a spec and nothing else

@@ -18,6 +18,7 @@ from stemcal.study.reading.json_schema import section_with
 from stemcal.study.reading.messages import finding_of
 from stemcal.study.reading.target_rows import Rows
 from stemcal.study.types.factor import MOST_FACTORS, Factor
+from stemcal.study.types.field_types import field_or_none, has_fields, without_fields
 from stemcal.study.types.named import naming_of
 from stemcal.study.types.solver_kind import usual_solver
 from stemcal.study.types.stage_kind import STAGES
@@ -117,8 +118,8 @@ class Sections:
         if "tests" in self.good:
             self.good["tests"] = tuple(self.tests.values())
         specimen, chosen = self.good.get("specimen"), self.chosen("diameters")
-        calibrate_at = rows.calibrated_at(chosen, getattr(specimen, "outer_diameter", None))
-        if (targets := rows.targets(calibrate_at, getattr(machine, "stiffness", None))) is not None:
+        calibrate_at = rows.calibrated_at(chosen, field_or_none(specimen, "outer_diameter"))
+        if (targets := rows.targets(calibrate_at, field_or_none(machine, "stiffness"))) is not None:
             self.good[name] = targets
             self.take_in_tests(targets)
 
@@ -197,7 +198,7 @@ _READ: dict[str, Callable[[Sections, str, Any], None]] = {
 
 def _complete(targets: Targets | None) -> TypeGuard[Targets]:
     """Return whether all rows of the targets could be read."""
-    return targets is not None and all({"condition", "response"} <= one.__dict__.keys() for one in targets.means)
+    return targets is not None and all(has_fields(mean, "condition", "response") for mean in targets.means)
 
 
 def spelled(name: str) -> str:
@@ -241,7 +242,7 @@ def _with_kinds(path: NodePath, data: Any) -> NodePath:
 def _partly(kind: Any, given: Any, context: Mapping[str, Any]) -> Any:
     """Return a section without the keys that are wrong; None if nothing of it can be read.
 
-    A rule that reads such a key gets an `AttributeError`, not its default, and ends.
+    A rule that reads such a key gets `Missing`, not its default, and ends.
     """
     if not (isinstance(kind, type) and issubclass(kind, BaseModel) and isinstance(given, dict)):
         return None
@@ -252,9 +253,7 @@ def _partly(kind: Any, given: Any, context: Mapping[str, Any]) -> Any:
     if _errors(kind, good, context):
         return None
     section = kind.model_validate(good, context=context)
-    for name, key in kind.model_fields.items():
-        if wrong & {name, key.validation_alias}:
-            section.__dict__.pop(name, None)
+    without_fields(section, (name for name, key in kind.model_fields.items() if wrong & {name, key.validation_alias}))
     return section
 
 

@@ -23,7 +23,7 @@ from stemcal.study.model.measured_targets import Count, Mean, Patterns, Target, 
 from stemcal.study.reading.messages import finding_of
 from stemcal.study.types import units
 from stemcal.study.types.field_types import MOST as LARGEST
-from stemcal.study.types.field_types import Quantity, complain
+from stemcal.study.types.field_types import Quantity, complain, field_or_none, has_fields, without_fields
 from stemcal.study.types.named import from_internal, quantity
 from stemcal.study.types.strict_yaml import Finding, NodePath
 from stemcal.vocabulary import DIAMETER, FORCE, NOWHERE, Variable, Vocabulary
@@ -143,10 +143,10 @@ class Rows:
         elif first not in row and not row.get("curves"):
             self._find(("targets", index), f"{first!r} is missing", f"add {first}: …")
         values["further"] = {name: mean for name, mean in entry.means.items() if name != first}
-        values["sd"] = getattr(entry.means.get(first), "sd", None)
+        values["sd"] = field_or_none(entry.means.get(first), "sd")
         target = Target.model_construct(**values)
         if entry.scatter_is_wrong:
-            target.__dict__.pop("sd")
+            without_fields(target, ["sd"])
         self.means.append(target)
 
     def _with_curves(self, index: int, row: Mapping[str, Any]) -> Mapping[str, Any]:
@@ -172,8 +172,7 @@ class Rows:
         if not self.means or calibrate_at is None:
             return None
         targets = Targets(calibrate_at=calibrate_at, means=tuple(self.means))
-        complete = {"condition", "response"}
-        if self.curves and all(complete <= target.__dict__.keys() for target in self.means):
+        if self.curves and all(has_fields(target, "condition", "response") for target in self.means):
             return _scored(targets, self.curves, stiffness)
         return targets
 
@@ -182,7 +181,7 @@ class Rows:
 
         It is the first that `invert` names, else the specimen's diameter, else that of the first row.
         """
-        measured = [target.condition for target in self.means if "condition" in target.__dict__]
+        measured = [target.condition for target in self.means if has_fields(target, "condition")]
         wanted = outer_diameter if self.naming.condition == DIAMETER else None
         if isinstance(chosen, list) and chosen and self.naming.condition is not None:
             try:
@@ -214,7 +213,7 @@ class _Row:
             if value is not None:
                 mean = Mean.model_construct(value=value, sd=sd, n=self.n if "test" in row else None)
                 if self.scatter_is_wrong:
-                    mean.__dict__.pop("sd")
+                    without_fields(mean, ["sd"])
                 self.means[named.name] = mean
         self._refuse_unknown(naming, with_curves)
 

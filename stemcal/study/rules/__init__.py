@@ -12,6 +12,7 @@ from stemcal.study.model.growth import Growth
 from stemcal.study.model.laboratory_kind import LaboratorySection
 from stemcal.study.model.study import Study
 from stemcal.study.types.factor import Factor
+from stemcal.study.types.field_types import field_or_none
 from stemcal.study.types.solver_kind import SolverKind
 from stemcal.study.types.strict_yaml import Finding, NodePath
 from stemcal.vocabulary import CUTTING, DIAMETER, Vocabulary
@@ -21,7 +22,7 @@ from stemcal.vocabulary import CUTTING, DIAMETER, Vocabulary
 class Draft:
     """A study of which some sections may be missing, because they are wrong.
 
-    A rule that asks for a missing section or field gets an `AttributeError`, and ends (see `reading.read`).
+    A rule that reads a missing section or field gets `Missing`, and ends (see `reading.read`).
     `factors` and `tests` hold the valid ones by their index; `names` are the names of all factors, valid or not.
     """
 
@@ -45,9 +46,9 @@ class Draft:
     def diameters(self) -> dict[NodePath, float]:
         """Every stem diameter of the spec with its place, mm."""
         found: dict[NodePath, float] = {}
-        if specimen := getattr(self.study, "specimen", None):
+        if specimen := field_or_none(self.study, "specimen"):
             found["specimen", "outer_diameter"] = specimen.outer_diameter
-        if self.naming.condition == DIAMETER and (targets := getattr(self.study, "targets", None)):
+        if self.naming.condition == DIAMETER and (targets := field_or_none(self.study, "targets")):
             for target in targets.means:
                 found["targets", target.row, "diameter"] = target.condition
         return found

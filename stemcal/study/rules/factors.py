@@ -10,6 +10,7 @@ from stemcal.study.model.study import Study
 from stemcal.study.rules import Draft
 from stemcal.study.types import units
 from stemcal.study.types.factor import EMBEDDED, FRICTION, PARAMETERS, Factor, in_unit
+from stemcal.study.types.field_types import field_or_none, has_fields
 from stemcal.study.types.strict_yaml import Finding, NodePath
 
 _WIDEST = 1000.0  # mm
@@ -159,7 +160,7 @@ def _material_is_complete(draft: Draft) -> Iterator[Finding]:
     if not draft.kind.parameters or not draft.names:
         return
     meant = {nearest(name, PARAMETERS) for name in draft.names}
-    wrong = {name for name in PARAMETERS if not hasattr(draft.study.material, name)}  # reported already
+    wrong = {name for name in PARAMETERS if not has_fields(draft.study.material, name)}  # reported already
     given = {*_in_material(draft), *wrong, *draft.names, *meant, *(RATE if draft.study.solver.rate == "none" else ())}
     for name, parameter in PARAMETERS.items():
         if name in given:
@@ -197,13 +198,13 @@ def _values(draft: Draft, name: str, diameter: float | None = None) -> Iterator[
         if factor.name == name and _unit_fits(factor):
             for level in ("low", "high"):
                 yield ("factors", index, level), factor.internal(getattr(factor, level))
-    if (fixed := getattr(getattr(draft.study, "material", None), name, None)) is not None:
+    if (fixed := field_or_none(field_or_none(draft.study, "material"), name)) is not None:
         yield ("material", name), fixed
 
 
 def _growing(draft: Draft) -> Mapping[str, Growth]:
     """Return the parameters that follow the diameter; none while the material cannot be read."""
-    return draft.growing if hasattr(draft.study, "material") else {}
+    return draft.growing if has_fields(draft.study, "material") else {}
 
 
 def _reached(draft: Draft, name: str, diameter: float | None = None) -> list[float]:

@@ -11,7 +11,7 @@ import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path, PureWindowsPath
-from typing import Annotated, Any, ClassVar, Union
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Union
 
 from pydantic import (
     AfterValidator,
@@ -51,6 +51,33 @@ class Frozen(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, defer_build=True)
     rules: ClassVar[tuple[Callable[[Any], Iterator[Any]], ...]] = ()
     doubts: ClassVar[Callable[[Any], Iterable[Any]]] = lambda _study: ()
+
+    if not TYPE_CHECKING:  # a type checker would accept every attribute
+
+        def __getattr__(self, name: str) -> Any:
+            if name in type(self).model_fields:
+                raise Missing(f"{type(self).__name__}.{name}")
+            return super().__getattr__(name)
+
+
+class Missing(Exception):
+    """A field of a partly read section that is wrong in the spec; the mistake is reported where it was found."""
+
+
+def without_fields(section: BaseModel, names: Iterable[str]) -> None:
+    """Remove fields that are wrong in the spec from a section: reading one of them raises `Missing`."""
+    for name in names:
+        section.__dict__.pop(name, None)
+
+
+def has_fields(section: BaseModel, *names: str) -> bool:
+    """Return whether a section has these fields, so that none of them is `Missing`."""
+    return section.__dict__.keys() >= set(names)
+
+
+def field_or_none(section: object, name: str) -> Any:
+    """Return a field of a section; None if the section or the field is missing, or it has no such field."""
+    return None if section is None else vars(section).get(name)
 
 
 @dataclass(frozen=True)

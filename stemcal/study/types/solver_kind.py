@@ -11,7 +11,7 @@ from typing import Annotated, Any, ClassVar, Literal, NamedTuple
 from stemcal.notes import Remedy
 from stemcal.registry import Registry
 from stemcal.study.types.factor import Parameter
-from stemcal.study.types.field_types import Frozen, Length, OneOf
+from stemcal.study.types.field_types import Frozen, Length, OneOf, field_or_none
 
 Answers = Literal["computes", "looks_up", "asks_people"]
 
@@ -46,7 +46,7 @@ class SolverOptions(Frozen):
     @property
     def repeats(self) -> int:
         """Number of simulations of the same levels; 0 if it is deterministic."""
-        return getattr(self, "replicates", None) or 0
+        return field_or_none(self, "replicates") or 0
 
     @property
     def run_limit(self) -> float | None:
