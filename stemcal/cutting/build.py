@@ -1,6 +1,7 @@
 """From a shear test to its finite element model: mesh, mirror planes, tools; how large the mesh will be."""
 
 from dataclasses import dataclass
+from itertools import pairwise
 from math import ceil, inf, pi
 
 import numpy as np
@@ -10,6 +11,7 @@ from stemcal.cutting.mirror_planes import mirrors
 from stemcal.cutting.parts import SHARES, Discretisation, ShearTest, Stem
 from stemcal.fem.contact import Tool
 from stemcal.fem.kernels.search import FACES
+from stemcal.fem.material import Layers, Material
 from stemcal.fem.mesh import SQUARE, Mesh, hollow_cylinder, solid_cylinder, square_of_solid
 from stemcal.fem.model import Model
 
@@ -17,6 +19,9 @@ Array = NDArray[np.float64]
 
 # Elements keep the length of those under the edge over this share of their number on either side of it.
 EVEN_SHARE = 0.3
+# Through a layer: with one element, whose point is in its middle, it does not bend; with 1, 3 and 5 through a skin of a
+# sixteenth of the diameter the cutting force was 89.8, 124.9 and 127.0 N.
+FEWEST_IN_LAYER = 3
 # Around half a section: fewer do not leave room for the middle of a solid one.
 _FEWEST_AROUND = 4
 # How far the supports reach outwards and down, mm: past anything the stem can do.
@@ -29,7 +34,7 @@ def build(test: ShearTest) -> Model:
     mesh = stem_mesh(test.stem, how, rests_at=0.5 * test.supports.clearance + test.supports.fillet_radius)
     return Model(
         mesh=mesh,
-        material=test.material,
+        material=materials(mesh, test.stem, test.material, test.outer),
         tools=(_blade(test), *_supports(test)),
         contact=test.contact,
         hourglass=how.hourglass,
@@ -57,30 +62,51 @@ def stem_mesh(
     outer, inner = 0.5 * stem.outer_diameter, 0.5 * stem.outer_diameter * stem.diameter_ratio
     if widths is None:  # from the bottom to the top under the edge
         widths = np.linspace(how.coarsening_around, 1.0, around_half(outer, how))
-    through = through_wall(stem, how)
+    counts, surfaces = through_layers(stem, how), stem.radii
     layers = _layers(stem.length, how) if layers is None else layers
     if rests_at is not None:
         layers = _resting(layers, rests_at)
     whole = how.symmetry == "none"
     turn = how.turn * pi * widths[-1] / np.sum(widths) if whole else 0.0
+    radii = [np.linspace(*ends, n + 1)[1:] for ends, n in zip(pairwise(surfaces), counts, strict=True)]
     if stem.diameter_ratio == 0.0:
-        return solid_cylinder(outer, layers, through, widths, whole, turn)
+        beyond = np.concatenate([[], *radii[1:]])
+        return solid_cylinder(surfaces[1], layers, counts[0], widths, whole, turn, beyond.tolist())
     if whole:
         widths = np.concatenate([widths, widths[::-1]])
     first, angle = turn - 0.5 * pi, 2.0 * pi if whole else pi
-    return hollow_cylinder(inner, outer, layers, (len(widths), through), (first, first + angle), widths)
+    turns, whole_wall = (first, first + angle), np.concatenate([surfaces[:1], *radii])
+    return hollow_cylinder(inner, outer, layers, (len(widths), sum(counts)), turns, widths, whole_wall)
+
+
+def materials(mesh: Mesh, stem: Stem, inner: Material, outer: tuple[Material, ...]) -> Material | Layers:
+    """Return the material of the elements of a stem, from those of its innermost layer and of those around it."""
+    if not outer:
+        return inner
+    radius = np.linalg.norm(mesh.nodes[mesh.hexes, 1:], axis=2).mean(axis=1)
+    return Layers((inner, *reversed(outer)), np.searchsorted(stem.radii[1:-1], radius))
 
 
 def through_wall(stem: Stem, how: Discretisation) -> int:
-    """Return how many elements there are through the wall; of a solid stem, how many rings around its middle.
+    """Return how many elements there are through the wall; of a solid stem, how many rings around its middle."""
+    return sum(through_layers(stem, how))
 
-    The wall of a solid stem is its radius; the core covers half of it.
+
+def through_layers(stem: Stem, how: Discretisation) -> tuple[int, ...]:
+    """Return how many elements there are through each layer, from the inside; each has nodes on both of its surfaces.
+
+    The wall of a solid stem is its radius; the core covers half of its innermost layer, which has that many rings of
+    elements around.
     """
-    if stem.diameter_ratio == 0.0:
-        rings = how.through_wall and round((1.0 - SQUARE) * how.through_wall)
-        return rings or max(1, ceil(0.5 * (1.0 - SQUARE) * stem.outer_diameter / how.element_size - 1e-9))
-    wall = 0.5 * stem.outer_diameter * (1.0 - stem.diameter_ratio)
-    return how.through_wall or max(1, ceil(wall / how.element_size - 1e-9))
+    radii, wall = stem.radii, 0.5 * stem.outer_diameter * (1.0 - stem.diameter_ratio)
+    fewest = FEWEST_IN_LAYER if stem.layers else 1
+    counts = []
+    for low, high in pairwise(radii):
+        share = 1.0 - SQUARE if low == 0.0 else 1.0
+        wanted = how.through_wall and round(share * how.through_wall * ((high - low) / wall if stem.layers else 1.0))
+        least = 1 if low == 0.0 else fewest
+        counts.append(max(least, wanted or ceil(share * (high - low) / how.element_size - 1e-9)))
+    return tuple(counts)
 
 
 def around_half(radius: float, how: Discretisation) -> int:
@@ -214,4 +240,5 @@ def mesh_size(stem: Stem, how: Discretisation) -> MeshSize:
     share = _mean_length(how) * 0.5 * (1.0 + how.coarsening_around)
     mean = SHARES[how.symmetry] * stem.length * 0.25 * pi * (stem.outer_diameter * stem.outer_diameter) / elements
     volume = _NARROWER * mean * (1.0 - stem.diameter_ratio * stem.diameter_ratio) / share
-    return MeshSize(elements, volume ** (1.0 / 3.0), _BYTES * elements)
+    thin = (t / n for t, n in zip(reversed(stem.layers), through_layers(stem, how)[1:], strict=True))
+    return MeshSize(elements, min([volume ** (1.0 / 3.0), *thin]), _BYTES * elements)

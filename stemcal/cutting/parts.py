@@ -1,6 +1,7 @@
 """What determines a virtual shear test: stem, blade, supports, loading, contact, and how it is computed."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from itertools import accumulate
 from math import radians, tan
 from typing import Literal
 
@@ -51,11 +52,27 @@ def rate_filter(diameter: float, speed: float) -> float:
 
 @dataclass(frozen=True)
 class Stem:
-    """A hollow cylinder: outer diameter and length in mm, inner/outer diameter ratio."""
+    """A hollow cylinder: outer diameter and length in mm, inner/outer diameter ratio.
+
+    `layers` are the thicknesses of the layers around the innermost one, from the outside, mm.
+    """
 
     outer_diameter: float = 8.0
     diameter_ratio: float = 0.41
     length: float = 50.0
+    layers: tuple[float, ...] = ()
+
+    @property
+    def radii(self) -> tuple[float, ...]:
+        """The radii of its surfaces from the inside, mm: the bore (0 for a solid stem), the interfaces, the outside."""
+        outer = 0.5 * self.outer_diameter
+        inwards = accumulate(self.layers, lambda radius, thickness: radius - thickness, initial=outer)
+        return (outer * self.diameter_ratio, *reversed(tuple(inwards)))
+
+    def wider(self, factor: float) -> "Stem":
+        """Return the stem with its section enlarged by a factor."""
+        layers = tuple(factor * thickness for thickness in self.layers)
+        return replace(self, outer_diameter=factor * self.outer_diameter, layers=layers)
 
 
 @dataclass(frozen=True)
@@ -130,9 +147,13 @@ class Discretisation:
 
 @dataclass(frozen=True)
 class ShearTest:
-    """Everything that determines one virtual shear test."""
+    """Everything that determines one virtual shear test.
+
+    `material` is that of the innermost layer, `outer` are those of the layers around it, from the outside.
+    """
 
     material: Material
+    outer: tuple[Material, ...] = field(default=(), kw_only=True)
     stem: Stem = field(default_factory=Stem)
     blade: Blade = field(default_factory=Blade)
     supports: Supports = field(default_factory=Supports)

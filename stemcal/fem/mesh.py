@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from math import cos, pi, sin
 from typing import Any
@@ -92,6 +92,7 @@ def hollow_cylinder(
     counts: tuple[int, int],
     angles: tuple[float, float] = (-pi / 2, 3 * pi / 2),
     widths: Array | None = None,
+    radii: Array | None = None,
 ) -> Mesh:
     """Return a hollow cylinder about the x axis, its nodes numbered along it first, then around, then through the wall.
 
@@ -107,17 +108,27 @@ def hollow_cylinder(
         Where the section begins and ends, from +y towards +z; a full turn closes it.
     widths : array (around,), optional
         How wide the elements around are, in proportion; all alike if None.
+    radii : array (through + 1,), optional
+        Those of the nodes from `inner` to `outer`, mm; evenly spaced if None.
     """
     around, through = counts
     closed = abs(angles[1] - angles[0] - 2 * pi) < 1e-12
     parts = np.linspace(0.0, 1.0, around + 1) if widths is None else _parts(widths)
     turn = (angles[0] + (angles[1] - angles[0]) * parts)[: around if closed else around + 1]
-    radius = np.linspace(inner, outer, through + 1)
+    radius = np.linspace(inner, outer, through + 1) if radii is None else radii
     points = radius[:, None, None] * _directions(turn)
     return _drawn_out(points.reshape(-1, 2), _quads(through, around, closed), along)
 
 
-def solid_cylinder(radius: float, along: Array, through: int, widths: Array, whole: bool, turn: float = 0.0) -> Mesh:
+def solid_cylinder(
+    radius: float,
+    along: Array,
+    through: int,
+    widths: Array,
+    whole: bool,
+    turn: float = 0.0,
+    beyond: Sequence[float] = (),
+) -> Mesh:
     """Return a solid cylinder about the x axis: a rounded square about its axis within rings of elements.
 
     Sectors that run to the axis would have elements without width there.
@@ -136,8 +147,10 @@ def solid_cylinder(radius: float, along: Array, through: int, widths: Array, who
         The whole section instead of that half.
     turn : float
         How far the section is turned about the axis, rad.
+    beyond : sequence of floats
+        Radii of the nodes of further rings around that cylinder, mm, increasing.
     """
-    points, quads = _half_disc(radius, through, widths)
+    points, quads = _half_disc(radius, through, widths, beyond)
     if whole:
         points, quads = _with_mirror_image(points, quads)
     c, s = cos(turn), sin(turn)
@@ -154,7 +167,7 @@ def square_of_solid(around: int) -> tuple[int, int]:
 SQUARE, _BULGE = 0.5, 0.4
 
 
-def _half_disc(radius: float, through: int, widths: Array) -> tuple[Array, Ints]:
+def _half_disc(radius: float, through: int, widths: Array, beyond: Sequence[float]) -> tuple[Array, Ints]:
     """Return the points (y, z) of half a solid section, y ≥ 0, and its quadrilaterals."""
     arc = _directions(pi * (_parts(widths) - 0.5))  # from the bottom to the top
     up, across = square_of_solid(len(widths))
@@ -167,11 +180,12 @@ def _half_disc(radius: float, through: int, widths: Array) -> tuple[Array, Ints]
     ])  # fmt: skip
     rim = SQUARE * ((1.0 - _BULGE) * straight + _BULGE * arc)
     rings = rim + np.linspace(0.0, 1.0, through + 1)[1:, None, None] * (arc - rim)
+    rings = np.concatenate([rings, (np.array(beyond) / radius)[:, None, None] * arc])
     inside = _filled(rim, up, across)
     # the square's nodes row by row from the bottom, those of its rim where the rings begin
     grid = np.arange((up + 1) * (across + 1), dtype=np.int32).reshape(up + 1, across + 1)
     begin = np.concatenate([grid[0], grid[1:-1, -1], grid[-1, ::-1]])
-    ring = grid.size + np.arange(through * len(arc), dtype=np.int32).reshape(through, len(arc))
+    ring = grid.size + np.arange(rings[..., 0].size, dtype=np.int32).reshape(-1, len(arc))
     lines = np.concatenate([begin[None], ring])
     quads = [_between(grid.T[:-1], grid.T[1:]), _between(lines[:-1], lines[1:])]
     points = radius * np.concatenate([inside.reshape(-1, 2), rings.reshape(-1, 2)])

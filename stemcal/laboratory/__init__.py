@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     from stemcal.cutting.parts import Discretisation, Loading, Stem
     from stemcal.fem.contact import Tool
+    from stemcal.fem.material import Material
     from stemcal.fem.mesh import Mesh
 
 
@@ -49,6 +50,10 @@ class Kind:
     def slowest_period(self, stem: Stem, wave_speed: float) -> float:
         """Return the slowest natural period that the test excites, s; of a bar's wave speed √(E/ρ) in mm/s."""
         raise NotImplementedError
+
+    def modulus(self, stem: Stem, material: Material) -> float:
+        """Return the E of that wave speed, MPa: of a material with an axis, the one that the slowest motion has."""
+        return material.elastic_modulus
 
     def mesh(self, stem: Stem, how: Discretisation) -> Mesh:
         """Return the mesh of the piece, or of the part of it that the symmetry leaves."""

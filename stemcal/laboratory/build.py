@@ -1,16 +1,17 @@
 """What determines a laboratory test of a piece of stem, and its finite element model."""
 
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from math import pi, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stemcal.cutting.build import crowns, through_wall
+from stemcal.cutting.build import crowns, materials, through_layers, through_wall
 from stemcal.cutting.mirror_planes import mirrors
 from stemcal.cutting.parts import SHARES, Discretisation, Loading, Stem
 from stemcal.fem.contact import Contact, Tool
-from stemcal.fem.material import Material
+from stemcal.fem.material import Layers, Material
 from stemcal.fem.mesh import Mesh
 from stemcal.fem.model import Integration, Model
 from stemcal.laboratory import Kind
@@ -28,6 +29,8 @@ class LaboratoryTest:
     ----------
     kind : Kind
         What is done to the piece.
+    material, outer : Material, tuple of Material
+        That of the innermost layer, and those of the layers around it, from the outside.
     """
 
     kind: Kind
@@ -35,6 +38,7 @@ class LaboratoryTest:
     stem: Stem
     loading: Loading
     contact: Contact = field(default_factory=lambda: Contact(0.15, 0.10))
+    outer: tuple[Material, ...] = field(default=(), kw_only=True)
     discretisation: Discretisation = field(default_factory=Discretisation)
 
 
@@ -83,7 +87,7 @@ def build(test: LaboratoryTest) -> Model:
     velocity = test.kind.motion(mesh, stem, test.loading, test.material.poisson_ratio)
     return Model(
         mesh=mesh,
-        material=test.material,
+        material=materials(mesh, stem, test.material, test.outer),
         tools=test.kind.tools(stem, test.loading, both_sides=how.symmetry != "quarter"),
         contact=replace(test.contact, penalty=max(_PENALTY, test.contact.penalty)),
         hourglass=how.hourglass,
@@ -105,11 +109,29 @@ def rounded(test: LaboratoryTest) -> LaboratoryTest:
     if moment is None:
         return thickened(test)
     mesh = test.kind.mesh(stem, how)
-    meshed = float(mesh.volumes() @ _centres(mesh) ** moment) / (SHARES[how.symmetry] * stem.length)
-    outer, inner = 0.5 * stem.outer_diameter, 0.5 * stem.outer_diameter * stem.diameter_ratio
-    whole = pi * (outer ** (moment + 2) - inner ** (moment + 2)) / (1.0 if moment == 0 else 4.0)
-    wider = (whole / meshed) ** (1.0 / (moment + 2))
-    return replace(test, stem=replace(stem, outer_diameter=wider * stem.outer_diameter))
+    weights = _weights(test, mesh) if test.outer else 1.0
+    meshed = float((weights * mesh.volumes()) @ _centres(mesh) ** moment) / (SHARES[how.symmetry] * stem.length)
+    whole = pi * _moment(test, moment + 2) / (1.0 if moment == 0 else 4.0)
+    return replace(test, stem=stem.wider((whole / meshed) ** (1.0 / (moment + 2))))
+
+
+def _moment(test: LaboratoryTest, power: int) -> float:
+    """Return Σ E (R^power − r^power) of the layers, E relative to that of the innermost one."""
+    moduli = [law.elastic_modulus / test.material.elastic_modulus for law in _laws(test)]
+    return sum(E * (high**power - low**power) for E, (low, high) in zip(moduli, pairwise(test.stem.radii), strict=True))
+
+
+def _laws(test: LaboratoryTest) -> tuple[Material, ...]:
+    """Return the materials of the layers from the inside."""
+    return (test.material, *reversed(test.outer))
+
+
+def _weights(test: LaboratoryTest, mesh: Mesh) -> NDArray[np.float64]:
+    """Return E of each element relative to that of the innermost layer (E,)."""
+    layers = materials(mesh, test.stem, test.material, test.outer)
+    assert isinstance(layers, Layers)
+    moduli: NDArray[np.float64] = layers.each(law.elastic_modulus for law in layers.materials)
+    return moduli / test.material.elastic_modulus
 
 
 def _centres(mesh: Mesh) -> NDArray[np.float64]:
@@ -131,6 +153,8 @@ def thickened(test: LaboratoryTest) -> LaboratoryTest:
     layers = through_wall(stem, how)
     if stem.diameter_ratio == 0.0 or layers < _FEWEST_LAYERS:
         return test
+    if test.outer:
+        return replace(test, stem=_stiffened(test))
     middle = 0.5 * (1.0 + stem.diameter_ratio)
     half_wall = (1.0 - middle) * (1.0 - layers**-2.0) ** (-1.0 / 3.0)
     outer, inner = middle + half_wall, middle - half_wall
@@ -140,13 +164,44 @@ def thickened(test: LaboratoryTest) -> LaboratoryTest:
     return replace(test, stem=thicker)
 
 
+def _stiffened(test: LaboratoryTest) -> Stem:
+    """Return the layered stem with all layers thicker by f, so that its wall bends about its neutral line as it should.
+
+    With E and width w of each element's layer at z, EI = f³ Σ E w (z − z₀)² is to be Σ E (w (z − z₀)² + w³/12).
+    """
+    stem, laws = test.stem, _laws(test)
+    counts = through_layers(stem, test.discretisation)
+    moduli = np.repeat([test.kind.modulus(stem, law) for law in laws], counts)
+    ends = zip(pairwise(stem.radii), counts, strict=True)
+    lines = np.concatenate([stem.radii[:1], *(np.linspace(*both, n + 1)[1:] for both, n in ends)])
+    widths, z = np.diff(lines), 0.5 * (lines[1:] + lines[:-1])
+    z = z - np.average(z, weights=moduli * widths)
+    points, own = float(moduli * widths @ z**2), float(moduli @ widths**3) / 12.0
+    factor = (1.0 + own / points) ** (1.0 / 3.0)
+    outer, wall = 0.5 * stem.outer_diameter, stem.radii[-1] - stem.radii[0]
+    wider = 1.0 + 0.5 * (factor - 1.0) * wall / outer
+    thicker = tuple(factor * thickness for thickness in stem.layers)
+    ratio = max(0.0, 1.0 - factor * wall / (wider * outer))
+    return replace(stem, outer_diameter=wider * stem.outer_diameter, diameter_ratio=ratio, layers=thicker)
+
+
 def integration(test: LaboratoryTest) -> Integration:
     """Return how the test is integrated, its mass scaled.
 
     With density s·ρ natural periods grow as √s: s makes the loading last `PERIODS` of the slowest one, and is never
     below 1. Strains keep their real rates.
     """
-    material = test.material
-    period = test.kind.slowest_period(test.stem, sqrt(material.elastic_modulus / material.density))
+    period = test.kind.slowest_period(test.stem, _wave_speed(test))
     scaling = (test.loading.duration / (test.kind.PERIODS * period)) ** 2
     return replace(test.discretisation.integration, mass_scaling=max(1.0, scaling), time_step=None)
+
+
+def _wave_speed(test: LaboratoryTest) -> float:
+    """Return √(E/ρ) of the piece, mm/s: the mean E over the section's moment, the mean ρ over its area."""
+    if not test.outer:
+        return sqrt(test.kind.modulus(test.stem, test.material) / test.material.density)
+    power = 2 + (test.kind.MOMENT or 0)
+    ends = np.array(test.stem.radii)
+    moments, areas = np.diff(ends**power), np.diff(ends**2)
+    E = np.average([test.kind.modulus(test.stem, law) for law in _laws(test)], weights=moments)
+    return sqrt(float(E / np.average([law.density for law in _laws(test)], weights=areas)))

@@ -15,6 +15,7 @@ from stemcal.study.types.field_types import Length
 if TYPE_CHECKING:
     from stemcal.cutting.parts import Discretisation, Loading, Stem
     from stemcal.fem.contact import Tool
+    from stemcal.fem.material import Material
     from stemcal.fem.mesh import Mesh
 
 
@@ -54,6 +55,10 @@ class RadialCompression(Kind):
         radius = 0.5 * (stem.outer_diameter - wall)
         oval = 2.0 * pi * radius**2 * sqrt(5.0 * 12.0) / (6.0 * wall * wave_speed)
         return max(oval, 2.0 * stem.outer_diameter / wave_speed)
+
+    def modulus(self, stem: Stem, material: Material) -> float:
+        """Return E across the axis."""
+        return material.transverse.elastic_modulus if material.transverse else material.elastic_modulus
 
     def mesh(self, stem: Stem, how: Discretisation) -> Mesh:
         """Return a mesh that is fine at both plates and coarse at the sides and along the piece.

@@ -16,6 +16,7 @@ from stemcal.study.types.field_types import Length, Size, StemLength
 if TYPE_CHECKING:
     from stemcal.cutting.parts import Discretisation, Loading, Stem
     from stemcal.fem.contact import Tool
+    from stemcal.fem.material import Material
     from stemcal.fem.mesh import Mesh
 
 
@@ -58,6 +59,13 @@ class Bending(LaboratoryKind):
         return ThreePointBending(section.span.at(diameter), section.radius, section.radius)
 
 
+def shear_area(stem: Stem) -> float:
+    """Return κ, the share of a ring's section that carries shear, of ν = 0 (Cowper, J. Appl. Mech. 33, 335, 1966)."""
+    squared = stem.diameter_ratio**2
+    whole = (1.0 + squared) ** 2
+    return 6.0 * whole / (7.0 * whole + 20.0 * squared)
+
+
 @dataclass(frozen=True)
 class ThreePointBending(Kind):
     """Distance between the supports' axes, radii of the nose and of the supports, mm."""
@@ -73,6 +81,14 @@ class ThreePointBending(Kind):
         """Return the period of the first bending mode between the supports, 2 L²/π √(ρA/EI)."""
         gyration = 0.25 * stem.outer_diameter * hypot(1.0, stem.diameter_ratio)  # √(I/A) of a ring
         return 2.0 / pi * self.span**2 / (wave_speed * gyration)
+
+    def modulus(self, stem: Stem, material: Material) -> float:
+        """Return E, of a material with an axis E/(1 + π² EI/(κGA L²)): shear makes the first mode slower."""
+        if material.transverse is None:
+            return material.elastic_modulus
+        softer = material.elastic_modulus / (shear_area(stem) * material.transverse.shear_modulus)
+        gyration = 0.25 * stem.outer_diameter * hypot(1.0, stem.diameter_ratio)
+        return material.elastic_modulus / (1.0 + softer * (pi * gyration / self.span) ** 2)
 
     def mesh(self, stem: Stem, how: Discretisation) -> Mesh:
         """Return a mesh with a layer of nodes over each support: what rests is nodes."""
