@@ -14,8 +14,8 @@ from shown import DOCS, ROOT
 def test_sample_the_parameters_with_emcee(tmp_path: Path) -> None:
     """One force: yield stress is known to about ± 1 MPa, the strain-rate parameter fills its range."""
     pytest.importorskip("emcee", reason="emcee is of the extra `dev` only")
-    text = (DOCS / "howto" / "sample-with-emcee.md").read_text("utf-8")
-    (script,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    text = (DOCS / "reference" / "python.md").read_text("utf-8")
+    script = next(code for code in re.findall(r"```python\n(.*?)```", text, re.DOTALL) if "emcee" in code)
     script = script.replace("configs/", f"{ROOT.as_posix()}/configs/")
     done = subprocess.run(
         [sys.executable, "-c", script], cwd=tmp_path, env={**os.environ, "PYTHONPATH": str(ROOT), "PYTHONUTF8": "1"},

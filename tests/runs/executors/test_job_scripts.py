@@ -10,7 +10,7 @@ from fakes import ENVIRONMENT
 
 pytest.importorskip("dask_jobqueue", reason="needs dask-jobqueue: pip install dask-jobqueue")
 
-PAGE = Path(__file__).parents[3] / "docs" / "howto" / "clusters.md"
+PAGE = Path(__file__).parents[3] / "docs" / "howto" / "long-studies.md"
 EXPECTED = {
     "SLURMCluster": ("#SBATCH -p normal", "#SBATCH --cpus-per-task=16", "#SBATCH --mem=15G", "#SBATCH -t 08:00:00"),
     "PBSCluster": ("#PBS -q normal", "#PBS -l select=1:ncpus=16:mem=16gb", "#PBS -l walltime=08:00:00"),
