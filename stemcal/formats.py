@@ -77,6 +77,18 @@ def percent(value: float | None) -> str:
     return fixed(value, 3 if abs(value) < 0.005 else 2)
 
 
+def direction(error_percent: float | None, unit: str = "", digits: int = 2) -> str:
+    """Return an error 100·(measured − simulated)/measured with its direction: what is positive is simulated too low.
+
+    >>> direction(3.8312), direction(-0.52, " %", 1), direction(0.001), direction(None)
+    ('3.83 too low', '0.5 % too high', '0.00', '–')
+    """
+    size = fixed(None if error_percent is None else abs(error_percent), digits)
+    if error_percent is None or size == fixed(0.0, digits):
+        return size if error_percent is None else f"{size}{unit}"
+    return f"{size}{unit} too {'low' if error_percent > 0.0 else 'high'}"
+
+
 def interval(
     bounds: list[float] | tuple[float, float] | None,
     digits: int = 4,

@@ -4,11 +4,12 @@ from collections.abc import Callable, Iterable
 from typing import Any
 
 from stemcal.drawing.table import Column
-from stemcal.formats import decimals, fixed, probability, short, significant
+from stemcal.formats import decimals, direction, fixed, probability, short, significant
 from stemcal.vocabulary import FIRST, FORCE, Variable, Vocabulary, Wording
 
 Form = Callable[[Any], str]
-ERROR = Column("error_percent", "Error", "%", fixed)
+
+ERROR = Column("error_percent", "Error", "%", direction)
 
 
 def condition(naming: Vocabulary) -> tuple[Column, ...]:

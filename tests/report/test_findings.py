@@ -43,7 +43,7 @@ def test_travel_and_work_stand_beside_the_force(stages: dict[str, Any]) -> None:
     row = JointRow(8.0, "travel", "mm", 1.06, None, None, 1.0613, -0.12, None)
     joint = JointFitted(Rows(), Rows([row]), "measured", None, 0, None, 0.0, None)
     fitted = tables_of(replace(stages["invert"], joint=joint))[-1]
-    assert fitted.cells == (("travel", "8", "1.06", "1.061", "mm", "−0.12"),) and fitted.heads[3] == "Surface"
+    assert fitted.cells == (("travel", "8", "1.06", "1.061", "mm", "0.12 too high"),) and fitted.heads[3] == "Surface"
     further = Rows([FurtherRow("travel", "mm", 1.06, None, 1.07, -0.9)])
     rows = stages["validate"].rows
     beside = Rows([rows[0], replace(rows[1], further=further), *rows[2:]])

@@ -32,5 +32,5 @@ def test_figures_are_svg_and_the_same_each_time(stages: dict[str, Any]) -> None:
 
 def test_climb_table() -> None:
     (table,) = tables_of(ClimbResult.from_json(CLIMB))
-    assert table.cells == (("0", "1.000", "90.00", "10.00"),)
+    assert table.cells == (("0", "1.000", "90.00", "10.00 too low"),)
     assert "a 1.000 ± 0.5000" in table.foot[2]

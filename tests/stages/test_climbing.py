@@ -52,7 +52,7 @@ def test_stops_once_the_target_is_passed(tmp_path: Path) -> None:
     assert forces == pytest.approx(expected, abs=1e-6)
     assert stage["best_step"] == 2 and stage["passed"]
     nearest = stage["notes"][0]
-    assert nearest["kind"] == "nearest_step" and f"{stage['error_percent']:+.1f} %)" in nearest["text"]
+    assert nearest["kind"] == "nearest_step" and f"{stage['error_percent']:.1f} % too low)" in nearest["text"]
     assert stage["error_percent"] == pytest.approx(100 * (110 - expected[2]) / 110)
     assert stage["solution"]["yield_stress"] == pytest.approx(17.0)
 

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from stemcal.doe.coding import Array
 from stemcal.doe.comparison import error_percent
 from stemcal.errors import RunsFailed, UsageError
-from stemcal.formats import counted, minus
+from stemcal.formats import counted, direction
 from stemcal.notes import Note, Remedy
 from stemcal.solvers.protocol import Request
 from stemcal.stages.climb.options import ClimbOptions
@@ -61,10 +61,10 @@ def climb(work: Work, head: Head) -> ClimbResult:
 
 def _notes(rows: Sequence[ClimbRow], best: ClimbRow, reached: bool, names: Wording) -> Iterator[Note]:
     """Yield where the surface is centred, and that the climb ended before the target."""
-    error = minus(f"{best.error_percent or 0.0:+.1f}")
+    error = direction(best.error_percent or 0.0, " %", 1)
     text = (
         f"The response surface design is centred at step {best.step} of {len(rows)} on the path of steepest "
-        f"ascent, where the response is closest to the target (error {error} %)."
+        f"ascent, where the response is closest to the target (error: {error})."
     )
     yield Note("nearest_step", "info", text)
     if not reached:

@@ -14,7 +14,7 @@ from stemcal.drawing.showing import RANGE, Setting, Showing
 from stemcal.drawing.style import BLUE, FAINT, INK, Figure, axis_of, new_figure
 from stemcal.drawing.table import Column, Table
 from stemcal.errors import UsageError
-from stemcal.formats import MISSING, fixed, interval, short, significant, unit_written
+from stemcal.formats import MISSING, direction, fixed, interval, short, significant, unit_written
 from stemcal.stages.fitting import Surfaces, fit_of_study
 from stemcal.stages.invert import words
 from stemcal.stages.invert.result import Certainty, InvertResult, JointFitted
@@ -146,7 +146,7 @@ def _joint_table(joint: JointFitted, names: Wording) -> Table:
     if left_out is None:
         foot = f"Largest absolute percentage error: {fixed(error)} %.", *scores(names)
         return Table.of(columns, rows, _JOINT, foot)
-    columns.append(Column("left_out_error_percent", "Left out", "%", fixed))
+    columns.append(Column("left_out_error_percent", "Left out", "%", direction))
     tests = any(row.left_out_interval is not None for row in joint.rows)
     largest = f"Largest error: {fixed(error)} % for fitted values, {fixed(left_out)} % for values left out of the fit."
     others = "other tests" if tests else "other values"

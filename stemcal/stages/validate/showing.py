@@ -6,13 +6,13 @@ from stemcal.drawing.columns import ERROR, condition, from_means, measured_of, s
 from stemcal.drawing.plot import Plot
 from stemcal.drawing.showing import Setting, Showing
 from stemcal.drawing.table import Column, Table
-from stemcal.formats import fixed, short, significant
+from stemcal.formats import direction, fixed, short, significant
 from stemcal.stages.validate import figures
 from stemcal.stages.validate.result import ValidateResult
 from stemcal.storage.typed import to_json
 from stemcal.vocabulary import Wording
 
-_LEFT_OUT = Column("left_out_percent", "Left out", "%", fixed)
+_LEFT_OUT = Column("left_out_percent", "Left out", "%", direction)
 
 
 class ValidateShowing(Showing[ValidateResult]):
