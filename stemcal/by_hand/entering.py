@@ -6,11 +6,13 @@ the log of the study has both.
 
 import getpass
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 from stemcal.by_hand.awaited import advance, enterable_runs
+from stemcal.by_hand.likely import columns_of, misplaced_value, require_likely
 from stemcal.by_hand.row_checks import RowRefused, by_name, first_of, meant_run, result_in
 from stemcal.by_hand.run_sheet import FAILED, STUDY, WHEN, WHO, Filled, narrow, run_name
 from stemcal.errors import StemcalError, UsageError
@@ -81,26 +83,50 @@ def record_results(study: Study, folder: StudyFolder, sheet: Sequence[Filled], *
     for row in rows:
         if row.said.get(STUDY) and row.said[STUDY] != narrow(study.name):
             raise UsageError(f"{row.place}: the sheet is for the study {row.said[STUDY]!r}, not for {study.name!r}")
-    try:
-        waiting = advance(study, folder) if rows else None
-    except StemcalError:  # results may be the remedy; if not, it is reported when the study continues
-        waiting = None
-    solver, refused = make_solver(seen), list[RowRefused]()
-    found: dict[str, list[str]] = {"taken": [], "known": [], "replaced": []}
-    runs = by_name(enterable_runs(study, folder, waiting).values() if rows else ())
-    for key, (first, *others) in _by_run(seen, solver, runs, rows, refused).items():
+    requests = _enterable(study, folder, rows) if sheet else {}
+    solver, runs, refused = make_solver(seen), by_name(requests.values()), list[RowRefused]()
+    results = _by_run(seen, solver, runs, rows, refused)
+    columns = columns_of(seen, _answers(folder, requests, results))
+    refused += [found for row in sheet if (found := misplaced_value(seen, columns, runs, row)) is not None]
+    names: dict[str, list[str]] = {"taken": [], "known": [], "replaced": []}
+    for key, (first, *others) in results.items():
         if other := next((one for one in others if not _agree(one.answer, first.answer)), None):
             refused += [_second_result(first.filled, other.filled), _second_result(other.filled, first.filled)]
             continue
         try:
             sort = _against_record(first, folder.load(key), study, replace_because)
+            if sort != "known":
+                require_likely(seen, columns, key, first.filled, first.request, first.answer)
+                _record(key, first, solver, folder, replace_because)
         except RowRefused as one:
             refused.append(one)
             continue
-        found[sort].append(run_name(first.request))
-        if sort != "known":
-            _record(key, first, solver, folder, replace_because)
-    return Entered(**{sort: tuple(names) for sort, names in found.items()}, refused=tuple(refused))
+        names[sort].append(run_name(first.request))
+    return Entered(**{sort: tuple(each) for sort, each in names.items()}, refused=tuple(refused))
+
+
+def _enterable(study: Study, folder: StudyFolder, rows: Sequence[Filled]) -> dict[str, Request]:
+    """Return by their keys the runs whose results may be entered, after continuing if there are `rows` with results.
+
+    An error of a stage may be what the results correct; if not, it is reported when the study continues.
+    """
+    waiting = None
+    with suppress(StemcalError):
+        if not rows:
+            return enterable_runs(study, folder, None)
+        waiting = advance(study, folder)
+    return enterable_runs(study, folder, waiting) if rows else {}
+
+
+def _answers(
+    folder: StudyFolder, requests: Mapping[str, Request], results: Mapping[str, Sequence[_Result]]
+) -> Iterator[tuple[str, Request, Answer]]:
+    """Yield the results that are recorded, and those of the sheet."""
+    for key, request in requests.items():
+        if key in results:
+            yield key, request, results[key][0].answer
+        elif (record := folder.peek(key)) is not None:
+            yield key, request, _answer_in(record)
 
 
 def require_sheet(study: Study) -> None:

@@ -44,7 +44,7 @@ def by_name(runs: Iterable[Request]) -> dict[str, list[Request]]:
 
 def meant_run(study: Study, runs: Mapping[str, Sequence[Request]], row: Filled) -> Request:
     """Return the run that a row means: of the same name, and of the same levels as far as it has them."""
-    named = runs.get(" ".join(row.run.split()).casefold(), ())
+    named = runs.get(row.run_name, ())
     if not named:
         message = f"the study has no run {row.run!r}; write the name as in the sheet, such as rsm 3"
         raise RowRefused(row, "unknown_run", message)
@@ -103,6 +103,13 @@ def result_in(study: Study, row: Filled) -> Answer:
         return Answer("failed", reason=NOT_RUN, message=reason)
     first, *others = values = {one.name: _value(row, one) for one in entered_responses(study)}
     return Answer("ok", values[first], details={RESPONSES: {name: values[name] for name in others}} if others else {})
+
+
+def values_of(study: Study, answer: Answer) -> dict[str, float]:
+    """Return the value of each response of a result, by its name; nothing of a run that failed."""
+    if answer.response is None:
+        return {}
+    return {entered_responses(study)[0].name: answer.response, **answer.details.get(RESPONSES, {})}
 
 
 def _value(row: Filled, response: Variable) -> float:

@@ -72,11 +72,16 @@ def fields_of(study: Study) -> list[Field]:
     at = study.naming.condition
     conditions = [] if at is None else [Field(at.name, at.unit, "condition")]
     replicates = [Field(REPLICATE, "", "replicate")] if study.solver.repeats > 1 else []
-    responses = [Field(r.name, r.unit, "response") for r in entered_responses(study)]
+    responses = [field_of(response) for response in entered_responses(study)]
     asked = [Field(RUN, "", "run"), *factors, *conditions, *replicates, *responses]
     said = [*(Field(name, "", "said") for name in (WHO, WHEN, REMARK)), Field(STUDY, "", "study", content=study.name)]
     own = {field.name.casefold() for field in asked}  # a factor may be called `study`
     return [*asked, *(field for field in said if field.name not in own)]
+
+
+def field_of(response: Variable) -> Field:
+    """Return the column of a response."""
+    return Field(response.name, response.unit, "response")
 
 
 def entered_responses(study: Study) -> tuple[Variable, ...]:
@@ -119,6 +124,11 @@ class Filled:
     units: dict[str, str]
     decimal: str = "."
     broken: str = ""
+
+    @property
+    def run_name(self) -> str:
+        """The name of its run as `run_name` has it, whatever its case and spaces are on the sheet."""
+        return " ".join(self.run.split()).casefold()
 
     @property
     def remark(self) -> str:

@@ -132,7 +132,7 @@ def _known_rows(study: Study, path: Path) -> dict[str, list[_KnownRow]]:
     found: dict[str, list[_KnownRow]] = {}
     wrong: list[str] = []
     for given in filled(content, path.name, study, partial=True):
-        cells = replace(given.with_levels_given(), run=" ".join(given.run.split()).casefold())
+        cells = replace(given.with_levels_given(), run=given.run_name)
         try:
             row = _known(study, cells)
             found.setdefault(cells.run, []).append(row)

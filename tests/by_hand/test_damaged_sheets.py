@@ -226,6 +226,30 @@ def recorded(folder: StudyFolder) -> dict[str, Any]:
     }
 
 
+def twin_slips(cells: Cells) -> str:
+    """Two of fifteen have the same slip: neither hides the other."""
+    for row in cells[HURT : HURT + 2]:
+        row[ANGLE] = row[ANGLE].replace(".", "")
+    return text_of(cells)
+
+
+def exchanged(cells: Cells) -> str:
+    row = cells[HURT]
+    row[ANGLE], row[BULK] = row[BULK], row[ANGLE]
+    return text_of(cells)
+
+
+def moved(place: int) -> Callable[[Cells], str]:
+    """Return what types the angle in another column of a row without results."""
+
+    def change(cells: Cells) -> str:
+        row = cells[HURT]
+        row[place], row[ANGLE], row[BULK] = row[ANGLE], "", ""
+        return text_of(cells)
+
+    return change
+
+
 REFUSED: dict[str, tuple[Callable[[Cells], str | bytes], dict[str, int]]] = {
     "a decimal comma that splits a cell": (unquoted_comma, {"broken_row": 1}),
     "a last row cut short": (cut_short, {"broken_row": 1}),
@@ -257,6 +281,14 @@ REFUSED: dict[str, tuple[Callable[[Cells], str | bytes], dict[str, int]]] = {
     "a formula that was not calculated": (cell("=A1*2"), {"incomplete": 1}),
     "a date that Excel made": (cell(datetime(2026, 2, 28)), {"unreadable": 1}),
     "a tick": (cell(True), {"unreadable": 1}),
+    "a decimal point forgotten": (put(ANGLE, "295"), {"far_from_others": 1}),
+    "a decimal point too early": (put(ANGLE, "2.9"), {"far_from_others": 1}),
+    "a decimal point slipped twice": (twin_slips, {"far_from_others": 2}),
+    "a minus": (put(ANGLE, "-28"), {"far_from_others": 1}),
+    "a zero": (put(ANGLE, "0"), {"far_from_others": 1}),
+    "one digit too many of the second response": (put(BULK, "6900"), {"far_from_others": 1}),
+    "two columns exchanged": (exchanged, {"far_from_others": 1}),
+    **{f"the value under column {place}": (moved(place), {"wrong_column": 1}) for place in (0, 1, *range(WHO, 10))},
 }  # fmt: skip
 
 
@@ -274,6 +306,38 @@ def test_refused_with_row_and_remedy(damage: str, heap: Study, sheet: Cells, tmp
         assert str(one).startswith(f"{one.place}: ") and one.place.split(":")[1].isdigit() and "; " in str(one)
     after = entered(heap, folder, whole)
     assert (len(after.known), len(after.taken), after.refused) == (taken, RUNS - taken, ())
+
+
+def test_a_value_far_off_is_recorded_once_it_is_confirmed(heap: Study, sheet: Cells, tmp_path: Path) -> None:
+    folder = StudyFolder(tmp_path / "study")
+    sheet[HURT][ANGLE] = "295"
+    (question,) = entered(heap, folder, text_of(sheet)).refused
+    assert all(text in str(question) for text in ("angle = 295°", "23° to 36.2°", "`confirmed`"))
+    sheet[HURT][REMARK] = "Confirmed: stones in it"
+    found = entered(heap, folder, text_of(sheet))
+    assert (found.taken, len(found.known), found.refused) == ((sheet[HURT][0],), RUNS - 1, ())
+
+
+def test_few_values_and_another_condition_are_no_reason_to_ask(heap: Study, sheet: Cells, tmp_path: Path) -> None:
+    """Of a design three others do not show its range; those of the climb to a far target would be asked about."""
+    folder = StudyFolder(tmp_path / "study")
+    first = [sheet[0], *sheet[1:3], [*sheet[3][:ANGLE], "120", *sheet[3][BULK:]]]
+    found = entered(heap, folder, text_of(first))
+    assert (len(found.taken), found.refused) == (3, ())
+
+
+@pytest.mark.parametrize(
+    ("place", "text"), [(WHO, "20231234"), (WHO, "Li 28.3"), (WHO + 1, "46082"), (REMARK, "4"), (1, ""), (1, "0,4")]
+)
+def test_cells_of_a_row_that_waits_may_have_other_numbers(
+    place: int, text: str, heap: Study, sheet: Cells, tmp_path: Path
+) -> None:
+    """A staff number, the number of a date, a count; a level with a decimal comma."""
+    row = sheet[HURT]
+    text = row[1].replace(".", ",") if text == "0,4" else text
+    row[place], row[ANGLE], row[BULK] = text, "", ""
+    found = entered(heap, StudyFolder(tmp_path / "study"), text_of(sheet))
+    assert (len(found.taken), found.refused) == (RUNS - 1, ())
 
 
 UNREADABLE: dict[str, tuple[Callable[[Cells], str | bytes], str]] = {

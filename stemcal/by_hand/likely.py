@@ -1,0 +1,126 @@
+"""Values that look like slips: far from the others of their column, or typed in a wrong column."""
+
+from collections import defaultdict
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from math import log
+from statistics import median
+
+from stemcal.by_hand.row_checks import RowRefused, other_level, values_of
+from stemcal.by_hand.run_sheet import RUN, STUDY, Filled, entered_responses, field_of, narrow
+from stemcal.measured.headings import as_number
+from stemcal.solvers.protocol import Answer, Request
+from stemcal.stages.stage import stage_called
+from stemcal.study.model.study import Study
+from stemcal.vocabulary import FIRST
+
+CONFIRMED = "confirmed"
+"""In the remark of a row: its values are right although they are far from the others."""
+_FEWEST = 4
+_FACTOR, _SPREADS = 3.0, 2.5  # a value may be this factor and this number of robust standard deviations off
+_SIGMA = 1.4826  # of a normal distribution, over its median absolute deviation
+
+Columns = Mapping[tuple[float, str], Mapping[str, float]]
+"""The known values of each response at each condition, by the key of the run; those of targets have none."""
+
+
+def columns_of(study: Study, answers: Iterable[tuple[str, Request, Answer]]) -> Columns:
+    """Return the values of runs, and of the measured means, which runs are to reproduce."""
+    found: dict[tuple[float, str], dict[str, float]] = defaultdict(dict)
+    first, *_ = names = [response.name for response in entered_responses(study)]
+    for target in study.targets.means:
+        for name in names:
+            mean, _ = target.mean_of(FIRST if name == first else name)
+            if mean is not None:
+                found[target.condition, name][""] = mean
+    for key, request, answer in answers:
+        for name, value in values_of(study, answer).items():
+            found[request.condition, name][key] = value
+    return found
+
+
+def is_far(value: float, others: Sequence[float]) -> bool:
+    """Whether a value is so far from others, one at least, that a slip of the point or of the column is likely.
+
+    |ln v − median| > ln 3 + 2.5 s, with s the robust standard deviation of the others' logarithms.
+
+    >>> heaps = [28.2, 25.9, 30.6, 31.0, 27.4]
+    >>> [is_far(value, heaps) for value in (295.0, 2.95, -29.5, 35.0)]
+    [True, True, True, False]
+    """
+    if min(others) <= 0.0 <= max(others):  # no scale but their largest size
+        return abs(value) > 10.0 * max(map(abs, others))
+    if value * others[0] <= 0.0:
+        return True
+    logs = [log(abs(other)) for other in others]
+    middle = median(logs)
+    spread = _SIGMA * median(abs(one - middle) for one in logs)
+    return abs(log(abs(value)) - middle) > log(_FACTOR) + _SPREADS * spread
+
+
+def require_likely(study: Study, columns: Columns, key: str, row: Filled, request: Request, answer: Answer) -> None:
+    """Raise `RowRefused` if a value is far from the others at its condition, unless the row is `CONFIRMED`.
+
+    At the solution the measured mean alone is enough to compare with.
+    """
+    fewest = 1 if stage_called(request.stage).pictured else _FEWEST
+    if CONFIRMED in row.remark.casefold():
+        return
+    for response in entered_responses(study) if answer.ok else ():
+        value = values_of(study, answer)[response.name]
+        known = columns.get((request.condition, response.name), {})
+        others = [other for run, other in known.items() if run != key]
+        if len(others) >= fewest and is_far(value, others):
+            low, high = (f"{end:.4g}{response.unit_suffix}" for end in (min(others), max(others)))
+            text = (
+                f"{row.run}: is {response.name} = {value:.6g}{response.unit_suffix} correct? The other values are "
+                f"{low} to {high}; correct the cell, or write `{CONFIRMED}` in the remark"
+            )
+            raise RowRefused(row, "far_from_others", text)
+
+
+def misplaced_value(
+    study: Study, columns: Columns, runs: Mapping[str, Sequence[Request]], row: Filled
+) -> RowRefused | None:
+    """Return the refusal of a row without a result that has one in another column, None of any other row."""
+    if not row.is_empty:
+        return None
+    own = runs.get(row.run_name, ())
+    names = [*_changed_level(study, own, row), *_result_among_remarks(study, columns, own, row)]
+    if not own and _number(row.run) is not None:
+        names.append(RUN)
+    if not names:
+        return None
+    first = field_of(entered_responses(study)[0])
+    cell = {RUN: row.run, **row.levels, **row.said}[names[0]]
+    text = (
+        f"the row of {row.run} has no {first.name}, but the column {names[0]} contains {cell!r}; move the value to the "
+        f"column {first.heading}, or correct the cell"
+    )
+    return RowRefused(row, "wrong_column", text)
+
+
+def _changed_level(study: Study, runs: Sequence[Request], row: Filled) -> list[str]:
+    """Return the level with another number, if it is the only one that differs from those of a run."""
+    given = row.with_levels_given()
+    single = [(name, replace(given, levels={name: text})) for name, text in given.levels.items()]
+    changed = [[name for name, one in single if other_level(study, run, one) is not None] for run in runs]
+    nearest = min(changed, key=len, default=[])
+    return nearest if len(nearest) == 1 and _number(row.levels[nearest[0]]) is not None else []
+
+
+def _result_among_remarks(study: Study, columns: Columns, runs: Sequence[Request], row: Filled) -> list[str]:
+    """Return the columns for people that contain a number like the results: no date, no staff number."""
+    places = {(run.condition, response.name) for run in runs for response in entered_responses(study)}
+    known = [list(columns[place].values()) for place in places if place in columns]
+    numbers = {name: _number(text) for name, text in row.said.items() if (name, text) != (STUDY, narrow(study.name))}
+    return [
+        name
+        for name, number in numbers.items()
+        if number is not None and any(not is_far(number, others) for others in known)
+    ]
+
+
+def _number(text: str) -> float | None:
+    point = as_number(text, ".")
+    return as_number(text, ",") if point is None else point
