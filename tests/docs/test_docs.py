@@ -59,7 +59,7 @@ def test_the_pages_build_without_a_warning(tmp_path: Path) -> None:
     assert "stemcal measure shear" in pages["reference/commands.html"]
     assert "effects[].lenth_t" in pages["reference/stages.html"]
     assert "the target is out of reach" in pages["reference/files.html"]
-    for name in ("explanation/solver.html", "explanation/statistics.html", "howto/laboratory-files.html"):
+    for name in ("explanation/solver.html", "explanation/screening.html", "explanation/calibration.html"):
         assert pages[name].count('<div class="equation"><math') >= 2
     notebook = pages["notebook.html"]
     assert notebook.count('src="data:image/png;base64') + notebook.count("_images/") >= 3
