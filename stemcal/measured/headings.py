@@ -64,13 +64,15 @@ def shown(cell: str, most: int = 40) -> str:
 
 
 FORCE = (
-    *("force", "load", "kraft", "fuerza", "carga", "effort", "forza", "força", "kuvvet", "kuvveti"),
+    *("force", "load", "kraft", "fuerza", "carga", "effort", "forza", "força", "kuvvet", "kuvveti", "síla", "siła"),
+    *("last",),
     *("yük", "yükü"),
     *("сила", "усилие", "нагрузка", "зусилля", "навантаження"),
     *("力", "载荷", "负荷", "负载", "載荷", "荷重", "試験力", "힘", "하중", "시험력"),
 )
 TRAVEL = (
     *("displacement", "travel", "extension", "stroke", "position", "crosshead", "deflection", "deformation"),
+    *("disp", "disp.", "displ", "displ.", "dráha", "posun", "posuv", "przemieszczenie", "droga"),
     *("distance", "compression", "weg", "verformung", "desplazamiento", "deslocamento", "déplacement", "course"),
     *("spostamento", "corsa", "uzama", "uzaması", "deplasman", "deplasmanı", "yer değiştirme"),
     *("yerdeğiştirme", "strok", "stroku", "konum"),
@@ -94,6 +96,7 @@ NOT_MEANT = (
     *("rate", "speed", "velocity", "geschwindigkeit", "hız", "скорость"),
     *("应力", "应变", "応力", "応変", "速度", "速率", "응력", "변형률", "속도"),
 )
+ALONE = ("last",)  # German for load; next to other words it is English
 GERMAN = ("kraft", "weg", "zeit")  # also at the end of a word: Standardkraft, Traversenweg
 
 
@@ -113,10 +116,14 @@ def is_called(name: str, words: Sequence[str]) -> bool:
     (True, True, False)
     >>> is_called("Standardkraft", FORCE), is_called("Prüfkraft in N", FORCE), is_called("Déplacement", TRAVEL)
     (True, True, True)
+    >>> is_called("Last [kN]", FORCE), is_called("Last in kN", FORCE), is_called("Last reading", FORCE)
+    (True, True, False)
     """
     lowered = plain(name)
     parts = set(re.findall(r"[^\W\d_]+\d?\.?|\d+", lowered)) | set(re.findall(r"[^\W\d_]+", lowered))
-    sought = [plain(word) for word in words]
+    first, *rest = re.split(r"[\s\[(/,]+", lowered.rstrip(")]"))
+    by_itself = all(word == "in" or word in _IN_ANY_CASE for word in rest)
+    sought = [plain(word) for word in words if word not in ALONE or (word == first and by_itself)]
     ends = tuple(word for word in sought if word in GERMAN)
     # Chinese, Japanese, Korean, and several words
     anywhere = {word for word in sought if min(word) >= "\u1100" or " " in word}
@@ -127,21 +134,53 @@ def is_called(name: str, words: Sequence[str]) -> bool:
 
 NEWTONS = {
     "N": 1.0, "kN": 1000.0, "daN": 10.0, "mN": 0.001, "kgf": 9.80665, "kg": 9.80665, "gf": 0.00980665, "g": 0.00980665,
-    "lbf": 4.4482216152605, "lb": 4.4482216152605, "牛": 1.0, "牛顿": 1.0, "千牛": 1000.0, "公斤力": 9.80665,
+    "lbf": 4.4482216152605, "lb": 4.4482216152605, "lbs": 4.4482216152605, "kp": 9.80665, "cN": 0.01, "Newton": 1.0,
+    "Newtons": 1.0, "kilonewton": 1000.0, "kilogram": 9.80665, "gram": 0.00980665, "pound": 4.4482216152605,
+    "牛": 1.0, "牛顿": 1.0, "千牛": 1000.0, "公斤力": 9.80665,
     "公斤": 9.80665, "千克力": 9.80665, "Н": 1.0, "кН": 1000.0, "даН": 10.0, "кгс": 9.80665, "кг": 9.80665, "뉴턴": 1.0,
 }  # fmt: skip
 MILLIMETRES = {
     "mm": 1.0, "cm": 10.0, "m": 1000.0, "um": 0.001, "µm": 0.001, "μm": 0.001, "in": 25.4, "inch": 25.4,
+    "millimeter": 1.0, "millimetre": 1.0, "millimeters": 1.0, "millimetres": 1.0,
     "毫米": 1.0, "厘米": 10.0, "微米": 0.001, "мм": 1.0, "см": 10.0, "м": 1000.0, "мкм": 0.001,
 }  # fmt: skip
 # other content of a line of units, next to the columns that are wanted
 _OTHER_UNITS = (
-    *("s", "sec", "ms", "min", "h", "秒", "毫秒", "分", "с", "сек", "мс", "мин", "ч", "초", "분", "sn", "dk"),
+    *(
+        "s",
+        "sec",
+        "sek",
+        "second",
+        "seconds",
+        "sekunden",
+        "ms",
+        "min",
+        "h",
+        "days",
+        "cycles",
+        "Hz",
+        "deg",
+        "rad",
+        "秒",
+        "毫秒",
+        "分",
+        "с",
+        "сек",
+        "мс",
+        "мин",
+        "ч",
+        "초",
+        "분",
+        "sn",
+        "dk",
+    ),
     *("%", "Pa", "kPa", "MPa", "GPa", "МПа", "V", "mV", "J", "mJ", "C", "°C", "1", "-"),
-    *("mm/mm", "mm/s", "mm/min", "N/mm", "N/mm2", "N/mm²", "mm2", "mm²", "strain"),
+    *("N·m", "Nm", "N/s", "kN/s", "mV/V", "mm/mm", "mm/s", "mm/min", "N/mm", "N/mm2", "N/mm²", "mm2", "mm²", "strain"),
 )
 _KNOWN = frozenset((*NEWTONS, *MILLIMETRES, *_OTHER_UNITS))
 _IN_ANY_CASE = frozenset(unit.casefold() for unit in _KNOWN)
+_LONGEST_UNIT = 3  # letters of an unknown word that may be a unit
+_PLURAL = re.compile(r"(newton|pound|gram|second|millimet(?:er|re))\(s\)", re.IGNORECASE)
 _NUMBERS = ("1", "-")  # units on a separate line; at the end of a name, as in `Kraft 1`, a number
 
 _LETTER = r"A-Za-zµμ%°А-Яа-я牛顿千毫厘微米秒分公斤力克초분뉴턴"
@@ -154,10 +193,13 @@ def bare_unit(cell: str) -> str | None:
 
     >>> bare_unit("[mm]"), bare_unit("N"), bare_unit(""), bare_unit("Sec"), bare_unit("Force (N)"), bare_unit("Weg")
     ('mm', 'N', '', 'Sec', None, None)
+    >>> bare_unit("Newton(s)")
+    'Newton'
     """
+    cell = _narrow(cell)
     if not cell or cell.casefold() in _IN_ANY_CASE:
         return cell
-    match = re.fullmatch(rf"[\[(]\s*({_UNIT})?\s*[\])]", _narrow(cell))
+    match = re.fullmatch(rf"[\[(]\s*(?:({_UNIT})|-?)\s*[\])]", cell)
     return (match[1] or "") if match else None
 
 
@@ -166,13 +208,21 @@ def _unit_in(name: str) -> str:
 
     >>> [_unit_in(name) for name in ("Force (kN)", "位移/mm", "Kraft [N]", "Load, N", "force", "Weg in mm", "力（牛）")]
     ['kN', 'mm', 'N', 'N', '', 'mm', '牛']
-    >>> [_unit_in(name) for name in ("Сила, кН", "位移mm", "力（ｋＮ）", "시간(초)")]
-    ['кН', 'mm', 'kN', '초']
+    >>> [_unit_in(name) for name in ("Сила, кН", "位移mm", "力（ｋＮ）", "시간(초)", "Load Newton(s)", "kN")]
+    ['кН', 'mm', 'kN', '초', 'Newton', 'kN']
+    >>> [_unit_in(name) for name in ("load_cell", "Force/Fz", "Force_raw", "Force/dyn", "Time(s)")]
+    ['', '', '', 'dyn', 's']
     """
     name = _narrow(name)
-    match = re.search(rf"(?:[\[(]\s*({_UNIT})\s*[\])]|[/,_]\s*({_UNIT}))\s*$", name)
-    if match:
-        return match[1] or match[2]
+    if unit := bare_unit(name):
+        return unit
+    if match := re.search(rf"[\[(]\s*({_UNIT})\s*[\])]\s*$", name):
+        return match[1]
+    if match := re.search(rf"([/,_])\s*({_UNIT})\s*$", name):
+        known = match[2].casefold() in _IN_ANY_CASE
+        # an unknown word after a stroke may be a unit, unless it is a symbol of the force or a longer word
+        strange = match[1] == "/" and len(match[2]) <= _LONGEST_UNIT and match[2][0] not in "Ff"
+        return match[2] if known or strange else ""
     words = name.split()
     if len(words) > 1 and words[-1] in _KNOWN and words[-1] not in _NUMBERS:
         return words[-1]
@@ -181,17 +231,65 @@ def _unit_in(name: str) -> str:
 
 
 def _narrow(text: str) -> str:
-    """Return a text with the wide letters and brackets of Chinese input as plain ones."""
-    return unicodedata.normalize("NFKC", text)
+    """Return a text with the wide letters and brackets of Chinese input as plain ones, `Newton(s)` without `(s)`."""
+    return _PLURAL.sub(r"\1", unicodedata.normalize("NFKC", text))
+
+
+def _columns_named(cells: Sequence[str]) -> int:
+    """Count the cells that name a quantity or a specimen and are no units."""
+    words = (*FORCE, *TRAVEL, *DIAMETER, *LABEL)
+    return sum(not bare_unit(cell) and is_called(cell, words) for cell in cells)
+
+
+def is_unit_row(cells: Sequence[str], every: bool = False) -> bool:
+    """Test whether at least half of the filled cells, or `every` one, are units and none names a quantity.
+
+    >>> is_unit_row(["d", "kN"]), is_unit_row(["", "kN", "mm", "mm"]), is_unit_row(["kN", "Weg"])
+    (True, True, False)
+    """
+    filled = [cell for cell in cells if cell not in _NUMBERS and bare_unit(cell) != ""]
+    units = sum(bool(bare_unit(cell)) for cell in filled)
+    return 0 < len(filled) <= (1 if every else 2) * units and not _columns_named(filled)
+
+
+def is_heading(cells: Sequence[str]) -> bool:
+    """Test whether a line that may hold numbers is a heading or a line of units."""
+    return _columns_named(cells) > 0 or is_unit_row(cells)
+
+
+def units_in(cells: Sequence[str]) -> list[str]:
+    """Return the units that cells are, end with or hold in brackets.
+
+    >>> units_in(["Force [kN], travel [mm]", "Load cell: 5 kN", "s"])
+    ['kN', 'mm', 'kN', 's']
+    """
+    in_brackets = [re.findall(rf"[\[(]\s*({_UNIT})\s*[\])]", _narrow(cell)) for cell in cells]
+    return [unit for cell, each in zip(cells, in_brackets, strict=True) for unit in each or [_unit_in(cell)] if unit]
 
 
 def names_and_units(above: Sequence[Sequence[str]], width: int) -> tuple[tuple[str, ...], tuple[str, ...], int]:
-    """Return names and units of `width` columns, and how many of the lines `above` gave them (nearest line first)."""
-    if len(above) == 2 and all(bare_unit(cell) is not None for cell in above[0]) and any(above[0]):
-        return tuple(above[1]), tuple(bare_unit(cell) or "" for cell in above[0]), 2
-    if above:
-        return tuple(above[0]), tuple(_unit_in(name) for name in above[0]), 1
-    return tuple(f"column {number + 1}" for number in range(width)), ("",) * width, 0
+    """Return names and units of `width` columns, and the number of the lines `above` that they are read from.
+
+    Of the lines, the nearest first, one may hold the units; of the others the one that names most quantities is the
+    heading, the nearest of equals. A unit in the heading that differs from the one in the line of units leaves the
+    unit unknown: both are returned, as one text.
+    """
+    rows = [(*cells, *[""] * (width - len(cells))) for cells in above]
+    units = next((i for i, cells in enumerate(rows) if is_unit_row(cells, every=i > 0)), None)
+    headings = [i for i in range(len(rows)) if i != units or len(rows) == 1]
+    if not headings:
+        return tuple(f"column {number + 1}" for number in range(width)), ("",) * width, 0
+    heading = max(headings, key=lambda i: (_columns_named(rows[i]), -i))
+    named = tuple(_unit_in(name) for name in rows[heading])
+    if units is None:
+        return rows[heading], named, heading + 1
+    below = [bare_unit(cell) or cell for cell in rows[units]]
+    return rows[heading], tuple(map(_agreed, below, named)), max(heading, units) + 1
+
+
+def _agreed(below: str, named: str) -> str:
+    """Return the unit of a column from the line of units and from its name."""
+    return f"{below} or {named}" if below and named and below.casefold() != named.casefold() else below or named
 
 
 def millimetres_in(text: str) -> float | None:

@@ -6,7 +6,7 @@ do not show what they contain are never guessed, and a choice among columns is r
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import ClassVar
@@ -228,8 +228,13 @@ def _curve(table: TextTable, across: int, up: int, how: CurveOptions, notes: lis
         raise UsageError(
             f"{table.source}: the curve has only {counted(len(rows.rows), 'point')}; use a file with at least 5 points"
         )
-    force = scale_of(table, up, NEWTONS, "N", how.force_unit) * np.array(rows.numbers(up))
-    travel = scale_of(table, across, MILLIMETRES, "mm", how.displacement_unit) * np.array(rows.numbers(across))
+    force = np.array(rows.numbers(up)) * scale_of(table, up, NEWTONS, "N", how.force_unit, "--force-unit")
+    travel = np.array(rows.numbers(across)) * scale_of(
+        table, across, MILLIMETRES, "mm", how.displacement_unit, "--displacement-unit"
+    )
+    notes += _assumed(
+        table, {"force": (up, how.force_unit, "N"), "displacement": (across, how.displacement_unit, "mm")}
+    )
     notes += omitted
     if -force.min() > force.max():
         force = -force
@@ -241,6 +246,14 @@ def _curve(table: TextTable, across: int, up: int, how: CurveOptions, notes: lis
         notes.append(Note("largest_at_end", "warning", text))
     travel = np.abs(travel[begin:] - travel[begin])
     return ShearCurve(table.source, travel, force[begin:], begin, None, table.synthetic, tuple(notes))
+
+
+def _assumed(table: TextTable, columns: Mapping[str, tuple[int, str | None, str]]) -> Iterator[Note]:
+    """Yield a note for each column whose unit neither the file nor an option states."""
+    for what, (column, given, unit) in columns.items():
+        if not (given or table.units[column]):
+            text = f"The file states no unit for the {what}; {unit} is assumed."
+            yield Note("unit_assumed", "caution", text, Remedy(f"If the unit differs, use `--{what}-unit`."))
 
 
 def _usable(table: TextTable, *columns: int) -> tuple[TextTable, list[Note]]:

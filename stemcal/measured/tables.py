@@ -13,7 +13,16 @@ from typing import NamedTuple
 
 from stemcal.errors import UsageError
 from stemcal.measured.cells import Line, decoded, is_workbook, sheets, split
-from stemcal.measured.headings import NOT_MEANT, as_number, is_called, names_and_units, shown
+from stemcal.measured.headings import (
+    NOT_MEANT,
+    as_number,
+    is_called,
+    is_heading,
+    is_missing,
+    names_and_units,
+    shown,
+    units_in,
+)
 from stemcal.storage.plain import MIB, read_plain
 
 SEPARATORS = {"tab": "\t", "semicolon": ";", "comma": ",", "space": " "}
@@ -21,6 +30,8 @@ DECIMALS = {"point": ".", "comma": ","}
 MAX_BYTES = 64 * MIB
 _MOST_SHOWN = 12  # columns in a message
 _PROBED = 3000  # lines that decide on separator and decimal mark
+_MOST_ABOVE = 4  # lines of headings, symbols and units above the data
+_SAMPLE = 20  # rows of data that show which columns hold numbers
 _SETTLED = 3  # lines of full width after which a shorter one is part of the run
 
 
@@ -46,6 +57,8 @@ class TextTable:
         Text above the heading of each column, possibly the name of a specimen; may be empty.
     headed : bool
         Whether there is a heading.
+    stated : tuple of str
+        All units in the lines above the heading, of any quantity.
     sheet : str
         Title of the workbook's sheet, empty for a text.
     """
@@ -60,6 +73,7 @@ class TextTable:
     labels: tuple[str, ...] = ()
     headed: bool = True
     sheet: str = ""
+    stated: tuple[str, ...] = ()
 
     def number(self, row: int, column: int) -> float | None:
         """Return a cell as a number, None if it is empty or a word."""
@@ -212,6 +226,7 @@ def _table(lines: Sequence[Line], form: Form, source: str, ragged: bool) -> Text
         labels=_filled(over, run.width) if 2 <= len(over) <= run.width else (),
         headed=bool(taken),
         sheet=form.sheet or "",
+        stated=tuple(unit for line in lines[:top] for unit in units_in(line.cells)),
     )
 
 
@@ -235,7 +250,28 @@ def _data_run(lines: Sequence[Line], decimal: str, ragged: bool) -> _Run:
         filled += 1
         if filled > most:
             best, most = _Run(begin, index + 1, width), filled
-    return best
+    return _without_headings(lines, best)
+
+
+def _is_number(cell: str) -> bool:
+    """Test whether a cell is a number with either decimal mark: which one the file has is not decided yet."""
+    return any(as_number(cell, decimal) is not None for decimal in DECIMALS.values())
+
+
+def _without_headings(lines: Sequence[Line], run: _Run) -> _Run:
+    """Return the run without headings at its begin: a number among them, as of a sensor, made them look like data."""
+    full = [index for index in range(run.begin, run.end) if lines[index].cells]
+    sample = [lines[index].cells for index in full[_MOST_ABOVE:][:_SAMPLE] or full[-1:]]
+    numeric = [all(map(_is_number, column)) for column in zip(*sample, strict=False)]
+    begin = run.begin
+    for index in full[:_MOST_ABOVE]:
+        cells = lines[index].cells
+        words = any(
+            below and not _is_number(cell) and not is_missing(cell) for cell, below in zip(cells, numeric, strict=False)
+        )
+        if words and is_heading(cells):
+            begin = index + 1
+    return run._replace(begin=begin)
 
 
 def _is_data(line: Line, width: int, decimal: str) -> bool:
@@ -262,12 +298,19 @@ def _refuse_broken(lines: Sequence[Line], run: _Run, decimal: str, source: str) 
 
 
 def _above(lines: Sequence[Line], run: _Run, decimal: str) -> list[int]:
-    """Return the lines of words above the data, the nearest first: a heading, or units and the heading over them."""
+    """Return the lines above the data that may be headings or units, the nearest first.
+
+    Each has a cell for every column and no number, or names a quantity or units. Lines that only rule off are no cells.
+    """
     above: list[int] = []
     for index in range(run.begin - 1, -1, -1):
-        if not (cells := lines[index].cells):
+        cells = lines[index].cells
+        if all(not cell.strip("-=_ ") for cell in cells):
             continue
-        if len(cells) != run.width or any(as_number(cell, decimal) is not None for cell in cells) or len(above) == 2:
+        words = len(cells) == run.width and all(as_number(cell, decimal) is None for cell in cells)
+        while len(cells) > run.width and not cells[-1]:
+            cells = cells[:-1]
+        if not (words or (len(cells) <= run.width and is_heading(cells))) or len(above) == _MOST_ABOVE:
             break
         above.append(index)
     # a remark over a single column is no name
@@ -288,14 +331,35 @@ def matching(table: TextTable, words: Sequence[str], known: Collection[str] = ()
     return [i for i in found if table.units[i] in known] or [i for i in found if not table.units[i]] or found
 
 
-def scale_of(table: TextTable, column: int, known: dict[str, float], default: str, given: str | None = None) -> float:
-    """Return the factor that turns a column into `default` (N, mm or s)."""
-    unit = given or table.units[column] or default
+def scale_of(
+    table: TextTable,
+    column: int,
+    known: dict[str, float],
+    default: str,
+    given: str | None = None,
+    option: str = "",
+) -> float:
+    """Return the factor that turns a column into `default` (N or mm); `option` is the one that gives its unit.
+
+    Raises
+    ------
+    UsageError
+        If the unit is unknown, or the column has none while the lines above the data name another one.
+    """
+    stated, where = given or table.units[column], f"{table.source}: column {shown(table.columns[column])}"
+    how = f"specify the unit with `{option}`" if option else "write the unit in its heading"
+    if not stated and (others := _other_units(table, known, default)):
+        raise UsageError(f"{where} has no unit, but the lines above the data contain {', '.join(others)}; {how}")
+    unit = stated or default
     for name, factor in known.items():
         if unit == name or (unit.lower() == name.lower() and name != "mN" and unit.lower() != "mn"):
             return factor
-    where = f"{table.source}: column {shown(table.columns[column])}"
-    raise UsageError(f"{where}: unknown unit {shown(unit)}; use one of {', '.join(known)}")
+    raise UsageError(f"{where}: unknown unit {shown(unit)}; {how}, one of {', '.join(known)}")
+
+
+def _other_units(table: TextTable, known: dict[str, float], default: str) -> list[str]:
+    """Return the units above the data that would scale a column in another way than `default`."""
+    return [unit for unit in dict.fromkeys(table.stated) if known.get(unit, known[default]) != known[default]]
 
 
 def given_columns(table: TextTable, given: str, what: str) -> list[int]:

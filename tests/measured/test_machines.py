@@ -69,11 +69,11 @@ def test_every_machine_gives_the_same_curve(tmp_path: Path, name: str) -> None:
 def test_what_is_left_out_is_said(tmp_path: Path) -> None:
     path = tmp_path / "7mm-1.csv"
     path.write_text(
-        "travel,force\n" + rows("{d},{f}\n").replace("0.2,4.8", "0.2,4.8\n0.25,NaN\n0.26,") + "Max,1234.5\n"
+        "travel/mm,force/N\n" + rows("{d},{f}\n").replace("0.2,4.8", "0.2,4.8\n0.25,NaN\n0.26,") + "Max,1234.5\n"
     )
     (omitted,) = read_curves(path)[0].notes
     assert omitted.kind == "rows_left_out" and "3 rows" in omitted.text
-    path.write_text("travel,force\n" + rows("{d},{f}\n") + "Cycle 2\n" + rows("{d},{f}\n")[:24])
+    path.write_text("travel/mm,force/N\n" + rows("{d},{f}\n") + "Cycle 2\n" + rows("{d},{f}\n")[:24])
     (apart,) = read_curves(path)[0].notes
     assert apart.kind == "rows_apart" and "3 rows" in apart.text
 
