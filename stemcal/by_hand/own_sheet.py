@@ -32,7 +32,14 @@ from stemcal.storage.plain import read_plain
 from stemcal.study.model.study import Study
 from stemcal.vocabulary import FIRST
 
+SHEET = "sheet.csv"
 _EARLIER, _INPUTS = "sheets", "inputs"  # folders for replaced sheets and for the input files of runs
+
+
+def awaiting_sheet(study: Study, folder: StudyFolder) -> str | None:
+    """Return the place of the sheet of the study folder, None if there is none or no runs are done by hand."""
+    path = folder.path / SHEET
+    return str(path) if study.by_hand.kind.answers == "asks_people" and path.exists() else None
 
 
 class OwnSheet:
@@ -42,7 +49,7 @@ class OwnSheet:
     """
 
     def __init__(self, study: Study, folder: StudyFolder) -> None:
-        self.study, self.folder, self.path = study, folder, folder.sheet
+        self.study, self.folder, self.path = study, folder, folder.path / SHEET
         self.earlier: Path | None = None
         """The place of the sheet that was replaced."""
         self._entered: bytes | None = None

@@ -11,7 +11,7 @@ from stemcal.study.types.field_types import MOST
 from stemcal.study.types.units import UnitError, convert, from_internal, parse_unit
 from stemcal.vocabulary import Variable
 
-_MOST_TOLD = 20
+_MOST_LISTED = 20
 _OTHER = {".": ",", ",": "."}
 _LEVEL = 1e-4  # of a factor's range: levels that differ by more were not asked for
 
@@ -30,8 +30,8 @@ class RowRefused(UsageError):
 
 def first_of(problems: Sequence[str]) -> list[str]:
     """Return the first problems, and how many more there are."""
-    more = len(problems) - _MOST_TOLD
-    return [*problems[:_MOST_TOLD], *([f"and {more} more"] if more > 0 else [])]
+    more = len(problems) - _MOST_LISTED
+    return [*problems[:_MOST_LISTED], *([f"and {more} more"] if more > 0 else [])]
 
 
 def by_name(runs: Iterable[Request]) -> dict[str, list[Request]]:
@@ -60,8 +60,8 @@ def meant_run(study: Study, runs: Mapping[str, Sequence[Request]], row: Filled) 
 
 def other_level(study: Study, run: Request, row: Filled) -> RowRefused | None:
     """Return why a row is not that of a run: the first level, condition or replicate that differs."""
-    if (told := row.levels.get(REPLICATE, "")) and REPLICATE not in study.names and told != str(run.replicate):
-        message = f"{row.run} has no replicate {told!r}; write the number as in the sheet"
+    if (number := row.levels.get(REPLICATE, "")) and REPLICATE not in study.names and number != str(run.replicate):
+        message = f"{row.run} has no replicate {number!r}; write the number as in the sheet"
         return RowRefused(row, "other_replicate", message)
     asked = [(f.name, run.levels[f.name], _LEVEL * (f.high - f.low), f.unit) for f in study.factors]
     if (at := study.naming.condition) is not None:

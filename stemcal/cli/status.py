@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from itertools import islice
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -68,12 +69,15 @@ def status(
 
 def _progress(study: Study, folder: StudyFolder, as_json: bool) -> dict[str, Any]:
     """Return how far every stage is, and the verdict."""
+    from stemcal.by_hand.own_sheet import awaiting_sheet
     from stemcal.drawing.table import Column, Table
     from stemcal.overview.status import status as count
     from stemcal.stages.verdict.words import verdict_json
     from stemcal.vocabulary import Wording
 
     found, names = count(study, folder), Wording(study.naming)
+    if any(stage.left != 0 for stage in found.stages):
+        found = replace(found, sheet=awaiting_sheet(study, folder))
     if not as_json:
         heads = {"rows": "Runs", "done": "Done", "failed": "Failed", "left": "Left"}
         # None: a stage before it decides first

@@ -78,7 +78,7 @@ class StageStatus:
 class Status:
     """The progress and the verdict of a study; `working` names the process that is using its folder, or is None.
 
-    `sheet` is the sheet of the runs whose results are awaited, if runs are done by hand.
+    `sheet` is the sheet in which results are awaited, if any.
     """
 
     schema_version: int
@@ -161,12 +161,7 @@ def status(study: Study, folder: StudyFolder) -> Status:
         for name in named
     ]
     verdict = verdict_of(study, folder)
-    by_hand = study.by_hand.kind.answers == "asks_people" and folder.sheet.exists()
-    awaited = by_hand and any(part.left != 0 for part in stages)
-    sheet = str(folder.sheet) if awaited else None
-    return Status(
-        SCHEMA_VERSION, "status", study.name, str(folder.path), folder.holder(), tuple(stages), verdict, sheet
-    )
+    return Status(SCHEMA_VERSION, "status", study.name, str(folder.path), folder.holder(), tuple(stages), verdict)
 
 
 def _stage(

@@ -71,7 +71,7 @@ def answer_all(
     RunsFailed
         If a smaller fraction of the requests than `quorum` succeeds.
     Waiting
-        If the runs are done by hand, and results are not entered yet; those that are known are recorded first.
+        If results must be entered first; the known ones are recorded before.
     """
     runs = [Run.of(solver, request) for request in requests]
     known: dict[str, Outcome] = {}  # what earlier commands have left for good

@@ -140,11 +140,6 @@ class StudyFolder:
     # ---- records of runs
 
     @property
-    def sheet(self) -> Path:
-        """The run sheet, if runs are done by hand: results that are there or awaited."""
-        return self.path / "sheet.csv"
-
-    @property
     def work(self) -> Path:
         """Where solvers that need files have their run folders."""
         return self.path.absolute() / "work"
