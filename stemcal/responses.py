@@ -160,6 +160,8 @@ def _work(test: ForceTravel) -> float | None:
     return float(np.trapezoid(test.force, test.travel))
 
 
+_WHOLE_CUT: Any = {"tests": frozenset({CUT}), "why_only": "only a cut all the way through the stem has it"}
+
 TABLE: tuple[Response, ...] = (
     Response(
         *("slope", "Slope", "k", "N/mm"),
@@ -190,6 +192,25 @@ TABLE: tuple[Response, ...] = (
         meaning="""Mean work: in the cutting test, up to the maximum force; in the tests of the `tests` section, until
         the specimen breaks or the stroke ends.""",
         noun="work",
+        varies_with_mesh=True,
+    ),
+    Response(
+        *("cutting_energy", "Cutting energy", "Wc", "mJ"),
+        of=lambda test: None,
+        meaning="Mean work of the blade until the stem is cut through (`loading.until: severed`).",
+        **_WHOLE_CUT,
+    ),
+    Response(
+        *("first_fracture_force", "Force at first fracture", "Ff", "N"),
+        of=lambda test: None,
+        meaning="Mean of the largest force up to the first fracture, in whole cuts (`loading.until: severed`).",
+        **_WHOLE_CUT,
+    ),
+    Response(
+        *("first_fracture_travel", "Travel at first fracture", "uf", "mm"),
+        of=lambda test: None,
+        meaning="Mean travel from first contact to the first fracture, in whole cuts (`loading.until: severed`).",
+        **_WHOLE_CUT,
         varies_with_mesh=True,
     ),
 )

@@ -14,6 +14,7 @@ from stemcal.fem.kernels.search import FACES
 from stemcal.fem.material import Layers, Material
 from stemcal.fem.mesh import SQUARE, Mesh, hollow_cylinder, solid_cylinder, square_of_solid
 from stemcal.fem.model import Model
+from stemcal.fem.parting import doubled
 
 Array = NDArray[np.float64]
 
@@ -31,7 +32,9 @@ _FAR = 200.0
 def build(test: ShearTest) -> Model:
     """Return the finite element model of a shear test."""
     how = test.discretisation
-    mesh = stem_mesh(test.stem, how, rests_at=0.5 * test.supports.clearance + test.supports.fillet_radius)
+    rests_at = 0.5 * test.supports.clearance + test.supports.fillet_radius
+    mesh = stem_mesh(test.stem, how, rests_at, parts=test.parts)
+    mesh = doubled(mesh) if test.parts else mesh
     return Model(
         mesh=mesh,
         material=materials(mesh, test.stem, test.material, test.outer),
@@ -50,6 +53,7 @@ def stem_mesh(
     rests_at: float | None = None,
     widths: Array | None = None,
     layers: Array | None = None,
+    parts: bool = False,
 ) -> Mesh:
     """Return the mesh of the stem, or of the part of it that the symmetry leaves.
 
@@ -57,7 +61,8 @@ def stem_mesh(
     proportion) and `layers` of nodes along it (x, mm) may be given.
     With `rests_at` a layer of nodes is at that distance from the blade (mm) on either side: what rests on a support
     is nodes, and the span is else that between the next ones.
-    Nodes lie on the mirror planes.
+    Nodes lie on the mirror planes. Where the stem `parts` under the edge there are nodes as well, in a model of both
+    sides with elements of no length between two layers of them (`fem.parting.doubled`).
     """
     outer, inner = 0.5 * stem.outer_diameter, 0.5 * stem.outer_diameter * stem.diameter_ratio
     if widths is None:  # from the bottom to the top under the edge
@@ -66,6 +71,8 @@ def stem_mesh(
     layers = _layers(stem.length, how) if layers is None else layers
     if rests_at is not None:
         layers = _resting(layers, rests_at)
+    if parts and how.symmetry != "quarter":
+        layers = _twice_under_edge(layers)
     whole = how.symmetry == "none"
     turn = how.turn * pi * widths[-1] / np.sum(widths) if whole else 0.0
     radii = [np.linspace(*ends, n + 1)[1:] for ends, n in zip(pairwise(surfaces), counts, strict=True)]
@@ -166,6 +173,12 @@ def _resting(layers: Array, rests_at: float) -> Array:
     return moved
 
 
+def _twice_under_edge(layers: Array) -> Array:
+    """Return layers of nodes with two at the edge, where the nearest one is moved to."""
+    middle = int(np.argmin(np.abs(layers)))
+    return np.concatenate([layers[:middle], [0.0, 0.0], layers[middle + 1 :]])
+
+
 def crowns(mesh: Mesh) -> Array:
     """Return the height of a circle about the axis over the middle of each face with all corners on it (E, 6), mm."""
     corners = mesh.nodes[mesh.hexes[:, FACES], 1:]
@@ -183,6 +196,7 @@ def _blade(test: ShearTest) -> Tool:
         speed=-test.loading.speed,
         edge=0.0,
         spread=test.blade.edge_spread,
+        parts=test.parts,
     )
 
 

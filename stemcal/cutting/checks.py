@@ -24,6 +24,15 @@ def stroke_too_short(peak: float, peak_travel: float, end: float, stroke: float)
     return Note(STROKE_TOO_SHORT, "warning", text, _LONGER)
 
 
+def not_severed(stroke: float, percent: float) -> Note:
+    """Return the warning that a whole cut ended (after a stroke in mm) with a share of the cut plane in one piece."""
+    text = (
+        f"The stem was not cut through after a stroke of {stroke:.3g} mm: {percent:.0f} % of the section under "
+        "the edge still held. The maximum force and the cutting energy are lower bounds."
+    )
+    return Note("not_severed", "warning", text, _LONGER)
+
+
 def maximum_not_passed(stroke: float) -> Note:
     """Return the warning that a laboratory test ended (after a stroke in mm) before its maximum force."""
     text = (

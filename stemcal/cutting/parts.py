@@ -37,6 +37,7 @@ class Blade:
 
 
 Symmetry = Literal["none", "half", "quarter"]
+Until = Literal["first_fracture", "severed"]
 
 # The share of the real thing that each model holds: half is cut lengthwise (y ≥ 0), quarter also across (x ≥ 0).
 SHARES: dict[str, float] = {"none": 1.0, "half": 0.5, "quarter": 0.25}
@@ -85,11 +86,16 @@ class Supports:
 
 @dataclass(frozen=True)
 class Loading:
-    """Blade speed (mm/s), duration (s) and the gap at the start between edge and stem (mm)."""
+    """Blade speed (mm/s), duration (s) and the gap at the start between edge and stem (mm).
+
+    `until` first_fracture: elements that fail are deleted, and the test ends when the force has dropped. severed: the
+    stem parts on the plane under the edge, and the test ends when it is in two parts.
+    """
 
     speed: float = 100.0 / 60.0
     duration: float = 0.5
     gap: float = 0.001
+    until: Until = "first_fracture"
 
 
 @dataclass(frozen=True)
@@ -160,3 +166,8 @@ class ShearTest:
     loading: Loading = field(default_factory=Loading)
     contact: Contact = field(default_factory=lambda: Contact(0.15, 0.10))
     discretisation: Discretisation = field(default_factory=Discretisation)
+
+    @property
+    def parts(self) -> bool:
+        """Whether the stem parts under the edge."""
+        return self.loading.until == "severed"

@@ -55,6 +55,12 @@ class ForceHistory:
     external: Array
     balance: Array
     deleted: NDArray[np.int64]
+    parted: NDArray[np.int64]
+
+    @property
+    def failed(self) -> NDArray[np.int64]:
+        """Elements that were deleted and places of the cut plane that have parted."""
+        return self.deleted + self.parted
 
 
 @dataclass(frozen=True)
@@ -89,6 +95,12 @@ class CuttingResult:
     break_travel : float or None
         Travel of the blade at the first fracture (`break_row`), mm; the curve beyond depends on the mesh and the
         swinging stem rather than on the material. None if there is none.
+    first_fracture_force, first_fracture_travel : float or None
+        Of a whole cut: largest force until anything fails, N, and the travel at which it does, mm.
+    severed, severed_travel : bool, float or None
+        Of a whole cut: whether the stem is in two parts, and the travel at which it is, mm.
+    cutting_energy : float or None
+        Of a whole cut: work of the blade until the stem is in two parts, or over the stroke, mJ.
     """
 
     peak_force: float
@@ -111,6 +123,11 @@ class CuttingResult:
     break_travel: float | None = None
     shape: Shape | None = None
     added_mass_percent: float = 0.0
+    first_fracture_force: float | None = None
+    first_fracture_travel: float | None = None
+    severed: bool | None = None
+    severed_travel: float | None = None
+    cutting_energy: float | None = None
 
 
 def force_history(loading: Loading, how: Discretisation, history: History, scale: float) -> ForceHistory:
@@ -139,6 +156,7 @@ def force_history(loading: Loading, how: Discretisation, history: History, scale
         external=scale * history.external,
         balance=scale * history.balance,
         deleted=history.deleted,
+        parted=history.parted,
     )
 
 
@@ -288,10 +306,10 @@ def _above_rate_law(rate: float, material: Material) -> list[Note]:
 
 
 def _before_fracture(curve: ForceHistory) -> int:
-    """Return the last row before the first element fails."""
-    if curve.deleted[-1] == 0:
+    """Return the last row before anything fails."""
+    if curve.failed[-1] == 0:
         return len(curve.time) - 1
-    return max(int(np.argmax(curve.deleted > 0)) - 1, 1)
+    return max(int(np.argmax(curve.failed > 0)) - 1, 1)
 
 
 def _ratio_percent(part: Array, curve: ForceHistory, until: int) -> float:

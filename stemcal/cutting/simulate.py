@@ -20,6 +20,9 @@ from stemcal.cutting.result import (
     filter_rows,
     force_history,
 )
+from stemcal.cutting.severing import Severing
+from stemcal.cutting.whole_cut import mean_over_travel, of_whole_cut
+from stemcal.fem.state import State
 from stemcal.fem.stepper import Inspect, simulate
 
 
@@ -38,18 +41,27 @@ def shear(test: ShearTest, inspect: Inspect | None = None) -> CuttingResult:
     """
     model = build(test)
     scale = 1.0 / SHARES[test.discretisation.symmetry]
-    how = test.discretisation
+    how, whole = test.discretisation, test.parts
     breaking = BreakWatch(how.break_drop, filter_rows(test.loading, how))
+    severing = Severing(model.mesh)
     started = time.perf_counter()
 
     def report(t: float, forces: NDArray[np.float64], deleted: int) -> bool:
+        if whole:
+            return severing.time is not None
         return breaking.is_past(scale * float(forces[0, 2]), deleted) and how.stop_after_peak
 
-    history = simulate(model, test.loading.duration, report, inspect)
+    def look(t: float, state: State) -> None:
+        if inspect is not None:
+            inspect(t, state)
+        severing(t, state)
+
+    history = simulate(model, test.loading.duration, report, look if whole else inspect)
     wall = time.perf_counter() - started
-    curve = force_history(test.loading, how, history, scale)
-    broken = break_row(curve.force_filtered, curve.deleted, how.break_drop)
+    curve = force_history(test.loading, mean_over_travel(test) if whole else how, history, scale)
+    broken = None if whole else break_row(curve.force_filtered, curve.deleted, how.break_drop)
     result = evaluate(curve, history, test.material, broken, len(model.mesh.hexes), wall)
+    result = of_whole_cut(result, test, severing) if whole else result
     return replace(result, shape=shape_of(model, history, how.symmetry))
 
 

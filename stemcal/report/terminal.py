@@ -130,14 +130,24 @@ def _responses(result: CuttingResult, section: LaboratorySection, diameter: floa
     return rows
 
 
+def _fracture_rows(result: CuttingResult) -> list[tuple[str, str]]:
+    """Return where the stem fractured first and where it was cut through, of a whole cut with forces and energy."""
+    if result.severed is None:
+        at = result.break_travel
+        return [] if at is None else [("First fracture at", f"{at:.3f} mm of travel")]
+    rows = []
+    if result.first_fracture_force is not None:
+        first = f"{result.first_fracture_travel:.3f} mm of travel, {significant(result.first_fracture_force)} N"
+        rows.append(("First fracture at", first))
+    through = f"{result.severed_travel:.3f} mm of travel" if result.severed else "not within the stroke"
+    energy = "" if result.cutting_energy is None else f"{significant(result.cutting_energy)} mJ"
+    return [*rows, ("Cut through at", through), ("Cutting energy", energy)]
+
+
 def _simulation_rows(result: CuttingResult) -> list[tuple[str, str]]:
     rate = result.element_steps_per_second / 1e6
     return [
-        *(
-            [("First fracture at", f"{result.break_travel:.3f} mm of travel")]
-            if result.break_travel is not None
-            else []
-        ),
+        *_fracture_rows(result),
         ("Elements", f"{result.elements} ({result.deleted_elements} deleted before the peak force)"),
         ("Steps", f"{result.steps} in {duration(result.wall_seconds)}, {rate:.1f} M element-steps/s"),
         ("Energy drift", f"{fixed(result.energy_drift_percent, 3)} %"),

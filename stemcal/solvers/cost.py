@@ -13,8 +13,8 @@ from stemcal.laboratory.build import LaboratoryTest, integration
 from stemcal.solvers.laboratory_runs import AnyTest
 
 # What a step takes on one core of a small machine, s, and an element in it; and the travel, of the diameter, at which a
-# stem usually is broken. For estimates only.
-_STEP, _ELEMENT, _UNTIL_BROKEN = 60.0e-6, 0.14e-6, 0.09
+# stem usually is broken, and cut through. For estimates only.
+_STEP, _ELEMENT, _UNTIL_BROKEN, _UNTIL_SEVERED = 60.0e-6, 0.14e-6, 0.09, 0.5
 
 
 def seconds(test: AnyTest) -> float:
@@ -31,7 +31,8 @@ def _cutting_steps(test: ShearTest) -> tuple[float, float]:
     step = max(how.integration.safety * size.smallest / speed, how.integration.time_step or 0.0)
     if step <= 0.0:
         return inf, size.elements
-    stroke, broken = test.loading.speed * test.loading.duration, _UNTIL_BROKEN * test.stem.outer_diameter
+    until = _UNTIL_SEVERED if test.parts else _UNTIL_BROKEN
+    stroke, broken = test.loading.speed * test.loading.duration, until * test.stem.outer_diameter
     share = min(1.0, broken / stroke) if how.stop_after_peak else 1.0
     return test.loading.duration / step * share, size.elements
 

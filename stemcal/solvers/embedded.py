@@ -229,7 +229,7 @@ def shear_test(study: Study, levels: Mapping[str, float], diameter: float) -> Sh
             edge_spread=blade.edge_spread.at(diameter),
         ),
         supports=Supports(study.supports.clearance, study.supports.fillet_radius),
-        loading=Loading(study.loading.speed, study.loading.duration_at(diameter), GAP),
+        loading=Loading(study.loading.speed, study.loading.duration_at(diameter), GAP, study.loading.until),
         contact=Contact(contact.static_friction, contact.dynamic_friction, contact.decay, contact.penalty, DAMPING),
         discretisation=_discretisation(study, diameter),
     )

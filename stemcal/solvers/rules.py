@@ -17,6 +17,8 @@ _MOST_UNKNOWN = 20
 _RESERVED = {"program-output.txt"}
 # More elements across a stem would be thousands of millions in it.
 _MOST_ACROSS = 1000.0
+# Of the diameter: between two supports stems are in two parts after 0.35 to 0.65 of it.
+_LEAST_CUT = 1.0 / 3.0
 
 
 def _elements_fit_stem(draft: Draft, solver: EmbeddedSolver) -> Iterator[Finding]:
@@ -170,7 +172,29 @@ def _openradioss_hardens_isotropically(draft: Draft, solver: DeckSolver) -> Iter
             )
 
 
-OF_EMBEDDED = (_elements_fit_stem,)
+def _whole_cut_can_part(draft: Draft, solver: EmbeddedSolver) -> Iterator[Finding]:
+    """A whole cut has nodes under the edge, the lengths that parting needs, and a stroke that is enough."""
+    study = draft.study
+    if study.loading.until != "severed":
+        return
+    if solver.edge_over == "elements":
+        message = "`until: severed` requires a row of nodes under the edge, where the stem parts"
+        yield Finding(("solver", "edge_over"), message, "write `edge_over: nodes`")
+    lengths = {
+        ("blade", "edge_spread"): study.blade.edge_spread,
+        ("material", "internal_length"): study.material.internal_length,
+    }
+    for path, length in lengths.items():
+        if length.at(1.0) == 0.0:
+            yield Finding(path, f"`until: severed` requires `{path[1]}`", f"remove `{path[1]}: 0 mm`")
+    thickest = max(draft.diameters.values(), default=0.0)
+    if (stroke := study.loading.stroke_at(thickest)) < _LEAST_CUT * thickest:
+        ((key, value),) = study.loading.written.items()
+        message = f"a stroke of {stroke:.3g} mm ({value}) cannot cut through a diameter of {thickest:g} mm"
+        yield Finding(("loading", key), message, f"remove `{key}`; the stroke then is 1.5 times the diameter")
+
+
+OF_EMBEDDED = (_elements_fit_stem, _whole_cut_can_part)
 OF_TEMPLATES = (_placeholders_are_known, _chance_is_said, _run_files_differ)
 OF_COMMAND = (*OF_TEMPLATES, _placeholders_are_used, _every_response_is_read)
 OF_DECK = (_command_names_deck, _keys_belong_to_the_program, _openradioss_hardens_isotropically)

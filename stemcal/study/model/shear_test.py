@@ -23,6 +23,7 @@ from stemcal.study.types.field_types import (
 Stress = Annotated[float | Growth, MayGrow(Annotated[float, Quantity("stress")])]
 GAP: Final = 0.001  # distance of the edge from the stem at the start, mm
 DAMPING: Final = 0.5  # of the contact, as a share of the critical one
+_WHOLE_STROKE = Length(divisor=1 / 1.5)  # of a cut all the way through
 Ratio = Annotated[float | Growth, MayGrow(Number)]
 
 
@@ -74,11 +75,22 @@ class LoadingSection(Frozen):
     duration: Time = 0.5
     """Duration of the blade motion; the stroke is the speed times the duration."""
     stroke: StemLength | None = None
-    """Travel of the blade after first contact, instead of `duration`: a length, or a fraction of the diameter."""
+    """Travel of the blade after first contact, instead of `duration`: a length, or a fraction of the diameter. With
+    `until: severed`, 1.5 times the diameter if both are omitted."""
+    until: Literal["first_fracture", "severed"] = "first_fracture"
+    """End of the simulation: when the force has dropped after the first fracture (`first_fracture`), or when the stem
+    is cut through (`severed`). The force is the maximum up to then."""
+
+    @property
+    def chosen_stroke(self) -> Length | None:
+        """The stroke where `duration` does not set it."""
+        by_default = self.until == "severed" and "duration" not in self.model_fields_set
+        return _WHOLE_STROKE if by_default and self.stroke is None else self.stroke
 
     def duration_at(self, diameter: float) -> float:
         """Return how long the blade moves at a stem diameter (mm), s."""
-        return self.duration if self.stroke is None else (self.stroke.at(diameter) + GAP) / self.speed
+        stroke = self.chosen_stroke
+        return self.duration if stroke is None else (stroke.at(diameter) + GAP) / self.speed
 
     def stroke_at(self, diameter: float) -> float:
         """Return how far the blade comes from touching a stem of this diameter on, mm."""
@@ -86,15 +98,16 @@ class LoadingSection(Frozen):
 
     def longer(self, times: float) -> Self:
         """Return the same motion over a longer stroke."""
-        if self.stroke is None:
+        if (stroke := self.chosen_stroke) is None:
             return self.model_copy(update={"duration": times * self.duration})
-        divisor = None if self.stroke.divisor is None else self.stroke.divisor / times
-        return self.model_copy(update={"stroke": Length(times * self.stroke.mm, divisor)})
+        divisor = None if stroke.divisor is None else stroke.divisor / times
+        return self.model_copy(update={"stroke": Length(times * stroke.mm, divisor)})
 
     @property
     def written(self) -> dict[str, str]:
         """The key of the spec that sets the stroke, with its value."""
-        return {"duration": f"{self.duration:.6g} s"} if self.stroke is None else {"stroke": str(self.stroke)}
+        stroke = self.chosen_stroke
+        return {"duration": f"{self.duration:.6g} s"} if stroke is None else {"stroke": str(stroke)}
 
 
 class MachineSection(Frozen):

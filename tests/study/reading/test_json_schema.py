@@ -42,7 +42,8 @@ def test_sections_have_places() -> None:
 
 
 def test_keys_are_found_by_path() -> None:
-    responses = ("force", "travel", "work", "slope")
+    whole_cut = ("cutting_energy", "first_fracture_force", "first_fracture_travel")
+    responses = ("force", "travel", "work", *whole_cut, "slope")
     assert keys_of(("targets", 3)) == ("test", "diameter", *responses, "sd", "n", "curves")
     assert keys_of(("solver", "sheet"))[:3] == ("kind", "file", "templates")
     assert keys_of(("nowhere", "at", "all")) == ()

@@ -1,0 +1,47 @@
+"""Whether the stem is in two parts: no chain of standing elements and of nodes that hold together joins its ends."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from stemcal.fem.mesh import Mesh
+from stemcal.fem.state import State
+
+
+class Severing:
+    """Notes at the outputs of a simulation the time (s) at which the stem is in two parts, None until then.
+
+    `holding` is the share of the places on the cut plane that still hold together.
+    """
+
+    def __init__(self, mesh: Mesh) -> None:
+        x = mesh.nodes[:, 0]
+        self.time: float | None = None
+        self.holding = 1.0
+        self._ends = np.flatnonzero(x < x.min() + 1e-6), np.flatnonzero(x > x.max() - 1e-6)
+        self._failed = 0
+
+    def __call__(self, time: float, state: State) -> None:
+        """Look whether the ends are still joined, if more has failed or parted since the last output."""
+        failed = int((~state.topology.standing).sum() + state.spread.cut.parted.sum())
+        if self.time is None and failed > self._failed and self._apart(state):
+            self.time = time
+        self._failed = failed
+        self.holding = 1.0 - float(state.spread.cut.parted.mean())
+
+    def _apart(self, state: State) -> bool:
+        """Return whether no chain joins the ends; the left one of a quarter model is what its mirror plane holds."""
+        cut, standing = state.spread.cut, state.topology.hexes[state.topology.standing]
+        holds = ~cut.parted
+        left = self._ends[0] if len(cut.twins) else cut.nodes[holds]
+        twins = cut.twins[holds] if len(cut.twins) else cut.twins
+        elements = len(cut.number) + np.repeat(np.arange(len(standing)), 8)
+        first = np.concatenate([elements, cut.nodes[holds][: len(twins)]])
+        second = np.concatenate([standing.ravel(), twins])
+        size = len(cut.number) + len(standing)
+        graph = coo_array((np.ones(len(first), np.int8), (first, second)), shape=(size, size))
+        _, part = connected_components(graph, directed=False)
+        one, other = (part[end[np.isin(end, standing)]] for end in (left, self._ends[1]))
+        return not np.intersect1d(one, other).size
