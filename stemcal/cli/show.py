@@ -87,7 +87,7 @@ def _show_findings(results: Results, verdict: Verdict, folder: StudyFolder, quie
         say(*spoken(result, verdict.holds))
     if quiet:
         return
-    warnings = [] if verdict.has("physics") else run_warnings(read_records(results, folder))
+    warnings = run_warnings(read_records(results, folder), verdict)
     found = read_first([*(("runs", one) for one in warnings), *notes_of_all(results, verdict.holds)])
     notes = [f"note: {title}: {one}" for title, one in found if one.kind != KNOWN]
     note("\n".join(notes[:MOST]))

@@ -11,6 +11,8 @@ from stemcal.solvers.program import file_hash
 from stemcal.stages.result import StageResult
 from stemcal.stages.results import Results
 from stemcal.stages.stage import stage_called
+from stemcal.stages.verdict.physics import WARNED
+from stemcal.stages.verdict.result import Verdict
 from stemcal.storage.typed import from_json
 from stemcal.study.model.study import Study
 from stemcal.vocabulary import DIAMETER
@@ -79,12 +81,16 @@ def distinct_of(records: Records) -> dict[str, tuple[str, _RunRecord]]:
     return found
 
 
-def run_warnings(records: Records) -> list[Note]:
-    """Return a note per kind of warning of the runs: how many runs have it, and the first one's warning."""
+def run_warnings(records: Records, verdict: Verdict | None = None) -> list[Note]:
+    """Return a note per kind of warning of the runs: how many runs have it, and the first one's warning.
+
+    Those that the `verdict` repeats as a reason are left out.
+    """
+    repeated = WARNED if verdict is not None and verdict.has("physics") else ()
     kinds: dict[str, dict[str, Note]] = {}
     distinct = distinct_of(records)
     for label, record in distinct.values():
-        for warning in record.details.warnings:
+        for warning in (one for one in record.details.warnings if one.kind not in repeated):
             kinds.setdefault(warning.kind, {}).setdefault(label, warning)
     runs = counted(len(distinct), "run")
     firsts = [(len(found), *next(iter(found.items()))) for found in kinds.values()]

@@ -19,6 +19,7 @@ from stemcal.report.page.page import coded, part, render, shown, write_page
 from stemcal.report.records import Details, _RunRecord, run_warnings
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.stages.results import Results
+from stemcal.stages.verdict.result import Verdict
 
 BLANK = pytest.mark.usefixtures("blank_figures")
 VOID = {"meta", "br", "link", "img", "input"}
@@ -223,6 +224,8 @@ def test_warnings_of_the_runs_are_told_once_per_kind() -> None:
         "1 of 3 runs (first: screen 2): The material law does not delete failed elements: they lose their shear "
         "strength at the failure strain but remain in the mesh.",
     ]
+    doubtful = Verdict.of([Note("physics", "error", "The physical validity of 2 of 3 runs is doubtful.")], None)
+    assert [note.kind for note in run_warnings(records, doubtful)] == ["nothing_deleted"]
 
 
 @BLANK

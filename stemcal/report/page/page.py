@@ -135,7 +135,7 @@ def render(study: Study, folder: StudyFolder, what: _Shown | None = None) -> str
             *study.warnings,
             *results.stale,
             *filter(None, map(failed_runs, done)),
-            *([] if verdict.has("physics") else map(str, run_warnings(records))),
+            *map(str, run_warnings(records, verdict)),
         ],
         missing=[stage.title for stage in stages_of(study) if stage.name not in names],
         verdict=verdict,

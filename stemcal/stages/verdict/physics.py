@@ -27,6 +27,10 @@ _DETAILS: dict[DoubtKind, str] = {
 }
 
 
+WARNED = frozenset({"hourglass_energy", "inertia_in_force", "energy_drifts", "stroke_too_short"})
+"""The kinds of the warnings of single runs with the same content as these doubts."""
+
+
 @dataclass(frozen=True)
 class Doubt:
     """One kind of doubt, in how many runs, and the worst of it in percent (None of a stroke that was too short).
