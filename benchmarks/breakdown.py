@@ -33,7 +33,7 @@ from stemcal.fem.state import State, start
 from stemcal.fem.stepper import _Marching
 from stemcal.fem.warm import warm
 from stemcal.report.gallery import write_figures
-from stemcal.report.page.page import shown, write_page
+from stemcal.report.page.page import page_content, write_page
 from stemcal.runs.executors.local import LocalExecutor
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers import make_solver
@@ -80,7 +80,7 @@ def parts_of_study(spec: Path, out: Path) -> tuple[Rows, float]:
         first = seconds_of(lambda: make_all(asked, folder, executor))
         (out / "screen.json").unlink()  # the stages are made again, from the records
         statistic = seconds_of(lambda: make_all(asked, folder, executor))
-        what = shown(asked, folder)
+        what = page_content(asked, folder)
         plots = [plot for plot in what.plots if plot.on_page]
         drawing = seconds_of(lambda: [(plot.document, plot.pixels) for plot in plots])
     page = seconds_of(lambda: write_page(asked, folder, what))

@@ -3,7 +3,7 @@
 import gc
 import sys
 
-from stemcal.processes.interrupts import Terminated, heard, ignore
+from stemcal.processes.interrupts import Terminated, heard, ignore_signals
 
 
 def main() -> None:
@@ -16,7 +16,7 @@ def main() -> None:
     except KeyboardInterrupt as interrupt:
         sys.exit(143 if isinstance(interrupt, Terminated) else 130)
     finally:
-        ignore()
+        ignore_signals()
         gc.freeze()  # the interpreter would search all that is loaded for garbage before it ends: half a second
 
 

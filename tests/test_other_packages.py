@@ -19,7 +19,7 @@ from stemcal.doe.coding import term_columns
 from stemcal.doe.designs import SURFACES
 from stemcal.errors import SpecError, UsageError
 from stemcal.registry import Registry
-from stemcal.stages.rsm.analysis import surface_design
+from stemcal.stages.rsm.analysis import study_design
 from stemcal.stages.stage import STAGES, Stage, stage_called, stages_of
 
 ROOT = Path(__file__).parents[1]
@@ -39,7 +39,7 @@ def installed(folder: Path, name: str, entry_points: str, source: str) -> Path:
 
 def registry(monkeypatch: pytest.MonkeyPatch, folder: Path) -> Registry[Stage[Any]]:
     monkeypatch.syspath_prepend(folder)
-    return Registry(Stage, "stemcal.stages", ("stemcal.stages.screen:Screening", "stemcal.stages.climb:Climbing"))
+    return Registry(Stage, "stemcal.stages", ("stemcal.stages.screen:Screen", "stemcal.stages.climb:Climb"))
 
 
 def test_a_broken_package_is_left_out_and_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -96,7 +96,7 @@ def test_the_example_of_a_design_is_a_choice_where_it_is_installed(
     entry = EntryPoint("doehlert", "stemcal_doehlert:Doehlert", "stemcal.designs")
     monkeypatch.setitem(SURFACES.__dict__, "_entries", {"doehlert": entry})
     study = make_study(tmp_path, extra)
-    coded = surface_design(study, FakeSolver(), study.rsm.factors).coded
+    coded = study_design(study, FakeSolver(), study.rsm.factors).coded
     assert coded.shape == (13, 3) and np.linalg.matrix_rank(term_columns(coded)) == 10
     between = np.linalg.norm(coded[:, None] - coded[None], axis=2)[~np.eye(13, dtype=bool)]
     assert between.min() == pytest.approx(1.0) and np.linalg.norm(coded, axis=1)[:-1] == pytest.approx(1.0)

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from stemcal.runs.answer import Watch, ignore
+from stemcal.runs.answer import Watch, watch_nothing
 from stemcal.runs.executors import RunExecutor
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers.protocol import Solver
@@ -15,7 +15,7 @@ from stemcal.study.model.study import Study
 
 
 def calibrate(
-    study: Study, folder: StudyFolder, executor: RunExecutor, watch: Watch = ignore, solver: Solver | None = None
+    study: Study, folder: StudyFolder, executor: RunExecutor, watch: Watch = watch_nothing, solver: Solver | None = None
 ) -> ValidateResult:
     """Take a study through all stages; return the validation."""
     if solver is None:
@@ -30,7 +30,7 @@ def run_stage(
     study: Study,
     folder: StudyFolder,
     executor: RunExecutor = HERE,
-    watch: Watch = ignore,
+    watch: Watch = watch_nothing,
     solver: Solver | None = None,
 ) -> Any:
     """Run one stage whether it is fresh or not; return its result."""

@@ -3,7 +3,7 @@
 from stemcal.errors import Waiting
 from stemcal.overview.plan import asked, missing
 from stemcal.overview.status import ledger
-from stemcal.runs.answer import ignore
+from stemcal.runs.answer import watch_nothing
 from stemcal.runs.executors import InlineExecutor
 from stemcal.runs.record import by_key
 from stemcal.runs.study_folder import StudyFolder
@@ -25,7 +25,7 @@ def advance(study: Study, folder: StudyFolder) -> Waiting | None:
     """
     try:
         for stage in stages_of(study):
-            make(stage, study, folder, InlineExecutor(), ignore)
+            make(stage, study, folder, InlineExecutor(), watch_nothing)
     except Waiting as waiting:
         return waiting
     return None

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from stemcal.study.model.study import Study
 
 
-class Sheet(SolverKind):
+class SheetKind(SolverKind):
     """A run sheet for runs that are done by hand."""
 
     name, options = "sheet", SheetSolver

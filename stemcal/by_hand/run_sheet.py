@@ -11,7 +11,7 @@ from typing import Any, Literal, Self
 
 from stemcal.errors import UsageError
 from stemcal.formats import counted, did_you_mean, listed
-from stemcal.measured.cells import Line, decoded, is_workbook
+from stemcal.measured.cells import Line, decoded_table, is_workbook
 from stemcal.measured.cells import sheets as tables_of
 from stemcal.solvers.protocol import Request
 from stemcal.storage.plain import MIB
@@ -168,7 +168,7 @@ def filled(content: bytes, source: str, study: Study, *, partial: bool = False) 
         )
     if is_workbook(content, source):
         return _of_workbook(content, source, study, partial)
-    text = decoded(content, None, Path(source))[0]
+    text = decoded_table(content, None, Path(source))[0]
     if "\0" in text:
         raise UsageError(f"{source} is not a text file; save the sheet as .xlsx or CSV")
     return _of_lines(_split(text, source), source, study, partial, complete=text.endswith(("\n", "\r")))

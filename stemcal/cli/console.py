@@ -39,9 +39,9 @@ def say(*parts: RenderableType) -> None:
 
 def say_tables(*tables: Table) -> None:
     """Print tables on stdout, one below the other."""
-    from stemcal.report.terminal import drawn
+    from stemcal.report.terminal import table_drawn
 
-    say(*(part for table in tables for part in drawn(table)))
+    say(*(part for table in tables for part in table_drawn(table)))
 
 
 def say_whole(*lines: str) -> None:
@@ -73,10 +73,10 @@ class _Envelope:
         if not self.command:
             return
         from stemcal.cli.exit_codes import EXIT_CODES
-        from stemcal.storage.canonical import plain
+        from stemcal.storage.canonical import jsonable
 
         status = EXIT_CODES.get(code, EXIT_CODES[1])[0]
-        said = {"command": self.command, "status": status, "result": plain(self.result), "notes": self.notes}
+        said = {"command": self.command, "status": status, "result": jsonable(self.result), "notes": self.notes}
         self.command = ""
         say_text(json.dumps(said, indent=2, ensure_ascii=True, allow_nan=False))
 

@@ -16,7 +16,7 @@ from stemcal.formats import near, series
 
 
 @dataclass(frozen=True)
-class Entry:
+class Term:
     """A term with its other names, its name in Chinese, its meaning and its source."""
 
     term: str
@@ -32,18 +32,18 @@ class Entry:
 
 
 @functools.cache
-def glossary() -> tuple[Entry, ...]:
+def glossary() -> tuple[Term, ...]:
     """Return the terms of `glossary.csv`, in which several aliases are separated by semicolons."""
     rows = csv.DictReader(files("stemcal.cli").joinpath("glossary.csv").read_text(encoding="utf-8").splitlines())
     return tuple(
-        Entry(
+        Term(
             row["term"], row["meaning"], row["source"], tuple(filter(None, row["aliases"].split("; "))), row["chinese"]
         )
         for row in rows
     )
 
 
-def look_up(term: str) -> list[Entry]:
+def look_up(term: str) -> list[Term]:
     """Return the entries of a term or key of a spec, by any of its names; otherwise those whose name contains it.
 
     >>> [entry.term for entry in look_up("program")]
@@ -70,7 +70,7 @@ def look_up(term: str) -> list[Entry]:
 
 
 @functools.cache
-def _keys_of_a_spec() -> tuple[Entry, ...]:
+def _keys_of_a_spec() -> tuple[Term, ...]:
     """Return an entry for each key of a spec with the keys below it, found by its path or its name alone."""
     from stemcal.study.reading.json_schema import meanings
 
@@ -80,7 +80,7 @@ def _keys_of_a_spec() -> tuple[Entry, ...]:
         path = f"{above}.{name}".removeprefix(".")
         keys = dict.fromkeys(key for section, _, key in paths if section == path)
         listed = f"{meaning} Keys: {series(keys)}." if keys else meaning
-        entries.append(Entry(place, listed, "spec key", (path, name)))
+        entries.append(Term(place, listed, "spec key", (path, name)))
     return tuple(entries)
 
 
@@ -94,11 +94,11 @@ def _plain(text: str) -> str:
 # ---- the command
 
 
-Term = Annotated[list[str] | None, typer.Argument(metavar="TERM", help="Glossary term or spec key.")]
+Wanted = Annotated[list[str] | None, typer.Argument(metavar="TERM", help="Glossary term or spec key.")]
 Schema = Annotated[bool, typer.Option("--schema", help="Print the JSON schema of the spec for use in an editor.")]
 
 
-def explain(term: Term = None, schema: Schema = False, as_json: AsJson = False) -> None:
+def explain(term: Wanted = None, schema: Schema = False, as_json: AsJson = False) -> None:
     """Explain a glossary term or a key of the spec.
 
     If no term is given, all terms are listed. Terms can be given in English or Chinese. To enable completion of spec

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from stemcal.cli.console import note, say_json, say_tables, warn
-from stemcal.cli.session import AsJson, ExecutorName, Out, Quiet, Spec, Workers, opened, read_study
+from stemcal.cli.session import AsJson, ExecutorName, Out, Quiet, Spec, Workers, opened, study_or_exit
 from stemcal.cli.simulate import Diameter, Settings, chosen_levels, require_material
 from stemcal.errors import RunsFailed, UsageError
 from stemcal.storage.atomic import make_folder, write_atomic
@@ -55,7 +55,7 @@ def export_deck(
     from stemcal.solvers.deck import Deck, DeckForm, deck_text
     from stemcal.solvers.deck.keywords import form_of
 
-    study = read_study(spec)
+    study = study_or_exit(spec)
     chosen = _program_of(study, path, program)
     study, levels = _calibrated(study, chosen, out)
     levels = chosen_levels(study, levels, settings or [])

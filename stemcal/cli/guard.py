@@ -17,7 +17,7 @@ import typer
 
 from stemcal.cli.console import drop, envelope, fail
 from stemcal.errors import SpecError, StemcalError
-from stemcal.processes.interrupts import Terminated, check, heard
+from stemcal.processes.interrupts import Terminated, heard, raise_noted
 
 RESUMES = "finished runs are kept; run the same command again to resume"
 
@@ -28,10 +28,10 @@ def exit_codes() -> Iterator[None]:
     envelope.command, envelope.result, envelope.notes = "", None, []  # an earlier command of this process is over
     with heard():
         try:
-            check()
+            raise_noted()
             yield
             envelope.print(0)
-            check()
+            raise_noted()
         except KeyboardInterrupt as interrupt:
             _leave_interrupted(interrupt)
         except StemcalError as error:
@@ -42,7 +42,7 @@ def exit_codes() -> Iterator[None]:
                 envelope.print(getattr(error, "exit_code", 1))
                 raise
             try:
-                check()
+                raise_noted()
             except KeyboardInterrupt as interrupt:  # a library has made another error of it
                 _leave_interrupted(interrupt)
             _leave(_unexpected(error), 1)

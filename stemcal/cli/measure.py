@@ -183,7 +183,7 @@ def tests(
 
     Example: [bold]stemcal measure tests study.yaml lab --write[/bold]
     """
-    from stemcal.cli.session import read_study
+    from stemcal.cli.session import study_or_exit
     from stemcal.measured.shear_curves import CurveOptions
     from stemcal.measured.tables import Form
     from stemcal.overview.measured_tests import measure_tests
@@ -192,7 +192,7 @@ def tests(
 
     form = Form(encoding, separator, decimal, sheet)
     how = CurveOptions(form, force_column, displacement_column, force_unit, displacement_unit, preload)
-    found = measure_tests(read_study(spec), folder, how, exclude or [])
+    found = measure_tests(study_or_exit(spec), folder, how, exclude or [])
     section = "\n  - ".join(["targets:", *(row for rows in found.targets.values() for row in rows)])
     content = {"schema_version": 2, "stage": "measure-tests", "means": to_json(found.means), "targets": found.targets}
     if write:

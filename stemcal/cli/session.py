@@ -101,7 +101,7 @@ class Session:
             warn(sentence)
 
 
-def read_study(spec: Path) -> Study:
+def study_or_exit(spec: Path) -> Study:
     """Read a spec whole, or raise with every problem in it; doubtful values are warned of."""
     from stemcal.study.reading import load_study
 
@@ -142,7 +142,7 @@ def opened(
     Results in the sheet of the study folder are entered first, unless that is the sheet which is `entered` next.
     """
     make_executor = _executor_called(executor, workers)
-    study = read_study(spec)
+    study = study_or_exit(spec)
 
     from stemcal.report.progress import make_watch
     from stemcal.runs.study_folder import StudyFolder, place_of
@@ -198,7 +198,7 @@ def finished_work(spec: Path, out: Path | None, quiet: bool = False) -> tuple[St
     """Return a study, its folder and the results that are fresh; stale stages are warned of unless it is `quiet`."""
     from stemcal.stages.results import fresh_results
 
-    study = read_study(spec)
+    study = study_or_exit(spec)
     folder = existing_folder(study, out)
     results = fresh_results(study, folder)
     for sentence in () if quiet else results.stale:

@@ -97,9 +97,9 @@ def _show_findings(results: Results, verdict: Verdict, folder: StudyFolder, quie
 
 def _warn_of_failed(*results: StageResult) -> bool:
     """Count the failed runs of each stage with their reasons; returns whether there are any."""
-    from stemcal.report.outcome import failed_runs
+    from stemcal.report.outcome import failures_of
 
-    failed = [text for result in results if (text := failed_runs(result))]
+    failed = [text for result in results if (text := failures_of(result))]
     for text in failed:
         warn(text)
     return bool(failed)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from stemcal.cli.console import note, say, say_json, waiting, warn
-from stemcal.cli.session import AsJson, Quiet, Spec, read_study
+from stemcal.cli.session import AsJson, Quiet, Spec, study_or_exit
 from stemcal.errors import RunsFailed, UsageError
 from stemcal.formats import did_you_mean
 from stemcal.storage.atomic import write_atomic
@@ -68,7 +68,7 @@ def simulate(
     """
     from stemcal.study.reading.messages import typed_size
 
-    study = read_study(spec)
+    study = study_or_exit(spec)
     at = study.specimen.outer_diameter if diameter is None else typed_size(diameter, "--diameter")
     levels = chosen_levels(study, study.midlevels(), settings or [])
     require_material(study, levels, at)
@@ -83,7 +83,7 @@ def simulate(
     from stemcal.fem.warm import is_compiled
     from stemcal.overview.foresight import demand_of_one, warnings_before
     from stemcal.report.progress import COMPILING
-    from stemcal.solvers.embedded import simulate as simulated
+    from stemcal.solvers.embedded import simulate_levels as simulated
 
     cuts = section is None or section.is_further_cut
     alone = study.cut_as(section, at) if section is not None and cuts else study
@@ -182,12 +182,14 @@ def summary(result: CuttingResult, diameter: float, test: str = CUTTING, measure
 def _write_figure(result: CuttingResult, path: Path, of_blade: bool) -> None:
     from stemcal.drawing.style import save
     from stemcal.report.figures.curves import force_travel
-    from stemcal.report.records import Curve
+    from stemcal.report.records import RunCurve
 
     history = result.history
     curves = {
-        "contact force": Curve(tuple(history.travel.tolist()), tuple(history.force.tolist()), result.break_travel),
-        "filtered": Curve(tuple(history.travel.tolist()), tuple(history.force_filtered.tolist()), result.break_travel),
+        "contact force": RunCurve(tuple(history.travel.tolist()), tuple(history.force.tolist()), result.break_travel),
+        "filtered": RunCurve(
+            tuple(history.travel.tolist()), tuple(history.force_filtered.tolist()), result.break_travel
+        ),
     }
     save(force_travel(curves, highlighted=["filtered"], of_blade=of_blade), path)
 

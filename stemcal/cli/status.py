@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from stemcal.cli.console import fail, say, say_json, say_tables
-from stemcal.cli.session import AsJson, Out, Spec, existing_folder, read_study
+from stemcal.cli.session import AsJson, Out, Spec, existing_folder, study_or_exit
 from stemcal.formats import counted
 from stemcal.storage.typed import to_json
 
@@ -42,7 +42,7 @@ def status(
 
     Example: [bold]stemcal status configs/smoke.yaml --failed[/bold]
     """
-    study = read_study(spec)
+    study = study_or_exit(spec)
     folder = existing_folder(study, out)
     result: dict[str, Any] = {}
     if not runs and not failed and not verify:
@@ -71,7 +71,7 @@ def _progress(study: Study, folder: StudyFolder, as_json: bool) -> dict[str, Any
     """Return how far every stage is, and the verdict."""
     from stemcal.by_hand.own_sheet import awaiting_sheet
     from stemcal.drawing.table import Column, Table
-    from stemcal.overview.status import status as count
+    from stemcal.overview.status import stage_states as count
     from stemcal.stages.verdict.words import verdict_json
     from stemcal.vocabulary import Wording
 

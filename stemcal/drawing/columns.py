@@ -40,7 +40,7 @@ def simulated(named: Variable, label: str = "") -> Column:
     return Column(FIRST, label or named.capital, named.written, significant, of)
 
 
-def measured_of(names: Wording, each: bool, columns: Iterable[tuple[str, str, Form]]) -> list[Column]:
+def measured_columns(names: Wording, each: bool, columns: Iterable[tuple[str, str, Form]]) -> list[Column]:
     """Return columns of values of responses, by key, label and form.
 
     The unit heads the columns; where every row has a different response, columns name the response and its unit.

@@ -80,7 +80,7 @@ class Shared:
         return "".join(f'<{tag} id="{name}"{rest}' for (tag, rest), name in self.marks.items())
 
 
-def inline(document: str, description: str, shared: Shared, values: Sequence[Any] = ()) -> str:
+def inline_svg(document: str, description: str, shared: Shared, values: Sequence[Any] = ()) -> str:
     """Return the `svg` of a figure as an element for the page; what it shares with others goes to `shared`.
 
     `values` are its `readings`, which the page shows under the pointer.
@@ -116,14 +116,14 @@ def _attributes(node: Element, shared: Shared, ids: dict[str, str]) -> Iterator[
             style = _style(value)
             yield "class", shared.styles.setdefault(style, f"s{len(shared.styles)}")
         elif name == "d":
-            yield name, rounded(value)
+            yield name, shorter_path(value)
         elif name == _HREF:
             yield "href", f"#{ids[value[1:]]}" if value.startswith("#") else re.sub(r"\s", "", value)
         elif name == "clip-path":
             yield name, f"url(#{ids[value[5:-1]]})"
         elif name in _ROUNDED and "scale" not in value:
             if not value.startswith("rotate(-0 "):
-                yield name, rounded(value)
+                yield name, shorter_path(value)
         elif name != "id":
             yield name, value
 
@@ -137,7 +137,7 @@ def _style(style: str) -> str:
     return style
 
 
-def rounded(text: str) -> str:
+def shorter_path(text: str) -> str:
     """Return a text with its numbers to a tenth, as a path with no blanks around its commands.
 
     >>> rounded("M 10.04 20 L 13.333 20.96 z")

@@ -93,14 +93,14 @@ def styled() -> Iterator[None]:
         yield
 
 
-def plain(text: str) -> str:
+def literal(text: str) -> str:
     """Return text that matplotlib takes unchanged: `$` would begin a formula."""
     return text.replace("$", r"\$")
 
 
 def axis_of(called: str, unit: str | None) -> str:
     """Return a factor's label, or its name, with its unit, for an axis."""
-    return plain(f"{called}, {written}" if (written := unit_written(unit or "1")) else called)
+    return literal(f"{called}, {written}" if (written := unit_written(unit or "1")) else called)
 
 
 def in_lines(text: str, most: int) -> str:

@@ -78,7 +78,7 @@ _SETTLING = 80.0
 _PENALTY = 0.5
 
 
-def build(test: LaboratoryTest) -> Model:
+def build_piece(test: LaboratoryTest) -> Model:
     """Return the finite element model of a test."""
     how, stem = test.discretisation, test.stem
     mesh = test.kind.mesh(stem, how)

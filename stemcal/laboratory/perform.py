@@ -17,7 +17,7 @@ from stemcal.cutting.simulate import shear
 from stemcal.fem.model import Model
 from stemcal.fem.state import State
 from stemcal.fem.stepper import Inspect, simulate
-from stemcal.laboratory.build import LaboratoryTest, build, rounded
+from stemcal.laboratory.build import LaboratoryTest, build_piece, rounded
 from stemcal.notes import Note
 from stemcal.responses import FURTHER_CUT, PIECE, ForceTravel, Response, responses_in
 
@@ -97,7 +97,7 @@ def perform(test: LaboratoryTest, inspect: Inspect | None = None) -> LaboratoryR
     """Run a virtual laboratory test; arguments and errors as of `cutting.simulate.shear`."""
     diameter = test.stem.outer_diameter  # that of the mesh is wider
     test = rounded(test)
-    model, how = build(test), test.discretisation
+    model, how = build_piece(test), test.discretisation
     scale = 1.0 / SHARES[how.symmetry]
     gauges, breaking = Gauges(test, model), BreakWatch(how.break_drop, filter_rows(test.loading, how))
     worked = [0.0]

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from stemcal.errors import UsageError
-from stemcal.measured.headings import shown
+from stemcal.measured.headings import quoted
 from stemcal.storage import encodings
 
 _MODERN = b"PK\x03\x04"  # xlsx, and ods
@@ -46,7 +46,7 @@ def _cells_of(text: str, separator: str) -> list[str]:
     return [cell.strip().strip('"').strip() for cell in cells]
 
 
-def decoded(content: bytes, encoding: str | None, path: Path) -> tuple[str, str]:
+def decoded_table(content: bytes, encoding: str | None, path: Path) -> tuple[str, str]:
     """Return a text and its encoding.
 
     It is that of the byte order mark, UTF-8 or UTF-16, else that of Chinese or of Western European machines.
@@ -58,7 +58,7 @@ def decoded(content: bytes, encoding: str | None, path: Path) -> tuple[str, str]
         found = encodings.decoded(content, [encoding] if encoding else encodings.guesses(content))
     except (LookupError, ValueError):
         raise UsageError(
-            f"--encoding {shown(encoding or '')[1:-1]}: unknown encoding; use utf-8, utf-16, gbk or another "
+            f"--encoding {quoted(encoding or '')[1:-1]}: unknown encoding; use utf-8, utf-16, gbk or another "
             "Python encoding"
         ) from None
     if found is None:

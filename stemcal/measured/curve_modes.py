@@ -140,7 +140,7 @@ def modes_of(curves: Sequence[Curve], stiffness: float | None = None, most: int 
     )
 
 
-def smoothed(travel: Array, force: Array) -> Curve:
+def without_noise(travel: Array, force: Array) -> Curve:
     """Return a measured curve until it breaks without the noise of its points, whose largest is no maximum.
 
     At each point a quadratic through its neighbours (A. Savitzky and M. J. E. Golay, Anal. Chem. 36 (1964) 1627), on

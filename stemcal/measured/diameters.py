@@ -10,7 +10,7 @@ import numpy as np
 
 from stemcal.errors import UsageError
 from stemcal.formats import counted
-from stemcal.measured.headings import DIAMETER, LABEL, MILLIMETRES, is_called, is_missing, shown
+from stemcal.measured.headings import DIAMETER, LABEL, MILLIMETRES, is_called, is_missing, quoted
 from stemcal.measured.statistics import ShapiroWilk, Summary, shapiro_wilk, summarise
 from stemcal.measured.tables import Form, TextTable, columns_of, given_columns, matching, read_table, scale_of
 from stemcal.storage.rows import Rows
@@ -120,10 +120,10 @@ def _stems_of(table: TextTable, given: str | None = None) -> dict[str, list[floa
             if value is None:
                 if not is_missing(cells[column]):
                     raise UsageError(
-                        f"{table.source}: stem {shown(name)[1:-1]}: {shown(cells[column])} is not a number"
+                        f"{table.source}: stem {quoted(name)[1:-1]}: {quoted(cells[column])} is not a number"
                     )
                 continue
-            place = f"{table.source}: stem {shown(name)[1:-1]}"
+            place = f"{table.source}: stem {quoted(name)[1:-1]}"
             millimetres = value * scale_of(table, column, MILLIMETRES, "mm")
             stems.setdefault(name, []).append(checked_diameter(millimetres, place))
     return stems

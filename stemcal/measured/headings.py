@@ -54,10 +54,10 @@ def is_missing(cell: str) -> bool:
     return _bare(cell).lower() in MISSING
 
 
-def shown(cell: str, most: int = 40) -> str:
+def quoted(cell: str, most: int = 40) -> str:
     """Return a cell for a message: quoted, on one line, its end left out where it is long.
 
-    >>> shown("thick"), shown("1" * 50, 8)
+    >>> quoted("thick"), quoted("1" * 50, 8)
     ("'thick'", "'11111111…'")
     """
     return repr(cell if len(cell) <= most else f"{cell[:most]}…")
@@ -100,10 +100,10 @@ ALONE = ("last",)  # German for load; next to other words it is English
 GERMAN = ("kraft", "weg", "zeit")  # also at the end of a word: Standardkraft, Traversenweg
 
 
-def plain(text: str) -> str:
+def folded(text: str) -> str:
     """Return a text without the differences that do not count: case, wide letters, the Turkish dots of i.
 
-    >>> plain("KUVVET（Ｎ）"), plain("YER DEĞİŞTİRME"), plain("ｋＮ")
+    >>> folded("KUVVET（Ｎ）"), folded("YER DEĞİŞTİRME"), folded("ｋＮ")
     ('kuvvet(n)', 'yer değiştirme', 'kn')
     """
     return unicodedata.normalize("NFKC", text).replace("İ", "i").replace("ı", "i").casefold()
@@ -119,11 +119,11 @@ def is_called(name: str, words: Sequence[str]) -> bool:
     >>> is_called("Last [kN]", FORCE), is_called("Last in kN", FORCE), is_called("Last reading", FORCE)
     (True, True, False)
     """
-    lowered = plain(name)
+    lowered = folded(name)
     parts = set(re.findall(r"[^\W\d_]+\d?\.?|\d+", lowered)) | set(re.findall(r"[^\W\d_]+", lowered))
     first, *rest = re.split(r"[\s\[(/,]+", lowered.rstrip(")]"))
     by_itself = all(word == "in" or word in _IN_ANY_CASE for word in rest)
-    sought = [plain(word) for word in words if word not in ALONE or (word == first and by_itself)]
+    sought = [folded(word) for word in words if word not in ALONE or (word == first and by_itself)]
     ends = tuple(word for word in sought if word in GERMAN)
     # Chinese, Japanese, Korean, and several words
     anywhere = {word for word in sought if min(word) >= "\u1100" or " " in word}

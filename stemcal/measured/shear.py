@@ -11,7 +11,7 @@ from pathlib import Path
 from stemcal.errors import UsageError
 from stemcal.formats import did_you_mean, listed
 from stemcal.measured.diameters import checked_diameter
-from stemcal.measured.headings import DIAMETER, FILE, GRADE, MILLIMETRES, millimetres_in, shown
+from stemcal.measured.headings import DIAMETER, FILE, GRADE, MILLIMETRES, millimetres_in, quoted
 from stemcal.measured.shear_curves import CurveOptions, ShearCurve, read_curves
 from stemcal.measured.statistics import Summary, outlier_of, summarise
 from stemcal.measured.tables import columns_of, matching, read_table, scale_of
@@ -113,7 +113,7 @@ def measure_shear(
     found = tuple(s for path in files for s in _specimens(path, path.stem in repeated, how, listed))
     names = [s.name for s in found]
     if unknown := set(exclude) - set(names):
-        raise UsageError(f"--exclude {shown(min(unknown))}: no such specimen; {did_you_mean(min(unknown), names)}")
+        raise UsageError(f"--exclude {quoted(min(unknown))}: no such specimen; {did_you_mean(min(unknown), names)}")
     specimens = tuple(s for s in found if s.name not in exclude)
     if not specimens:
         raise UsageError("--exclude: all specimens are excluded; remove one of the `--exclude` options")
@@ -173,9 +173,9 @@ def read_index(path: Path) -> dict[str, tuple[float, float | None]]:
     scale = scale_of(table, diameter, MILLIMETRES, "mm")
     found = {}
     for row, cells in enumerate(table.rows):
-        value, place = table.number(row, diameter), f"{path}: {shown(cells[name])}"
+        value, place = table.number(row, diameter), f"{path}: {quoted(cells[name])}"
         if value is None:
-            raise UsageError(f"{place}: {shown(cells[diameter])} is not a diameter")
+            raise UsageError(f"{place}: {quoted(cells[diameter])} is not a diameter")
         nominal = table.number(row, grade[0]) if grade else None
         known = checked_diameter(value * scale, place)
         found[Path(cells[name]).name] = (known, None if nominal is None else checked_diameter(nominal, place))
@@ -209,9 +209,9 @@ def _specimen(
             f"{path}: the diameter is unknown; write the diameter in the file name (7mm-1.csv), above the columns "
             "(7.1 mm), above the data (Diameter: 7.02 mm) or in an index file (`--index` of `measure shear`)"
         )
-    checked_diameter(diameter, f"{path}: specimen {shown(name)}")
+    checked_diameter(diameter, f"{path}: specimen {quoted(name)}")
     nominal = next((value for value in (grade, named) if value is not None), float(round(diameter)))
-    checked_diameter(nominal, f"{path}: specimen {shown(name)}: grade")
+    checked_diameter(nominal, f"{path}: specimen {quoted(name)}: grade")
     return TestedSpecimen(name, nominal, diameter, curve)
 
 

@@ -16,7 +16,16 @@ from numpy.typing import NDArray
 
 from stemcal.errors import UsageError
 from stemcal.formats import counted
-from stemcal.measured.headings import FORCE, MILLIMETRES, NEWTONS, TRAVEL, is_missing, millimetres_in, plain, shown
+from stemcal.measured.headings import (
+    FORCE,
+    MILLIMETRES,
+    NEWTONS,
+    TRAVEL,
+    folded,
+    is_missing,
+    millimetres_in,
+    quoted,
+)
 from stemcal.measured.tables import Form, TextTable, columns_of, given_columns, matching, read_tables, scale_of
 from stemcal.notes import Note, Remedy
 
@@ -99,7 +108,7 @@ def read_curves(path: Path, how: CurveOptions = CurveOptions()) -> list[ShearCur
             pairs, notes = _pairs(table, how)
         except UsageError as error:
             failure = failure or error
-            text = f"Sheet {shown(table.sheet)} contains no curve and was skipped."
+            text = f"Sheet {quoted(table.sheet)} contains no curve and was skipped."
             skipped.append(Note("sheet_skipped", "info", text))
             continue
         curves += _curves_of(table, pairs, how, notes, several=len(tables) > 1)
@@ -133,7 +142,7 @@ def _pairs(table: TextTable, how: CurveOptions) -> tuple[list[tuple[int, int]], 
     if apart[1] and len(forces) == 1:
         travels = _first(table, "displacement", travels, notes)
     if len(travels) == 1 < len(forces):
-        text = f"{len(forces)} specimens share one displacement column ({shown(table.columns[travels[0]])})."
+        text = f"{len(forces)} specimens share one displacement column ({quoted(table.columns[travels[0]])})."
         remedy = Remedy("If the force columns are from one specimen, select one of them with `--force-column`.")
         if how.force_column is None:
             notes.append(Note("shared_displacement", "caution", text, remedy))
@@ -166,15 +175,15 @@ def _columns(
 
 def _first(table: TextTable, what: str, columns: Sequence[int], notes: list[Note]) -> list[int]:
     """Return the first of several columns, and note the choice."""
-    others = ", ".join(shown(table.columns[column]) for column in columns[1:4])
-    text = f"The {what} is read from column {shown(table.columns[columns[0]])}, not from {others}."
+    others = ", ".join(quoted(table.columns[column]) for column in columns[1:4])
+    text = f"The {what} is read from column {quoted(table.columns[columns[0]])}, not from {others}."
     notes.append(Note("column_chosen", "caution", text, Remedy(f"Use `--{what}-column` to select another column.")))
     return [columns[0]]
 
 
 def _are_alike(table: TextTable, columns: Sequence[int]) -> bool:
     """Return whether names differ in numbers or single letters at most, and units not at all."""
-    parts = (re.split(r"[\W\d_]+", plain(table.columns[i])) for i in columns)
+    parts = (re.split(r"[\W\d_]+", folded(table.columns[i])) for i in columns)
     roots = {tuple(part for part in each if len(part) > 1 or not part.isascii()) for each in parts}
     return len(roots) == 1 and len({table.units[i] for i in columns}) == 1
 
@@ -221,7 +230,7 @@ def _curve(table: TextTable, across: int, up: int, how: CurveOptions, notes: lis
         if all(table.number(row, column) is None for row in range(len(table.rows))):
             held = next((cells[column] for cells in table.rows if not is_missing(cells[column])), "empty cells")
             raise UsageError(
-                f"{table.source}: column {shown(table.columns[column])} contains {shown(held)} instead of numbers"
+                f"{table.source}: column {quoted(table.columns[column])} contains {quoted(held)} instead of numbers"
             )
     rows, omitted = _usable(table, across, up)
     if len(rows.rows) < 5:

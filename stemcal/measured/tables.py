@@ -20,7 +20,7 @@ from stemcal.measured.headings import (
     is_heading,
     is_missing,
     names_and_units,
-    shown,
+    quoted,
     units_in,
 )
 from stemcal.storage.plain import MIB, read_plain
@@ -95,8 +95,8 @@ class TextTable:
         for row, cells in enumerate(self.rows, 1):
             value = self.as_number(cells[column])
             if value is None:
-                place = f"{self.source}: data row {row}, {shown(self.columns[column])[1:-1]}"
-                raise UsageError(f"{place}: {shown(cells[column])} is not a number")
+                place = f"{self.source}: data row {row}, {quoted(self.columns[column])[1:-1]}"
+                raise UsageError(f"{place}: {quoted(cells[column])} is not a number")
             values.append(value)
         return values
 
@@ -110,7 +110,7 @@ def read_table(path: Path, form: Form = Form()) -> TextTable:
     """Return the one table in a file; raise `UsageError` if it holds none, or a workbook several."""
     tables = read_tables(path, form)
     if len(tables) > 1:
-        titles = ", ".join(shown(table.sheet) for table in tables)
+        titles = ", ".join(quoted(table.sheet) for table in tables)
         raise UsageError(
             f"{path}: several sheets of the workbook contain tables ({titles}); choose a sheet with `--sheet`"
         )
@@ -126,7 +126,7 @@ def read_tables(path: Path, form: Form = Form()) -> list[TextTable]:
     if is_workbook(content, path):
         return _of_workbook(content, path, form)
     if form.sheet is not None:
-        raise UsageError(f"--sheet {shown(form.sheet)}: {path} is not a workbook; remove `--sheet`")
+        raise UsageError(f"--sheet {quoted(form.sheet)}: {path} is not a workbook; remove `--sheet`")
     return [_of_text(content, path, form)]
 
 
@@ -136,7 +136,7 @@ def _of_workbook(content: bytes, path: Path, form: Form) -> list[TextTable]:
     if form.sheet is not None:
         if form.sheet not in found:
             raise UsageError(
-                f"{path}: the workbook has no sheet {shown(form.sheet)}; its sheets are {', '.join(map(shown, found))}"
+                f"{path}: there is no sheet {quoted(form.sheet)}; the sheets are {', '.join(map(quoted, found))}"
             )
         found = {form.sheet: found[form.sheet]}
     marks = [_named(form.decimal, DECIMALS, "--decimal")] if form.decimal else list(DECIMALS.values())
@@ -147,13 +147,13 @@ def _of_workbook(content: bytes, path: Path, form: Form) -> list[TextTable]:
         if table.rows:
             tables.append(table)
     if not tables:
-        where = "the workbook" if form.sheet is None else f"sheet {shown(form.sheet)}"
+        where = "the workbook" if form.sheet is None else f"sheet {quoted(form.sheet)}"
         raise UsageError(f"{path}: no numeric rows found in {where}; use a sheet that contains measured values")
     return tables
 
 
 def _of_text(content: bytes, path: Path, form: Form) -> TextTable:
-    text, encoding = decoded(content, form.encoding, path)
+    text, encoding = decoded_table(content, form.encoding, path)
     texts = text.splitlines()
     separator, decimal = max(
         _candidates(form, texts),
@@ -184,7 +184,7 @@ def _candidates(form: Form, texts: Sequence[str]) -> list[tuple[str, str]]:
 def _named(given: str, known: dict[str, str], option: str) -> str:
     if given in known or given in known.values():
         return known.get(given, given)
-    raise UsageError(f"{option} {shown(given)[1:-1]}: unknown value; use one of {', '.join(known)}")
+    raise UsageError(f"{option} {quoted(given)[1:-1]}: unknown value; use one of {', '.join(known)}")
 
 
 # ---- where the numbers are among the lines, and what is above them
@@ -346,7 +346,7 @@ def scale_of(
     UsageError
         If the unit is unknown, or the column has none while the lines above the data name another one.
     """
-    stated, where = given or table.units[column], f"{table.source}: column {shown(table.columns[column])}"
+    stated, where = given or table.units[column], f"{table.source}: column {quoted(table.columns[column])}"
     how = f"specify the unit with `{option}`" if option else "write the unit in its heading"
     if not stated and (others := _other_units(table, known, default)):
         raise UsageError(f"{where} has no unit, but the lines above the data contain {', '.join(others)}; {how}")
@@ -354,7 +354,7 @@ def scale_of(
     for name, factor in known.items():
         if unit == name or (unit.lower() == name.lower() and name != "mN" and unit.lower() != "mn"):
             return factor
-    raise UsageError(f"{where}: unknown unit {shown(unit)}; {how}, one of {', '.join(known)}")
+    raise UsageError(f"{where}: unknown unit {quoted(unit)}; {how}, one of {', '.join(known)}")
 
 
 def _other_units(table: TextTable, known: dict[str, float], default: str) -> list[str]:
@@ -374,14 +374,14 @@ def _given_column(table: TextTable, given: str, what: str) -> int:
     if given.isascii() and given.isdigit() and 1 <= int(given[:6]) <= len(table.columns):
         return int(given) - 1
     raise UsageError(
-        f"{table.source}: the table has no column {shown(given)} for {what}; its columns are {columns_of(table)}"
+        f"{table.source}: the table has no column {quoted(given)} for {what}; its columns are {columns_of(table)}"
     )
 
 
 def columns_of(table: TextTable) -> str:
     """Return the names of the columns; of columns without names the range of their numbers."""
     names = table.columns[:_MOST_SHOWN]
-    listed = [shown(name) if table.headed else f"{name} ({_range(table, i)})" for i, name in enumerate(names)]
+    listed = [quoted(name) if table.headed else f"{name} ({_range(table, i)})" for i, name in enumerate(names)]
     more = len(table.columns) - len(names)
     return ", ".join(listed) + (f" and {more} more" if more else "")
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from stemcal.cutting.result import break_row
 from stemcal.errors import UsageError
-from stemcal.measured.headings import shown
+from stemcal.measured.headings import quoted
 from stemcal.measured.shear import ShearTests, TestedSpecimen, find_files, measure_shear, note_on, row_of
 from stemcal.measured.shear_curves import CurveOptions
 from stemcal.measured.statistics import Summary, summarise
@@ -79,7 +79,7 @@ def measure_tests(
     read = {name: measure_shear(find_files(folder / name), how, None, names) for name, names in left_out.items()}
     unread = [path.name for path in sorted(folder.glob("*")) if path.is_dir() and path.name not in read]
     skipped = [
-        Note("folder_skipped", "info", f"Folder {shown(name)} was skipped because no test has this name.")
+        Note("folder_skipped", "info", f"Folder {quoted(name)} was skipped because no test has this name.")
         for name in unread
     ]
     notes = [note_on((name,), note) for name, tests in read.items() for note in tests.all_notes()]

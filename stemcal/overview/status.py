@@ -7,7 +7,7 @@ from typing import Any
 
 from stemcal.errors import UsageError
 from stemcal.overview.plan import asked
-from stemcal.runs.answer import Watch, answer_all, ignore
+from stemcal.runs.answer import Watch, answer_all, watch_nothing
 from stemcal.runs.executors import RunExecutor
 from stemcal.runs.record import Run, outcome_of, stands
 from stemcal.runs.study_folder import SCHEMA_VERSION as FILE_VERSION
@@ -28,7 +28,7 @@ SCHEMA_VERSION = 2
 
 
 @dataclass(frozen=True)
-class Entry:
+class LedgerRow:
     """One row of a stage: what was asked and, if a record answers it, what came of it.
 
     `status` is ok, censored, failed, left or damaged; `again`: whether the next command repeats the run.
@@ -91,13 +91,13 @@ class Status:
     sheet: str | None = absent()
 
 
-def ledger(study: Study, folder: StudyFolder, solver: Solver | None = None) -> Rows[Entry]:
+def ledger(study: Study, folder: StudyFolder, solver: Solver | None = None) -> Rows[LedgerRow]:
     """Return the runs of all stages whose runs are known by now, in order."""
     solver = solver or make_solver(study)
     return Rows(_entries(asked(study, solver, folder), study, folder, solver))
 
 
-def _entries(wanted: Sequence[Asked], study: Study, folder: StudyFolder, solver: Solver) -> list[Entry]:
+def _entries(wanted: Sequence[Asked], study: Study, folder: StudyFolder, solver: Solver) -> list[LedgerRow]:
     requests = [request for part in wanted if part.settled for request in part.requests]
     keys = [Run.of(solver, request).key for request in requests]
     entries = [_entry(request, key, study, folder) for request, key in zip(requests, keys, strict=True)]
@@ -105,17 +105,17 @@ def _entries(wanted: Sequence[Asked], study: Study, folder: StudyFolder, solver:
     return entries + sorted(_others(set(keys), stages, study, folder, solver), key=lambda e: (e.stage, e.run))
 
 
-def _entry(request: Request, key: str, study: Study, folder: StudyFolder) -> Entry:
+def _entry(request: Request, key: str, study: Study, folder: StudyFolder) -> LedgerRow:
     record, problem = folder.examine(key)
     asked_for = request.stage, request.row + 1, key
     levels, replicate = dict(request.levels), request.replicate or None
     if record is None:
         status = "damaged" if problem else "left"
-        return Entry(*asked_for, status, None, "", "", True, request.condition, levels, replicate)
+        return LedgerRow(*asked_for, status, None, "", "", True, request.condition, levels, replicate)
     outcome = outcome_of(record)
     status = "failed" if not outcome.ok else "censored" if outcome.censored else "ok"
     said: Mapping[str, Any] = record.get("provenance", {})
-    return Entry(
+    return LedgerRow(
         *asked_for,
         status,
         outcome.response,
@@ -131,7 +131,7 @@ def _entry(request: Request, key: str, study: Study, folder: StudyFolder) -> Ent
 
 def _others(
     known: Collection[str], stages: Collection[str], study: Study, folder: StudyFolder, solver: Solver
-) -> Iterator[Entry]:
+) -> Iterator[LedgerRow]:
     """Yield the records of stages that decide from run to run what to ask next, those of this spec alone."""
     own = {stage.name: stage.seen(study) for stage in stages_of(study) if stage.name not in stages}
     solvers = {name: solver if seen is study else make_solver(seen) for name, seen in own.items()}
@@ -147,7 +147,7 @@ def _others(
 # ---- status
 
 
-def status(study: Study, folder: StudyFolder) -> Status:
+def stage_states(study: Study, folder: StudyFolder) -> Status:
     """Return for every stage how many of its rows are done, failed and why, and left."""
     solver = make_solver(study)
     wanted = asked(study, solver, folder)
@@ -165,7 +165,7 @@ def status(study: Study, folder: StudyFolder) -> Status:
 
 
 def _stage(
-    study: Study, solver: Solver, folder: StudyFolder, name: str, entries: Sequence[Entry], settled: bool
+    study: Study, solver: Solver, folder: StudyFolder, name: str, entries: Sequence[LedgerRow], settled: bool
 ) -> StageStatus:
     found = Counter(entry.status for entry in entries)
     reasons = Counter(entry.reason for entry in entries if entry.status == "failed")
@@ -203,7 +203,7 @@ def _file(study: Study, solver: Solver, folder: StudyFolder, stage: str) -> tupl
 # ---- retry
 
 
-def retry(study: Study, folder: StudyFolder, executor: RunExecutor, watch: Watch = ignore) -> list[Entry]:
+def retry(study: Study, folder: StudyFolder, executor: RunExecutor, watch: Watch = watch_nothing) -> list[LedgerRow]:
     """Compute failed runs again; return what came of them.
 
     A record is replaced when its new answer is there, not before.

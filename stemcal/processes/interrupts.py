@@ -1,8 +1,8 @@
 """Ctrl-C and SIGTERM as exceptions.
 
 An exception that a signal handler raises is lost where none can pass: in a callback of the import system Python prints
-it and continues. So while a module is imported, and inside `put_off`, a signal is only noted; `check` raises it, and
-all that waits calls that again and again. Only a command sets handlers: scripts and notebooks keep their own.
+it and continues. So while a module is imported, and inside `put_off`, a signal is only noted; `raise_noted` raises it,
+and all that waits calls that again and again. Only a command sets handlers: scripts and notebooks keep their own.
 """
 
 import signal
@@ -51,16 +51,16 @@ def put_off() -> Iterator[None]:
         yield
     finally:
         _put_off.pop()
-    check()
+    raise_noted()
 
 
-def check() -> None:
+def raise_noted() -> None:
     """Raise the last interrupt that has come, be it only noted or lost."""
     if _noted and threading.current_thread() is _MAIN:
         raise KINDS[signal.Signals(_noted[-1])]
 
 
-def ignore() -> None:
+def ignore_signals() -> None:
     """Ignore both from now on: there is nothing left to be interrupted but the process's own end."""
     for number in KINDS:
         signal.signal(number, signal.SIG_IGN)

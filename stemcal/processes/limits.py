@@ -11,7 +11,7 @@ from math import inf
 from typing import TypeVar
 
 from stemcal.errors import StemcalError
-from stemcal.processes.interrupts import check
+from stemcal.processes.interrupts import raise_noted
 
 T = TypeVar("T")
 
@@ -37,7 +37,7 @@ def wait_until(limit: float | None, wait: Callable[[float], bool]) -> bool:
     """
     left = inf if limit is None else limit
     while left > 0.0:
-        check()
+        raise_noted()
         if wait(min(SLICE_S, left)):
             return True
         left -= SLICE_S

@@ -12,13 +12,13 @@ from stemcal.drawing.showing import Setting
 from stemcal.drawing.table import Column, Table
 from stemcal.errors import UsageError
 from stemcal.formats import did_you_mean
-from stemcal.overview.status import Entry, ledger
+from stemcal.overview.status import LedgerRow, ledger
 from stemcal.report.figures.curves import force_travel
 from stemcal.report.gallery import gallery
 from stemcal.report.outcome import showing_of
 from stemcal.report.page.page import coded
-from stemcal.report.records import Curve as DrawnCurve
 from stemcal.report.records import Records, read_records
+from stemcal.report.records import RunCurve as DrawnCurve
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.stages.result import R
 from stemcal.stages.results import fresh_results
@@ -95,7 +95,7 @@ class StudyResults:
         return self._results.parameters
 
     @property
-    def runs(self) -> Rows[Entry]:
+    def runs(self) -> Rows[LedgerRow]:
         """Every run of the study with its outcome."""
         return ledger(self.study, self.folder)
 

@@ -17,7 +17,7 @@ from stemcal.report.progress import notebook_watch
 from stemcal.runs.executors.local import LocalExecutor
 from stemcal.runs.study_folder import StudyFolder, place_of
 from stemcal.solvers import make_solver
-from stemcal.solvers.embedded import simulate as shear_test
+from stemcal.solvers.embedded import simulate_levels as shear_test
 from stemcal.stages.fresh import make_all
 from stemcal.study.model.study import Study
 from stemcal.study.reading import load_study as read_spec

@@ -50,7 +50,7 @@ KNOWN = "known"
 _WITHHELD = "The study is not calibrated: confidence intervals and agreement with the measurements are not reported."
 
 
-def outcome_of(result: StageResult, holds: bool = True, labels: Mapping[str, str] | None = None) -> list[str]:
+def outcome_sentences(result: StageResult, holds: bool = True, labels: Mapping[str, str] | None = None) -> list[str]:
     """Return the outcome of a stage; no statement of agreement where the study is not calibrated."""
     showing = showing_of(result)
     return showing.outcome(result, names_of(result, labels)) if holds or not showing.claims else []
@@ -70,7 +70,7 @@ def shown_notes(result: StageResult, holds: bool) -> list[Note]:
     return [*(note for note in notes if note.kind != KNOWN), Note("withheld", "warning", _WITHHELD)]
 
 
-def failed_runs(result: StageResult) -> str:
+def failures_of(result: StageResult) -> str:
     """Return the number of failed runs of a stage, their reasons and the first message; nothing if none failed."""
     every = list(result.runs())
     failed = [(label, outcome) for label, outcome in every if not outcome.ok]

@@ -21,7 +21,7 @@ Numbers = tuple[float, ...]
 
 
 @dataclass(frozen=True)
-class Curve:
+class RunCurve:
     """Force (N) over travel of the blade (mm)."""
 
     travel: Numbers
@@ -33,7 +33,7 @@ class Curve:
 class Details:
     """What a solver reported in addition to the force; `shape` and `film` are packed."""
 
-    curve: Curve | None = None
+    curve: RunCurve | None = None
     energies: dict[str, Numbers] | None = None
     shape: Any = None
     film: Any = None

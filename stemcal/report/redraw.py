@@ -31,13 +31,13 @@ def draw(study: Study, folder: StudyFolder, results: Results, verdict: Verdict, 
 
     The last line of the page has the hashes of its inputs. With `again` it is written anyway.
     """
-    page, made_of = folder.path / "report.html", f"<!-- inputs: {inputs_of(study, folder, results, verdict)}"
+    page, made_of = folder.path / "report.html", f"<!-- inputs: {page_inputs(study, folder, results, verdict)}"
     if not again and _last_line(page).startswith(made_of):
         return page
     from stemcal.report.gallery import write_figures
-    from stemcal.report.page.page import shown, write_page
+    from stemcal.report.page.page import page_content, write_page
 
-    what = shown(study, folder, results, verdict)
+    what = page_content(study, folder, results, verdict)
     plots = [plot for plot in what.plots if plot.on_page]
     if plots:
         write_figures(plots, folder.path / "figures")
@@ -46,9 +46,9 @@ def draw(study: Study, folder: StudyFolder, results: Results, verdict: Verdict, 
 
 def draw_words(study: Study, folder: StudyFolder) -> None:
     """Write the page of the stages that are done without figures: the pages of a run cost little."""
-    from stemcal.report.page.page import shown, write_page
+    from stemcal.report.page.page import page_content, write_page
 
-    write_page(study, folder, replace(shown(study, folder), plots=[]))
+    write_page(study, folder, replace(page_content(study, folder), plots=[]))
 
 
 def _last_line(page: Path) -> str:
@@ -60,7 +60,7 @@ def _last_line(page: Path) -> str:
         return ""
 
 
-def inputs_of(study: Study, folder: StudyFolder, results: Results, verdict: Verdict) -> str:
+def page_inputs(study: Study, folder: StudyFolder, results: Results, verdict: Verdict) -> str:
     """Return a digest of all that page and figures are made of: code, spec, stage files, records."""
     stages = [read_plain(path, MAX_BYTES).decode() for path in sorted(folder.path.glob("*.json"))]
     records = [(path.name, path.stat().st_size, path.stat().st_mtime_ns) for path in sorted(folder.runs.glob("*.json"))]

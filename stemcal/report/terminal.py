@@ -36,7 +36,10 @@ def stage_tables(stage: StageResult, holds: bool = True) -> list[RenderableType]
 
     Intervals and statements of agreement are left out of a study that does not bear them (`holds` is false).
     """
-    return [*(part for table in showable(tables_of(stage), holds) for part in drawn(table)), *spoken(stage, holds)]
+    return [
+        *(part for table in showable(tables_of(stage), holds) for part in table_drawn(table)),
+        *spoken(stage, holds),
+    ]
 
 
 def spoken(stage: StageResult, holds: bool = True) -> list[RenderableType]:
@@ -46,7 +49,7 @@ def spoken(stage: StageResult, holds: bool = True) -> list[RenderableType]:
     return [Text("Identifiability", style="bold"), *shown, Text("")] if lines else []
 
 
-def drawn(table: Table) -> list[RenderableType]:
+def table_drawn(table: Table) -> list[RenderableType]:
     """Return a table as rich draws it, its foot as lines below it."""
     shown = rich.Table(
         title=Text(table.title, style="bold"),

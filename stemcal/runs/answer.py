@@ -46,7 +46,7 @@ class Progress:
 Watch = Callable[[Progress], None]
 
 
-def ignore(_progress: Progress) -> None:
+def watch_nothing(_progress: Progress) -> None:
     """Watch and say nothing."""
 
 
@@ -55,7 +55,7 @@ def answer_all(
     solver: Solver,
     folder: StudyFolder,
     executor: RunExecutor,
-    watch: Watch = ignore,
+    watch: Watch = watch_nothing,
     time_limit: float | None = None,
     quorum: float = QUORUM,
     again: Collection[str] = (),

@@ -27,7 +27,7 @@ from stemcal.storage.canonical import key_of
 from stemcal.storage.encodings import in_a_line
 from stemcal.storage.log import append, now
 from stemcal.storage.plain import read_plain
-from stemcal.storage.sealed import Broken, opened, sealed
+from stemcal.storage.sealed import Broken, read_sealed, sealed
 
 logger = logging.getLogger(__name__)
 
@@ -178,7 +178,7 @@ class StudyFolder:
     def examine(self, key: str) -> tuple[dict[str, Any] | None, str]:
         """Return a record without its seal, None if there is none or it is damaged, and what is wrong with it."""
         try:
-            record = opened(self.record_path(key))
+            record = read_sealed(self.record_path(key))
         except FileNotFoundError:
             return None, ""
         except Broken as broken:
@@ -221,7 +221,7 @@ class StudyFolder:
         """Return a stage's JSON of any version without its seal; raises as `read_stage` does."""
         path = self.path / f"{stage}.json"
         try:
-            content = opened(path)
+            content = read_sealed(path)
         except FileNotFoundError:
             raise UsageError(f"{path} does not exist yet; run `stemcal {stage} SPEC` first") from None
         except Broken as broken:

@@ -24,12 +24,12 @@ from stemcal.solvers.laboratory_runs import (
     AnyTest,
     determining,
     distrusted,
-    doubts,
     identity,
     laboratory_test,
     measured_at,
-    perform,
     perform_all,
+    perform_or_fail,
+    relevant_warnings,
 )
 from stemcal.solvers.options import BREAK_DROP, EmbeddedSolver
 from stemcal.solvers.protocol import RESPONSES, Answer, Request, Solver
@@ -164,7 +164,7 @@ def meshed_as(study: Study, element_size: float) -> Study:
     return study.model_copy(update={"solver": options.model_copy(update=changes)})
 
 
-def simulate(
+def simulate_levels(
     study: Study,
     levels: Mapping[str, float],
     diameter: float | None = None,
@@ -190,8 +190,8 @@ def simulate(
         sheared = shear_test(study, levels, diameter)
         return shear(sheared, _frame_writer(frames, sheared))
     test = test_of(study, section, levels, diameter)
-    result = perform(test, _frame_writer(frames, test)).giving(section.responses)
-    return replace(result, warnings=tuple(doubts(result, section.measured or tuple(result.responses))))
+    result = perform_or_fail(test, _frame_writer(frames, test)).giving(section.responses)
+    return replace(result, warnings=tuple(relevant_warnings(result, section.measured or tuple(result.responses))))
 
 
 def _frame_writer(folder: Path | None, test: AnyTest) -> FrameWriter | None:

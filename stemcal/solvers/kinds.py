@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from stemcal.study.model.study import Study
 
 
-class Embedded(SolverKind):
+class EmbeddedKind(SolverKind):
     """The explicit finite element solver that comes with stemcal."""
 
     name, options = "embedded", EmbeddedSolver
@@ -34,7 +34,7 @@ class Embedded(SolverKind):
         return Embedded(study)
 
 
-class Command(SolverKind):
+class CommandKind(SolverKind):
     """Any program that reads text files and writes its result to a file."""
 
     name, options = "command", CommandSolver
@@ -48,7 +48,7 @@ class Command(SolverKind):
         return Command(study)
 
 
-class Deck(SolverKind):
+class DeckKind(SolverKind):
     """LS-DYNA or OpenRadioss on a deck of the shear test."""
 
     name, options = "deck", DeckSolver
@@ -72,7 +72,7 @@ class Deck(SolverKind):
             yield ("OpenRadioss", str(error), False) if HOME in os.environ else ("OpenRadioss", missing, None)
 
 
-class Python(SolverKind):
+class PythonKind(SolverKind):
     """A class in a Python file next to the spec."""
 
     name, options = "python", PythonSolver

@@ -89,7 +89,7 @@ def determining(test: LaboratoryTest | ShearTest) -> dict[str, Any]:
     return plain
 
 
-def perform(test: AnyTest, inspect: Inspect | None = None) -> LaboratoryResult:
+def perform_or_fail(test: AnyTest, inspect: Inspect | None = None) -> LaboratoryResult:
     """Perform a test, see `laboratory.perform`; of one that cannot be trusted a failure is made."""
     result = laboratory.perform(test, inspect) if isinstance(test, LaboratoryTest) else laboratory.cut(test, inspect)
     if (failure := distrusted(result)) is not None:
@@ -120,7 +120,7 @@ def perform_all(tests: Sequence[tuple[LaboratorySection, AnyTest]]) -> tuple[dic
     warnings: list[Note] = []
     for section, test in tests:
         try:
-            result = perform(test).giving(section.responses)
+            result = perform_or_fail(test).giving(section.responses)
         except SimulationFailed as failure:
             raise SimulationFailed(failure.reason, f"{section.name}: {failure}") from failure
         for name in section.measured:
@@ -128,11 +128,11 @@ def perform_all(tests: Sequence[tuple[LaboratorySection, AnyTest]]) -> tuple[dic
                 message = f"{section.name}: the {name} cannot be determined from the curve; increase the stroke"
                 raise SimulationFailed("no_response", message)
             responses[section.called(name)] = result.responses[name]
-        warnings += doubts(result, section.measured)
+        warnings += relevant_warnings(result, section.measured)
     return responses, list(dict.fromkeys(warnings))
 
 
-def doubts(result: LaboratoryResult, measured: Sequence[str]) -> list[Note]:
+def relevant_warnings(result: LaboratoryResult, measured: Sequence[str]) -> list[Note]:
     """Return the warnings of a test that concern what was measured: a slope needs nothing that comes after it."""
     needs_maximum = not all(known_response(name).before_maximum for name in measured)
     return [

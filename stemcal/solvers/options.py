@@ -18,7 +18,7 @@ from stemcal.study.types.field_types import (
     Time,
     Whole,
 )
-from stemcal.study.types.solver_kind import Mesh, SolverOptions
+from stemcal.study.types.solver_kind import ElementCounts, SolverOptions
 from stemcal.version import __version__
 from stemcal.vocabulary import FIRST
 
@@ -100,8 +100,8 @@ class EmbeddedSolver(SolverOptions):
         return self.rate_law
 
     @property
-    def mesh(self) -> Mesh | None:
-        return Mesh(self.element_size, self.elements_through_wall)
+    def mesh(self) -> ElementCounts | None:
+        return ElementCounts(self.element_size, self.elements_through_wall)
 
     @property
     def has_lengths(self) -> bool:
@@ -259,8 +259,8 @@ class DeckSolver(ProgramOptions):
         return self.law
 
     @property
-    def mesh(self) -> Mesh | None:
-        return Mesh(self.element_size, self.elements_through_wall)
+    def mesh(self) -> ElementCounts | None:
+        return ElementCounts(self.element_size, self.elements_through_wall)
 
     @property
     def has_lengths(self) -> bool:

@@ -15,7 +15,7 @@ from typing import Any
 from stemcal.errors import UsageError
 from stemcal.registry import code_version
 from stemcal.responses import packages_of
-from stemcal.runs.answer import Progress, Watch, ignore
+from stemcal.runs.answer import Progress, Watch, watch_nothing
 from stemcal.runs.executors import RunExecutor
 from stemcal.runs.record import Run, outcome_of, stands
 from stemcal.runs.study_folder import SCHEMA_VERSION, StudyFolder
@@ -188,7 +188,7 @@ def make_all(
     study: Study,
     folder: StudyFolder,
     executor: RunExecutor,
-    watch: Watch = ignore,
+    watch: Watch = watch_nothing,
     done: Callable[[StageResult], None] = lambda _result: None,
     until: str | None = None,
 ) -> list[StageResult]:

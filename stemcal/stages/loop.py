@@ -52,7 +52,7 @@ NOTHING: Predicted = (None, None)
 
 
 @dataclass(frozen=True, eq=False)
-class Point:
+class PointToTry:
     """A point to simulate: its levels, how it was found, its place among the steps, and the prediction by condition."""
 
     levels: dict[str, float]
@@ -62,10 +62,10 @@ class Point:
 
 
 @dataclass(frozen=True, eq=False)
-class Judged:
+class JudgedPoint:
     """A simulated point: its largest error, and what the best point has least of; None where a run failed."""
 
-    point: Point
+    point: PointToTry
     error_percent: float | None = None
     merit: float = inf
 
@@ -77,13 +77,13 @@ class Steps(Protocol):
     def conditions(self) -> Sequence[float]:
         """Where every point is simulated."""
 
-    def first(self) -> Point:
+    def first(self) -> PointToTry:
         """Return the point to begin with."""
 
-    def judge(self, point: Point, outcomes: Mapping[float, Outcome]) -> Judged:
+    def judge(self, point: PointToTry, outcomes: Mapping[float, Outcome]) -> JudgedPoint:
         """Return how far a simulated point is from the target, and include it in the next step."""
 
-    def next(self) -> Point | None:
+    def next(self) -> PointToTry | None:
         """Return the next point; None where no step is left."""
 
     def end(self) -> Stopped:
@@ -96,13 +96,13 @@ class Loop:
     def __init__(self, steps: Steps, simulate: SimulateAt, tolerance_percent: float, budget: int) -> None:
         self.steps, self.simulate = steps, simulate
         self.tolerance_percent, self.budget = tolerance_percent, budget
-        self.points: list[Judged] = []
+        self.points: list[JudgedPoint] = []
         self.runs: list[RefineRun] = []
         self.stopped: Stopped = "budget"
 
     def run(self) -> None:
         """Continue until the target is reached, the budget is spent, or no step is left."""
-        point: Point | None = self.steps.first()
+        point: PointToTry | None = self.steps.first()
         while point is not None:
             self.points.append(self.steps.judge(point, self._simulated(point, self.steps.conditions)))
             error = self.points[-1].error_percent
@@ -118,7 +118,7 @@ class Loop:
         """Simulate the best point, then the first one, at other conditions while runs are left in the budget."""
         for point in dict.fromkeys((self.best.point, self.points[0].point)):
             predicted = dict.fromkeys(conditions, NOTHING)
-            self._simulated(Point(point.levels, "elsewhere", point.place, predicted), conditions[: self.left])
+            self._simulated(PointToTry(point.levels, "elsewhere", point.place, predicted), conditions[: self.left])
 
     @property
     def left(self) -> int:
@@ -126,7 +126,7 @@ class Loop:
         return self.budget - len(self.runs)
 
     @property
-    def best(self) -> Judged:
+    def best(self) -> JudgedPoint:
         """The point that reached the target, or else the best one; raise `RunsFailed` if runs of all points failed."""
         done = [judged for judged in self.points if judged.error_percent is not None]
         if not done:
@@ -145,7 +145,7 @@ class Loop:
         """Return the outcome at each condition that was simulated with these levels."""
         return {run.condition: run.outcome for run in self.runs if run.levels == levels}
 
-    def _simulated(self, point: Point, conditions: Sequence[float]) -> dict[float, Outcome]:
+    def _simulated(self, point: PointToTry, conditions: Sequence[float]) -> dict[float, Outcome]:
         found = self.simulate(self._row(point), [point.levels], conditions) if conditions else []
         for condition, outcome in zip(conditions, found, strict=True):
             expected, interval = point.predicted[condition]
@@ -162,7 +162,7 @@ class Loop:
             )
         return dict(zip(conditions, found, strict=True))
 
-    def _row(self, point: Point) -> int:
+    def _row(self, point: PointToTry) -> int:
         """Return the number of a point from 0: a run elsewhere repeats one that has a number."""
         return next((i for i, one in enumerate(self.points) if one.point.levels == point.levels), len(self.points))
 
@@ -175,19 +175,19 @@ class PathSteps:
         self.conditions = [condition]
         self.tried: list[Tried] = []
 
-    def first(self) -> Point:
+    def first(self) -> PointToTry:
         """Return the start of the path."""
         return self._point(PathStep(0.0, self.expected), "solution")
 
-    def judge(self, point: Point, outcomes: Mapping[float, Outcome]) -> Judged:
+    def judge(self, point: PointToTry, outcomes: Mapping[float, Outcome]) -> JudgedPoint:
         """Compare with the aim, by ratio."""
         tried = Tried(point.place, outcomes[self.conditions[0]].number(FIRST))
         self.tried.append(tried)
         if not isfinite(tried.level):
-            return Judged(point)
-        return Judged(point, error_percent(self.aim, tried.response), abs(tried.level - log(self.aim)))
+            return JudgedPoint(point)
+        return JudgedPoint(point, error_percent(self.aim, tried.response), abs(tried.level - log(self.aim)))
 
-    def next(self) -> Point | None:
+    def next(self) -> PointToTry | None:
         """Step along the path, by what the runs so far show of it."""
         step = next_step(self.tried, self.aim, self.path)
         return None if step is None else self._point(step, "path" if isfinite(self.tried[-1].level) else "back")
@@ -197,6 +197,6 @@ class PathSteps:
         best = best_of(self.tried, self.aim)
         return "out_of_reach" if best is not None and best.place in self.path.ends else "settled"
 
-    def _point(self, step: PathStep, how: How) -> Point:
+    def _point(self, step: PathStep, how: How) -> PointToTry:
         levels = {**self.levels, **(self.path.at(step.place) if step.place else {})}
-        return Point(levels, how, step.place, {self.conditions[0]: (step.expected, None)})
+        return PointToTry(levels, how, step.place, {self.conditions[0]: (step.expected, None)})

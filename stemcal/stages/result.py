@@ -14,7 +14,7 @@ from stemcal.notes import Note
 from stemcal.runs.record import Outcome
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.storage.atomic import write_atomic
-from stemcal.storage.canonical import plain
+from stemcal.storage.canonical import jsonable
 from stemcal.storage.rows import Rows
 from stemcal.storage.typed import Spread, absent, from_json, inline, to_json
 from stemcal.vocabulary import CUTTING, Vocabulary
@@ -167,7 +167,7 @@ class StageResult(Spread):
 
     def to_json(self) -> dict[str, Any]:
         """Return the contents of the stage's file."""
-        content: dict[str, Any] = plain(to_json(self))
+        content: dict[str, Any] = jsonable(to_json(self))
         return content
 
     @classmethod

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from functools import wraps
 
 from stemcal.errors import UsageError
-from stemcal.runs.answer import QUORUM, Watch, answer_all, ignore
+from stemcal.runs.answer import QUORUM, Watch, answer_all, watch_nothing
 from stemcal.runs.executors import InlineExecutor, RunExecutor
 from stemcal.runs.record import Outcome, merged
 from stemcal.runs.study_folder import StudyFolder
@@ -84,7 +84,7 @@ def a_stage(kind: type[R]) -> Callable[[Callable[[Work, Head], R]], Callable[...
             study: Study,
             folder: StudyFolder,
             executor: RunExecutor = HERE,
-            watch: Watch = ignore,
+            watch: Watch = watch_nothing,
             solver: Solver | None = None,
         ) -> R:
             with folder:

@@ -17,7 +17,7 @@ def as_json(content: Any) -> str:
       "a": null
     }
     """
-    return json.dumps(plain(content), ensure_ascii=False, indent=2, allow_nan=False) + "\n"
+    return json.dumps(jsonable(content), ensure_ascii=False, indent=2, allow_nan=False) + "\n"
 
 
 def canonical(content: Any) -> str:
@@ -26,7 +26,7 @@ def canonical(content: Any) -> str:
     >>> canonical({"b": 1.0, "a": [1, None]})
     '{"a":[1,null],"b":1.0}'
     """
-    return json.dumps(plain(content), ensure_ascii=True, sort_keys=True, separators=(",", ":"), allow_nan=False)
+    return json.dumps(jsonable(content), ensure_ascii=True, sort_keys=True, separators=(",", ":"), allow_nan=False)
 
 
 def digest(content: Any) -> str:
@@ -39,7 +39,7 @@ def key_of(identity: Mapping[str, Any]) -> str:
     return digest(identity)[:32]
 
 
-def plain(content: Any) -> Any:
+def jsonable(content: Any) -> Any:
     """Return a content in types of JSON: numpy numbers and arrays unpacked, NaN and infinity as None."""
     if isinstance(content, float):  # numpy's float64 too
         return float(content) if math.isfinite(content) else None
@@ -48,11 +48,11 @@ def plain(content: Any) -> Any:
     if content is None or isinstance(content, bool | int):
         return content
     if isinstance(content, Mapping):
-        return {str(key): plain(value) for key, value in content.items()}
+        return {str(key): jsonable(value) for key, value in content.items()}
     if isinstance(content, list | tuple):
-        return [plain(value) for value in content]
+        return [jsonable(value) for value in content]
     if isinstance(content, Path):
         return content.as_posix()
     if hasattr(content, "tolist"):  # numpy
-        return plain(content.tolist())
+        return jsonable(content.tolist())
     raise TypeError(f"{type(content).__name__} cannot be written as JSON")

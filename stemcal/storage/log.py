@@ -9,14 +9,14 @@ from typing import Any
 
 from stemcal.errors import StemcalError
 from stemcal.storage.atomic import refuse_link
-from stemcal.storage.canonical import plain
+from stemcal.storage.canonical import jsonable
 
 logger = logging.getLogger(__name__)
 
 
 def append(path: Path, event: str, facts: Mapping[str, Any]) -> None:
     """Append an event with its facts and the time; a log that cannot be written stops nothing."""
-    line = json.dumps({"time": now(), "event": event, **plain(facts)}, ensure_ascii=False, allow_nan=False)
+    line = json.dumps({"time": now(), "event": event, **jsonable(facts)}, ensure_ascii=False, allow_nan=False)
     try:
         refuse_link(path)
         with path.open("ab") as file:

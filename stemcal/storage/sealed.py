@@ -28,7 +28,7 @@ def sealed(content: Mapping[str, Any]) -> str:
     return as_json({SEAL: digest(content), **content})
 
 
-def opened(path: Path) -> dict[str, Any]:
+def read_sealed(path: Path) -> dict[str, Any]:
     """Return the content of a sealed file without its seal.
 
     Raises

@@ -21,12 +21,12 @@ from stemcal.cutting.parts import ShearTest
 from stemcal.doe.coding import Array, term_columns
 from stemcal.doe.designs import SurfaceDesign, SurfaceOptions
 from stemcal.errors import UsageError
-from stemcal.laboratory.build import build, rounded
+from stemcal.laboratory.build import build_piece, rounded
 from stemcal.runs.answer import answer_all
 from stemcal.runs.record import Outcome, Run
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers.embedded import test_of
-from stemcal.solvers.laboratory_runs import identity, perform
+from stemcal.solvers.laboratory_runs import identity, perform_or_fail
 from stemcal.solvers.protocol import Request, Solver
 from stemcal.stages.work import HERE
 from stemcal.study.model.laboratory_kind import LaboratoryKind, LaboratorySection, PieceSection
@@ -302,7 +302,7 @@ def _identity_of_test_changes_with_each_factor(at: LaboratoryAtWork) -> None:
 def _model_is_sound(at: LaboratoryAtWork) -> None:
     """Elements have positive volumes, initial values are finite, and a tool or the driven nodes move."""
     test = at.test()
-    model = build_cut(test) if isinstance(test, ShearTest) else build(rounded(test))
+    model = build_cut(test) if isinstance(test, ShearTest) else build_piece(rounded(test))
     require(bool((model.mesh.volumes() > 0.0).all()), "an element has zero volume")
     velocity = np.zeros(model.mesh.nodes.shape) if model.velocity is None else model.velocity
     require(bool(np.isfinite(velocity).all()), "the initial velocities are not finite")
@@ -313,7 +313,7 @@ def _model_is_sound(at: LaboratoryAtWork) -> None:
 def _responses_are_positive_and_repeatable(at: LaboratoryAtWork) -> None:
     """Each usual response is a positive number that is repeated bit for bit, and no file remains."""
     with apart(at.study):
-        found, again = (perform(at.test()).responses for _ in range(2))
+        found, again = (perform_or_fail(at.test()).responses for _ in range(2))
     for name in at.section.usual:
         value = found.get(name, math.nan)
         require(0.0 < value < math.inf, f"the response {name} must be positive and finite, not {value}")

@@ -6,7 +6,7 @@ from typing import Any
 from stemcal.cli.status import state as lines
 from stemcal.drawing.table import Table
 from stemcal.overview.status import StageStatus, Status
-from stemcal.report.outcome import failed_runs
+from stemcal.report.outcome import failures_of
 from stemcal.report.page.page import _Part, _Picture
 from stemcal.runs.record import Outcome
 from stemcal.stages.verdict.result import Verdict
@@ -42,9 +42,9 @@ def test_what_is_wrong_with_a_stage() -> None:
 
 
 def test_failed_runs_are_counted_with_their_reasons() -> None:
-    assert failed_runs(stage_of(RIGHT, RIGHT)) == ""
+    assert failures_of(stage_of(RIGHT, RIGHT)) == ""
     said = "inverted (2); first message (screen 2): element 17 turned inside out; see screen.json"
-    assert failed_runs(stage_of(RIGHT, FAILED, FAILED)) == f"screen: 2 of 3 runs failed: {said}"
+    assert failures_of(stage_of(RIGHT, FAILED, FAILED)) == f"screen: 2 of 3 runs failed: {said}"
 
 
 def test_what_is_folded() -> None:

@@ -13,7 +13,7 @@ from fakes import FakeSolver, lines, make_study
 from trying import CONFIGS, POINTS, POSIX, command, finished, results, trials
 
 from stemcal.errors import StemcalError
-from stemcal.overview.status import inspect, status
+from stemcal.overview.status import inspect, stage_states
 from stemcal.report.export import study_tables
 from stemcal.runs import study_folder as module_of_folders
 from stemcal.runs.executors import InlineExecutor
@@ -78,7 +78,7 @@ def test_keys_left_out_or_of_another_type(folder: Path, number: int, rng: random
         file.write_text(sealed(content), encoding="utf-8")
         try:
             inspect(study, found)
-            status(study, found)
+            stage_states(study, found)
             study_tables(study, fresh_results(study, found))
         except StemcalError as error:
             assert "SPEC" in str(error), f"{name} {what}: no remedy: {error}"

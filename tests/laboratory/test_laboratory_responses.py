@@ -8,7 +8,7 @@ from pieces import material, piece
 from stemcal.fem.kernels.contact import push_skin_out
 from stemcal.fem.kernels.search import list_near_skin
 from stemcal.fem.state import start
-from stemcal.laboratory.build import build
+from stemcal.laboratory.build import build_piece
 from stemcal.laboratory.perform import Gauges
 from stemcal.laboratory.radial_compression import RadialCompression
 from stemcal.responses import secant
@@ -31,7 +31,7 @@ def test_the_give_of_the_contact_is_taken_out() -> None:
     The travel of the stem is so much less than that of the plate, on both sides.
     """
     test = piece(RadialCompression(), material(), 4.0, 0.1, 0.25, through_wall=2)
-    model = build(test)
+    model = build_piece(test)
     gauges, state = Gauges(test, model), start(model)
     tools, near, body = state.tools, state.candidates, state.body
     tools.height[:] += [-0.05, 0.05]

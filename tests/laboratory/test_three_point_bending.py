@@ -14,7 +14,7 @@ from stemcal.fem.contact import Tool
 from stemcal.fem.mesh import Mesh
 from stemcal.fem.state import State
 from stemcal.fem.stepper import simulate
-from stemcal.laboratory.build import LaboratoryTest, build, rounded
+from stemcal.laboratory.build import LaboratoryTest, build_piece, rounded
 from stemcal.laboratory.perform import perform
 from stemcal.laboratory.three_point_bending import ThreePointBending
 from stemcal.responses import secant
@@ -43,7 +43,7 @@ class Axis:
     """Called at the outputs of a simulation, reads how far the sections at two x are apart in height."""
 
     def __init__(self, test: LaboratoryTest, layers: tuple[float, float]) -> None:
-        mesh = build(test).mesh
+        mesh = build_piece(test).mesh
         self._sections = tuple(section(mesh.nodes, mesh.hexes, at) for at in layers)
         self.deflection: list[float] = []
 
@@ -126,7 +126,7 @@ def test_couples_bend_a_section_at_its_plastic_moment(size: float) -> None:
     Found: +1.6 and +0.7 %; hourglass stiffness adds to it as it bends on.
     """
     test = rounded(piece(Couples(20.0), material(3.0), 24.0, 0.09, size))
-    history = simulate(build(test), test.loading.duration)
+    history = simulate(build_piece(test), test.loading.duration)
     turned = test.loading.speed * history.time
     late = turned > 0.06
     moment = 2.0 * float(np.polyfit(turned[late], history.external[late], 1)[0])
@@ -164,7 +164,7 @@ def test_a_hinge_is_stronger_than_a_beams_with_any_mesh() -> None:
         test = bending(span, 3.0, material(stress), size)
         soft = replace(test.discretisation, hourglass=0.001)
         test = rounded(replace(test, kind=Sides(span, 2.0, 2.0), discretisation=soft))
-        history = simulate(build(test), test.loading.duration)
+        history = simulate(build_piece(test), test.loading.duration)
         late = history.time > 0.9
         forces.append(4.0 * float(np.polyfit(test.loading.speed * history.time[late], history.external[late], 1)[0]))
     assert forces[1] == pytest.approx(forces[0], rel=0.01)

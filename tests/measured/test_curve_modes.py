@@ -6,7 +6,7 @@ The planted curve is F(u) = F* (1 − (1 − u/u*)^m) up to u* = its travel, the
 import numpy as np
 import pytest
 
-from stemcal.measured.curve_modes import Curve, from_preload, modes_of, smoothed
+from stemcal.measured.curve_modes import Curve, from_preload, modes_of, without_noise
 
 RANDOM = np.random.default_rng(5)
 SHAPES = [(180.0 + 10.0 * a, 0.7 + 0.05 * b, 2.0 + 0.3 * c) for a, b, c in RANDOM.standard_normal((12, 3))]
@@ -25,7 +25,7 @@ def trimmed(curve: Curve) -> Curve:
     return travel[begin:] - travel[begin], force[begin:]
 
 
-CURVES = [smoothed(*trimmed(planted(*shape))) for shape in SHAPES]
+CURVES = [without_noise(*trimmed(planted(*shape))) for shape in SHAPES]
 
 
 def scores_of(curves: list[Curve], stiffness: float | None = None) -> np.ndarray:
@@ -53,7 +53,7 @@ def test_two_ways_to_differ_beside_the_maximum_are_two_modes() -> None:
 
 
 def test_twice_the_points_say_no_more() -> None:
-    fine = [smoothed(*trimmed(planted(*shape, points=799))) for shape in SHAPES]
+    fine = [without_noise(*trimmed(planted(*shape, points=799))) for shape in SHAPES]
     np.testing.assert_allclose(modes_of(fine).scatter, modes_of(CURVES).scatter, rtol=0.02)
     np.testing.assert_allclose(modes_of(fine).force, modes_of(CURVES).force, rtol=1e-4)
 
@@ -67,7 +67,7 @@ def test_noise_at_the_points_does_not_raise_the_maximum(noise: float) -> None:
         travel, force = planted(180.0, 0.7, 2.0)
         noisy = force + noise * random.standard_normal(len(force))
         raw.append(noisy.max() - 180.0)
-        smooth.append(smoothed(travel, noisy)[1].max() - 180.0)
+        smooth.append(without_noise(travel, noisy)[1].max() - 180.0)
     assert np.mean(raw) > 1.2 * noise
     assert abs(np.mean(smooth)) < 0.4 * noise
 
@@ -75,7 +75,7 @@ def test_noise_at_the_points_does_not_raise_the_maximum(noise: float) -> None:
 def test_a_curve_that_breaks_at_its_maximum_keeps_it() -> None:
     """A quadratic is its own smoothed curve; the fall behind the maximum is no part of it."""
     travel, force = planted(180.0, 0.7, 2.0)
-    np.testing.assert_allclose(smoothed(travel, force)[1], force, atol=1e-9)
+    np.testing.assert_allclose(without_noise(travel, force)[1], force, atol=1e-9)
 
 
 @pytest.mark.parametrize("noise", [0.0, 0.5])
@@ -87,7 +87,7 @@ def test_the_way_through_the_air_is_not_smoothed_over(offset: float, noise: floa
     noisy = offset + noise * np.random.default_rng(3).standard_normal(len(before) + len(force))
     late = np.append(before, travel + before[-1] + travel[1]), np.append(np.zeros_like(before), force) + noisy
     touch = travel, force + noisy[len(before) :]
-    (far, strong), (near, plain) = (from_preload(*smoothed(*curve)) for curve in (late, touch))
+    (far, strong), (near, plain) = (from_preload(*without_noise(*curve)) for curve in (late, touch))
     assert strong.max() == pytest.approx(plain.max(), abs=0.05)
     assert strong.max() == pytest.approx(180.0 + offset, abs=0.5)
     ends = [float(np.interp(170.0, f[:300], u[:300])) for u, f in ((far, strong), (near, plain))]

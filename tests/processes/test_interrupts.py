@@ -16,7 +16,7 @@ from fakes import ENVIRONMENT
 
 import stemcal
 from stemcal.cli.guard import exit_codes
-from stemcal.processes.interrupts import Terminated, check, heard, put_off
+from stemcal.processes.interrupts import Terminated, heard, put_off, raise_noted
 from stemcal.processes.limits import next_of, wait_until
 
 BOTH = pytest.mark.parametrize(("number", "kind"), [(signal.SIGINT, KeyboardInterrupt), (signal.SIGTERM, Terminated)])
@@ -41,7 +41,7 @@ def test_a_signal_is_raised_at_once_and_the_handler_of_before_is_back_afterwards
         signal.raise_signal(number)
         pytest.fail("not raised")
     assert caught.type is kind and signal.getsignal(number) is before
-    check()  # it is over
+    raise_noted()  # it is over
 
 
 @BOTH
@@ -67,7 +67,7 @@ def test_while_a_module_loads_one_is_only_noted(
     with heard():
         module = importlib.import_module("interrupted_module")
         with pytest.raises(KeyboardInterrupt):
-            check()
+            raise_noted()
     assert not hasattr(module, "broken")
 
 
@@ -98,7 +98,7 @@ def test_one_that_is_ignored_stays_ignored() -> None:
     try:
         with heard():
             signal.raise_signal(signal.SIGINT)
-            check()
+            raise_noted()
             assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN
     finally:
         signal.signal(signal.SIGINT, before)

@@ -5,7 +5,7 @@ from typing import Any
 
 from stemcal.drawing.table import MOST_ROWS
 from stemcal.report.outcome import tables_of
-from stemcal.stages.validate.figures import MOST_RESPONSES, plots
+from stemcal.stages.validate.figures import MOST_RESPONSES, validate_plots
 from stemcal.stages.validate.result import FurtherRow, ValidateResult
 from stemcal.storage.rows import Rows
 from stemcal.vocabulary import Variable, Vocabulary, Wording
@@ -39,7 +39,7 @@ def test_tables_have_the_first_and_the_worst_rows(results: Any) -> None:
 def test_the_page_has_the_figures_of_the_first_responses(results: Any, replayed: Any) -> None:
     study = replayed[0].model_copy()
     study.__dict__["naming"] = NAMING  # worked out once
-    found = plots(study, wide(results))
+    found = validate_plots(study, wide(results))
     shown = [plot.name for plot in found if plot.on_page]
     assert len(found) == len(NAMES) and len(shown) == MOST_RESPONSES
     assert shown == ["validation", *(f"validation-r{number}" for number in range(1, 6))]

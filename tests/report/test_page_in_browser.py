@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 from fakes import SPEC, FakeSolver
 
-from stemcal.report.page.page import _Shown, render, shown
+from stemcal.report.page.page import _Shown, page_content, render
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers.protocol import RESPONSES, Answer, Request
 from stemcal.stages.fitting import fitted_surfaces
@@ -312,7 +312,7 @@ def test_nothing_is_cut_off_on_paper(browser: Any, page: Path) -> None:
 def test_names_of_the_study_are_never_markup(browser: Any, replayed: tuple[Any, Any], tmp_path: Path) -> None:
     study, folder = replayed
     hostile = "</script><img src=x onerror='window.hacked=1'>\"'&\u2028" + "x" * 10_000
-    what = shown(study, folder)
+    what = page_content(study, folder)
     factors = tuple(factor.model_copy(update={"label": hostile, "unit": hostile}) for factor in study.factors)
     surface = what.results.of(RsmResult)
     entries = Rows(replace(entry, label=hostile, unit=hostile) for entry in surface.factors)

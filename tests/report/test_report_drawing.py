@@ -11,7 +11,7 @@ import pytest
 from stemcal.report import gallery
 from stemcal.report import page as pages
 from stemcal.report import redraw as drawing
-from stemcal.report.page.page import _Shown, shown
+from stemcal.report.page.page import _Shown, page_content
 from stemcal.report.redraw import draw
 from stemcal.runs.study_folder import StudyFolder
 
@@ -43,7 +43,7 @@ def test_only_what_changed_is_drawn_again(
     for path in original.path.glob("*.json"):
         (tmp_path / path.name).write_bytes(path.read_bytes())
     folder = StudyFolder(tmp_path)
-    what = shown(study, folder)
+    what = page_content(study, folder)
     results, verdict = what.results, what.verdict
 
     def drawn(study: Any = study, **choice: bool) -> list[str]:
@@ -72,7 +72,7 @@ def test_what_the_page_does_not_show_is_left_to_plot(
     study, original = replayed
     for path in original.path.glob("*.json"):
         (tmp_path / path.name).write_bytes(path.read_bytes())
-    what = shown(study, StudyFolder(tmp_path))
+    what = page_content(study, StudyFolder(tmp_path))
     hidden = replace(what.plots[0], name="hidden", on_page=False)
     written: list[str] = []
     monkeypatch.setattr(pages, "shown", lambda *_: replace(what, plots=[*what.plots, hidden]))

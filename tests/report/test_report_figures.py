@@ -4,17 +4,20 @@ from xml.etree import ElementTree
 
 import pytest
 
-from stemcal.drawing.plot import Plot, Shared, inline
+from stemcal.drawing.plot import Plot, Shared, inline_svg
 from stemcal.drawing.style import save, svg
 from stemcal.report.figures.curves import force_travel
 from stemcal.report.gallery import _run_plots, write_figures
-from stemcal.report.records import Curve, Details, _RunRecord
+from stemcal.report.records import Details, RunCurve, _RunRecord
 from stemcal.stages.rsm.figures import Solution, contours, observed_predicted
 from stemcal.stages.screen.showing import pareto
-from stemcal.stages.validate.figures import validation
+from stemcal.stages.validate.figures import draw_validation
 
 NAMES = {"density": "$x^$", "elastic_modulus": "屈服应力", "poisson_ratio": "<script>"}
-CURVES = {"screen 1": Curve((0.0, 0.4, 0.8), (0.0, 100.0, 30.0)), "8 mm": Curve((0.0, 0.4, 0.8), (0.0, 150.0, 60.0))}
+CURVES = {
+    "screen 1": RunCurve((0.0, 0.4, 0.8), (0.0, 100.0, 30.0)),
+    "8 mm": RunCurve((0.0, 0.4, 0.8), (0.0, 150.0, 60.0)),
+}
 
 
 def drawn(stages: dict[str, Any]) -> dict[str, Any]:
@@ -24,7 +27,7 @@ def drawn(stages: dict[str, Any]) -> dict[str, Any]:
         "observed_predicted": observed_predicted(stages["rsm"]),
         "contours": contours(stages["rsm"], pair, Solution(stages["invert"].parameters, stages["invert"].target)),
         "contours_only": contours(stages["rsm"], pair),
-        "validation": validation(stages["validate"]),
+        "validation": draw_validation(stages["validate"]),
         "force_travel": force_travel(CURVES, ["8 mm"]),
     }
 
@@ -55,7 +58,7 @@ def test_the_figure_of_the_curves_has_the_travels_of_the_first_fracture(replayed
     """Those at the solution: a run stops there, long before the stem is cut through."""
 
     def record(broke: float | None, at_solution: bool) -> _RunRecord:
-        details = Details(curve=Curve((0.0, 0.4, 0.8), (0.0, 150.0, 60.0)), break_travel=broke)
+        details = Details(curve=RunCurve((0.0, 0.4, 0.8), (0.0, 150.0, 60.0)), break_travel=broke)
         return _RunRecord("a", details, at_solution=at_solution)
 
     records = {"screen 1": record(0.5, False), "7 mm": record(0.6461, True), "8 mm": record(0.679, True)}
@@ -85,15 +88,15 @@ def test_failed_runs_are_left_out(stages: dict[str, Any], edited: Any) -> None:
     rsm = edited(stages["rsm"], lambda content: content["design"]["runs"][0].update(response=None))
     validate = edited(stages["validate"], lambda content: content["rows"][0].update(simulated=None))
     assert len(observed_predicted(rsm).axes[0].lines[1].get_xdata()) == 19
-    assert len(validation(validate).axes[0].lines[1].get_xdata()) == 4
+    assert len(draw_validation(validate).axes[0].lines[1].get_xdata()) == 4
 
 
 def test_inline_figures_share_styles_and_marks(stages: dict[str, Any]) -> None:
     """Every style and mark is there once however many figures have it; curves are where they were, to 0.1 pt."""
-    shared, document = Shared(), svg(validation(stages["validate"]))
-    text = inline(document, 'a "quoted" <caption>', shared)
+    shared, document = Shared(), svg(draw_validation(stages["validate"]))
+    text = inline_svg(document, 'a "quoted" <caption>', shared)
     classes, marks = len(shared.styles), len(shared.marks)
-    assert inline(document, 'a "quoted" <caption>', shared) == text
+    assert inline_svg(document, 'a "quoted" <caption>', shared) == text
     assert (len(shared.styles), len(shared.marks)) == (classes, marks)
     root, defs = ElementTree.fromstring(text), ElementTree.fromstring(f"<defs>{shared.defs}</defs>")
     known = {f"#{element.get('id')}" for element in defs}

@@ -10,11 +10,11 @@ from stemcal.drawing.plot import Plot
 from stemcal.report.gallery import write_as
 from stemcal.stages.invert.showing import profile_points
 from stemcal.stages.rsm.figures import levels_of
-from stemcal.stages.validate.figures import validation
+from stemcal.stages.validate.figures import draw_validation
 
 
 def plot(stages: dict[str, Any]) -> Plot:
-    return Plot("validation", "validate", "", lambda: validation(stages["validate"]))
+    return Plot("validation", "validate", "", lambda: draw_validation(stages["validate"]))
 
 
 def test_one_column_is_90_mm_wide_in_pdf_and_eps(stages: dict[str, Any], tmp_path: Path) -> None:

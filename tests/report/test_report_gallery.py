@@ -12,7 +12,7 @@ from stemcal.drawing.style import resize, styled
 from stemcal.report.figures import curves as laboratory
 from stemcal.report.figures.curves import energies
 from stemcal.stages.rsm.figures import Solution, contours, relief
-from stemcal.stages.validate.figures import validation
+from stemcal.stages.validate.figures import draw_validation
 
 
 def test_relief_has_the_measured_force_at_the_solution(stages: dict[str, Any]) -> None:
@@ -53,7 +53,7 @@ def test_contours_end_with_the_ranges(stages: dict[str, Any]) -> None:
 
 
 def test_scatter_of_the_measurements_is_drawn(stages: dict[str, Any]) -> None:
-    bars = validation(stages["validate"], {7.0: 10.0, 8.0: 5.0}).axes[0].collections[0]
+    bars = draw_validation(stages["validate"], {7.0: 10.0, 8.0: 5.0}).axes[0].collections[0]
     lengths = [np.ptp(segment[:, 1]) for segment in bars.get_segments()]
     assert lengths == pytest.approx([20.0, 10.0])
 

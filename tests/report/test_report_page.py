@@ -15,7 +15,7 @@ import pytest
 from stemcal.cutting.checks import hourglass_energy, nothing_deleted
 from stemcal.errors import UsageError
 from stemcal.notes import Note
-from stemcal.report.page.page import coded, part, render, shown, write_page
+from stemcal.report.page.page import coded, page_content, page_part, render, write_page
 from stemcal.report.records import Details, _RunRecord, run_warnings
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.stages.results import Results
@@ -113,7 +113,7 @@ def test_nothing_is_loaded_from_anywhere(page: str) -> None:
     references = re.findall(r'(?:href|src|xlink:href)="([^"]*)"|url\(([^)]*)\)', page)
     assert references
     assert all((a or b).startswith("#") for a, b in references)
-    assert len(page.encode()) < 400_000 and len(part("page.js").encode()) <= 20_000
+    assert len(page.encode()) < 400_000 and len(page_part("page.js").encode()) <= 20_000
 
 
 def test_structure(page: str) -> None:
@@ -240,7 +240,7 @@ def test_written_file(replayed: tuple[Any, Any]) -> None:
 @BLANK
 def test_what_the_values_belong_to_stands_below_them(replayed: tuple[Any, Any]) -> None:
     study, folder = replayed
-    what = shown(study, folder)
+    what = page_content(study, folder)
     found = {result.name: result for result in what.results.done}
     found["invert"] = replace(found["invert"], belongs_to={"element_size": "d/16 (0.5 mm)"})  # type: ignore[type-var]
     first = render(study, folder, replace(what, results=Results(tuple(found.values()))))

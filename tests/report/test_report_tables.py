@@ -7,11 +7,11 @@ import pytest
 from rich.cells import cell_len
 from rich.console import Console
 
-from stemcal.drawing.columns import from_means, measured_of, scores
+from stemcal.drawing.columns import from_means, measured_columns, scores
 from stemcal.drawing.table import Column, Table
 from stemcal.formats import short, significant
 from stemcal.report.outcome import tables_of
-from stemcal.report.terminal import drawn, stage_tables
+from stemcal.report.terminal import stage_tables, table_drawn
 from stemcal.vocabulary import DIAMETER, FORCE, Variable, Vocabulary, Wording
 
 
@@ -49,7 +49,7 @@ def test_a_table_too_wide_keeps_every_word() -> None:
     ]
     table = Table(tuple(Column(head, head, form=None if head == "Response" else str) for head in heads), tuple(rows))
     out = io.StringIO()
-    for part in drawn(table):
+    for part in table_drawn(table):
         Console(file=out, width=80).print(part)
     assert max(map(cell_len, out.getvalue().splitlines())) <= 80
     for text in (*heads, *rows[0], *rows[1]):
@@ -77,7 +77,7 @@ def test_scores_of_curves_stand_by_how_far_they_are_from_the_mean_curve() -> Non
     mode = Variable("curve_1", "Score on the first curve mode", "c1", "N", apart=True)
     names = Wording(Vocabulary(DIAMETER, (FORCE, mode)))
     row = {"condition": 8.0, "response": "curve_1", "measured": 180.0, "simulated": 178.5, "error_percent": 0.83}
-    columns = measured_of(names, True, [("measured", "Measured", short), ("simulated", "Simulated", significant)])
+    columns = measured_columns(names, True, [("measured", "Measured", short), ("simulated", "Simulated", significant)])
     table = Table.of(columns, from_means([row], names), foot=scores(names))
     assert table.cells == (("score on the first curve mode", "8", "0", "−1.500", "N"),)
     assert table.foot[-1].startswith("A score is the signed deviation")

@@ -16,8 +16,8 @@ from stemcal.drawing.table import Table
 from stemcal.overview.status import ledger
 from stemcal.report.export import document, numbered, study_tables
 from stemcal.report.gallery import gallery
-from stemcal.report.outcome import certainty, outcome_of, shown_notes, tables_of
-from stemcal.report.page.headline import kind_of, question
+from stemcal.report.outcome import certainty, outcome_sentences, shown_notes, tables_of
+from stemcal.report.page.headline import quantity_calibrated, question
 from stemcal.report.page.page import _first_pictures, _run_tables
 from stemcal.report.progress import describe
 from stemcal.report.records import read_records
@@ -206,7 +206,7 @@ def test_without_a_condition_the_axis_has_no_values(angle: Told) -> None:
 
 
 def test_the_page_asks_in_the_studys_words(angle: Told, moist: Told) -> None:
-    assert kind_of(angle[0]) == "Calibration of a simulation against the measured angle of repose"
+    assert quantity_calibrated(angle[0]) == "Calibration of a simulation against the measured angle of repose"
     assert question(angle[0]) == "Which parameter values reproduce the measured angle of repose?"
     assert question(moist[0]) == (
         "Which parameter values reproduce the measured angle of repose and bulk density at moisture 12 and 16 %?"
@@ -214,7 +214,7 @@ def test_the_page_asks_in_the_studys_words(angle: Told, moist: Told) -> None:
 
 
 def test_sentences_speak_of_no_stem(angle: Told, moist: Told) -> None:
-    outcomes = [sentence for told in (angle, moist) for stage in told[2].done for sentence in outcome_of(stage)]
+    outcomes = [sentence for told in (angle, moist) for stage in told[2].done for sentence in outcome_sentences(stage)]
     assert of_stems(outcomes) == []
     assert of_stems(certainty(angle[2])) == []
     notes = [str(note) for told in (angle, moist) for stage in told[2].done for note in shown_notes(stage, True)]
@@ -222,9 +222,9 @@ def test_sentences_speak_of_no_stem(angle: Told, moist: Told) -> None:
     validation, joint = angle[2].of(ValidateResult), moist[2].of(InvertResult)
     assert validation is not None and joint is not None
     difference = r"The simulated angle of repose differs from the measurement by at most [\d.]+ %\."
-    assert re.fullmatch(difference, outcome_of(validation)[0])
+    assert re.fullmatch(difference, outcome_sentences(validation)[0])
     missed = r".* response surfaces are [\d.]+ % \(angle of repose\) and [\d.]+ % \(bulk density\)\."
-    assert re.fullmatch(missed, outcome_of(joint)[1])
+    assert re.fullmatch(missed, outcome_sentences(joint)[1])
 
 
 def test_runs_are_listed_under_the_studys_names(angle: Told, moist: Told) -> None:

@@ -7,7 +7,7 @@ import pytest
 import workflow
 from fakes import SpecSolver, make_study
 
-from stemcal.report.page.page import render, shown
+from stemcal.report.page.page import page_content, render
 from stemcal.runs.executors import InlineExecutor
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers.protocol import Answer, Request
@@ -28,7 +28,7 @@ def reported(study: Study, solver: SpecSolver, folder: StudyFolder, monkeypatch:
     """Take a study through all stages, draw every figure and return the page."""
     monkeypatch.setattr(SOLVERS.named("embedded"), "make", lambda _: solver)
     workflow.calibrate(study, folder, InlineExecutor(), solver=solver)
-    what = shown(study, folder)
+    what = page_content(study, folder)
     assert not what.results.stale and len(list(what.results.done)) == 4
     assert all(plot.figure for plot in what.plots if not plot.on_page)
     return render(study, folder, what)

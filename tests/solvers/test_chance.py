@@ -13,7 +13,7 @@ from stemcal.solvers import make_solver
 from stemcal.solvers.program import Command
 from stemcal.solvers.protocol import Request
 from stemcal.solvers.replicates import seed_of
-from stemcal.stages.rsm.analysis import RsmResult, rsm, surface_design
+from stemcal.stages.rsm.analysis import RsmResult, rsm, study_design
 from stemcal.stages.screen.analysis import screen, screening_design
 from stemcal.stages.screen.result import ScreenResult
 from stemcal.stages.validate.analysis import requests_at
@@ -69,8 +69,8 @@ def test_a_deterministic_program_is_asked_as_ever(tmp_path):
 def test_replicates_imply_chance_and_repeat_the_whole_design(tmp_path):
     study = study_of(tmp_path, "replicates: 3")
     solver = make_solver(study)
-    once = surface_design(study_of(tmp_path / "once", "replicates: 1"), solver, ["a", "b"])
-    design = surface_design(study, solver, ["a", "b"])
+    once = study_design(study_of(tmp_path / "once", "replicates: 1"), solver, ["a", "b"])
+    design = study_design(study, solver, ["a", "b"])
     assert np.array_equal(design.coded, np.tile(once.coded, (3, 1)))
     assert [request.replicate for request in design.requests(8.0)] == [1] * 12 + [2] * 12 + [3] * 12
     assert len(requests_at(study, LEVELS)) == 3
@@ -79,7 +79,7 @@ def test_replicates_imply_chance_and_repeat_the_whole_design(tmp_path):
 def test_every_run_has_a_seed_and_a_record_of_its_own(tmp_path):
     study = study_of(tmp_path, "replicates: 2")
     solver = make_solver(study)
-    requests = [r for d in (screening_design(study, solver), surface_design(study, solver, ["a", "b"]))
+    requests = [r for d in (screening_design(study, solver), study_design(study, solver, ["a", "b"]))
                 for r in d.requests(8.0)]  # fmt: skip
     identities = [solver.identity(request) for request in requests]
     assert len({identity["seed"] for identity in identities}) == len(requests) == 2 * 4 + 2 * (8 + 4)

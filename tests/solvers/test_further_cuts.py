@@ -10,7 +10,7 @@ from stemcal.cutting.parts import ShearTest
 from stemcal.errors import SimulationFailed
 from stemcal.laboratory import perform as laboratory
 from stemcal.laboratory.perform import cut
-from stemcal.solvers.embedded import Embedded, shear_test, simulate
+from stemcal.solvers.embedded import Embedded, shear_test, simulate_levels
 from stemcal.solvers.laboratory_runs import distrusted
 from stemcal.solvers.protocol import Request
 from stemcal.study.model.study import Study
@@ -36,7 +36,7 @@ def _study(folder: Path, changes: str, sections: str = "", solver: str = "") -> 
 def test_without_changes_it_is_the_first(tmp_path: Path) -> None:
     study = _study(tmp_path, "")
     levels = study.midlevels()
-    first, again = simulate(study, levels), simulate(study, levels, 8.0, section=study.tests[0])
+    first, again = simulate_levels(study, levels), simulate_levels(study, levels, 8.0, section=study.tests[0])
     assert isinstance(again, laboratory.LaboratoryResult)
     assert again.responses["force"] == first.peak_force
     assert again.responses["travel"] == first.peak_travel
@@ -51,7 +51,7 @@ def test_a_blade_of_another_angle_gives_what_a_spec_with_that_blade_gives(tmp_pa
     other = _study(tmp_path, "", "edge_angle: 60 deg, ")
     answer = Embedded(study).solve(Request("rsm", 0, study.midlevels(), 8.0))
     found = answer.details["responses"]
-    assert found["again_force"] == simulate(other, study.midlevels()).peak_force
+    assert found["again_force"] == simulate_levels(other, study.midlevels()).peak_force
     assert found["again_force"] > 1.02 * (answer.response or 0.0)
     assert set(found) == {"again_force", "again_work"}
 

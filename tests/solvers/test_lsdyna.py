@@ -16,7 +16,7 @@ from stemcal.runs.executors import InlineExecutor
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers import make_solver
 from stemcal.solvers.deck import DeckProgram
-from stemcal.solvers.deck.lsdyna import contact_force
+from stemcal.solvers.deck.lsdyna import force_in_rcforc
 from stemcal.solvers.deck.peak import ContactForce, peak_answer
 from stemcal.solvers.options import DeckSolver
 from stemcal.solvers.protocol import Answer, Request
@@ -144,17 +144,17 @@ def test_rcforc_of_both_generations_and_fortran_numbers(tmp_path: Path) -> None:
     text = "  surfa 1 time  1.0-101  x  0. y  0. z -5.00000E+00\n"
     text += "  surfa 1 time 1.0D+00 x-1.0E+00 y 2.0 z-7.50000E+00 mass 1.\n"
     (tmp_path / "rcforc").write_text(text, encoding="utf-8")
-    assert contact_force(read_text(tmp_path, "rcforc")).force.tolist() == [5.0, 7.5]
-    assert contact_force(read_text(tmp_path, "rcforc")).time.tolist() == [1e-101, 1.0]
+    assert force_in_rcforc(read_text(tmp_path, "rcforc")).force.tolist() == [5.0, 7.5]
+    assert force_in_rcforc(read_text(tmp_path, "rcforc")).time.tolist() == [1e-101, 1.0]
 
 
 def test_rcforc_refuses_stars_and_missing_file(tmp_path: Path) -> None:
     with pytest.raises(SimulationFailed, match="not write the file rcforc"):
-        contact_force(read_text(tmp_path, "rcforc"))
+        force_in_rcforc(read_text(tmp_path, "rcforc"))
     text = "  slave 1 time  0.0  x  0. y  0. z 1.\n  slave 1 time 0.5 x 0. y 0. z ************\n"
     (tmp_path / "rcforc").write_text(text, encoding="utf-8")
     with pytest.raises(SimulationFailed) as caught:
-        contact_force(read_text(tmp_path, "rcforc"))
+        force_in_rcforc(read_text(tmp_path, "rcforc"))
     assert caught.value.reason == "nan"
 
 

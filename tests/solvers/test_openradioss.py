@@ -17,9 +17,9 @@ from stemcal.measured.curve_modes import modes_of
 from stemcal.solvers import make_solver
 from stemcal.solvers.deck import Deck, DeckProgram
 from stemcal.solvers.deck.openradioss_output import (
-    contact_force,
     deleted_elements,
     deletes_elements,
+    force_in_histories,
     leave_engine_input,
     starter_errors,
     values_not_read,
@@ -116,7 +116,7 @@ def test_curve_of_a_recorded_run_is_scored(tmp_path: Path) -> None:
     study = study.model_copy(update={"targets": study.targets.with_modes({0: modes})})
     answer = DeckProgram(study, tmp_path / "work").solve(REQUEST)
     table = gzip.decompress((STAND_IN.with_name("openradioss") / "mat024" / "runT01.csv.gz").read_bytes()).decode()
-    contact = contact_force(table)
+    contact = force_in_histories(table)
     travel, filtered = study.loading.speed * contact.time - GAP, moving_mean(contact.force, 10)
     before = travel < answer.details["break_travel"]
     assert filtered[before].max() == pytest.approx(125.9459, abs=1e-4)
@@ -268,26 +268,26 @@ def test_deletions_are_timed_by_what_is_printed_or_by_the_cycle_before() -> None
 def test_force_of_a_contact_by_its_number_whatever_its_title() -> None:
     names = [f'"TH-INTER  {n} {title}   {part}  "' for n, title in ((1, "a b"), (2, "")) for part in ("FNZ", "FTZ")]
     text = f'"time",{",".join(names)}\n0.0,0,0,0,0\n1.0,-2.0,-0.5,3.0,1.0\n2.0,-1.0,-0.5,2.0,1.0\n'
-    assert contact_force(text).force.tolist() == [0.0, 2.5, 1.5]
+    assert force_in_histories(text).force.tolist() == [0.0, 2.5, 1.5]
     with pytest.raises(SimulationFailed, match=r"no force for contact 1 \(contacts found: \[2, 3\]\)"):
-        contact_force(text.replace("TH-INTER  1", "TH-INTER  3"))
+        force_in_histories(text.replace("TH-INTER  1", "TH-INTER  3"))
     with pytest.raises(SimulationFailed, match="not a number after 2 s"):
-        contact_force(text.replace("-2.0", "NaN"))
-    assert np.allclose(contact_force(text).time, [0.0, 1.0, 2.0])
+        force_in_histories(text.replace("-2.0", "NaN"))
+    assert np.allclose(force_in_histories(text).time, [0.0, 1.0, 2.0])
 
 
 def test_impulses_are_no_forces() -> None:
     """Without /TH/TITLE th_to_csv has no titles and leaves impulses, which only grow while the blade presses."""
     untitled = "time,DEFAULT 1 var 1,DEFAULT 1 var 2\n0.0,0,0\n1.0,-2.0,-0.5\n2.0,-1.0,-0.5\n"
     with pytest.raises(SimulationFailed, match="no titles, so they may contain impulses") as caught:
-        contact_force(untitled)
+        force_in_histories(untitled)
     assert caught.value.reason == "impulse"
     titled = '"time","TH-INTER 1 a FNZ","TH-INTER 1 a FTZ"\n'
     with pytest.raises(SimulationFailed, match="blade force never decreases") as caught:
-        contact_force(titled + "0.0,0,0\n1.0,-2.0,-0.5\n2.0,-5.0,-0.5\n3.0,-5.0,-0.5\n")
+        force_in_histories(titled + "0.0,0,0\n1.0,-2.0,-0.5\n2.0,-5.0,-0.5\n3.0,-5.0,-0.5\n")
     assert caught.value.reason == "impulse"
-    assert contact_force(titled + "0.0,0,0\n1.0,-2.0,-0.5\n2.0,-1.0,-0.5\n").force.max() == 2.5
-    assert contact_force(titled + "0.0,0,0\n1.0,0,0\n").force.max() == 0.0  # no contact, which is told elsewhere
+    assert force_in_histories(titled + "0.0,0,0\n1.0,-2.0,-0.5\n2.0,-1.0,-0.5\n").force.max() == 2.5
+    assert force_in_histories(titled + "0.0,0,0\n1.0,0,0\n").force.max() == 0.0  # no contact, which is told elsewhere
 
 
 def test_engine_input_asks_for_titles(tmp_path: Path) -> None:

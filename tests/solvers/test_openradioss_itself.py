@@ -10,7 +10,7 @@ from stemcal.solvers import make_solver
 from stemcal.solvers.deck import Deck
 from stemcal.solvers.deck.keywords import form_of
 from stemcal.solvers.deck.openradioss import HOME
-from stemcal.solvers.embedded import simulate
+from stemcal.solvers.embedded import simulate_levels
 from stemcal.solvers.options import DeckSolver, EmbeddedSolver
 from stemcal.solvers.protocol import Request
 from stemcal.study.model.study import Study
@@ -27,7 +27,7 @@ def foretold_and_given(study: Study, diameter: float, **levels: float) -> tuple[
     assert answer.ok, answer.message
     assert answer.details["program_version"]
     deck = Deck.of(study, levels, diameter, form_of(study))
-    return simulate(as_embedded(deck), {}, diameter).peak_force, answer.response or 0.0
+    return simulate_levels(as_embedded(deck), {}, diameter).peak_force, answer.response or 0.0
 
 
 @pytest.mark.parametrize("law", ["none", "cowper_symonds"])

@@ -12,9 +12,14 @@ from pathlib import Path
 import pytest
 
 from stemcal.errors import SimulationFailed, UsageError
-from stemcal.solvers.deck.lsdyna import contact_force as rcforc_force
 from stemcal.solvers.deck.lsdyna import failed_elements, tail
-from stemcal.solvers.deck.openradioss_output import contact_force, deleted_elements, starter_errors, values_not_read
+from stemcal.solvers.deck.lsdyna import force_in_rcforc as rcforc_force
+from stemcal.solvers.deck.openradioss_output import (
+    deleted_elements,
+    force_in_histories,
+    starter_errors,
+    values_not_read,
+)
 from stemcal.solvers.readers import read_text
 from stemcal.storage.plain import open_plain, read_plain
 
@@ -59,7 +64,7 @@ READERS: dict[str, Callable[[str], object]] = {
     "values": lambda text: values_not_read(text, WRITTEN),
     "errors": starter_errors,
     "deleted": lambda text: deleted_elements(text, text),
-    "table": lambda text: contact_force(text),
+    "table": lambda text: force_in_histories(text),
     "rcforc": lambda text: rcforc_force(text),
 }
 TEXTS: dict[str, Callable[[int], str]] = {

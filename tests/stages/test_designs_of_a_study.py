@@ -13,7 +13,7 @@ from stemcal.overview.plan import judged, plan
 from stemcal.runs.executors import InlineExecutor
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.stages.design import Design
-from stemcal.stages.rsm.analysis import surface_design
+from stemcal.stages.rsm.analysis import study_design
 from stemcal.stages.screen.analysis import screening_design
 from stemcal.storage.typed import to_json
 
@@ -47,7 +47,7 @@ def test_screening_designs_by_name(tmp_path: Path, options: str, kind: str, runs
 )
 def test_surface_designs_by_name(tmp_path: Path, options: str, runs: int, reach: float, radius: float) -> None:
     study = make_study(tmp_path, THREE.format(options))
-    design = surface_design(study, FakeSolver(), study.rsm.factors)
+    design = study_design(study, FakeSolver(), study.rsm.factors)
     assert design.coded.shape == (runs, 3)
     levels = np.array([[row["yield_stress"], row["failure_strain"]] for row in design.levels])
     assert np.all(levels >= np.array([10.0, 0.01]) - 1e-12)

@@ -17,7 +17,7 @@ from stemcal.cli.app import app
 from stemcal.errors import UsageError
 from stemcal.overview.status import ledger
 from stemcal.report.progress import describe
-from stemcal.runs.answer import ignore
+from stemcal.runs.answer import watch_nothing
 from stemcal.runs.executors import InlineExecutor
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers.options import EmbeddedSolver
@@ -62,7 +62,7 @@ def calibrated(folder: Path) -> Work:
     study, out, solver = make_study(folder, TWO), StudyFolder(folder / "out"), FakeSolver()
     workflow.run_stage("rsm", study, out, InlineExecutor(), solver=solver)
     workflow.run_stage("invert", study, out, solver=solver)
-    return Work(study, out, InlineExecutor(), ignore, solver)
+    return Work(study, out, InlineExecutor(), watch_nothing, solver)
 
 
 def found_for(folder: Path, monkeypatch: pytest.MonkeyPatch, size: float) -> SizedStrain:

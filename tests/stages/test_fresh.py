@@ -11,7 +11,7 @@ import workflow
 
 from stemcal.errors import UsageError
 from stemcal.overview.status import inspect
-from stemcal.runs.answer import Progress, Watch, ignore
+from stemcal.runs.answer import Progress, Watch, watch_nothing
 from stemcal.runs.executors import InlineExecutor
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers import make_solver
@@ -34,7 +34,7 @@ def place(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def made(place: Path, stages: Sequence[str] = ("screen",), watch: Watch = ignore) -> list[str]:
+def made(place: Path, stages: Sequence[str] = ("screen",), watch: Watch = watch_nothing) -> list[str]:
     """Return which of the stages are made when they are asked for, the others being kept."""
     study, folder = load_study(place / "paper-replay.yaml"), StudyFolder(place / "out")
     before = len(events(folder))

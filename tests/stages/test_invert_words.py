@@ -39,7 +39,7 @@ def joint(results: Any) -> InvertResult:
 
 
 def kinds(stage: InvertResult) -> dict[str, str]:
-    return {note.kind: note.severity for note in words.notes_of(stage)}
+    return {note.kind: note.severity for note in words.invert_notes(stage)}
 
 
 def test_one_force_does_not_determine_two_factors(results: Any) -> None:

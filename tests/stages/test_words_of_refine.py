@@ -5,8 +5,8 @@ from dataclasses import replace
 import pytest
 
 from stemcal.runs.record import Outcome
-from stemcal.stages.refine.analysis import notes_of
-from stemcal.stages.refine.result import AdjustedFactor, Model, RefineResult, RefineRow, RefineRun, Stopped
+from stemcal.stages.refine.analysis import refine_notes
+from stemcal.stages.refine.result import AdjustedFactor, RefineResult, RefineRow, RefineRun, SimulatedBy, Stopped
 from stemcal.stages.refine.showing import RefineShowing
 from stemcal.stages.result import Head
 from stemcal.storage.rows import Rows
@@ -20,7 +20,7 @@ RUN = RefineRun(
 THERE = RefineResult(
     head=Head(2, "refine", "known"),
     elsewhere=True,
-    model=Model("openradioss"),
+    model=SimulatedBy("openradioss"),
     condition=8.0,
     aim=159.2,
     tolerance_percent=2.0,
@@ -34,7 +34,7 @@ THERE = RefineResult(
     max_abs_error_percent=0.06,
     made=Rows([RUN, replace(RUN, run=2, how="path", levels={"strain": 0.26}, outcome=Outcome(response=159.1))]),
 )
-HERE = replace(THERE, elsewhere=False, model=Model("embedded"), adjusted=Rows(), error_percent=-0.13)
+HERE = replace(THERE, elsewhere=False, model=SimulatedBy("embedded"), adjusted=Rows(), error_percent=-0.13)
 
 
 def test_the_tables_state_what_they_refer_to() -> None:
@@ -61,7 +61,7 @@ def test_programs_by_their_names() -> None:
 
 
 def kinds(result: RefineResult) -> dict[str, str]:
-    return {note.kind: str(note) for note in notes_of(result)}
+    return {note.kind: str(note) for note in refine_notes(result)}
 
 
 def test_notes() -> None:

@@ -4,7 +4,7 @@ from dataclasses import replace
 from typing import Any
 
 from stemcal.notes import Note
-from stemcal.stages.validate.analysis import notes_of
+from stemcal.stages.validate.analysis import validate_notes
 from stemcal.stages.validate.result import ValidateResult
 from stemcal.stages.validate.showing import ValidateShowing
 from stemcal.vocabulary import Variable, Vocabulary, Wording
@@ -15,7 +15,7 @@ ANGLE = Vocabulary(None, (Variable("angle", "Angle of repose", "θ", "deg"),))
 
 def notes(stage: ValidateResult, naming: Vocabulary | None = None) -> dict[str, Note]:
     stage = stage if naming is None else replace(stage, head=replace(stage.head, naming=naming))
-    return {note.kind: note for note in notes_of(stage)}
+    return {note.kind: note for note in validate_notes(stage)}
 
 
 def test_one_comparison_has_no_mean(results: Any) -> None:

@@ -103,11 +103,11 @@ def test_an_answer_has_the_responses_of_all_tests(study: Study) -> None:
 
 def test_a_slope_needs_no_maximum(study: Study) -> None:
     from stemcal.laboratory.perform import perform
-    from stemcal.solvers.laboratory_runs import doubts
+    from stemcal.solvers.laboratory_runs import relevant_warnings
 
     pull = study.tests[1].model_copy(update={"stroke": Length(0.1)})
     result = perform(laboratory_test(pull, shear_test(study, study.midlevels(), 8.0)))
     assert [warning.kind for warning in result.warnings] == ["maximum_not_passed"]
     result = replace(result, warnings=(*result.warnings, buckles(40.0), hourglass_energy(20.0)))
-    assert [warning.kind for warning in doubts(result, ["slope"])] == ["hourglass_energy"]
-    assert len(doubts(result, ["slope", "work"])) == 3
+    assert [warning.kind for warning in relevant_warnings(result, ["slope"])] == ["hourglass_energy"]
+    assert len(relevant_warnings(result, ["slope", "work"])) == 3

@@ -17,9 +17,9 @@ from stemcal.drawing.plot import Plot
 from stemcal.drawing.table import Column, Table
 from stemcal.errors import UsageError
 from stemcal.laboratory.axial import Axial, Tension
-from stemcal.solvers.kinds import Python
+from stemcal.solvers.kinds import PythonKind
 from stemcal.solvers.protocol import Answer, Request, Solver
-from stemcal.stages.climb import Climbing
+from stemcal.stages.climb import Climb
 from stemcal.stages.climb.showing import ClimbShowing
 from stemcal.study.types.solver_kind import SOLVERS
 from stemcal.testing import Check, ChecksFailed, check_design, check_solver, checks_of, parametrize_with_checks
@@ -143,17 +143,17 @@ LEAVES = {"every_response_is_answered", "interrupted_runs_equal_uninterrupted_on
     ],
 )
 def test_the_fault_of_a_solver_is_found(solver: type[Solver], found: set[str]) -> None:
-    kind = type("Kind", (Python,), {"make": lambda self, study: solver()})
+    kind = type("Kind", (PythonKind,), {"make": lambda self, study: solver()})
     assert failing(kind(), "python.yaml") == found
 
 
 def test_one_error_names_all_that_failed() -> None:
-    kind = type("Kind", (Python,), {"name": "other", "make": lambda self, study: Deaf()})
+    kind = type("Kind", (PythonKind,), {"name": "other", "make": lambda self, study: Deaf()})
     with pytest.raises(ChecksFailed, match=r"(?s)other: 2 of 6 .*kind_is_declared: .*'python'.*nan_is_a_failed_run: "):
         check_solver(kind(), SPECS / "python.yaml")
     check_design(SURFACES.built_in[1])
     with pytest.raises(UsageError, match="pass an instance, not a class"):
-        checks_of(Python)
+        checks_of(PythonKind)
     with pytest.raises(ChecksFailed, match="pass a study"):
         check_solver(SOLVERS.built_in[0], None)  # type: ignore[arg-type]
 
@@ -199,7 +199,7 @@ STAGES: list[tuple[Mapping[str, Any], str]] = [
 
 @pytest.mark.parametrize(("members", "found"), STAGES)
 def test_the_fault_of_a_stage_is_found(members: Mapping[str, Any], found: str) -> None:
-    stage = type("Stage", (Climbing,), dict(members))
+    stage = type("Stage", (Climb,), dict(members))
     assert failing(stage(), "python.yaml") == {found} - {""}
 
 

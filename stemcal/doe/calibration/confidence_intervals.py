@@ -291,7 +291,7 @@ def _allowed(fit: Fit, others: Fit, i: int) -> tuple[float, float]:
     return ends[0], ends[1]
 
 
-def out_of_reach(fit: Fit) -> list[int]:
+def missed_observations(fit: Fit) -> list[int]:
     """Return which observations their own surface misses everywhere in the region, by more than their scatter."""
     variance = 1.0 / np.array([fit.weights @ (1.0 / fit.draws[:, i, i]) for i in range(len(fit.observations))])
     allowed = np.array([fit.tangents.allowed(slope) for slope in fit.tangents.slopes[: len(fit.observations)]])

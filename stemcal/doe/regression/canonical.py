@@ -20,7 +20,7 @@ Kind = Literal["plane", "maximum", "minimum", "saddle"]
 
 
 @dataclass(frozen=True)
-class Shape:
+class CanonicalForm:
     """Stationary point x_s = −½B⁻¹b and the eigenvalues of B, the largest first, with their axes.
 
     `coded`, `natural`, `predicted` and `coded_radius` are None where B is singular. With a `ridge` the surface is
@@ -44,7 +44,7 @@ class Shape:
         return f"{kind} with a ridge" if self.ridge and kind != "plane" else kind
 
 
-def canonical_analysis(surface: Surface, coding: Coding) -> Shape:
+def canonical_analysis(surface: Surface, coding: Coding) -> CanonicalForm:
     """Find the stationary point and the principal axes of a surface."""
     b, b_matrix = _quadratic_form(surface)
     values, axes = np.linalg.eigh(b_matrix)
@@ -56,12 +56,12 @@ def canonical_analysis(surface: Surface, coding: Coding) -> Shape:
     kind, ridge = _kind(values, largest)
     described = kind, ridge, tuple(values.tolist()), tuple(coding.by_name(axis) for axis in axes.T)
     if largest == 0.0 or np.abs(values).min() <= _SINGULAR * largest:
-        return Shape(None, None, None, None, False, *described)
+        return CanonicalForm(None, None, None, None, False, *described)
     point = np.asarray(-0.5 * np.linalg.solve(b_matrix, b), dtype=float)
     radius = float(np.linalg.norm(point))
     natural, predicted = coding.by_name(coding.to_natural(point)), float(surface.predict(point)[0])
     inside = radius <= surface.design_radius * (1.0 + 1e-9)
-    return Shape(coding.by_name(point), natural, predicted, radius, inside, *described)
+    return CanonicalForm(coding.by_name(point), natural, predicted, radius, inside, *described)
 
 
 def _quadratic_form(surface: Surface) -> tuple[Array, Array]:

@@ -19,7 +19,7 @@ _overload: Any = overload  # its types lack some of its options
 _INLINED = {"forceinline": True, "error_model": "numpy", "fastmath": {"contract", "nsz"}}
 
 
-class Layers(NamedTuple):
+class LayerTable(NamedTuple):
     """Materials of a body: the row of each block in a table, whose columns are those of `TransverseNumbers`."""
 
     rows: Any  # (B,) int32
@@ -43,7 +43,7 @@ def _of_block(material: Any, b: Any) -> Any:
             m[11], m[12], m[13], m[14], m[15], m[16], m[17], m[18], m[19], m[20],
         )  # fmt: skip
 
-    return listed if material.instance_class is Layers else same
+    return listed if material.instance_class is LayerTable else same
 
 
 def of_blocks(material: Any, first: int, behind: int) -> Any:
@@ -57,9 +57,9 @@ def _of_blocks(material: Any, first: Any, behind: Any) -> Any:
         return material
 
     def listed(material: Any, first: Any, behind: Any) -> Any:
-        return Layers(material.rows[first:behind], material.table)
+        return LayerTable(material.rows[first:behind], material.table)
 
-    return listed if material.instance_class is Layers else same
+    return listed if material.instance_class is LayerTable else same
 
 
 def stress_after(old: Any, back: Any, de: Any, strain: Any, factor: Any, edge: Any, material: Any) -> Any:

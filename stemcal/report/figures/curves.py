@@ -15,17 +15,17 @@ from stemcal.drawing.style import (
     Axes,
     Figure,
     legend_above,
+    literal,
     new_figure,
-    plain,
     styled,
 )
 from stemcal.measured.curve_modes import CurveModes
 from stemcal.measured.diameters import Diameters
 from stemcal.measured.shear import ShearTests
-from stemcal.report.records import Curve
+from stemcal.report.records import RunCurve
 
 
-def force_travel(curves: Mapping[str, Curve], highlighted: Collection[str] = (), of_blade: bool = True) -> Figure:
+def force_travel(curves: Mapping[str, RunCurve], highlighted: Collection[str] = (), of_blade: bool = True) -> Figure:
     """Return force over travel, that of the blade or of another test, for all runs; highlighted ones are named.
 
     After the first fracture a curve is dotted: there it shows the released stem, not cutting.
@@ -37,7 +37,7 @@ def force_travel(curves: Mapping[str, Curve], highlighted: Collection[str] = (),
             if name not in highlighted:
                 _draw(axes, curve, color=FAINT, linewidth=0.7, alpha=0.6)
         for index, name in enumerate(n for n in curves if n in highlighted):
-            _draw(axes, curves[name], color=colours[index % len(colours)], label=plain(name))
+            _draw(axes, curves[name], color=colours[index % len(colours)], label=literal(name))
         axes.set_xlabel("blade travel, mm" if of_blade else "travel, mm")
         axes.set_ylabel("force, N")
         axes.margins(x=0)
@@ -47,7 +47,7 @@ def force_travel(curves: Mapping[str, Curve], highlighted: Collection[str] = (),
     return figure
 
 
-def _draw(axes: Axes, curve: Curve, **style: Any) -> None:
+def _draw(axes: Axes, curve: RunCurve, **style: Any) -> None:
     """Draw a curve as a line until the first fracture and dotted from there."""
     end = _until_fracture(curve)
     axes.plot(curve.travel[:end], curve.force[:end], **style)
@@ -55,12 +55,12 @@ def _draw(axes: Axes, curve: Curve, **style: Any) -> None:
     axes.plot(curve.travel[after], curve.force[after], **{**style, "label": None, "linestyle": ":"})
 
 
-def _until_fracture(curve: Curve) -> int:
+def _until_fracture(curve: RunCurve) -> int:
     """Return how many points of a curve are before the first fracture."""
     return len(curve.travel) if curve.broke is None else bisect_right(curve.travel, curve.broke)
 
 
-def measured_band(modes: CurveModes, simulated: Curve) -> Figure:
+def measured_band(modes: CurveModes, simulated: RunCurve) -> Figure:
     """Return the measured curves' mean and scatter with the simulated one; below, by how many SD it is off where."""
     travel, mean, sd = modes.band
     end = _until_fracture(simulated)

@@ -33,7 +33,7 @@ def fracture(shape: Shape) -> Figure:
         for axes, faces, label in zip(
             panels, (_side_faces(shape), _section_faces(shape)), ("side view", "section"), strict=True
         ):
-            _draw_faces(axes, shape, faces, scale, near(shape))
+            _draw_faces(axes, shape, faces, scale, half_width(shape))
             axes.set_title(label, color=INK)
             axes.set_xlabel("x, mm")
         panels[0].set_ylabel("z, mm")
@@ -41,7 +41,7 @@ def fracture(shape: Shape) -> Figure:
     return figure
 
 
-def near(shape: Shape) -> float:
+def half_width(shape: Shape) -> float:
     """Return how far from the blade the picture reaches, mm: past the supports' edges, but not to the stem's ends."""
     edges = [float(np.abs(tool[:, 0]).min()) for tool in shape.tools[1:]]
     return min([1.35 * min(edges, default=np.inf), float(np.abs(shape.reference[:, 0]).max())])

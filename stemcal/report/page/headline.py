@@ -59,13 +59,13 @@ def lead(verdict: Verdict, use: str) -> str:
     return text if len(text) <= _TWO_LINES else f"{text.split('. ')[0].rstrip('.')}."
 
 
-def next_step(verdict: Verdict) -> Remedy:
+def first_remedy(verdict: Verdict) -> Remedy:
     """Return what to do first, with the change of the spec where it is one."""
     remedies = [reason.remedy for reason in verdict.reasons if reason.remedy]
     return remedies[0] if remedies else _REPORT if verdict.holds else _LOOK
 
 
-def kind_of(study: Study) -> str:
+def quantity_calibrated(study: Study) -> str:
     """Return what is calibrated."""
     if study.naming.is_cutting:
         return "Calibration of a stem-cutting model"

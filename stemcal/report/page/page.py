@@ -15,14 +15,14 @@ from typing import TYPE_CHECKING, Any
 
 from markupsafe import Markup, escape
 
-from stemcal.drawing.plot import Plot, Shared, inline
+from stemcal.drawing.plot import Plot, Shared, inline_svg
 from stemcal.drawing.showing import Setting
 from stemcal.drawing.table import Table, showable
 from stemcal.errors import UsageError
 from stemcal.formats import counted, series, short
 from stemcal.report.gallery import gallery
-from stemcal.report.outcome import certainty, failed_runs, outcome_of, showing_of, shown_notes, tables_of
-from stemcal.report.page.headline import headline, kind_of, lead, made_with, next_step, question
+from stemcal.report.outcome import certainty, failures_of, outcome_sentences, showing_of, shown_notes, tables_of
+from stemcal.report.page.headline import first_remedy, headline, lead, made_with, quantity_calibrated, question
 from stemcal.report.records import Records, provenance_rows, read_records, run_warnings, spec_hash
 from stemcal.report.tables.of_designs import design_tables
 from stemcal.report.tables.setting import grown_table, setting_tables
@@ -88,7 +88,9 @@ class _Shown:
     verdict: Verdict
 
 
-def shown(study: Study, folder: StudyFolder, results: Results | None = None, verdict: Verdict | None = None) -> _Shown:
+def page_content(
+    study: Study, folder: StudyFolder, results: Results | None = None, verdict: Verdict | None = None
+) -> _Shown:
     """Read the results of a study, unless they are given, with its figures, none of them drawn yet."""
     results = results or fresh_results(study, folder)
     records = read_records(results, folder)
@@ -104,7 +106,7 @@ def write_page(study: Study, folder: StudyFolder, what: _Shown | None = None, la
 
 def render(study: Study, folder: StudyFolder, what: _Shown | None = None) -> str:
     """Return the page; `what` if it is read already."""
-    what = what or shown(study, folder)
+    what = what or page_content(study, folder)
     results, records, verdict = what.results, what.records, what.verdict
     done = results.done
     if not done:
@@ -122,19 +124,19 @@ def render(study: Study, folder: StudyFolder, what: _Shown | None = None) -> str
     has_grown = results.calibrated and study.material.growing()  # parameters of each stem, once they are calibrated
     grown = [grown_table(study, results.parameters)] if has_grown else []
     profilers = (showing_of(result).profiler(result, setting) for result in done)
-    shared, script, templates = Shared(), part("page.js"), environment()
+    shared, script, templates = Shared(), page_part("page.js"), environment()
     templates.filters["coded"] = lambda text: coded(
         re.sub(r"`[^`]*`|\w+_\w+", lambda found: people.in_text(found[0]), text)
     )
     return templates.get_template("page.html").render(
         study=study,
         title=study.title or study.name,
-        kind=kind_of(study),
+        kind=quantity_calibrated(study),
         question=question(study),
         warnings=[
             *study.warnings,
             *results.stale,
-            *filter(None, map(failed_runs, done)),
+            *filter(None, map(failures_of, done)),
             *map(str, run_warnings(records, verdict)),
         ],
         missing=[stage.title for stage in stages_of(study) if stage.name not in names],
@@ -142,9 +144,9 @@ def render(study: Study, folder: StudyFolder, what: _Shown | None = None) -> str
         word=word(verdict),
         lead=lead(verdict, use),
         use=use if verdict.reasons else "",
-        next=next_step(verdict),
+        next=first_remedy(verdict),
         reasons=[(one.text, one.remedy.text if one.remedy else "") for one in verdict.reasons],
-        first=[drawn(plot, shared) for plot in first],
+        first=[figure_shown(plot, shared) for plot in first],
         certainty=certainty(results, verdict.holds),
         headline=cards,
         cited="\n".join([*map(str, cards), *valid]),
@@ -154,7 +156,7 @@ def render(study: Study, folder: StudyFolder, what: _Shown | None = None) -> str
         sections=[section(result, plots, verdict, labels, shared) for result in done],
         runs=_part_of(_run_tables(study, results), _plots_of("runs", plots), shared),
         provenance=[*provenance_rows(records), *made_with(study, spec_hash(study))],
-        css=(css := f"{part('page.css')}{shared.css}"),
+        css=(css := f"{page_part('page.css')}{shared.css}"),
         marks=shared.defs,
         script=script,
         policy=policy(css, script),
@@ -179,14 +181,14 @@ def section(
         shared,
         [str(note) for note in shown_notes(result, verdict.holds)],
     )
-    came = outcome_of(result, verdict.holds, labels)
+    came = outcome_sentences(result, verdict.holds, labels)
     return _Section(result.name, stage_called(result.name).title, " ".join(came), part)
 
 
 def _part_of(tables: Iterable[Table], plots: Iterable[Plot], shared: Shared, notes: Sequence[str] = ()) -> _Part:
     """Return tables and drawn figures, the details apart."""
     tables = list(tables)
-    pictures = [(plot.detail, drawn(plot, shared)) for plot in plots]
+    pictures = [(plot.detail, figure_shown(plot, shared)) for plot in plots]
     return _Part(
         tuple(table for table in tables if not table.detail),
         tuple(picture for detail, picture in pictures if not detail),
@@ -217,9 +219,9 @@ def _plots_of(section: str, plots: Sequence[Plot]) -> list[Plot]:
     return [plot for plot in plots if plot.section == section and plot.on_page]
 
 
-def drawn(plot: Plot, shared: Shared) -> _Picture:
+def figure_shown(plot: Plot, shared: Shared) -> _Picture:
     """Return a figure as the page shows it."""
-    return _Picture(inline(plot.document, plot.caption, shared, plot.readings), plot.caption, plot.wide)
+    return _Picture(inline_svg(plot.document, plot.caption, shared, plot.readings), plot.caption, plot.wide)
 
 
 # ---- its templates, and the profiler of the fitted surfaces alone, for a notebook
@@ -234,7 +236,7 @@ def environment() -> Environment:
     )
 
 
-def part(name: str) -> str:
+def page_part(name: str) -> str:
     """Return the style or the script of the page, without indentation and comments of whole lines."""
     return re.sub(r"(?m)^(\s+|//.*\n)", "", Path(__file__).with_name(name).read_text("utf-8"))
 
@@ -250,7 +252,7 @@ def policy(css: str, script: str) -> str:
 
 def for_notebook(data: Mapping[str, Any]) -> str:
     """Return the profiler for a notebook: a page in a frame, separate from the notebook's names, styles and scripts."""
-    css, script = part("page.css"), part("page.js")
+    css, script = page_part("page.css"), page_part("page.js")
     page = environment().get_template("notebook.html")
     alone = page.render(css=css, script=script, policy=policy(css, script), profiler=data)
     high = 500 + 270 * len(data["factors"])

@@ -13,7 +13,7 @@ from stemcal.stages.stage import stage_called
 from stemcal.vocabulary import FIRST, Variable, Wording
 
 if TYPE_CHECKING:
-    from stemcal.overview.status import Entry
+    from stemcal.overview.status import LedgerRow
 
 MANY = 4  # factors beyond which columns are headed by symbols instead of names
 
@@ -37,7 +37,7 @@ def _other(named: Variable) -> Column:
     return Column(named.name, named.capital, named.written, significant, lambda run: run.outcome.of(named.name))
 
 
-def runs_table(found: Iterable[Entry], names: Wording, title: str) -> Table:
+def runs_table(found: Iterable[LedgerRow], names: Wording, title: str) -> Table:
     """Return runs one by one."""
     columns = [
         Column("stage", "Stage"),

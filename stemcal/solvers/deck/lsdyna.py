@@ -40,10 +40,10 @@ def _read(folder: Path, peak: Callable[..., Answer], ended: Ended) -> Answer:
     """Return the peak force by what LS-DYNA has printed and left; raise if it did not end normally."""
     code_is_zero(ended)
     _require_normal_termination(folder, ended.output)
-    return peak(contact_force(read_text(folder, FORCES)), failed=failed_elements(folder, ended.output))
+    return peak(force_in_rcforc(read_text(folder, FORCES)), failed=failed_elements(folder, ended.output))
 
 
-def contact_force(text: str) -> ContactForce:
+def force_in_rcforc(text: str) -> ContactForce:
     """Return the force along z of the blade's contact from the text of an ``rcforc`` in ASCII.
 
     Raises

@@ -49,7 +49,7 @@ def table_made(folder: Path, peak: Callable[..., Answer], ended: Ended) -> Answe
     if ended.code != 0 or not (folder / TABLE).is_file():
         because = "" if (folder / HISTORY).is_file() else f": the engine wrote no {HISTORY}"
         raise SimulationFailed("no_history", f"th_to_csv exited with code {ended.code} and wrote no table{because}")
-    contact = contact_force(read_text(folder, TABLE))
+    contact = force_in_histories(read_text(folder, TABLE))
     gone = deleted_elements(read_text(folder, ENGINE_LISTING), text_left(folder, OUTPUT))
     warnings = [] if deletes_elements(text_left(folder, STARTER_LISTING)) else [nothing_deleted()]
     return peak(contact, failed=gone, warnings=warnings)
@@ -125,7 +125,7 @@ def deleted_elements(listing: str, printed: str) -> list[float]:
     return sorted(times.values())
 
 
-def contact_force(text: str) -> ContactForce:
+def force_in_histories(text: str) -> ContactForce:
     """Return the force along z of the blade's contact from the table of time histories, FNZ + FTZ, its peak positive.
 
     Raises

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from stemcal.study.model.study import Study
 
 
-class Climbing(Stage[Any]):
+class Climb(Stage[Any]):
     """Steps along the slope that the screening found; the best one centres the design of the surface."""
 
     name, title, reads = "climb", "Climb", ("climb", "rsm", "targets")

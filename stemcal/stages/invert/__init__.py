@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from stemcal.study.model.study import Study
 
 
-class Calibration(Stage[Any]):
+class Invert(Stage[Any]):
     """The calibrated parameters, and how well they are known."""
 
     name, title, attribute, reads = "invert", "Calibration", "inversion", ("invert", "targets")

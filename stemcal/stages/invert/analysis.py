@@ -14,8 +14,8 @@ from stemcal.doe.calibration.confidence_intervals import (
     contradiction,
     left_out,
     loosest_direction,
+    missed_observations,
     moved_together,
-    out_of_reach,
     presses_outwards,
     profiles_of,
     settled,
@@ -34,7 +34,7 @@ from stemcal.stages.invert.result import (
     InvertResult,
     JointFitted,
     JointRow,
-    Mean,
+    MeasuredMean,
     Point,
     PriorRow,
     ProfileCurve,
@@ -52,7 +52,7 @@ def invert(work: Work, head: Head) -> InvertResult:
     study, surface = work.study, work.result(Surfaces)
     solved = (_solve_jointly if study.joint_targets else solve)(study, head, surface)
     idle = tuple(one.name for one in study.factors if one.prior is not None and one.name not in surface.names)
-    notes = (*words.notes_of(solved), *solved.notes, *([words.prior_unused(idle)] if idle else []))
+    notes = (*words.invert_notes(solved), *solved.notes, *([words.prior_unused(idle)] if idle else []))
     return replace(solved, belongs_to=work.solver.belongings(solved.condition), notes=notes)
 
 
@@ -122,7 +122,7 @@ def _fitted(study: Study, means: Sequence[Measured], found: Fit, flat: bool) -> 
         max_abs_left_out_error_percent=max(abs(row.left_out_error_percent or 0.0) for row in rows) if errors else None,
         formula=formula_left_out([(r.condition, r.measured) for r in first]) if naming.is_force_on_stems else None,
         contradiction=_contradiction(means, found),
-        out_of_reach=Rows(Mean(means[i].named.name, means[i].condition) for i in out_of_reach(found)),
+        out_of_reach=Rows(MeasuredMean(means[i].named.name, means[i].condition) for i in missed_observations(found)),
         separated=not flat,
         presses_outwards=presses_outwards(found),
     )

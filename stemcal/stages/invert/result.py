@@ -114,7 +114,7 @@ class JointRow:
 
 
 @dataclass(frozen=True)
-class Mean:
+class MeasuredMean:
     """Which measured mean: of a response at a condition."""
 
     response: str
@@ -153,7 +153,7 @@ class JointFitted:
     max_abs_left_out_error_percent: float | None
     formula: Formula | None = None
     contradiction: Contradicted | None = absent()
-    out_of_reach: Rows[Mean] = absent(Rows())
+    out_of_reach: Rows[MeasuredMean] = absent(Rows())
     separated: bool = True
     presses_outwards: bool = False
 

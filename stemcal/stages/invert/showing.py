@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from stemcal.doe.calibration.likelihood import Fit
-from stemcal.drawing.columns import ERROR, factor, from_means, measured_of, scores, to_decimals
+from stemcal.drawing.columns import ERROR, factor, from_means, measured_columns, scores, to_decimals
 from stemcal.drawing.plot import Plot
 from stemcal.drawing.showing import RANGE, Setting, Showing
 from stemcal.drawing.style import BLUE, FAINT, INK, Figure, axis_of, new_figure
@@ -46,7 +46,7 @@ class InvertShowing(Showing[InvertResult]):
         return [Plot("profiles", "invert", text, partial(profiles, result, labels), claims=True)]
 
     def in_notebook(self, result: InvertResult, setting: Setting) -> InvertResult:
-        found = object.__new__(Inversion)
+        found = object.__new__(NotebookInversion)
         found.__dict__.update(vars(result), _study=setting.study, _surface=setting.results.of(Surfaces))
         return found
 
@@ -67,7 +67,7 @@ class InvertShowing(Showing[InvertResult]):
         return [replace(table, columns=columns, rows=rows, foot=(), claimed=())]
 
 
-class Inversion(InvertResult):
+class NotebookInversion(InvertResult):
     """A calibration with its likelihood."""
 
     _study: Study
@@ -139,7 +139,7 @@ def _ranges(stage: InvertResult) -> dict[str, str]:
 def _joint_table(joint: JointFitted, names: Wording) -> Table:
     """Return the measured values next to those of the surfaces."""
     values = ("measured", "Measured", short), ("predicted", "Surface", significant)
-    columns = measured_of(names, bool(names.naming.others or joint.further), values)
+    columns = measured_columns(names, bool(names.naming.others or joint.further), values)
     error, left_out = joint.max_abs_error_percent, joint.max_abs_left_out_error_percent
     rows = from_means(map(to_json, (*joint.rows, *joint.further)), names)
     columns.append(ERROR)

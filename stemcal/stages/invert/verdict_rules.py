@@ -235,7 +235,7 @@ def no_better_than_formula(evidence: Evidence) -> Iterator[Note]:
     compared = [row for row in evidence.judged if row.response == first]
     held_out = any(not row.fitted and row.error_percent is not None for row in compared)
     if found is not None and compared and not held_out:
-        yield from advice.no_better_than_formula(found)
+        yield from advice.formula_reason(found)
 
 
 RULES = (trend, conflict, target_missed, misfit, not_identified, on_the_edge, no_better_than_formula)

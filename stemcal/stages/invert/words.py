@@ -106,7 +106,7 @@ def range_to_cite(stage: InvertResult, names: Wording) -> list[str]:
 # ---- notes
 
 
-def notes_of(stage: InvertResult) -> list[Note]:
+def invert_notes(stage: InvertResult) -> list[Note]:
     """Return what limits a solution: other solutions, the region, a formula, the intervals."""
     names = Wording(stage.naming)
     found = _of_one(stage, names) if stage.joint is None else _of_many(stage.joint, names)

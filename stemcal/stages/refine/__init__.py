@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from stemcal.study.model.study import Study
 
 
-class Refinement(Stage[Any]):
+class Refine(Stage[Any]):
     """The parameters corrected by simulations, in the model of the study or of `refine.in`."""
 
     name, title, attribute, reads = "refine", "Refinement", "refinement", ("refine", "targets")

@@ -9,14 +9,14 @@ from stemcal.doe.comparison import error_percent
 from stemcal.errors import UsageError
 from stemcal.formats import counted, listed
 from stemcal.notes import Note, Remedy
-from stemcal.runs.answer import ignore
+from stemcal.runs.answer import watch_nothing
 from stemcal.solvers.protocol import Request
 from stemcal.stages.design import Later
 from stemcal.stages.fitting import Measured, Surfaces, measured_of
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.loop import Loop, PathSteps
 from stemcal.stages.refine.options import RefineOptions
-from stemcal.stages.refine.result import AdjustedFactor, Model, RefineResult, RefineRow
+from stemcal.stages.refine.result import AdjustedFactor, RefineResult, RefineRow, SimulatedBy
 from stemcal.stages.refine.steps import SurfaceSteps
 from stemcal.stages.result import Head, Interval
 from stemcal.stages.work import Work, a_stage
@@ -65,7 +65,7 @@ def _own_response(work: Work, levels: Mapping[str, float]) -> float:
     """Return the response of the study's own model at the calibration, from the record that the validation left."""
     target = work.study.calibration_target
     simulate, row = (
-        replace(work, watch=ignore).simulating("validate", pictured=True),
+        replace(work, watch=watch_nothing).simulating("validate", pictured=True),
         work.study.targets.means.index(target),
     )
     (outcome,) = simulate(row, [levels], [target.condition])
@@ -94,7 +94,7 @@ def _result(
         max_abs_error_percent=max(errors, default=None),
         made=Rows(loop.runs),
     )
-    return replace(result, notes=tuple(notes_of(result)))
+    return replace(result, notes=tuple(refine_notes(result)))
 
 
 def _rows(loop: Loop, means: Sequence[Measured]) -> Iterator[RefineRow]:
@@ -104,14 +104,14 @@ def _rows(loop: Loop, means: Sequence[Measured]) -> Iterator[RefineRow]:
         yield RefineRow(mean.condition, mean.named.name, mean.value, old, new, error_percent(mean.value, new))
 
 
-def _model(work: Work, loop: Loop) -> Model:
+def _model(work: Work, loop: Loop) -> SimulatedBy:
     """Return what simulated; its version as the spec names it, or as the program reported it in its first run."""
     solver, at = work.study.solver, work.study.calibration_target.condition
     version = solver.version
     if not version:
         records = (work.folder.peek(run.outcome.key) for run in loop.runs)
         version = next((str(v) for r in records if r and (v := r["details"].get("program_version"))), "")
-    return Model(solver.program_name, version or None, work.solver.belongings(at))
+    return SimulatedBy(solver.program_name, version or None, work.solver.belongings(at))
 
 
 # ---- in another model: which factors move, and how far
@@ -187,7 +187,7 @@ def later(study: Study) -> Later | None:
 # ---- notes
 
 
-def notes_of(stage: RefineResult) -> list[Note]:
+def refine_notes(stage: RefineResult) -> list[Note]:
     """Return why the target was not reached, where the surface was wrong, and what is missing in another model."""
     names = Wording(stage.naming)
     there = _in_another_model(stage, names) if stage.elsewhere else ()

@@ -15,7 +15,7 @@ from stemcal.vocabulary import Wording
 
 
 @dataclass(frozen=True)
-class Model:
+class SimulatedBy:
     """What simulated: the kind of solver, its version if known, and settings that the values depend on."""
 
     kind: str
@@ -63,7 +63,7 @@ class RefineResult(StageResult):
 
     head: Head = inline()
     elsewhere: bool
-    model: Model = field(metadata={"alias": "in"})
+    model: SimulatedBy = field(metadata={"alias": "in"})
     condition: float
     aim: float
     tolerance_percent: float

@@ -29,7 +29,7 @@ from stemcal.doe.regression.surface import Surface
 from stemcal.runs.record import Outcome
 from stemcal.stages.fitting import Surfaces, fit_over, fitted_surfaces, measured_means, priors_of
 from stemcal.stages.invert.result import InvertResult
-from stemcal.stages.loop import NOTHING, How, Judged, Point, Predicted, Stopped
+from stemcal.stages.loop import NOTHING, How, JudgedPoint, PointToTry, Predicted, Stopped
 from stemcal.study.model.study import Study
 from stemcal.vocabulary import FIRST
 
@@ -71,16 +71,16 @@ class SurfaceSteps:
         self.fit = fit_over(self.means, self.surfaces, self.region, priors_of(study, self.coding))
         self.reach = FIRST_RADIUS
 
-    def first(self) -> Point:
+    def first(self) -> PointToTry:
         """Return the solution of the surface."""
         return self._point(self.coding.point(self.solution.point.coded), "solution")
 
-    def judge(self, point: Point, outcomes: Mapping[float, Outcome]) -> Judged:
+    def judge(self, point: PointToTry, outcomes: Mapping[float, Outcome]) -> JudgedPoint:
         """Compare with the measured means, and refit the surfaces."""
         values = np.array([outcomes[mean.condition].number(mean.response) for mean in self.means])
         self.visited.append(point.place)
         if not np.all(np.isfinite(values)):
-            return Judged(point)
+            return JudgedPoint(point)
         self.trials.append(Trial(point.place, values))
         self.surfaces = self._refitted()
         errors = [
@@ -89,9 +89,9 @@ class SurfaceSteps:
             if mean.leads
         ]
         worst = max(errors, key=abs)
-        return Judged(point, worst, self._missed(self.trials[-1]) if self.joint else abs(worst))
+        return JudgedPoint(point, worst, self._missed(self.trials[-1]) if self.joint else abs(worst))
 
-    def next(self) -> Point | None:
+    def next(self) -> PointToTry | None:
         """Step from the best point; after a failed run, half-way back to it, or to the centre of the design."""
         if not self.trials or self.trials[-1].coded is not self.visited[-1]:
             known = min(self.trials, key=self._missed).coded if self.trials else np.zeros(len(self.coding.names))
@@ -100,7 +100,7 @@ class SurfaceSteps:
             coded, how = self._to_many()
         else:
             at, target = self.surfaces[0], self.solution.target
-            coded, how, self.reach = next_step(at, target, self.region, self.trials, self.reach)
+            coded, how, self.reach = next_trial(at, target, self.region, self.trials, self.reach)
         shortest = min(float(np.linalg.norm(coded - trial.coded)) for trial in self.trials)
         return None if shortest < (_SETTLED if self.joint else _SAME) else self._point(coded, how)
 
@@ -108,7 +108,7 @@ class SurfaceSteps:
         """The solution no longer moves."""
         return "settled"
 
-    def _point(self, coded: Array, how: How) -> Point:
+    def _point(self, coded: Array, how: How) -> PointToTry:
         (levels,) = self.coding.runs([coded], self.solution.parameters)
         predicted: dict[float, Predicted] = dict.fromkeys(self.conditions, NOTHING)
         for mean, surface in zip(self.means, self.surfaces, strict=True):
@@ -116,7 +116,7 @@ class SurfaceSteps:
                 low, high = map(float, surface.prediction_interval(coded)[0])
                 interval = (low, high) if isfinite(low) and isfinite(high) else None
                 predicted[mean.condition] = float(surface.predict(coded)[0]), interval
-        return Point(levels, how, coded, predicted)
+        return PointToTry(levels, how, coded, predicted)
 
     def _refitted(self) -> list[Surface]:
         """Return the surface of every measured mean, fitted to the design and the points so far."""
@@ -139,12 +139,12 @@ class SurfaceSteps:
 # ---- to one response
 
 
-def best_of(trials: Sequence[Trial], target: float) -> Trial:
+def nearest_trial(trials: Sequence[Trial], target: float) -> Trial:
     """Return the trial nearest to the target, the earliest of equals."""
     return min(trials, key=lambda trial: abs(trial.response - target))
 
 
-def next_step(
+def next_trial(
     surface: Surface, target: float, region: Region, trials: Sequence[Trial], radius: float
 ) -> tuple[Array, How, float]:
     """Return the next point, how it was found, and the radius that it was sought within.
@@ -158,7 +158,7 @@ def next_step(
     radius : float
         How far the last step was allowed to go, in coded units.
     """
-    best = best_of(trials, target)
+    best = nearest_trial(trials, target)
     helped = len(trials) < 2 or _helped(trials, target)
     radius = radius if helped else SHRINK * radius
     other = _across(trials, best, target)
@@ -187,7 +187,7 @@ def toward(surface: Surface, level: float, region: Region, start: Array, radius:
 
 def _helped(trials: Sequence[Trial], target: float) -> bool:
     """Whether the last trial left less than half of the error of the best before it."""
-    before = abs(best_of(trials[:-1], target).response - target)
+    before = abs(nearest_trial(trials[:-1], target).response - target)
     return abs(trials[-1].response - target) <= _PROGRESS * before
 
 

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from stemcal.study.model.study import Study
 
 
-class ResponseSurface(Stage[Any]):
+class Rsm(Stage[Any]):
     """The runs of a design, and a quadratic surface fitted to them."""
 
     name, title, attribute, reads = "rsm", "Response surface", "surface", ("rsm",)

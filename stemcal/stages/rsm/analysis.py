@@ -49,7 +49,7 @@ def rsm(work: Work, head: Head) -> RsmResult:
     """Run the design of the surface over the factors that matter and fit it."""
     study, solver = work.study, work.solver
     names, coding, chosen = _factors(study, solver, _read_before(study, solver, work.folder))
-    design = surface_design(study, solver, names, coding)
+    design = study_design(study, solver, names, coding)
     requests = design.requests(study.targets.calibrate_at)
     outcomes = work.outcomes(requests)
     runs = runs_of(design, requests, outcomes)
@@ -126,9 +126,9 @@ def foresee(study: Study, solver: Solver, folder: StudyFolder | None) -> Asked:
     undecided = before is None and stage_called("rsm").needs(study) is not None
     if undecided:
         names = given[0] if given else study.names[:_USUAL_FACTORS]
-        design = surface_design(study, solver, [name for name in names if name in study.names])
+        design = study_design(study, solver, [name for name in names if name in study.names])
     else:
-        design = surface_design(study, solver, *_factors(study, solver, before)[:2])
+        design = study_design(study, solver, *_factors(study, solver, before)[:2])
     known = given is not None or not undecided
     conditions = [study.targets.calibrate_at, *(target.condition for target in study.joint_targets)]
     requests = [request for condition in dict.fromkeys(conditions) for request in design.requests(condition)]
@@ -172,7 +172,7 @@ def _summary(
 # ---- the design, and the notes of `check` on it
 
 
-def surface_design(
+def study_design(
     study: Study, solver: Solver, names: Sequence[str], found: Mapping[str, CodedScale] = MappingProxyType({})
 ) -> Design:
     """Return the design of the spec over the named factors, or the rows the solver has.

@@ -21,8 +21,8 @@ from stemcal.drawing.style import (
     axis_of,
     frame_in_space,
     in_lines,
+    literal,
     new_figure,
-    plain,
 )
 from stemcal.stages.rsm.result import RsmResult
 from stemcal.vocabulary import Wording
@@ -41,7 +41,7 @@ class Solution:
     target: float
 
 
-def plots(rsm: RsmResult, solved: Solution | None, labels: Mapping[str, str]) -> list[Plot]:
+def rsm_plots(rsm: RsmResult, solved: Solution | None, labels: Mapping[str, str]) -> list[Plot]:
     """Return the figures of a surface; with a solution they show it."""
     observed = f"Simulated {rsm.naming.response.long} of each run versus the value predicted by the response surface."
     checks = (
@@ -88,8 +88,8 @@ def observed_predicted(rsm: RsmResult) -> Figure:
         ends = [min(observed + predicted), max(observed + predicted)]
         axes.plot(ends, ends, color=FAINT, linestyle="--")
         axes.plot(predicted, observed, "o", color=BLUE, alpha=0.85)
-        axes.set_xlabel(plain(rsm.naming.response.headed("predicted by the surface")))
-        axes.set_ylabel(plain(rsm.naming.response.headed("simulated")))
+        axes.set_xlabel(literal(rsm.naming.response.headed("predicted by the surface")))
+        axes.set_ylabel(literal(rsm.naming.response.headed("simulated")))
     return figure
 
 
@@ -105,7 +105,7 @@ def diagnostics(rsm: RsmResult) -> Figure:
         _normal_plot(normal, residuals)
         over.axhline(0, color=FAINT, linewidth=1)
         over.plot([row.fitted for row in rows], residuals, "o", color=BLUE, markersize=4)
-        over.set_xlabel(plain(rsm.naming.response.headed("predicted")))
+        over.set_xlabel(literal(rsm.naming.response.headed("predicted")))
         over.set_ylabel("studentised residual")
         influence.bar([row.run for row in rows], [row.cooks_distance or 0.0 for row in rows], color=BLUE, width=0.7)
         influence.axhline(1.0, color=ORANGE, linestyle="--", linewidth=1)
@@ -193,7 +193,7 @@ def relief(
 
 def _height(rsm: RsmResult) -> str:
     """Return what is drawn as height."""
-    return plain(rsm.naming.response.headed(rsm.naming.response.noun))
+    return literal(rsm.naming.response.headed(rsm.naming.response.noun))
 
 
 def levels_of(response: Any) -> Any:

@@ -13,7 +13,7 @@ from stemcal.doe.calibration.level_set_ranges import Assessment, assess_point
 from stemcal.doe.coding import Array, term_columns, term_names
 from stemcal.doe.regression.anova import AnovaRow, Coefficient, RunDiagnostics
 from stemcal.doe.regression.backward_elimination import ReductionStep
-from stemcal.doe.regression.canonical import Shape
+from stemcal.doe.regression.canonical import CanonicalForm
 from stemcal.drawing.table import Table
 from stemcal.notes import Note
 from stemcal.runs.record import Outcome
@@ -58,7 +58,7 @@ class RsmResult(Surfaces):
     runs_failed: int
     runs_diagnostics: Rows[RunDiagnostics] = Rows()
     reduction: tuple[ReductionStep, ...] | None = None
-    canonical: Shape | None = None
+    canonical: CanonicalForm | None = None
     conditions: Rows[AtCondition] = absent(Rows())
     pure_error: Note | None = None
     deterministic: bool = absent(False)

@@ -6,7 +6,7 @@ from typing import Any
 
 from stemcal.doe.calibration.level_set_ranges import Assessment
 from stemcal.doe.regression.anova import Coefficient
-from stemcal.doe.regression.canonical import Shape
+from stemcal.doe.regression.canonical import CanonicalForm
 from stemcal.drawing.columns import condition, levels, ratio, response_decimals, squares, starred, to_decimals
 from stemcal.drawing.plot import Plot
 from stemcal.drawing.showing import Setting, Showing
@@ -43,26 +43,26 @@ class RsmShowing(Showing[RsmResult]):
 
     def tables(self, result: RsmResult, names: Wording) -> list[Table]:
         shape = [canonical_table(result, result.canonical, names)] if result.canonical else []
-        first = [anova_table(result), _coefficient_table(result, names), _fit_table(result), *shape]
+        first = [anova_shown(result), _coefficient_table(result, names), _fit_table(result), *shape]
         return [*first, *_further_tables(result, names), *_fits_table(result, names)]
 
     def figures(self, result: RsmResult, setting: Setting) -> list[Plot]:
         settled = (one.settles for one in setting.results.done)  # the first lie on the surface, refined ones do not
         levels = next((found for found in settled if found is not None), None)
         solved = None if levels is None else Solution(levels, setting.study.calibration_target.response)
-        return figures.plots(result, solved, setting.labels)
+        return figures.rsm_plots(result, solved, setting.labels)
 
     def profiler(self, result: RsmResult, setting: Setting) -> dict[str, Any]:
         values = setting.results.parameters if setting.results.calibrated else {}
         return profiler_data(setting.study, result, values, setting.holds)
 
     def in_notebook(self, result: RsmResult, setting: Setting) -> RsmResult:
-        surface = object.__new__(Surface)
+        surface = object.__new__(NotebookSurface)
         surface.__dict__.update(vars(result), _setting=setting)
         return surface
 
 
-class Surface(RsmResult):
+class NotebookSurface(RsmResult):
     """A surface that checks the levels of a prediction; notebooks show it as the profiler of the report."""
 
     _setting: Setting
@@ -107,7 +107,7 @@ def equation(coefficients: Sequence[Coefficient], symbols: Mapping[str, str], re
     return f"{response.symbol} = {text}"
 
 
-def anova_table(stage: RsmResult) -> Table:
+def anova_shown(stage: RsmResult) -> Table:
     """Return the analysis of variance."""
     symbols = stage.symbols()
     columns = [
@@ -156,7 +156,7 @@ def _fit_table(stage: RsmResult) -> Table:
     return Table((Column("statistic", "Statistic"), Column("value", "Value", form=str)), rows, "Goodness of fit")
 
 
-def canonical_table(stage: RsmResult, shape: Shape, names: Wording) -> Table:
+def canonical_table(stage: RsmResult, shape: CanonicalForm, names: Wording) -> Table:
     """Return the surface along its own axes: curvature, and the direction in coded units."""
     heads = Wording(names.naming, stage.symbols()) if len(stage.names) > MANY else names
     axes = enumerate(zip(shape.eigenvalues, shape.axes, strict=True), 1)
@@ -194,7 +194,7 @@ def _further_tables(stage: RsmResult, names: Wording) -> list[Table]:
                            lack_of_fit_testable=fit.lack_of_fit_testable)  # fmt: skip
             its = replace(names, naming=stage.naming.with_primary(name))
             title = f"{its.response.long}{its.at(part.condition)}"
-            both = anova_table(seen), _coefficient_table(seen, its)
+            both = anova_shown(seen), _coefficient_table(seen, its)
             tables += [replace(table, title=f"{table.title}: {title}") for table in both]
     return tables
 

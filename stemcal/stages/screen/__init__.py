@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from stemcal.study.model.study import Study
 
 
-class Screening(Stage[Any]):
+class Screen(Stage[Any]):
     """A design with two levels of every factor, and the effects found in it."""
 
     name, title, reads = "screen", "Screening", ("screen",)

@@ -7,7 +7,7 @@ from stemcal.doe.regression.least_squares import stars
 from stemcal.drawing.columns import factor, ratio, response_decimals, squares, starred, to_decimals
 from stemcal.drawing.plot import Plot
 from stemcal.drawing.showing import Setting, Showing
-from stemcal.drawing.style import BLUE, INK, ORANGE, Figure, new_figure, plain
+from stemcal.drawing.style import BLUE, INK, ORANGE, Figure, literal, new_figure
 from stemcal.drawing.table import Column, Table
 from stemcal.formats import fixed, percent, series
 from stemcal.stages.screen.result import ScreenResult
@@ -85,14 +85,14 @@ def pareto(screen: ScreenResult, labels: Mapping[str, str] | None = None) -> Fig
     with new_figure(height=max(2.2, 0.9 + 0.24 * len(effects))) as figure:
         axes = figure.add_subplot()
         places = response_decimals(screen.naming.response, [e.effect for e in effects], 1)
-        names = [f"{plain((labels or {}).get(e.factor, e.factor))}  {_signed(e.effect, places)}" for e in effects]
+        names = [f"{literal((labels or {}).get(e.factor, e.factor))}  {_signed(e.effect, places)}" for e in effects]
         colours = [ORANGE if e.effect < 0 else BLUE for e in effects]
         axes.barh(names, [abs(e.effect) for e in effects], color=colours, height=0.7)
         if (limit := screen.limit) is not None:
             method = "Lenth ME" if screen.by_lenth else f"t test, p = {screen.alpha:g}"
             axes.axvline(limit, color=INK, linestyle="--", linewidth=1, label=method)
             figure.legend(loc="outside upper right")
-        axes.set_xlabel(plain(screen.naming.response.headed(f"|effect| on the {screen.naming.response.long}")))
+        axes.set_xlabel(literal(screen.naming.response.headed(f"|effect| on the {screen.naming.response.long}")))
     return figure
 
 

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from stemcal.study.model.study import Study
 
 
-class Validating(Stage[Any]):
+class Validate(Stage[Any]):
     """The comparison with what was measured, at every condition."""
 
     name, title, attribute, reads = "validate", "Validation", "validation", ("targets", "validate")

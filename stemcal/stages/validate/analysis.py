@@ -52,7 +52,7 @@ def validate(work: Work, head: Head) -> ValidateResult:
     ]
     notes = [*found.notes, *_from_table(study, solver), *lower_bound_notes(runs)]
     result = _result(study, head, parameters, found, rows)
-    return replace(result, notes=(*notes_of(result), *notes))
+    return replace(result, notes=(*validate_notes(result), *notes))
 
 
 def _compared(study: Study, outcomes: Sequence[Outcome]) -> Validation:
@@ -135,7 +135,7 @@ def _further(study: Study, target: Target, outcome: Outcome) -> Rows[FurtherRow]
 # ---- notes
 
 
-def notes_of(stage: ValidateResult) -> list[Note]:
+def validate_notes(stage: ValidateResult) -> list[Note]:
     """Return what follows from the comparison: its independence, growth and a formula."""
     names = Wording(stage.naming)
     return [*_fitted(stage, names), *_growth(stage), *_beside_formula(stage, names), *_travel(stage)]

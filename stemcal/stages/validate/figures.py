@@ -6,7 +6,7 @@ from functools import partial
 
 from stemcal.doe.comparison import ValidationRow
 from stemcal.drawing.plot import Plot
-from stemcal.drawing.style import BLUE, INK, ORANGE, Figure, legend_above, new_figure, plain
+from stemcal.drawing.style import BLUE, INK, ORANGE, Figure, legend_above, literal, new_figure
 from stemcal.stages.validate.result import ValidateResult
 from stemcal.study.model.study import Study
 from stemcal.vocabulary import FIRST, Variable
@@ -15,7 +15,7 @@ MOST_RESPONSES = 6  # whose figures the page shows
 _MOST_TICKS = 12
 
 
-def plots(study: Study, validate: ValidateResult) -> list[Plot]:
+def validate_plots(study: Study, validate: ValidateResult) -> list[Plot]:
     """Return a figure for each response; the page shows the first ones."""
     naming, plots = study.naming, []
     simulated = {one.response for row in validate.rows for one in row.further}
@@ -29,14 +29,14 @@ def plots(study: Study, validate: ValidateResult) -> list[Plot]:
             text += "; the circled values were used in the fit" if validate.fitted else ""
         text += ". Bars show the standard deviation of the measurements." if spread else "."
         name = "validation" if response is naming.response else f"validation-{response.name}"
-        draw = partial(validation, validate, spread, response)
+        draw = partial(draw_validation, validate, spread, response)
         if response is naming.response and len(responses) > MOST_RESPONSES:
             text += f" Of {len(responses)} responses, the report shows the first {MOST_RESPONSES}."
         plots.append(Plot(name, "validate", text, draw, number < MOST_RESPONSES))
     return plots
 
 
-def validation(
+def draw_validation(
     validate: ValidateResult, spread: Mapping[float, float] | None = None, response: Variable | None = None
 ) -> Figure:
     """Return a response measured and simulated over the condition; that of the calibration is ringed.
@@ -59,8 +59,8 @@ def validation(
         for row in rows:
             if row.role == "fitted":
                 axes.plot(row.condition, row.measured, "o", color=INK, fillstyle="none", markersize=13)
-        axes.set_xlabel("" if condition is None else plain(condition.headed(condition.long)))
-        axes.set_ylabel(plain(response.headed(response.long)))
+        axes.set_xlabel("" if condition is None else literal(condition.headed(condition.long)))
+        axes.set_ylabel(literal(response.headed(response.long)))
         if response.apart:
             axes.margins(y=0.1)
         else:

@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from stemcal.drawing.columns import ERROR, condition, from_means, measured_of, scores, simulated
+from stemcal.drawing.columns import ERROR, condition, from_means, measured_columns, scores, simulated
 from stemcal.drawing.plot import Plot
 from stemcal.drawing.showing import Setting, Showing
 from stemcal.drawing.table import Column, Table
@@ -38,7 +38,7 @@ class ValidateShowing(Showing[ValidateResult]):
         if further := from_means(every, names):
             values = ("measured", "Measured", short), ("simulated", "Simulated", significant)
             title = f"Responses other than the {names.response.long}"
-            columns = [*measured_of(names, True, values), ERROR]
+            columns = [*measured_columns(names, True, values), ERROR]
             tables.append(Table.of(columns, further, title, scores(names)))
         return tables
 
@@ -47,7 +47,7 @@ class ValidateShowing(Showing[ValidateResult]):
         return [replace(first, foot=first.foot[:1]), *others]
 
     def figures(self, result: ValidateResult, setting: Setting) -> list[Plot]:
-        return figures.plots(setting.study, result)
+        return figures.validate_plots(setting.study, result)
 
 
 def _validation_table(stage: ValidateResult, names: Wording) -> Table:

@@ -74,7 +74,7 @@ def trend(evidence: Evidence) -> Iterator[Note]:
 def no_better_than_formula(evidence: Evidence) -> Iterator[Note]:
     """Yield a reservation where a formula predicts what was not fitted at least as well."""
     if (checked := evidence.of(ValidateResult)) is not None and not checked.is_given:
-        yield from advice.no_better_than_formula(checked)
+        yield from advice.formula_reason(checked)
 
 
 def _predicted_in_turn(evidence: Evidence) -> bool:

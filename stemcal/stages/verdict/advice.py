@@ -26,7 +26,7 @@ _BETWEEN_DIAMETERS = Remedy(
 )
 
 
-def no_better_than_formula(result: StageResult) -> Iterator[Note]:
+def formula_reason(result: StageResult) -> Iterator[Note]:
     """Yield the note of a result that a formula without mechanics predicts the forces as well as the model."""
     for note in result.notes:
         if (note.kind, note.severity) == ("beside_formula", "warning"):

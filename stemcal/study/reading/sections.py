@@ -16,7 +16,7 @@ from stemcal.study.model.measured_targets import Targets, fitted_responses
 from stemcal.study.model.study import FIELDS, StudyForm
 from stemcal.study.reading.json_schema import section_with
 from stemcal.study.reading.messages import finding_of
-from stemcal.study.reading.target_rows import Rows
+from stemcal.study.reading.target_rows import TargetRows
 from stemcal.study.types.factor import MOST_FACTORS, Factor
 from stemcal.study.types.field_types import field_or_none, has_fields, without_fields
 from stemcal.study.types.named import naming_of
@@ -108,7 +108,7 @@ class Sections:
         if self.naming.is_cutting and isinstance(given, list):
             keys = [key for row in given if isinstance(row, dict) and "test" not in row for key in row]
             self.naming = self.naming.measuring(list(map(str, keys)))
-        rows = Rows(self.naming, [one for one in names if isinstance(one, str)], self.folder)
+        rows = TargetRows(self.naming, [one for one in names if isinstance(one, str)], self.folder)
         rows.read(given)
         self.findings += rows.findings
         self.tests = {

@@ -14,7 +14,7 @@ from pydantic_core import PydanticCustomError
 
 from stemcal.errors import UsageError
 from stemcal.formats import counted, did_you_mean
-from stemcal.measured.curve_modes import FEWEST, MOST, Curve, from_preload, modes_of, smoothed
+from stemcal.measured.curve_modes import FEWEST, MOST, Curve, from_preload, modes_of, without_noise
 from stemcal.measured.shear_curves import CurveOptions, read_curves
 from stemcal.measured.statistics import summarise
 from stemcal.responses import responses_in
@@ -24,7 +24,7 @@ from stemcal.study.reading.messages import finding_of
 from stemcal.study.types import units
 from stemcal.study.types.field_types import MOST as LARGEST
 from stemcal.study.types.field_types import Quantity, complain, field_or_none, has_fields, without_fields
-from stemcal.study.types.named import from_internal, quantity
+from stemcal.study.types.named import as_written, quantity
 from stemcal.study.types.strict_yaml import Finding, NodePath
 from stemcal.vocabulary import DIAMETER, FORCE, NOWHERE, Variable, Vocabulary
 
@@ -52,7 +52,7 @@ def _curves_in(patterns: Sequence[str], folder: Path, path: NodePath) -> tuple[l
         return read, [Finding(path, str(error), "list force–travel files from the spec folder")]
     for file in files:
         try:
-            read += [smoothed(curve.travel, curve.force) for curve in read_curves(file, _WHOLE)]
+            read += [without_noise(curve.travel, curve.force) for curve in read_curves(file, _WHOLE)]
         except UsageError as error:
             remedy = "correct the file; its columns can have the headings `Travel (mm)` and `Force (N)`"
             wrong.append(Finding(path, str(error), remedy))
@@ -82,7 +82,7 @@ _MOST_ROWS = 1000
 
 
 @dataclass
-class Rows:
+class TargetRows:
     """Rows as far as they can be read: cutting or the program's test, the other tests by name, curves by row."""
 
     naming: Vocabulary
@@ -291,7 +291,7 @@ def _value(
     if with_units:
         bounds = {"above": above} if above is not None else {}
         kind = Quantity(units.parse_unit(named.unit).dimension, at_least=at_least, unit=named.unit, **bounds)
-        return from_internal(kind.checked(given, from_yaml=named.unit != "1"), named.unit)
+        return as_written(kind.checked(given, from_yaml=named.unit != "1"), named.unit)
     value = quantity(given, named)
     if not abs(value) <= LARGEST:
         raise complain(f"{value:g} is not between -{LARGEST:g} and {LARGEST:g}", "check the number and its unit")

@@ -11,7 +11,7 @@ from stemcal.study.model.study import Study
 from stemcal.study.types import units
 from stemcal.study.types.factor import EMBEDDED, PARAMETERS, in_unit
 from stemcal.study.types.field_types import Length
-from stemcal.study.types.solver_kind import Mesh
+from stemcal.study.types.solver_kind import ElementCounts
 from stemcal.study.types.stage_kind import STAGES
 from stemcal.study.types.strict_yaml import Finding, NodePath
 from stemcal.vocabulary import DIAMETER, FIRST, FORCE, TRAVEL
@@ -133,7 +133,7 @@ def _mesh(study: Study) -> Iterator[Finding]:
             yield Finding(("solver", "element_size"), message, remedy)
 
 
-def _wall(study: Study, mesh: Mesh) -> Iterator[Finding]:
+def _wall(study: Study, mesh: ElementCounts) -> Iterator[Finding]:
     """Question a wall of fewer elements than its bending takes, at the thinnest stem and wall of the study."""
     ratio, diameters = study.specimen.diameter_ratio, _conditions(study)
     if ratio == 0.0 or (mesh.through_wall is not None and mesh.through_wall >= _THROUGH):

@@ -63,10 +63,10 @@ def _written(given: str, named: Variable) -> float:
         value = units.parse(given, unit.dimension)
     except units.UnitError as error:
         raise complain(error.message, error.remedy) from None
-    return from_internal(value, unit.name)
+    return as_written(value, unit.name)
 
 
-def from_internal(value: float, unit: str) -> float:
+def as_written(value: float, unit: str) -> float:
     """Return an internal value in a unit as people write it: 0.25 is 25 %, not 25.000000000000004 %.
 
     >>> from_internal(0.07, "%"), from_internal(2.0, "N")

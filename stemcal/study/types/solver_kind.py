@@ -16,7 +16,7 @@ from stemcal.study.types.field_types import Frozen, Length, OneOf, field_or_none
 Answers = Literal["computes", "looks_up", "asks_people"]
 
 
-class Mesh(NamedTuple):
+class ElementCounts(NamedTuple):
     """The elements of the stem: their length under the edge, and how many there are through the wall."""
 
     element_size: Length
@@ -59,7 +59,7 @@ class SolverOptions(Frozen):
         return None
 
     @property
-    def mesh(self) -> Mesh | None:
+    def mesh(self) -> ElementCounts | None:
         """The mesh of the stem, None if the spec does not have it."""
         return None
 
@@ -123,8 +123,8 @@ SOLVERS: Registry[SolverKind] = Registry(
     SolverKind,
     "stemcal.solvers",
     (
-        *("stemcal.solvers.kinds:Embedded", "stemcal.solvers.kinds:Command", "stemcal.by_hand.kind:Sheet"),
-        *("stemcal.solvers.kinds:Deck", "stemcal.solvers.kinds:Python"),
+        *("stemcal.solvers.kinds:EmbeddedKind", "stemcal.solvers.kinds:CommandKind", "stemcal.by_hand.kind:SheetKind"),
+        *("stemcal.solvers.kinds:DeckKind", "stemcal.solvers.kinds:PythonKind"),
     ),
 )
 

@@ -91,11 +91,11 @@ STAGES: Registry[Any] = Registry(
     StageKind,
     "stemcal.stages",
     (
-        "stemcal.stages.screen:Screening",
-        "stemcal.stages.climb:Climbing",
-        "stemcal.stages.rsm:ResponseSurface",
-        "stemcal.stages.invert:Calibration",
-        "stemcal.stages.refine:Refinement",
-        "stemcal.stages.validate:Validating",
+        "stemcal.stages.screen:Screen",
+        "stemcal.stages.climb:Climb",
+        "stemcal.stages.rsm:Rsm",
+        "stemcal.stages.invert:Invert",
+        "stemcal.stages.refine:Refine",
+        "stemcal.stages.validate:Validate",
     ),
 )

@@ -10,7 +10,7 @@ from stemcal.doe.calibration.region import Region
 from stemcal.doe.coding import Array
 from stemcal.doe.designs import central_composite
 from stemcal.doe.regression.surface import Surface, fit_surface
-from stemcal.stages.refine.steps import FIRST_RADIUS, Trial, best_of, next_step, toward
+from stemcal.stages.refine.steps import FIRST_RADIUS, Trial, nearest_trial, next_trial, toward
 
 Response = Callable[[Array], float]
 TARGET = 160.0
@@ -28,8 +28,8 @@ def region() -> Region:
 def steps_needed(response: Response, tolerance: float, budget: int = 30) -> int:
     start = np.array(solve_target(fitted(response), TARGET, [-2.0, -2.0], [2.0, 2.0], 2.0**0.5).point.coded)
     trials, radius = [Trial(start, np.array([response(start)]))], FIRST_RADIUS
-    while abs(best_of(trials, TARGET).response - TARGET) > tolerance and len(trials) < budget:
-        coded, _, radius = next_step(fitted(response, trials), TARGET, region(), trials, radius)
+    while abs(nearest_trial(trials, TARGET).response - TARGET) > tolerance and len(trials) < budget:
+        coded, _, radius = next_trial(fitted(response, trials), TARGET, region(), trials, radius)
         assert region().contains(coded[None, :], 1e-9)[0]
         trials.append(Trial(coded, np.array([response(coded)])))
     return len(trials)
@@ -66,7 +66,7 @@ def test_toward_is_the_nearest_point_of_a_plane() -> None:
 def test_a_step_that_did_not_help_halves_the_radius_and_uses_the_bracket() -> None:
     surface = fitted(lambda x: 100.0 + 10.0 * x[0])
     trials = [Trial(np.array([a, 0.0]), np.array([force])) for a, force in ((0.0, 150.0), (1.0, 180.0))]
-    coded, how, radius = next_step(surface, TARGET, region(), trials, 1.0)
+    coded, how, radius = next_trial(surface, TARGET, region(), trials, 1.0)
     assert (how, radius) == ("bracket", 0.5)
     assert coded == pytest.approx([1.0 / 3.0, 0.0])
 

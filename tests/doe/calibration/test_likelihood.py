@@ -6,7 +6,13 @@ import numpy as np
 import pytest
 from scipy.stats import chi2, norm, t
 
-from stemcal.doe.calibration.confidence_intervals import contradiction, left_out, out_of_reach, profiles_of, settled
+from stemcal.doe.calibration.confidence_intervals import (
+    contradiction,
+    left_out,
+    missed_observations,
+    profiles_of,
+    settled,
+)
 from stemcal.doe.calibration.likelihood import Fit, Prior, fit
 from stemcal.doe.calibration.observations import Contrasts, Observation, Uniforms, variances
 from stemcal.doe.calibration.region import Region
@@ -165,9 +171,9 @@ def test_without_degrees_of_freedom_means_may_contradict_each_other() -> None:
     inside = Region(np.full(2, -1.0), np.full(2, 1.0), None)
     surfaces = [fit_surface(RUNS, 100.0 + RUNS @ np.array(slope), ("x", "y")) for slope in ((10.0, 1.0), (9.0, 1.2))]
     apart = fit([Observation(s, y, 1.0) for s, y in zip(surfaces, (106.0, 94.0), strict=True)], inside)
-    assert contradiction(apart) is not None and out_of_reach(apart) == []
+    assert contradiction(apart) is not None and missed_observations(apart) == []
     beyond = fit([Observation(s, 130.0, 1.0) for s in surfaces], inside)
-    assert contradiction(beyond) is None and out_of_reach(beyond) == [0, 1]
+    assert contradiction(beyond) is None and missed_observations(beyond) == [0, 1]
 
 
 def test_in_a_flat_valley_the_point_nearest_to_the_centre_is_taken() -> None:

@@ -8,7 +8,7 @@ import pytest
 
 from stemcal.errors import SpecError
 from stemcal.report.figures.curves import measured_band
-from stemcal.report.records import Curve
+from stemcal.report.records import RunCurve
 from stemcal.solvers import make_solver
 from stemcal.solvers.embedded import Embedded
 from stemcal.solvers.kept_curve import curve_scores
@@ -71,8 +71,10 @@ def test_a_simulated_curve_has_their_scores(tmp_path: Path) -> None:
     assert list(answer.details["responses"].values()) == pytest.approx(again, rel=0.01)
     whole = tuple(curve["travel"]), tuple(curve["force"])
     end = whole[0][-1]
-    swings = Curve((*whole[0], end + 0.1), (*whole[1], 500.0), broke=end)  # what the released stem does counts nowhere
-    drawn = [measured_band(modes, one).axes[0].lines[1].get_ydata() for one in (Curve(*whole), swings)]
+    swings = RunCurve(
+        (*whole[0], end + 0.1), (*whole[1], 500.0), broke=end
+    )  # what the released stem does counts nowhere
+    drawn = [measured_band(modes, one).axes[0].lines[1].get_ydata() for one in (RunCurve(*whole), swings)]
     assert np.array_equal(*drawn)
     assert curve_scores(modes, *map(np.array, (swings.travel, swings.force)), end + 0.05)["curve_1"] == again[0]
     before = inputs_of(study, None, None, "screen")  # type: ignore[arg-type]
