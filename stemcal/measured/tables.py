@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from stemcal.errors import UsageError
-from stemcal.measured.cells import Line, decoded, is_workbook, sheets, split
+from stemcal.measured.cells import Line, decoded_table, is_workbook, sheets, split
 from stemcal.measured.headings import (
     NOT_MEANT,
     as_number,

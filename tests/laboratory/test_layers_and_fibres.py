@@ -16,7 +16,7 @@ from stemcal.fem.material import Material
 from stemcal.fem.model import Integration, Model
 from stemcal.fem.stepper import simulate
 from stemcal.laboratory.axial import Axial
-from stemcal.laboratory.build import LaboratoryTest, build, rounded
+from stemcal.laboratory.build import LaboratoryTest, build_piece, rounded
 from stemcal.laboratory.perform import perform
 from stemcal.laboratory.radial_compression import RadialCompression
 
@@ -52,7 +52,7 @@ def test_two_layers_pull_as_a_composite_bar(ratio: float, thickness: float) -> N
 def test_two_layers_bend_as_a_composite_beam(ratio: float, size: float) -> None:
     """M = EI κ in even bending by couples, EI = Σ Eᵢ Iᵢ; 0.5 %."""
     test = rounded(skinned(piece(Couples(20.0), material(), 24.0, 0.01, size, ratio)))
-    history = simulate(build(test), test.loading.duration)
+    history = simulate(build_piece(test), test.loading.duration)
     turned = test.loading.speed * history.time
     late = turned > 0.002
     work = np.polyfit(turned[late] ** 2, history.external[late], 1)[0]  # of a quarter of the piece, W = EI θ²/2L
