@@ -69,6 +69,10 @@ def diameters(
         str | None,
         typer.Option(metavar="COLUMN,...", help="Name or number of the diameter column.", show_default="by name"),
     ] = None,
+    label_column: Annotated[
+        str | None,
+        typer.Option(metavar="COLUMN,...", help="Columns that name a stem, or none: one stem per row."),
+    ] = None,
     encoding: Encoding = None,
     separator: Separator = None,
     decimal: Decimal = None,
@@ -88,11 +92,11 @@ def diameters(
     from stemcal.report.tables import laboratory as tables
 
     form = Form(encoding, separator, decimal, sheet)
-    found = measure_diameters(file, form, _numbers(grades), step, diameter_column)
+    found = measure_diameters(file, form, _numbers(grades), step, diameter_column, label_column)
     content = {"schema_version": 3, "stage": "measure-diameters", **to_json(found)}
     if out:
         _leave_files(out, content, Table.of_rows(found.stems), {"diameters": figures.diameter_histogram(found)})
-    _show(content, found.synthetic, tables.diameter_tables(found), [], as_json, quiet, "")
+    _show(content, found.synthetic, tables.diameter_tables(found), found.notes, as_json, quiet, "")
 
 
 @app.command()

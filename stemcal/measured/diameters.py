@@ -1,21 +1,25 @@
 """Stem diameters: repeats averaged per stem, a normal distribution fitted, grades proposed."""
 
 import math
-from collections.abc import Sequence
+import re
+from collections import Counter
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import groupby, pairwise
 from pathlib import Path
 
 import numpy as np
 
 from stemcal.errors import UsageError
-from stemcal.formats import counted
+from stemcal.formats import counted, series
 from stemcal.measured.headings import DIAMETER, LABEL, MILLIMETRES, is_called, is_missing, quoted
 from stemcal.measured.statistics import ShapiroWilk, Summary, shapiro_wilk, summarise
 from stemcal.measured.tables import Form, TextTable, columns_of, given_columns, matching, read_table, scale_of
+from stemcal.notes import Note, Remedy
 from stemcal.storage.rows import Rows
 from stemcal.storage.typed import Spread, inline
 
+NONE = "none"  # the value of `--label-column` with which each row is a stem
 SHARE = 0.95  # of the stems that proposed grades must hold
 WIDEST = 1000.0  # mm; no stem is thicker
 MOST_GRADES = 100
@@ -53,10 +57,16 @@ class Diameters(Spread):
     grades: Rows[Grade]
     share_percent: float
     synthetic: bool
+    notes: tuple[Note, ...] = ()
 
 
 def measure_diameters(
-    path: Path, form: Form = Form(), grades: Sequence[float] = (), step: float = 1.0, column: str | None = None
+    path: Path,
+    form: Form = Form(),
+    grades: Sequence[float] = (),
+    step: float = 1.0,
+    column: str | None = None,
+    label: str | None = None,
 ) -> Diameters:
     """Read a file of diameters and describe them.
 
@@ -68,10 +78,14 @@ def measure_diameters(
         Width of a grade, mm.
     column : str, optional
         Name or number of the column of diameters, by its name if None; several between commas.
+    label : str, optional
+        Name or number of the column that names the stems, by its name if None; several between commas, which name a
+        stem together; ``none`` if each row is a stem.
     """
     _check_grades(grades, step)
     table = read_table(path, form)
-    stems = _stems_of(table, column)
+    labels, columns = _columns(table, column, label)
+    stems, notes = _stems_of(table, labels, columns), tuple(_repeated(table, labels, columns))
     values = [sum(readings) / len(readings) for readings in stems.values()]
     if len(values) < 3 or max(values) == min(values):
         there = f"{counted(len(values), 'stem')}, {counted(len(set(values)), 'diameter')}"
@@ -87,6 +101,7 @@ def measure_diameters(
         grades=shared,
         share_percent=sum(grade.share_percent for grade in shared),
         synthetic=table.synthetic,
+        notes=notes,
     )
 
 
@@ -106,27 +121,65 @@ def _check_grades(grades: Sequence[float], step: float) -> None:
             )
 
 
-def _stems_of(table: TextTable, given: str | None = None) -> dict[str, list[float]]:
+def _columns(table: TextTable, given: str | None, label: str | None) -> tuple[list[int], list[int]]:
+    """Return the columns that name the stems, none if each row is one, and those of their diameters."""
+    if label is None:
+        labels = [found] if (found := _label_column(table)) is not None else []
+    else:
+        labels = [] if label == NONE else given_columns(table, label, "labels")
+    columns = given_columns(table, given, "diameters") if given else []
+    columns = columns or [i for i in _reading_columns(table, labels) if i not in labels]
+    return [i for i in labels if i not in columns], columns
+
+
+def _label(cells: Sequence[str], row: int, labels: Sequence[int]) -> str:
+    """Return the name of the stem in a row, numbered from 0."""
+    return " ".join(cells[i] for i in labels) if labels else str(row + 1)
+
+
+def _stems_of(table: TextTable, labels: Sequence[int], columns: Sequence[int]) -> dict[str, list[float]]:
     """Return the readings (mm) of every stem: those of its row, and of all rows that carry its label."""
-    label = _label_column(table)
-    named = given_columns(table, given, "diameters") if given else None
-    columns = named or [i for i in _reading_columns(table, label) if i != label]
-    label = None if label in columns else label
+    scales = {column: scale_of(table, column, MILLIMETRES, "mm") for column in columns}
     stems: dict[str, list[float]] = {}
     for row, cells in enumerate(table.rows):
-        name = cells[label] if label is not None else str(row + 1)
+        name = _label(cells, row, labels)
+        place = f"{table.source}: stem {quoted(name)[1:-1]}"
         for column in columns:
             value = table.number(row, column)
-            if value is None:
-                if not is_missing(cells[column]):
-                    raise UsageError(
-                        f"{table.source}: stem {quoted(name)[1:-1]}: {quoted(cells[column])} is not a number"
-                    )
-                continue
-            place = f"{table.source}: stem {quoted(name)[1:-1]}"
-            millimetres = value * scale_of(table, column, MILLIMETRES, "mm")
-            stems.setdefault(name, []).append(checked_diameter(millimetres, place))
+            if value is not None:
+                stems.setdefault(name, []).append(checked_diameter(value * scales[column], place))
+            elif not is_missing(cells[column]):
+                raise UsageError(f"{place}: {quoted(cells[column])} is not a number")
     return stems
+
+
+def _repeated(table: TextTable, labels: Sequence[int], columns: Sequence[int]) -> Iterator[Note]:
+    """Yield a note on labels that rows apart from each other share: plants of two plots may have the same number."""
+    apart = _apart(table, labels)
+    if not apart:
+        return
+    words = [i for i in range(len(table.columns)) if i not in (*labels, *columns) and _words(table, i)]
+    together = sorted([*words, *labels])
+    plain = all(re.fullmatch(r"\w+", table.columns[i]) for i in together)
+    typed = ",".join(table.columns[i] if plain else str(i + 1) for i in together)
+    better = typed if words and not _apart(table, together) else NONE
+    text = (
+        f"Rows that are not adjacent have the same label ({series(apart[:3])}). Their diameters are averaged as "
+        "repeated readings of one stem."
+    )
+    remedy = Remedy(f"If they are different stems, use `--label-column {better}`.")
+    yield Note("labels_repeated", "warning", text, remedy)
+
+
+def _apart(table: TextTable, labels: Sequence[int]) -> list[str]:
+    """Return the labels that begin more than one block of rows."""
+    blocks = [name for name, _ in groupby(_label(cells, row, labels) for row, cells in enumerate(table.rows))]
+    return [name for name, count in Counter(blocks).items() if count > 1]
+
+
+def _words(table: TextTable, column: int) -> bool:
+    """Test whether a column holds no numbers."""
+    return all(table.number(row, column) is None for row in range(len(table.rows)))
 
 
 def checked_diameter(value: float, place: str) -> float:
@@ -142,22 +195,16 @@ def _label_column(table: TextTable) -> int | None:
     named = [index for index, name in enumerate(names) if is_called(name, LABEL)]
     if named:
         return named[0]
-    first = [table.number(row, 0) for row in range(len(table.rows))]
-    counts = first == [float(number + 1) for number in range(len(first))]
-    words = all(value is None for value in first)
-    return 0 if len(table.columns) > 1 and (counts or words) else None
+    counts = [table.number(row, 0) for row in range(len(table.rows))] == [row + 1.0 for row in range(len(table.rows))]
+    return 0 if len(table.columns) > 1 and (counts or _words(table, 0)) else None
 
 
-def _reading_columns(table: TextTable, label: int | None) -> list[int]:
+def _reading_columns(table: TextTable, labels: Sequence[int]) -> list[int]:
     """Return the columns called diameters, or the only one of numbers next to the labels if none has a heading."""
     named = matching(table, DIAMETER, MILLIMETRES)
     if named:
         return named
-    numeric = [
-        i
-        for i in range(len(table.columns))
-        if i != label and any(table.number(row, i) is not None for row in range(len(table.rows)))
-    ]
+    numeric = [i for i in range(len(table.columns)) if i not in labels and not _words(table, i)]
     if len(numeric) == 1 and not table.headed:
         return numeric
     raise UsageError(

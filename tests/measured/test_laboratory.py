@@ -1,6 +1,7 @@
 """Diameters and shear tests: the shipped synthetic examples, and files that go wrong."""
 
 import importlib.util
+import re
 from pathlib import Path
 
 import numpy as np
@@ -213,3 +214,39 @@ def test_a_diameter_over_the_only_specimen(tmp_path: Path) -> None:
     (tmp_path / "9mm.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
     (one,) = measure_shear([tmp_path / "9mm.csv"]).specimens
     assert (one.name, one.diameter, one.curve.max_force) == ("9mm", 6.1, 80.0)
+
+
+VARIETIES = [("A", 1, 6.1), ("A", 2, 7.4), ("A", 3, 8.2), ("B", 1, 9.0), ("B", 2, 10.3), ("B", 3, 11.5)]
+
+
+def varieties(tmp_path: Path, head: str = "variety,plant,diameter") -> Path:
+    path = tmp_path / "stems.csv"
+    path.write_text("\n".join([head, *(",".join(map(str, row)) for row in VARIETIES), ""]))
+    return path
+
+
+def test_plants_of_two_varieties_with_the_same_number(tmp_path: Path) -> None:
+    """Three stems of two readings by the plant alone, which is noted; six with the columns that the note names."""
+    path = varieties(tmp_path)
+    merged = measure_diameters(path)
+    assert [stem.diameter for stem in merged.stems] == pytest.approx([7.55, 8.85, 9.85])
+    (note,) = merged.notes
+    assert (note.kind, note.severity) == ("labels_repeated", "warning") and note.remedy is not None
+    advised = re.search(r"--label-column (\S+)`", note.remedy.text)
+    assert advised is not None and advised[1] == "variety,plant"
+    for label in (advised[1], "1,2", "none"):
+        stems = measure_diameters(path, label=label)
+        assert [stem.diameter for stem in stems.stems] == [row[2] for row in VARIETIES]
+        assert (stems.summary.sd, stems.notes) == (pytest.approx(1.9583, abs=1e-4), ())
+
+
+def test_a_heading_with_a_space_is_advised_by_number(tmp_path: Path) -> None:
+    (note,) = measure_diameters(varieties(tmp_path, "variety name,plant,diameter")).notes
+    assert note.remedy is not None and "`--label-column 1,2`" in note.remedy.text
+
+
+def test_adjacent_readings_of_a_stem_are_no_question(tmp_path: Path) -> None:
+    path = tmp_path / "stems.csv"
+    path.write_text("plant,diameter\n1,6.0\n1,6.2\n2,7.0\n2,7.2\n3,8.0\n3,8.2\n")
+    found = measure_diameters(path)
+    assert [stem.diameter for stem in found.stems] == pytest.approx([6.1, 7.1, 8.1]) and found.notes == ()
