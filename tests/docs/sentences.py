@@ -23,6 +23,12 @@ def length(sentence: str) -> int:
     return sum(bool(re.search(r"[^\W_]", word)) for word in CODE.sub("Code", sentence).split())
 
 
+def words(markdown: str) -> int:
+    """Return the number of words of a page with its tables, without blocks of code and equations."""
+    text = re.sub(r"^---\n.*?\n---\n|<!--.*?-->|^```.*?^```|\$\$.*?\$\$", "", markdown, flags=re.DOTALL | re.MULTILINE)
+    return length(re.sub(r"!?\[([^\]]*)\]\([^)]*\)", r"\1", text))
+
+
 def prose(markdown: str) -> Iterator[str]:
     """Yield paragraphs and list items of a page without tables, blocks of code and equations."""
     text = markdown.partition("\n## Sources\n")[0]
