@@ -41,7 +41,7 @@ from stemcal.stages.fresh import make_all
 from stemcal.study.reading import load_study
 
 Rows = list[tuple[str, float]]
-IMPORTS = "import stemcal.cli.app, stemcal.stages.fresh, stemcal.solvers.embedded, stemcal.report.page"
+IMPORTS = "import stemcal.cli.app, stemcal.stages.fresh, stemcal.solvers.embedded, stemcal.report.page.page"
 
 
 def table(title: str, unit: str, rows: Rows) -> None:

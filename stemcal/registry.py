@@ -6,6 +6,7 @@ or all are listed. A package that cannot be loaded, or uses an existing name, is
 
 from __future__ import annotations
 
+import difflib
 import logging
 import sys
 from collections.abc import Iterable
@@ -14,9 +15,6 @@ from functools import cache, cached_property
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
-
-from stemcal.formats import did_you_mean
-from stemcal.version import __version__
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
@@ -40,7 +38,9 @@ class Checked:
             if name in known and callable(getattr(interface, name)) and not callable(getattr(cls, name)):
                 raise TypeError(f"{cls.__name__}.{name} must be a method")
             if not name.startswith("_") and name not in known:
-                raise TypeError(f"{cls.__name__}.{name} is never used: {did_you_mean(name, known)}")
+                near = difflib.get_close_matches(name, known, n=1)
+                remedy = f"did you mean {near[0]}?" if near else f"use one of {', '.join(known)}"
+                raise TypeError(f"{cls.__name__}.{name} is never used: {remedy}")
 
 
 class Registry(Generic[T]):
@@ -149,16 +149,6 @@ def _package(entry: EntryPoint) -> str:
 
 
 @cache
-def code_version() -> str:
-    """Return the version and a hash of the sources of stemcal, the same on every system.
-
-    >>> code_version().startswith(f"{__version__}+")
-    True
-    """
-    return f"{__version__}+{_hash_of(Path(__file__).parent)}"
-
-
-@cache
 def code_of(module: str) -> str:
     """Return a hash of the package of a module; nothing for stemcal's own."""
     return "" if module.partition(".")[0] == "stemcal" else package_hash(module)
@@ -169,10 +159,10 @@ def package_hash(module: str) -> str:
     top, own = (sys.modules.get(name) for name in (module.partition(".")[0], module))
     whole = top if getattr(top, "__file__", None) else own  # a namespace package has no file
     place = Path(getattr(whole, "__file__", None) or "")
-    return _hash_of(place.parent if hasattr(whole, "__path__") else place) if place.is_file() else ""
+    return hash_of(place.parent if hasattr(whole, "__path__") else place) if place.is_file() else ""
 
 
-def _hash_of(place: Path, length: int = 12) -> str:
+def hash_of(place: Path, length: int = 12) -> str:
     """Return a hash of a Python file, or of all Python files in a folder, the same on every system."""
     import hashlib
 

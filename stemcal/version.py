@@ -1,3 +1,18 @@
-"""The version of stemcal, below everything else, so that any module may name it."""
+"""The version of stemcal, and a hash of its sources."""
+
+from functools import cache
+from pathlib import Path
+
+from stemcal.registry import hash_of
 
 __version__ = "0.3.0"
+
+
+@cache
+def code_version() -> str:
+    """Return the version and a hash of the sources of stemcal, the same on every system.
+
+    >>> code_version().startswith(f"{__version__}+")
+    True
+    """
+    return f"{__version__}+{hash_of(Path(__file__).parent)}"

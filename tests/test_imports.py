@@ -12,7 +12,7 @@ PACKAGE = Path(__file__).parents[1] / "stemcal"
 
 LAYERS = (
     (
-        *("errors", "version", "formats", "notes", "power_law", "registry", "responses", "vocabulary", "storage"),
+        *("errors", "formats", "notes", "power_law", "registry", "version", "responses", "vocabulary", "storage"),
         "processes",
     ),
     ("fem.kernels", "fem", "cutting", "doe", "measured"),
@@ -142,6 +142,30 @@ def test_no_module_imports_itself_by_way_of_others() -> None:
         tuple(TopologicalSorter(graph).static_order())
     except CycleError as error:
         pytest.fail(" → ".join(error.args[1]))
+
+
+def test_the_chain_of_packages_is_short() -> None:
+    """At most eleven packages import each other in a row, so that data does not climb through more."""
+    below: dict[str, set[str]] = {}
+    for path in MODULES:
+        module = ".".join(name_of(path).split(".")[:2])
+        found = {".".join(_module(one, NAMES).split(".")[:2]) for one, _ in imports(path, checked=True)}
+        below.setdefault(module, set()).update(found - {module, "", "stemcal"})
+    lengths: dict[str, int] = {}
+    for module in TopologicalSorter(below).static_order():
+        lengths[module] = 1 + max((lengths[one] for one in below.get(module, ())), default=0)
+    assert max(lengths.values()) <= 11, lengths
+
+
+def test_a_public_name_means_one_thing() -> None:
+    """Few classes and functions have the name of another module's: parts of stages, rules of a kind, commands."""
+    places: dict[str, list[str]] = {}
+    for path in MODULES:
+        for node in ast.parse(path.read_text(encoding="utf-8")).body:
+            if isinstance(node, ast.FunctionDef | ast.ClassDef) and not node.name.startswith("_"):
+                places.setdefault(node.name, []).append(name_of(path))
+    shared = {name: modules for name, modules in places.items() if len(modules) > 1}
+    assert len(shared) <= 15, shared
 
 
 def test_the_parts_of_a_package_do_not_import_each_other_in_a_circle() -> None:

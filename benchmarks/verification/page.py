@@ -10,8 +10,8 @@ from pathlib import Path
 from textwrap import fill
 from time import perf_counter
 
-from stemcal import __version__
 from stemcal.drawing.style import save
+from stemcal.version import __version__
 from verification import contact, element, law, lengths, shear_test, structures
 from verification.case import Topic
 

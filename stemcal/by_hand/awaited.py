@@ -1,8 +1,6 @@
 """The runs by hand that a study is waiting for, and those whose results may be entered."""
 
 from stemcal.errors import Waiting
-from stemcal.overview.plan import asked, missing
-from stemcal.overview.status import ledger
 from stemcal.runs.answer import watch_nothing
 from stemcal.runs.executors import InlineExecutor
 from stemcal.runs.record import by_key
@@ -11,6 +9,7 @@ from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Request
 from stemcal.solvers.replicates import seed_of
 from stemcal.stages.fresh import make
+from stemcal.stages.ledger import asked, ledger, missing
 from stemcal.stages.stage import stage_called, stages_of
 from stemcal.study.model.study import Study
 

@@ -118,8 +118,8 @@ def _stage(stage: StageStatus) -> Iterator[str]:
 
 def _runs(study: Study, folder: StudyFolder, failed: bool, as_json: bool) -> dict[str, Any]:
     """Return the runs of the study, or the failed ones."""
-    from stemcal.overview.status import ledger
     from stemcal.report.tables.of_designs import runs_table
+    from stemcal.stages.ledger import ledger
     from stemcal.vocabulary import Wording
 
     entries, names = ledger(study, folder), Wording(study.naming)

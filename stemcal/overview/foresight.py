@@ -7,11 +7,11 @@ from math import ceil, floor, log10
 from stemcal.errors import UsageError
 from stemcal.formats import duration, in_bytes
 from stemcal.notes import Note, Remedy
-from stemcal.overview.plan import asked, missing
 from stemcal.runs.executors import machine_memory
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Request, Solver
+from stemcal.stages.ledger import asked, missing
 from stemcal.study.model.study import Study
 
 MOST_HOURS = 48.0  # a command with longer runs starts with a warning

@@ -5,7 +5,7 @@ The time of a run is estimated from the recorded runs of this machine, or else b
 
 import socket
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import islice
 from math import ceil
 from statistics import fmean
@@ -17,13 +17,13 @@ from stemcal.doe.regression.least_squares import not_estimable
 from stemcal.formats import counted, duration, in_bytes, series
 from stemcal.notes import Note, Remedy
 from stemcal.runs.executors import available_cores
-from stemcal.runs.record import Run, by_key, stands
+from stemcal.runs.record import Run, by_key
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Request, Solver
 from stemcal.stages.design import Asked, Design
+from stemcal.stages.ledger import asked, missing
 from stemcal.stages.stage import stages_of
-from stemcal.stages.work import second_time
 from stemcal.storage.rows import Rows
 from stemcal.study.model.study import Study
 
@@ -110,12 +110,6 @@ def plan(
     )
 
 
-def asked(study: Study, solver: Solver, folder: StudyFolder | None) -> list[Asked]:
-    """Return what each stage asks of the solver, as far as it is known now."""
-    parts = [part for stage in stages_of(study) if (part := stage.foresee(study, solver, folder)) is not None]
-    return [replace(part, requests=[*part.requests, *second_time(study, part.requests)[1:]]) for part in parts]
-
-
 def _count(part: Asked, left: Sequence[Request], solver: Solver, costs: _Costs) -> _PlannedStage:
     distinct = by_key(solver, part.requests)
     memory = [bytes_ for request in left if (bytes_ := solver.memory_estimate(request)) is not None]
@@ -128,18 +122,6 @@ def _count(part: Asked, left: Sequence[Request], solver: Solver, costs: _Costs) 
         None if costs.of is None else sum(map(costs.of, left)),
         max(memory, default=None),
     )
-
-
-def missing(part: Asked, study: Study, solver: Solver, folder: StudyFolder | None) -> list[Request]:
-    """Return the distinct runs of a stage that no record answers for good."""
-    distinct = by_key(solver, part.requests)
-    recorded = {key: folder.peek(key) for key in distinct} if folder is not None else {}
-    return [
-        request
-        for key, request in distinct.items()
-        if (record := recorded.get(key)) is None or not stands(record, study.solver.run_limit)
-        if not solver.knows(request)
-    ]
 
 
 def judged(design: Design) -> Iterator[Note]:

@@ -12,7 +12,6 @@ from stemcal.drawing.showing import Setting
 from stemcal.drawing.table import Column, Table
 from stemcal.errors import UsageError
 from stemcal.formats import did_you_mean
-from stemcal.overview.status import LedgerRow, ledger
 from stemcal.report.figures.curves import force_travel
 from stemcal.report.gallery import gallery
 from stemcal.report.outcome import showing_of
@@ -20,6 +19,7 @@ from stemcal.report.page.page import coded
 from stemcal.report.records import Records, read_records
 from stemcal.report.records import RunCurve as DrawnCurve
 from stemcal.runs.study_folder import StudyFolder
+from stemcal.stages.ledger import LedgerRow, ledger
 from stemcal.stages.result import R
 from stemcal.stages.results import fresh_results
 from stemcal.stages.stage import STAGES, stages_known

@@ -10,13 +10,13 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from stemcal.registry import code_version
 from stemcal.report.records import spec_hash
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.storage.canonical import digest
 from stemcal.storage.plain import open_plain, read_plain
 from stemcal.storage.sealed import MAX_BYTES
 from stemcal.storage.typed import to_json
+from stemcal.version import code_version
 
 if TYPE_CHECKING:
     from stemcal.stages.results import Results

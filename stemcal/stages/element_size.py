@@ -14,13 +14,13 @@ from stemcal.doe.calibration.search_path import Mover, SearchPath, ends_of
 from stemcal.drawing.table import Column, Table
 from stemcal.errors import UsageError
 from stemcal.formats import fixed, interval, significant
-from stemcal.registry import code_version
 from stemcal.stages.fresh import calibrated_parameters
 from stemcal.stages.loop import Loop, PathSteps
 from stemcal.stages.result import Interval
 from stemcal.stages.work import SimulateAt, Work
 from stemcal.study.model.study import Study
 from stemcal.study.types.field_types import Length
+from stemcal.version import code_version
 
 STAGE, STRAIN = "material", "failure_strain"
 TOLERANCE, VALID = 0.02, 0.05  # of the force: where the search ends, and up to where a size is valid

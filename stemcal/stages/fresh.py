@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import Any
 
 from stemcal.errors import UsageError
-from stemcal.registry import code_version
 from stemcal.responses import packages_of
 from stemcal.runs.answer import Progress, Watch, watch_nothing
 from stemcal.runs.executors import RunExecutor
@@ -28,7 +27,7 @@ from stemcal.storage.canonical import digest
 from stemcal.storage.plain import holds
 from stemcal.study.model.laboratory_kind import TESTS
 from stemcal.study.model.study import Study
-from stemcal.version import __version__
+from stemcal.version import __version__, code_version
 from stemcal.vocabulary import FIRST
 
 logger = logging.getLogger(__name__)

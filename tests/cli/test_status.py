@@ -10,10 +10,10 @@ import pytest
 from commanding import REPLAY, command
 from fakes import SPEC, SpecSolver, force, lines
 
-from stemcal.registry import code_version
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.storage.sealed import sealed
 from stemcal.study.types.solver_kind import SOLVERS
+from stemcal.version import code_version
 
 pytestmark = pytest.mark.usefixtures("without_workers")
 TWO = "rsm: {factors: [yield_stress, failure_strain], centre_points: 3}\n"

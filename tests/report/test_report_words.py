@@ -13,7 +13,6 @@ from workflow import calibrate
 
 from stemcal.drawing.style import svg
 from stemcal.drawing.table import Table
-from stemcal.overview.status import ledger
 from stemcal.report.export import document, numbered, study_tables
 from stemcal.report.gallery import gallery
 from stemcal.report.outcome import certainty, outcome_sentences, shown_notes, tables_of
@@ -27,6 +26,7 @@ from stemcal.report.terminal import final_tables
 from stemcal.runs.executors import InlineExecutor
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.stages.invert.result import InvertResult
+from stemcal.stages.ledger import ledger
 from stemcal.stages.results import Results, fresh_results
 from stemcal.stages.rsm.showing import equation
 from stemcal.stages.validate.result import ValidateResult

@@ -15,7 +15,6 @@ from typer.testing import CliRunner
 import stemcal
 from stemcal.cli.app import app
 from stemcal.errors import UsageError
-from stemcal.overview.status import ledger
 from stemcal.report.progress import describe
 from stemcal.runs.answer import watch_nothing
 from stemcal.runs.executors import InlineExecutor
@@ -23,6 +22,7 @@ from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers.options import EmbeddedSolver
 from stemcal.solvers.protocol import Answer, Request, Solver
 from stemcal.stages.element_size import SizedStrain, material_lines, not_valid, strain_of, without_lengths
+from stemcal.stages.ledger import ledger
 from stemcal.stages.work import Work
 from stemcal.study.model.growth import Growth
 from stemcal.study.model.study import Study

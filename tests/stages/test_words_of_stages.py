@@ -12,11 +12,11 @@ import workflow
 
 from stemcal.errors import SpecError, TargetUnreachable
 from stemcal.overview.plan import plan
-from stemcal.overview.status import ledger
 from stemcal.runs.executors import InlineExecutor
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers.protocol import RESPONSES, Answer, Request, Solver
 from stemcal.stages.invert.result import InvertResult
+from stemcal.stages.ledger import ledger
 from stemcal.stages.results import fresh_results
 from stemcal.stages.validate.result import ValidateResult
 from stemcal.stages.verdict.result import Verdict

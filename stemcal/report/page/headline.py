@@ -5,12 +5,11 @@ from dataclasses import dataclass
 from stemcal.drawing.showing import RANGE
 from stemcal.formats import series, significant, unit_written
 from stemcal.notes import Remedy
-from stemcal.registry import code_version
 from stemcal.report.outcome import cited_ranges
 from stemcal.stages.results import Results
 from stemcal.stages.verdict.result import Verdict
 from stemcal.study.model.study import Study
-from stemcal.version import __version__
+from stemcal.version import __version__, code_version
 from stemcal.vocabulary import Wording
 
 _TWO_LINES = 240  # characters

@@ -13,7 +13,7 @@ from stemcal.stages.stage import stage_called
 from stemcal.vocabulary import FIRST, Variable, Wording
 
 if TYPE_CHECKING:
-    from stemcal.overview.status import LedgerRow
+    from stemcal.stages.ledger import LedgerRow
 
 MANY = 4  # factors beyond which columns are headed by symbols instead of names
 

@@ -19,10 +19,9 @@ from types import TracebackType
 from typing import Any, ParamSpec, TypeVar
 
 from stemcal.errors import UsageError
-from stemcal.registry import code_version
 from stemcal.runs.executors import ClusterLost, RunExecutor, WorkerDied
 from stemcal.runs.executors.local import LocalExecutor
-from stemcal.version import __version__
+from stemcal.version import __version__, code_version
 
 logger = logging.getLogger(__name__)
 

@@ -22,9 +22,9 @@ from test_local import Prepared
 import stemcal
 from stemcal.errors import UsageError
 from stemcal.processes.limits import RunTimedOut
-from stemcal.registry import code_version
 from stemcal.runs.executors import ClusterLost, InlineExecutor, WorkerDied
 from stemcal.runs.study_folder import StudyFolder
+from stemcal.version import code_version
 
 pytest.importorskip("distributed", reason="needs Dask: pip install 'stemcal[dask]'")
 
@@ -194,7 +194,7 @@ def test_another_version_is_refused(
     request.addfinalizer(code_version.cache_clear)
     with DaskExecutor(cluster.address) as same:
         assert same.submit(pow, 2, 10).result(timeout=60) == 1024  # a worker has joined; versions are those of workers
-    monkeypatch.setattr("stemcal.registry.__version__", "0.1.0")
+    monkeypatch.setattr("stemcal.version.__version__", "0.1.0")
     code_version.cache_clear()
     with pytest.raises(UsageError, match=r"the study uses 0\.1\.0\+\w+; install the same version of stemcal"):
         DaskExecutor(cluster.address)
@@ -203,7 +203,7 @@ def test_another_version_is_refused(
 def test_code_that_differs_has_another_version_whatever_its_number(tmp_path: Path) -> None:
     copy = tmp_path / "stemcal"
     shutil.copytree(Path(stemcal.__file__).parent, copy, ignore=shutil.ignore_patterns("__pycache__"))
-    code = "from stemcal.registry import code_version; print(code_version())"
+    code = "from stemcal.version import code_version; print(code_version())"
 
     def told() -> str:
         done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=True)

@@ -1,0 +1,120 @@
+"""The runs that the stages of a study ask for, and their records."""
+
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from stemcal.runs.record import Run, by_key, outcome_of, stands
+from stemcal.runs.study_folder import StudyFolder
+from stemcal.solvers import make_solver
+from stemcal.solvers.protocol import Request, Solver
+from stemcal.stages.design import Asked
+from stemcal.stages.stage import STAGES, stages_of
+from stemcal.stages.work import second_time
+from stemcal.storage.rows import Rows
+from stemcal.storage.typed import absent
+from stemcal.study.model.study import Study
+
+
+@dataclass(frozen=True)
+class LedgerRow:
+    """One row of a stage: what was asked and, if a record answers it, what came of it.
+
+    `status` is ok, censored, failed, left or damaged; `again`: whether the next command repeats the run.
+    """
+
+    stage: str
+    run: int
+    key: str
+    status: str
+    response: float | None
+    reason: str
+    message: str
+    again: bool
+    condition: float
+    levels: dict[str, float]
+    replicate: int | None = absent()
+    started: str | None = None
+    wall_seconds: float | None = None
+    tries: int | None = None
+    host: str | None = None
+    stemcal: str | None = None
+
+    @property
+    def request(self) -> Request:
+        """What was asked."""
+        pictured = self.stage in {stage.name for stage in STAGES.built_in if stage.pictured}
+        return Request(self.stage, self.run - 1, self.levels, self.condition, pictured, self.replicate or 0)
+
+
+def asked(study: Study, solver: Solver, folder: StudyFolder | None) -> list[Asked]:
+    """Return what each stage asks of the solver, as far as it is known now."""
+    parts = [part for stage in stages_of(study) if (part := stage.foresee(study, solver, folder)) is not None]
+    return [replace(part, requests=[*part.requests, *second_time(study, part.requests)[1:]]) for part in parts]
+
+
+def missing(part: Asked, study: Study, solver: Solver, folder: StudyFolder | None) -> list[Request]:
+    """Return the distinct runs of a stage that no record answers for good."""
+    distinct = by_key(solver, part.requests)
+    recorded = {key: folder.peek(key) for key in distinct} if folder is not None else {}
+    return [
+        request
+        for key, request in distinct.items()
+        if (record := recorded.get(key)) is None or not stands(record, study.solver.run_limit)
+        if not solver.knows(request)
+    ]
+
+
+def ledger(study: Study, folder: StudyFolder, solver: Solver | None = None) -> Rows[LedgerRow]:
+    """Return the runs of all stages whose runs are known by now, in order."""
+    solver = solver or make_solver(study)
+    return Rows(entries_of(asked(study, solver, folder), study, folder, solver))
+
+
+def entries_of(wanted: Sequence[Asked], study: Study, folder: StudyFolder, solver: Solver) -> list[LedgerRow]:
+    """Return the runs that are `wanted`, and those of stages that decide from run to run."""
+    requests = [request for part in wanted if part.settled for request in part.requests]
+    keys = [Run.of(solver, request).key for request in requests]
+    entries = [entry_of(request, key, study, folder) for request, key in zip(requests, keys, strict=True)]
+    stages = {part.stage for part in wanted}
+    return entries + sorted(_others(set(keys), stages, study, folder, solver), key=lambda e: (e.stage, e.run))
+
+
+def entry_of(request: Request, key: str, study: Study, folder: StudyFolder) -> LedgerRow:
+    """Return a run and, if it has a record, its result."""
+    record, problem = folder.examine(key)
+    asked_for = request.stage, request.row + 1, key
+    levels, replicate = dict(request.levels), request.replicate or None
+    if record is None:
+        status = "damaged" if problem else "left"
+        return LedgerRow(*asked_for, status, None, "", "", True, request.condition, levels, replicate)
+    outcome = outcome_of(record)
+    status = "failed" if not outcome.ok else "censored" if outcome.censored else "ok"
+    said: Mapping[str, Any] = record.get("provenance", {})
+    return LedgerRow(
+        *asked_for,
+        status,
+        outcome.response,
+        outcome.reason,
+        outcome.message,
+        not stands(record, study.solver.run_limit),
+        request.condition,
+        levels,
+        replicate,
+        *(said.get(name) for name in ("started", "wall_seconds", "tries", "host", "stemcal")),
+    )
+
+
+def _others(
+    known: Collection[str], stages: Collection[str], study: Study, folder: StudyFolder, solver: Solver
+) -> Iterator[LedgerRow]:
+    """Yield the records of stages that decide from run to run what to ask next, those of this spec alone."""
+    own = {stage.name: stage.seen(study) for stage in stages_of(study) if stage.name not in stages}
+    solvers = {name: solver if seen is study else make_solver(seen) for name, seen in own.items()}
+    for key in folder.keys():  # noqa: SIM118
+        record = folder.peek(key) if key not in known else None
+        if record is None or record["request"]["stage"] not in solvers:
+            continue
+        request = Request(**record["request"])
+        if Run.of(solvers[request.stage], request).key == key:
+            yield entry_of(request, key, study, folder)
