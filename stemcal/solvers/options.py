@@ -196,6 +196,18 @@ class CommandSolver(ProgramOptions):
         message = "curves can be fitted only if `result` reads a peak force and the travel in mm"
         return message, "add `along: TRAVEL` and `reduction: max` to `result`, or fit only the force"
 
+    def sign_remedy(self, response: str) -> Remedy:
+        """Return the factor −1; of a curve below zero the maximum of the force is its minimum."""
+        name = response if response in self.result else FIRST
+        if (reader := self.result.get(name)) is None:
+            return super().sign_remedy(response)
+        keys = ["reduction: min"] if reader.reduction == "max" else []
+        keys.append(f"scale: {-reader.scale:g}")
+        place = "solver.result" if name == FIRST else f"solver.result.{name}"
+        inner = f"{{{', '.join(keys)}}}"
+        edit = f"solver: {{result: {inner if name == FIRST else f'{{{name}: {inner}}}'}}}"
+        return Remedy(f"Write {' and '.join(f'`{key}`' for key in keys)} in `{place}`.", edit)
+
 
 class DeckSolver(ProgramOptions):
     """LS-DYNA or OpenRadioss, run on a keyword deck of the shear test that stemcal writes.

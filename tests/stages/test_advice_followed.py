@@ -45,6 +45,7 @@ class Law(SpecSolver):
     above: float = 9.0
     rows: frozenset[int] = frozenset()
     without: float = 0.0
+    sign: float = 1.0
 
     def force(self, a: float, b: float, d: float) -> float:
         size = (d / 8.0) ** 2 * (1.0 + 0.05 * b * (d - 8.0) + 0.03 * (d - 9.0) ** 2)
@@ -61,7 +62,7 @@ class Law(SpecSolver):
         force = self.force(a, b, request.condition)
         if self.noise:
             force *= 1.0 + self.noise * (-1.0) ** next(_calls)
-        return Answer("ok", response=force, details={})
+        return Answer("ok", response=self.sign * force, details={})
 
 
 @dataclass
@@ -94,12 +95,13 @@ class Plant:
 SIGN = TWO_FACTORS.replace("high: 0.05}", 'high: 0.05, expected_sign: "-"}')
 KINDS = {
     "good": Plant(""),
-    "out of reach, high": Plant("conflict", truth=(1.9, 0.0)),
-    "out of reach, low": Plant("conflict", truth=(-2.2, 0.0)),
+    "out of reach, high": Plant("out_of_reach", truth=(1.9, 0.0)),
+    "out of reach, low": Plant("out_of_reach", truth=(-2.2, 0.0)),
     "one force out of reach": Plant("out_of_reach", truth=(1.9, 0.6), extra=RSM),
     "edge": Plant("on_the_edge", truth=(1.02, 0.1)),
     "not identified": Plant("not_identified", extra=RSM),
-    "trend": Plant("conflict", growth=0.9),
+    "trend": Plant("trend", growth=0.9),
+    "reversed sign": Plant("reversed_sign", law=Law(sign=-1.0)),
     "contradiction": Plant("conflict", odd=(9.0, 1.22)),
     "noise": Plant("undeclared_scatter", law=Law(noise=0.02)),
     "few runs": Plant("few_runs", extra=RSM.replace("centre_points: 1", "design: latin-hypercube, runs: 6") + ALL),
@@ -125,8 +127,9 @@ def judged(plant: Plant, spec: str, folder: Path) -> Verdict:
     return verdict
 
 
-def followed(plant: Plant, folder: Path) -> Iterator[Verdict]:
+def followed(kind: str, folder: Path) -> Iterator[Verdict]:
     """Yield the verdict of each step; merges edits, or corrects what was planted."""
+    plant = KINDS[kind]
     spec, edits = plant.text(), []
     for step in range(5):
         vars(SOLVERS.named("command"))["make"] = lambda _study, law=plant.law: law
@@ -139,6 +142,8 @@ def followed(plant: Plant, folder: Path) -> Iterator[Verdict]:
             assert remedy.edit not in edits, f"the same advice twice: {remedy.edit}"
             edits.append(remedy.edit)
             spec = merged(spec, remedy.edit)
+            scale = yaml.safe_load(spec)["solver"]["result"].get("scale", 1.0)
+            plant = replace(plant, law=replace(plant.law, sign=scale * KINDS[kind].law.sign))
         elif plant.corrected() != plant:
             plant = plant.corrected()
             kept = {key: value for key, value in yaml.safe_load(spec).items() if key in ("rsm", "invert", "solver")}
@@ -160,7 +165,7 @@ def test_the_first_advice_is_right_and_leads_to_an_end(
 ) -> None:
     monkeypatch.setattr(SOLVERS.named("command"), "make", None)
     plant, steps = KINDS[kind], []
-    for verdict in followed(plant, tmp_path):
+    for verdict in followed(kind, tmp_path):
         steps.append(verdict)
     kinds = [[reason.kind for reason in verdict.reasons] for verdict in steps]
     assert (kinds[0][0] if kinds[0] else "") == plant.first, kinds

@@ -69,3 +69,11 @@ def test_levels_outside_the_ranges_are_not_advised() -> None:
     """d^2.5 more over 7 to 11 mm needs yield stresses over a factor of 3.1, and the range has 2."""
     measured = np.array([Law(d).force(14.0 * (d / 8.0) ** 2.5, 0.03) for d in DIAMETERS])
     assert all(one.worst_percent > 5.0 for one in remedies_of(fitted(measured), CODING.names))
+
+
+def test_values_that_have_no_logarithm_are_left_out_with_their_diameter() -> None:
+    """d^2.5 over d^2 at 8 to 11 mm, whatever a program returned at 7 mm."""
+    d = [7.0, 8.0, 9.0, 10.0, 11.0]
+    measured, simulated = [x**2.5 for x in d], [-1.0, *(x**2.0 for x in d[1:])]
+    assert trend_of(d, measured, simulated, [0.01] * 5).exponent == pytest.approx(0.5)
+    assert trend_of(d[:3], measured[:3], simulated[:3]) is None

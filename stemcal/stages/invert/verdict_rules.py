@@ -3,9 +3,10 @@
 from collections.abc import Iterator, Sequence
 from math import isfinite
 
-from stemcal.formats import change, series, short, signed_probability
+from stemcal.doe.calibration.region import extremes
+from stemcal.formats import change, counted, interval, series, short, signed_probability
 from stemcal.notes import Note, Remedy, Severity
-from stemcal.stages.fitting import Surfaces
+from stemcal.stages.fitting import Surfaces, fitted_surfaces, measured_means
 from stemcal.stages.invert.options import chose_conditions
 from stemcal.stages.invert.result import Certainty, Contradicted, InvertResult, JointFitted
 from stemcal.stages.stage import calibrating
@@ -13,9 +14,10 @@ from stemcal.stages.verdict import advice, words
 from stemcal.stages.verdict.trend_advice import for_trend, standard_error, trend_reason
 from stemcal.stages.verdict.verdict_rules import BEYOND_DOUBT, Evidence, Rank, ranked
 from stemcal.study.model.study import Study
-from stemcal.vocabulary import FORCE, Wording
+from stemcal.vocabulary import Wording
 
 MISSED_PERCENT = 2.0
+_SAME_SIDE = 0.25  # of the largest error, up to which one to the other side is none
 _NEAR_RADIUS, _NEAR_END = 0.98, 0.01
 
 
@@ -25,10 +27,12 @@ def trend(evidence: Evidence) -> Iterator[Note]:
     study, surface, found = evidence.study, evidence.of(Surfaces), evidence.of(InvertResult)
     if surface is None or found is None or found.joint is None:
         return
+    if _all_out_of_reach(evidence, found.joint) is not None:
+        return  # wider ranges come first
     rows = [
         (row.condition, row.measured, row.predicted, standard_error(row.measured, row.sd, row.n))
         for row in found.joint.rows
-        if row.response == FORCE.name
+        if row.response == study.naming.response.name
     ]
     worst, solution = found.joint.max_abs_error_percent, found.point.solution
     yield from trend_reason(evidence, rows, worst, lambda: for_trend(study, surface, solution))
@@ -43,6 +47,11 @@ def conflict(evidence: Evidence) -> Iterator[Note]:
         return
     apart, missed = joint.contradiction, joint.max_abs_error_percent > evidence.equivalent_percent
     if apart is not None:
+        if (reach := _all_out_of_reach(evidence, joint)) is not None:
+            yield Note(
+                "out_of_reach", "error" if evidence.mostly_off else "warning", reach, _of_conflict(evidence, joint)
+            )
+            return
         one_place = len({row.condition for row in (*joint.rows, *joint.further)}) == 1
         beyond = evidence.mostly_off or (one_place and joint.df < 1 and apart.p < BEYOND_DOUBT)
         text = _contradiction(apart, evidence.names)
@@ -50,6 +59,29 @@ def conflict(evidence: Evidence) -> Iterator[Note]:
     elif missed and joint.p is None:
         text = f"The largest error of the joint fit is {joint.max_abs_error_percent:.0f} %."
         yield Note("conflict", "error" if evidence.mostly_off else "warning", text, _of_conflict(evidence, joint))
+
+
+def _all_out_of_reach(evidence: Evidence, joint: JointFitted) -> str | None:
+    """Return that means are out of reach which do not contradict each other: the fit misses all to the same side."""
+    surface, found = evidence.of(Surfaces), evidence.of(InvertResult)
+    assert surface is not None and found is not None
+    errors = [row.error_percent for row in (*joint.rows, *joint.further)]
+    worst = max(errors, key=abs)
+    if any(error * worst < -_SAME_SIDE * worst**2 for error in errors):
+        return None
+    if not (joint.out_of_reach and _on_edge(evidence, list(found.point.coded.values()))):
+        return None
+    names, places = evidence.names, [(mean.response, mean.condition) for mean in joint.out_of_reach]
+    for mean, fitted in zip(measured_means(evidence.study), fitted_surfaces(evidence.study, surface), strict=True):
+        if (mean.named.name, mean.condition) == places[0]:
+            low, high = (float(fitted.predict(end)[0]) for end in extremes(fitted, surface.region))
+            count = f"{len(places)} of {counted(len(errors), 'measured value')}"
+            return (
+                f"The factor ranges are too narrow for {count}: the {mean.named.long}{names.at(mean.condition)} is "
+                f"{mean.named.text(mean.value, '.4g')}, but the ranges allow only "
+                f"{interval((low, high))}{mean.named.unit_suffix}."
+            )
+    return None
 
 
 def _contradiction(found: Contradicted, names: Wording) -> str:

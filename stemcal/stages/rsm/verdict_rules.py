@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections import Counter, defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from math import isfinite
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 from stemcal.doe.calibration.region import extremes
 from stemcal.doe.coding import Array
 from stemcal.doe.regression.surface import ROUGH_PERCENT
-from stemcal.formats import counted, series
+from stemcal.formats import counted, minus, series
 from stemcal.notes import Note, Remedy
 from stemcal.stages.fitting import fitted_surfaces, measured_means
 from stemcal.stages.rsm.result import RsmResult
@@ -21,10 +22,12 @@ from stemcal.stages.verdict import advice
 from stemcal.stages.verdict.verdict_rules import Evidence, Rank, ranked
 from stemcal.stages.work import SAME
 from stemcal.study.model.study import Study
+from stemcal.vocabulary import FIRST
 
 # A force in kN, kgf or g besides one in N, and mass besides force: how many times the one is the other.
 UNITS = {1000.0: "kN and N, or mm and m", 9.80665: "kgf and N", 1000.0 / 9.80665: "g and N"}
 _FAR, _ROOM = 3.0, 0.25
+_SIGNS = 3  # runs without which a sign may be chance
 _MANY = 0.1  # share of failed runs that is a reservation by itself
 _RETRY = (
     "Fix the causes of the failures (listed by `stemcal status SPEC --failed`), then run `stemcal run SPEC --retry`."
@@ -52,6 +55,24 @@ def undeclared_scatter(evidence: Evidence) -> Iterator[Note]:
             )
             yield Note("undeclared_scatter", "error", text, study.solver.chance_remedy())
             return
+
+
+@ranked(Rank.DATA)
+def reversed_sign(evidence: Evidence) -> Iterator[Note]:
+    """Yield that every run returned a negative value of a response, although the measured one is positive."""
+    naming = evidence.study.naming
+    for named in (naming.response, *naming.others):
+        name = FIRST if named == naming.response else named.name
+        runs = (run for result in evidence.results.done for run in getattr(getattr(result, "design", None), "runs", ()))
+        values = [value for run in runs if isfinite(value := run.number(name))]
+        if len(values) < _SIGNS or max(values) >= 0.0 or named.apart:
+            continue
+        ends = f"{named.text(min(values), '.4g')} to {named.text(max(values), '.4g')}"
+        text = (
+            f"The sign of the simulated {named.long} is reversed: all {len(values)} runs returned negative values "
+            f"({minus(ends)}), but the measured values are positive."
+        )
+        yield Note("reversed_sign", "error", text, evidence.study.solver.sign_remedy(named.name))
 
 
 @ranked(Rank.DATA)
@@ -118,12 +139,16 @@ def failed_runs(evidence: Evidence) -> Iterator[Note]:
     unknown = _error_unknown(evidence.study, surface)
     if not failed.any() or (not unknown and failed.mean() < _MANY):
         return
-    text = (
-        f"{failed.sum()} of {counted(len(failed), 'response surface run')} failed, at {_where(surface, coded[failed])}."
+    more = advice.more_runs(surface)
+    beyond = _beyond_of(evidence.study, surface, coded, failed)
+    where, remedy = beyond or (
+        f"They are at {_where(surface, coded[failed])}.",
+        replace(more, text=f"{_RETRY} {more.text}"),
     )
+    text = f"{failed.sum()} of {counted(len(failed), 'response surface run')} failed. {where}"
     if unknown:
         text += " The error of the response surface cannot be estimated from the remaining runs."
-    yield Note("failed_runs", "warning", text, _after_failures(evidence.study, surface, coded, failed))
+    yield Note("failed_runs", "warning", text, remedy)
 
 
 @ranked(Rank.IDENTIFICATION)
@@ -150,25 +175,42 @@ def _where(surface: RsmResult, coded: Array) -> str:
     return series(f"{n} {a:.4g}{f' to {b:.4g}' if b > a else ''}{units[n]}" for n, a, b in ends)
 
 
-def _after_failures(study: Study, surface: RsmResult, coded: Array, failed: NDArray[np.bool_]) -> Remedy:
-    """Return the range that leaves failed runs at one end of a factor out; else more runs."""
-    for j, name in enumerate(surface.names):
-        scale = surface.coding[name]
+def _beyond_of(study: Study, surface: RsmResult, coded: Array, failed: NDArray[np.bool_]) -> tuple[str, Remedy] | None:
+    """Return the same as `_beyond` of the runs of a surface."""
+    rows = [dict(zip(surface.names, row, strict=True)) for row in surface.scales.to_natural(coded).tolist()]
+    bad, good = ([row for row, lost in zip(rows, failed, strict=True) if lost == which] for which in (True, False))
+    return _beyond(study, bad, good)
+
+
+def _beyond(
+    study: Study, bad: Sequence[Mapping[str, float]], good: Sequence[Mapping[str, float]]
+) -> tuple[str, Remedy] | None:
+    """Return the level of a factor above or below which all runs failed and no other, and the range without them."""
+    varied = [factor for factor in study.factors if all(factor.name in row for row in (*bad, *good))]
+    for factor in varied if len(bad) > 1 and good else ():
         for side, key in ((1.0, "high"), (-1.0, "low")):
-            bad, good = side * coded[failed, j], side * coded[~failed, j]
-            if bad.min() > good.max() and bad.min() > 0.0:
-                end = float(f"{scale.natural(side * 0.5 * (bad.min() + good.max())):.3g}")
-                beyond = f"because all runs {'above' if side > 0 else 'below'} this value failed"
-                edit = f"factors: [{{name: {name}, {key}: {end:g}}}]"
-                return Remedy(f"Set `{key}` of {name} to {end:g} {beyond}.", edit)
-    more = advice.more_runs(surface)
-    return replace(more, text=f"{_RETRY} {more.text}")
+            nearest = min(side * row[factor.name] for row in bad)
+            last = max(side * row[factor.name] for row in good)
+            if nearest <= last or nearest <= side * factor.centre:
+                continue
+            end = float(f"{side * 0.5 * (nearest + last):.3g}")
+            unit = f" {factor.unit}".removesuffix(" 1")
+            beyond, within = ("at least", "up to") if side > 0.0 else ("at most", "from")
+            where = (
+                f"All runs with {factor.name} of {beyond} {side * nearest:.4g}{unit} failed, and no run {within} "
+                f"{side * last:.4g}{unit}."
+            )
+            edit = f"factors: [{{name: {factor.name}, {key}: {end:g}}}]"
+            return where, Remedy(f"Set `{key}` of {factor.name} to {end:g}{unit}.", edit)
+    return None
 
 
 def _lost(evidence: Evidence) -> Iterator[Note]:
     """Yield that runs failed before a surface could be fitted, and at which conditions none was left."""
     tried, failed, why = Counter[float](), Counter[float](), Counter[str]()
+    levels: dict[bool, list[Mapping[str, float]]] = {True: [], False: []}
     for record in evidence.records:
+        levels[record["status"] == "ok"].append(record["request"]["levels"])
         at = float(record["request"].get("condition") or 0.0)
         tried[at] += 1
         if record["status"] != "ok":
@@ -179,7 +221,8 @@ def _lost(evidence: Evidence) -> Iterator[Note]:
     none_left = [at for at in failed if failed[at] == tried[at]]
     text = f"{sum(failed.values())} of {counted(sum(tried.values()), 'run')} failed ({why.most_common(1)[0][0]})"
     text += f", including all runs{evidence.names.at(*none_left)}." if none_left else "."
-    yield Note("failed_runs", "error", text, Remedy(_RETRY))
+    where, remedy = _beyond(evidence.study, levels[False], levels[True]) or ("", Remedy(_RETRY))
+    yield Note("failed_runs", "error", f"{text} {where}".rstrip(), remedy)
 
 
 # ---- what the surface reaches, and whether it can be believed
@@ -240,6 +283,7 @@ def rough_response(evidence: Evidence) -> Iterator[Note]:
 
 RULES = (
     undeclared_scatter,
+    reversed_sign,
     probable_unit,
     failed_runs,
     few_runs,

@@ -4,6 +4,7 @@ from collections.abc import Iterator
 
 from stemcal.notes import Note, Remedy, Severity
 from stemcal.stages.invert.options import chose_conditions
+from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.validate.result import ValidateResult
 from stemcal.stages.verdict import advice
 from stemcal.stages.verdict.trend_advice import standard_error, trend_reason
@@ -56,10 +57,11 @@ def validation(evidence: Evidence) -> Iterator[Note]:
 
 @ranked(Rank.TREND)
 def trend(evidence: Evidence) -> Iterator[Note]:
-    """Yield that the error follows the diameter, where one force was fitted."""
+    """Yield that the error follows the diameter, where one force was fitted and determines the parameters."""
     study, checked = evidence.study, evidence.of(ValidateResult)
-    if checked is None or checked.is_given or study.joint_targets:
-        return
+    found = evidence.of(InvertResult)
+    if checked is None or checked.is_given or study.joint_targets or found is None or found.certainty.not_identified:
+        return  # other parameters that fit as well may follow the diameter
     rows = [
         (row.condition, row.measured, row.simulated, standard_error(row.measured, row.sd, row.n))
         for row in checked.compared

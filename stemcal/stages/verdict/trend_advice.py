@@ -20,7 +20,8 @@ from stemcal.stages.fitting import Surfaces, fitted_surfaces, measured_means
 from stemcal.stages.verdict.verdict_rules import Evidence
 from stemcal.study.model.study import Study
 from stemcal.study.types.factor import PARAMETERS
-from stemcal.vocabulary import FIRST
+from stemcal.study.types.units import UnitError, parse_unit
+from stemcal.vocabulary import DIAMETER, FIRST, Variable, Vocabulary, Wording
 
 # A trend changes the force by at least this over the diameters; less is not worth a parameter.
 _LEAST_CHANGE = 0.03
@@ -84,11 +85,14 @@ def trend_of(
     >>> trend_of(d, [x**2.0 for x in d], [x**2.0 for x in d]) is None
     True
     """
-    law = fit_power_law(diameters, [a / b for a, b in zip(measured, simulated, strict=True) if b > 0.0])
+    errors = scatter or [None] * len(diameters)
+    rows = [row for row in zip(diameters, measured, simulated, errors, strict=True) if row[1] > 0.0 and row[2] > 0.0]
+    law = fit_power_law([row[0] for row in rows], [row[1] / row[2] for row in rows]) if len(rows) > 2 else None
     if law is None or law.exponent_interval is None:
         return None
+    diameters = [row[0] for row in rows]
     x = np.log(diameters) - np.mean(np.log(diameters))
-    known = np.array([0.0 if error is None else error for error in scatter or [None] * len(x)])
+    known = np.array([0.0 if row[3] is None else row[3] for row in rows])
     within = _NORMAL * float(np.linalg.norm(x * known) / (x @ x))  # b = Σ x ln r / Σ x²
     low, high = law.exponent_interval
     change = abs(law.exponent) * float(np.log(max(diameters) / min(diameters)))
@@ -106,17 +110,36 @@ def trend_reason(
     worst_percent: float,
     remedy: Callable[[], Remedy],
 ) -> Iterator[Note]:
-    """Yield that the error follows the diameter, if it does; `rows` are diameter, both forces and standard error."""
-    study = evidence.study
-    if len(rows) < 3 or not (study.naming.is_force_on_stems and study.naming.is_cutting and study.kind.simulates_stems):
+    """Yield that the error follows the condition, if that is a length.
+
+    `rows` are the condition, both values of the response and the standard error of the measured one.
+    """
+    naming = evidence.study.naming
+    if len(rows) < 3 or not is_length(naming.condition) or any(row[0] <= 0.0 for row in rows):
         return
     if (law := trend_of(*zip(*rows, strict=True))) is not None:
         how = "more steeply" if law.exponent > 0.0 else "less steeply"
+        noun, symbol = ("diameter", "d") if naming.condition == DIAMETER else _of_condition(naming)
+        response = naming.response.noun
         text = (
-            f"The error depends on diameter d: the measured force increases {how} than the simulated force, by a "
-            f"factor of d^{abs(law.exponent):.2f}. The largest error of the simulation is {worst_percent:.1f} %."
+            f"The error depends on {noun} {symbol}: the measured {response} increases {how} than the simulated "
+            f"{response}, by a factor of {symbol}^{abs(law.exponent):.2f}. The largest error of the simulation is "
+            f"{worst_percent:.1f} %."
         )
         yield Note("trend", "error" if evidence.mostly_off else "warning", text, remedy())
+
+
+def is_length(condition: Variable | None) -> bool:
+    """Return whether a condition is a length, which responses can grow with by a power law."""
+    try:
+        return condition is not None and parse_unit(condition.unit).dimension == "length"
+    except UnitError:
+        return False
+
+
+def _of_condition(naming: Vocabulary) -> tuple[str, str]:
+    assert naming.condition is not None
+    return f"the {naming.condition.noun}", naming.condition.symbol
 
 
 def remedies_of(fitted: Fitted, may_grow: Sequence[str]) -> list[Change]:
@@ -174,7 +197,16 @@ def _worst(forces: Array, measured: Array) -> float:
 
 
 def for_trend(study: Study, surface: Surfaces, solution: Mapping[str, float]) -> Remedy:
-    """Return the two changes that remove an error that follows the diameter best, with their predicted errors."""
+    """Return the two changes that remove an error that follows the diameter best, with their predicted errors.
+
+    A program has its own material and lengths, so that only the user can change how they follow the condition.
+    """
+    if not study.kind.simulates_stems:
+        noun = Wording(study.naming).condition.noun
+        return Remedy(
+            f"Check which lengths and properties of the simulation change with the {noun}, or add a factor whose "
+            f"effect depends on the {noun}."
+        )
     means = [(i, mean) for i, mean in enumerate(measured_means(study)) if mean.response == FIRST]
     every = fitted_surfaces(study, surface)
     fitted = Fitted(

@@ -115,8 +115,9 @@ def verdict_of(study: Study, folder: StudyFolder, results: Results | None = None
     evidence = Evidence(study, results, physics_of(study, results, folder), folder)
     rules = [*RULES, *(rule for stage in stages_of(study) for rule in stage.reasons())]
     reasons = [(_rank(rule, reason), reason) for rule in rules for reason in rule(evidence)]
-    if any(reason.kind == "probable_unit" for _, reason in reasons):  # no range corrects a unit
-        reasons = [(rank, reason) for rank, reason in reasons if rank != Rank.REACH]
+    if any(reason.kind in ("probable_unit", "reversed_sign") for _, reason in reasons):
+        # nothing that compares measured and simulated values is advice before these are corrected
+        reasons = [(rank, reason) for rank, reason in reasons if rank in (Rank.DATA, Rank.UNFINISHED, Rank.PHYSICS)]
     if any(rank in (Rank.DATA, Rank.REACH) and reason.severity == "error" for rank, reason in reasons):
         # the study cannot continue, so that to run its other stages is no advice
         reasons = [(rank, reason) for rank, reason in reasons if reason.kind != "unfinished"]

@@ -72,6 +72,10 @@ class SolverOptions(Frozen):
         """Return why a run has no force–travel curve and what to do; None if it has one."""
         return f"the {self.title} solver returns no force–travel curve to compare with `curves`", "fit only the force"
 
+    def sign_remedy(self, _response: str) -> Remedy:
+        """Return how to reverse the sign of a response that the solver returns."""
+        return Remedy("Reverse the sign of the values that the solver returns, then run the study again.")
+
     def chance_remedy(self) -> Remedy:
         """Return how to declare or remove the randomness of its answers."""
         text = (
