@@ -17,7 +17,7 @@ from stemcal.by_hand.row_checks import RowRefused, by_name, first_of, meant_run,
 from stemcal.by_hand.run_sheet import FAILED, STUDY, WHEN, WHO, Filled, narrow, run_name
 from stemcal.errors import StemcalError, UsageError
 from stemcal.runs.answer import keep
-from stemcal.runs.record import Run, stands
+from stemcal.runs.record import Run, is_final
 from stemcal.runs.study_folder import StudyFolder, provenance
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import RESPONSES, Answer, Request, Solver
@@ -181,7 +181,7 @@ def _against_record(
 ) -> Literal["taken", "known", "replaced"]:
     """Return whether a result is new, known or replaces another; refuse one that is known otherwise."""
     filled = result.filled
-    before = None if record is None or not stands(record, study.by_hand.solver.run_limit) else _answer_in(record)
+    before = None if record is None or not is_final(record, study.by_hand.solver.run_limit) else _answer_in(record)
     if before is None or record is None:
         return "taken"
     if _agree(before, result.answer):

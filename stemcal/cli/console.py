@@ -76,9 +76,9 @@ class _Envelope:
         from stemcal.storage.canonical import jsonable
 
         status = EXIT_CODES.get(code, EXIT_CODES[1])[0]
-        said = {"command": self.command, "status": status, "result": jsonable(self.result), "notes": self.notes}
+        envelope = {"command": self.command, "status": status, "result": jsonable(self.result), "notes": self.notes}
         self.command = ""
-        say_text(json.dumps(said, indent=2, ensure_ascii=True, allow_nan=False))
+        say_text(json.dumps(envelope, indent=2, ensure_ascii=True, allow_nan=False))
 
 
 envelope = _Envelope()

@@ -66,7 +66,7 @@ def tables(spec: Spec, kind: TableFormat = "csv", out: Out = None, as_json: AsJs
     found = study_tables(study, results, holds)
     plots = gallery(study, results, read_records(results, folder)) if kind == "docx" else []
     plots = [plot for plot in plots if plot.on_page and not plot.detail and (holds or not plot.claims)]
-    _tell([str(path) for path in export_tables(found, kind, folder.path / "tables", plots)], as_json)
+    _print_paths([str(path) for path in export_tables(found, kind, folder.path / "tables", plots)], as_json)
 
 
 @app.command()
@@ -100,14 +100,14 @@ def figures(
     kinds = ["svg", "png"] if kind is None else [kind]
     paths = write_as([plot for found in drawn for plot in found], folder.path / "figures", kinds, dpi, width)
     paths += [write_film(study, records, folder, name) for name in names or () if name.startswith(ANIMATION)]
-    _tell([str(path) for path in paths], as_json)
+    _print_paths([str(path) for path in paths], as_json)
 
 
 app.command("deck")(export_program.export_deck)
 app.command("material")(export_program.export_material)
 
 
-def _tell(paths: list[str], as_json: bool) -> None:
+def _print_paths(paths: list[str], as_json: bool) -> None:
     if as_json:
         say_json({"files": paths})
     else:

@@ -143,9 +143,9 @@ def shear(
     files = [path for path in find_files(folder) if index is None or path.resolve() != index.resolve()]
     tests = measure_shear(files, how, listed, exclude or [])
     rows, targets = [specimen.row() for specimen in tests.specimens], target_rows(tests, work)
-    told = {"specimens": rows, "grades": tests.grades, "power_law": tests.power_law, "synthetic": tests.synthetic}
+    results = {"specimens": rows, "grades": tests.grades, "power_law": tests.power_law, "synthetic": tests.synthetic}
     section = section_of(targets)
-    content = {"schema_version": 2, "stage": "measure-shear", **to_json(told), "targets": section}
+    content = {"schema_version": 2, "stage": "measure-shear", **to_json(results), "targets": section}
     if spec:
         _rewrite(spec, lambda text: with_rows(text, {"": targets}))
     if out:

@@ -109,8 +109,8 @@ def check(spec: Spec, out: Out = None, workers: Workers = None, as_json: AsJson 
     remarks = [str(one) for one in before if one.severity != "warning"]
     remarks += map(str, found.notes) if found else ()
     if as_json:
-        said = {"warnings": warnings, "remarks": remarks, "plan": None if found is None else to_json(found)}
-        say_json({"ok": True, "problems": [], **said})
+        details = {"warnings": warnings, "remarks": remarks, "plan": None if found is None else to_json(found)}
+        say_json({"ok": True, "problems": [], **details})
     else:
         count = f", {len(warnings)} warning{'s' * (len(warnings) > 1)}" if warnings else ""
         say_whole(f"{spec}: OK{count}. {study}.")

@@ -51,7 +51,7 @@ class Curvature:
     curved: bool
 
 
-def stands_out(effect: Effect, size: Lenth) -> bool:
+def is_beyond_margin(effect: Effect, size: Lenth) -> bool:
     """Return whether an effect exceeds Lenth's margin of error."""
     return size.me is not None and abs(effect.effect) > size.me
 

@@ -174,9 +174,9 @@ def _axis(axis: Any, ends: list[float], limits: tuple[float, float]) -> dict[str
     """Return an axis: its ends in points and in units, whether it is logarithmic, its name and its unit."""
     label = "" if _words(axis) else axis.get_label_text().replace("\n", " ").replace("\\$", "$")
     name, comma, unit = label.rpartition(", ")
-    said = {"name": name if comma else label, "unit": f" {unit}" if comma else ""}
+    heading = {"name": name if comma else label, "unit": f" {unit}" if comma else ""}
     return {"ends": [_rounded(end) for end in ends], "from": limits[0], "to": limits[1],
-            "log": axis.get_scale() == "log"} | said  # fmt: skip
+            "log": axis.get_scale() == "log"} | heading  # fmt: skip
 
 
 def _words(axis: Any) -> dict[float, str]:

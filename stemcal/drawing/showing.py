@@ -99,7 +99,7 @@ class Showing(Checked, Generic[R]):
         """Return the 95 % confidence interval of each parameter that it sets, to cite."""
         return {}
 
-    def beside(self, result: R, holds: bool) -> list[str]:
+    def validity(self, result: R, holds: bool) -> list[str]:
         """Return what the parameters are valid with and, where the study `holds`, what their ranges assume."""
         return []
 

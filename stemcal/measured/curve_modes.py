@@ -87,12 +87,12 @@ class CurveModes:
 
     def scores(self, travel: Array, force: Array) -> list[float]:
         """Return the score of each mode of a curve, N."""
-        beside = (
+        shapes = (
             self._on_grid(travel, force)
             - np.array(self.centre)
             - np.array(self.along_force) * (float(force.max()) - self.force)
         )
-        return [float(score) for score in self.force * (1.0 + np.array(self.weights) @ beside)]
+        return [float(score) for score in self.force * (1.0 + np.array(self.weights) @ shapes)]
 
 
 def on_grid(travel: Array, force: Array, mean_force: float, mean_travel: float) -> Array:

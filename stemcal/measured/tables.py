@@ -244,8 +244,8 @@ def _data_run(lines: Sequence[Line], decimal: str, ragged: bool) -> _Run:
         if line.remark or all(as_number(cell, decimal) is None for cell in line.cells):
             width = filled = 0
             continue
-        goes_on = len(line.cells) == width or (ragged and filled >= _SETTLED and len(line.cells) < width)
-        if not goes_on:
+        continues = len(line.cells) == width or (ragged and filled >= _SETTLED and len(line.cells) < width)
+        if not continues:
             begin, width, filled = index, len(line.cells), 0
         filled += 1
         if filled > most:

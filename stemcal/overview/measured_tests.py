@@ -65,9 +65,9 @@ def measure_tests(
             )
         if not folder.is_dir():
             raise UsageError(f"{folder} does not exist; specify a folder that contains one subfolder for each test")
-        told = ", ".join(test.name for test in study.tests)
+        names = ", ".join(test.name for test in study.tests)
         raise UsageError(
-            f"{folder} has no subfolder named after a test; name the subfolders after the tests of {study.name}: {told}"
+            f"{folder} has no subfolder named after a test; name them after the tests of {study.name}: {names}"
         )
     asked = [one.partition("/") for one in exclude]
     if unknown := [one for one in asked if one[0] not in {test.name for test in there}]:

@@ -96,8 +96,8 @@ def _study(given: Study | str | Path) -> Study:
 
 def _warn_before(demand: Demand, workers: int) -> None:
     """Warn of what takes days; refuse what needs more than this machine has."""
-    for said in warnings_before(demand, workers):
-        warnings.warn(said, stacklevel=3)
+    for warning in warnings_before(demand, workers):
+        warnings.warn(warning, stacklevel=3)
 
 
 def open_results(folder: str | Path, study: Study | None = None) -> StudyResults:

@@ -12,7 +12,7 @@ from dataclasses import asdict, dataclass
 
 from stemcal.errors import RunsFailed, Waiting
 from stemcal.runs.executors import InlineExecutor, RunExecutor
-from stemcal.runs.record import Computed, Outcome, Run, outcome_of, stands
+from stemcal.runs.record import Computed, Outcome, Run, is_final, outcome_of
 from stemcal.runs.retries import Batch
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers.protocol import Request, Solver
@@ -80,7 +80,7 @@ def answer_all(
         if run.key in known or run.key in missing:
             continue
         record = None if run.key in again else folder.load(run.key)
-        if record is not None and stands(record, time_limit):
+        if record is not None and is_final(record, time_limit):
             known[run.key] = outcome_of(record, naming)
         else:
             missing[run.key] = run

@@ -90,7 +90,7 @@ def validated(answer: Answer, naming: Vocabulary = CUTTING) -> Answer:
     return answer
 
 
-def stands(record: Mapping[str, Any], time_limit: float | None) -> bool:
+def is_final(record: Mapping[str, Any], time_limit: float | None) -> bool:
     """Whether a record is final, or its run must be computed again.
 
     Accidents are tried again by the next command, and so is what timed out if it may take longer now.

@@ -33,7 +33,7 @@ logger = logging.getLogger(__name__)
 
 SPEC_PLACE = "spec-path.txt"
 _MOST_NOTE = 1 << 16  # bytes
-SCHEMA_VERSION = 2  # of stage files
+SCHEMA_VERSION = 3  # of stage files
 RECORD_VERSION = 4
 _KEY = re.compile(r"[0-9a-f]{32}")
 _RECORDED = ("identity", "request", "status", "response", "reason", "message", "details", "provenance")

@@ -70,12 +70,14 @@ class Embedded(Solver):
 
     def identity(self, request: Request) -> dict[str, Any]:
         """Return the shear tests as plain values, and the revision of the code that runs them."""
-        beside = [{"name": section.name, **identity(section, test)} for section, test in self._beside(request)]
+        laboratory = [
+            {"name": section.name, **identity(section, test)} for section, test in self._laboratory_tests(request)
+        ]
         return {
             "solver": "embedded",
             "revision": cutting.REVISION,
             "tests": [determining(self._test(request))],
-            **({"laboratory": beside} if beside else {}),
+            **({"laboratory": laboratory} if laboratory else {}),
             **({"curves": asdict(modes)} if (modes := self.study.targets.modes_at(request.condition)) else {}),
             **({"pictured": True} if request.pictured else {}),
         }
@@ -86,7 +88,7 @@ class Embedded(Solver):
             test, modes = self._test(request), self.study.targets.modes_at(request.condition)
             film = Film(test.discretisation.integration.outputs) if request.pictured else None
             result = shear(test, inspect=film)
-            responses, warnings = perform_all(self._beside(request))
+            responses, warnings = perform_all(self._laboratory_tests(request))
             scores = curve_scores(modes, result.history.travel, result.history.force_filtered, result.break_travel)
         except SimulationFailed as failure:
             return Answer("failed", reason=failure.reason, message=str(failure))
@@ -104,16 +106,16 @@ class Embedded(Solver):
 
     def cost_estimate(self, request: Request) -> float:
         """Return roughly how many seconds a request takes on one core."""
-        beside = (test for _, test in self._beside(request))
-        return sum(map(seconds, (*beside, self._test(request))))
+        laboratory = (test for _, test in self._laboratory_tests(request))
+        return sum(map(seconds, (*laboratory, self._test(request))))
 
     def memory_estimate(self, request: Request) -> float:
         """Return roughly how many bytes a process needs for a request."""
-        cuts = [test for _, test in self._beside(request) if isinstance(test, ShearTest)]
+        cuts = [test for _, test in self._laboratory_tests(request) if isinstance(test, ShearTest)]
         meshes = [mesh_size(one.stem, one.discretisation) for one in (self._test(request), *cuts)]
         return _PROCESS + max(mesh.memory for mesh in meshes)
 
-    def belongings(self, diameter: float) -> dict[str, str]:
+    def settings_that_matter(self, diameter: float) -> dict[str, str]:
         """Return the lengths that decide when elements fail, and a failure strain that is not a factor."""
         study, options = self.study, _options(self.study)
         lengths = {
@@ -121,7 +123,7 @@ class Embedded(Solver):
             "edge_spread": study.blade.edge_spread,
             "internal_length": study.material.internal_length,
         }
-        found = {name: _told(length, diameter) for name, length in lengths.items()}
+        found = {name: _length_written(length, diameter) for name, length in lengths.items()}
         if options.elements_through_wall is not None:
             found["elements_through_wall"] = f"{options.elements_through_wall}"
         if options.replicates is not None:
@@ -130,7 +132,7 @@ class Embedded(Solver):
             return found
         return {**found, "failure_strain": f"{study.parameters({}, diameter)['failure_strain']:g}"}
 
-    def _beside(self, request: Request) -> list[tuple[LaboratorySection, AnyTest]]:
+    def _laboratory_tests(self, request: Request) -> list[tuple[LaboratorySection, AnyTest]]:
         """Return the laboratory tests of a run; the mesh of a further cut is where the first has it."""
         wanted = measured_at(self.study, request.condition)
         each = [(one, test_of(self.study, one, request.levels, request.condition)) for one in wanted]
@@ -242,10 +244,10 @@ def _options(study: Study) -> EmbeddedSolver:
     return solver
 
 
-def _told(length: Length, diameter: float) -> str:
+def _length_written(length: Length, diameter: float) -> str:
     """Write a length as the spec does, a share of the diameter also in mm.
 
-    >>> _told(Length(divisor=16.0), 8.0), _told(Length(0.5), 8.0)
+    >>> _length_written(Length(divisor=16.0), 8.0), _length_written(Length(0.5), 8.0)
     ('d/16 (0.5 mm)', '0.5 mm')
     """
     return str(length) if length.divisor is None else f"{length} ({length.at(diameter):.3g} mm)"

@@ -233,8 +233,8 @@ def code_is_zero(ended: Ended) -> None:
         raise SimulationFailed("exit_code", f"the program was terminated by signal {-ended.code}")
     if ended.code != 0:
         last = next((line.strip() for line in reversed(ended.output.splitlines()) if line.strip()), "")
-        said = f": {last[:200]}" if last else ""
-        raise SimulationFailed("exit_code", f"the program ended with exit code {ended.code}{said}")
+        last_line = f": {last[:200]}" if last else ""
+        raise SimulationFailed("exit_code", f"the program ended with exit code {ended.code}{last_line}")
 
 
 # ---- any program: templates in, a number out, or one for each response

@@ -136,7 +136,7 @@ class Solver:
         """Return whether `prepare` takes a while now."""
         return False
 
-    def belongings(self, _condition: float) -> dict[str, str] | None:
+    def settings_that_matter(self, _condition: float) -> dict[str, str] | None:
         """Return the settings on which calibrated values depend, by name, as they are at a stem diameter.
 
         With other settings the same values give another force. None if there are none, or they are unknown.

@@ -86,7 +86,7 @@ def _placeholders_are_used(draft: Draft, solver: CommandSolver) -> Iterator[Find
             yield Finding(("factors", index, "name"), message, "write this placeholder in a template or in the command")
 
 
-def _chance_is_said(draft: Draft, solver: Templated) -> Iterator[Finding]:
+def _chance_is_declared(draft: Draft, solver: Templated) -> Iterator[Finding]:
     """A program that takes a seed, or is asked several times over, is not called deterministic."""
     for node, _, content in () if solver.repeats else _texts(solver):
         found = [] if isinstance(content, OSError) else [name for _, name in placeholders(content)]
@@ -155,7 +155,7 @@ def _command_names_deck(_draft: Draft, solver: DeckSolver) -> Iterator[Finding]:
         )
 
 
-def _keys_belong_to_the_program(_draft: Draft, solver: DeckSolver) -> Iterator[Finding]:
+def _keys_are_of_the_program(_draft: Draft, solver: DeckSolver) -> Iterator[Finding]:
     """A deck's solver has no keys of the other program."""
     key, other = ("home", "openradioss") if solver.program == "lsdyna" else ("command", "lsdyna")
     if key in solver.model_fields_set:
@@ -195,6 +195,6 @@ def _whole_cut_can_part(draft: Draft, solver: EmbeddedSolver) -> Iterator[Findin
 
 
 OF_EMBEDDED = (_elements_fit_stem, _whole_cut_can_part)
-OF_TEMPLATES = (_placeholders_are_known, _chance_is_said, _run_files_differ)
+OF_TEMPLATES = (_placeholders_are_known, _chance_is_declared, _run_files_differ)
 OF_COMMAND = (*OF_TEMPLATES, _placeholders_are_used, _every_response_is_read)
-OF_DECK = (_command_names_deck, _keys_belong_to_the_program, _openradioss_hardens_isotropically)
+OF_DECK = (_command_names_deck, _keys_are_of_the_program, _openradioss_hardens_isotropically)

@@ -118,8 +118,8 @@ class FitSummary:
     @classmethod
     def of(cls, fit: Surface, whole: bool) -> FitSummary:
         """Return what is kept of a fit; the `whole` of it has the analysis of variance."""
-        told = {one.name: getattr(fit, one.name) for one in fields(cls)}
-        return cls(**(told if whole else {**told, "anova": Rows()}))
+        values = {one.name: getattr(fit, one.name) for one in fields(cls)}
+        return cls(**(values if whole else {**values, "anova": Rows()}))
 
 
 @dataclass(frozen=True, kw_only=True)

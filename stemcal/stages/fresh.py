@@ -16,7 +16,7 @@ from stemcal.errors import UsageError
 from stemcal.responses import packages_of
 from stemcal.runs.answer import Progress, Watch, watch_nothing
 from stemcal.runs.executors import RunExecutor
-from stemcal.runs.record import Run, outcome_of, stands
+from stemcal.runs.record import Run, is_final, outcome_of
 from stemcal.runs.study_folder import SCHEMA_VERSION, StudyFolder
 from stemcal.solvers import make_solver
 from stemcal.solvers.program import file_hash
@@ -142,7 +142,7 @@ def changes_since(study: Study, solver: Solver | None, folder: StudyFolder, stag
     differing = sorted(name for name in {*old, *new} if old.get(name) != new.get(name))
     if not differing and _by_hand(study, stage):  # a result that is corrected has the same key
         result = read_result(folder, stage_called(stage).result())
-        return [] if _runs_stand(result, study, folder, whole=False) else ["results"]
+        return [] if _runs_agree(result, study, folder, whole=False) else ["results"]
     return differing
 
 
@@ -179,7 +179,7 @@ def make(stage: Stage[R], study: Study, folder: StudyFolder, executor: RunExecut
     """Run a stage, or read it where it is fresh; its result then is in the folder."""
     with folder:
         if (known := fresh(stage.result(), study, folder)) is not None:
-            return _told(known, watch)
+            return _notified(known, watch)
         return stage.making()(study, folder, executor, watch)
 
 
@@ -220,10 +220,10 @@ def fresh(kind: type[R], study: Study, folder: StudyFolder) -> R | None:
     except UsageError:
         return None
     is_of_study = (result.head.study, result.head.title) == (study.name, study.title)
-    return result if is_of_study and _runs_stand(result, study, folder) and not changed_tables(result, folder) else None
+    return result if is_of_study and _runs_agree(result, study, folder) and not changed_tables(result, folder) else None
 
 
-def _runs_stand(result: StageResult, study: Study, folder: StudyFolder, whole: bool = True) -> bool:
+def _runs_agree(result: StageResult, study: Study, folder: StudyFolder, whole: bool = True) -> bool:
     """Return whether the records of all runs have the responses that the stage was made from.
 
     A record may be missing, or be begun again by the next command, unless the `whole` of them is needed.
@@ -233,15 +233,15 @@ def _runs_stand(result: StageResult, study: Study, folder: StudyFolder, whole: b
         keys = [key for key in outcome.keys if key]
         records = [record for key in keys if (record := folder.peek(key)) is not None]
         if whole and (
-            len(records) < len(keys) or not all(stands(record, study.solver.run_limit) for record in records)
+            len(records) < len(keys) or not all(is_final(record, study.solver.run_limit) for record in records)
         ):
             return False
         done = [found for record in records if (found := outcome_of(record, study.naming)).ok]
         if records and outcome.ok != bool(done):
             return False
         for name in entered if done else ():
-            told = (outcome.of(name),) if outcome.replicates is None else outcome.replicates.of(name)
-            if told not in (tuple(found.of(name) for found in done), (None,)):
+            recorded = (outcome.of(name),) if outcome.replicates is None else outcome.replicates.of(name)
+            if recorded not in (tuple(found.of(name) for found in done), (None,)):
                 return False
     return True
 
@@ -252,7 +252,7 @@ def changed_tables(result: StageResult, folder: StudyFolder) -> list[str]:
     return [name for name, content in files.items() if not holds(folder.path / name, content)]
 
 
-def _told(result: R, watch: Watch) -> R:
+def _notified(result: R, watch: Watch) -> R:
     """Notify the watcher of a stage that is read."""
     outcomes = [outcome for _, outcome in result.runs()]
     distinct = {outcome.keys: outcome.ok for outcome in outcomes}

@@ -4,7 +4,7 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from stemcal.runs.record import Run, by_key, outcome_of, stands
+from stemcal.runs.record import Run, by_key, is_final, outcome_of
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Request, Solver
@@ -60,7 +60,7 @@ def missing(part: Asked, study: Study, solver: Solver, folder: StudyFolder | Non
     return [
         request
         for key, request in distinct.items()
-        if (record := recorded.get(key)) is None or not stands(record, study.solver.run_limit)
+        if (record := recorded.get(key)) is None or not is_final(record, study.solver.run_limit)
         if not solver.knows(request)
     ]
 
@@ -90,18 +90,18 @@ def entry_of(request: Request, key: str, study: Study, folder: StudyFolder) -> L
         return LedgerRow(*asked_for, status, None, "", "", True, request.condition, levels, replicate)
     outcome = outcome_of(record)
     status = "failed" if not outcome.ok else "censored" if outcome.censored else "ok"
-    said: Mapping[str, Any] = record.get("provenance", {})
+    provenance: Mapping[str, Any] = record.get("provenance", {})
     return LedgerRow(
         *asked_for,
         status,
         outcome.response,
         outcome.reason,
         outcome.message,
-        not stands(record, study.solver.run_limit),
+        not is_final(record, study.solver.run_limit),
         request.condition,
         levels,
         replicate,
-        *(said.get(name) for name in ("started", "wall_seconds", "tries", "host", "stemcal")),
+        *(provenance.get(name) for name in ("started", "wall_seconds", "tries", "host", "stemcal")),
     )
 
 

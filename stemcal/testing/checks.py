@@ -49,13 +49,13 @@ def require(holds: bool, message: str) -> None:
 @contextmanager
 def apart(study: Study) -> Iterator[Path]:
     """Work in an empty folder and require that no file remains there or in the folder of the spec."""
-    before, beside = Path.cwd(), study.source.resolve().parent
+    before, spec_folder = Path.cwd(), study.source.resolve().parent
     with TemporaryDirectory() as there, TemporaryDirectory() as place:
-        files = set(beside.rglob("*")) if study.source.is_file() else None
+        files = set(spec_folder.rglob("*")) if study.source.is_file() else None
         os.chdir(there)
         try:
             yield Path(place)
-            left = [*Path(there).iterdir(), *(set(beside.rglob("*")) - files if files is not None else ())]
+            left = [*Path(there).iterdir(), *(set(spec_folder.rglob("*")) - files if files is not None else ())]
         finally:
             os.chdir(before)
         left = [path for path in left if "__pycache__" not in path.parts]

@@ -72,7 +72,7 @@ def test_failed_runs_end_with_three(tmp_path: Path, monkeypatch: Any) -> None:
 
     result = ValidateResult.from_json(
         {
-            "schema_version": 2,
+            "schema_version": 3,
             "stage": "validate",
             "study": "known",
             "parameters": {},

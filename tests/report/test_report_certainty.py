@@ -9,7 +9,7 @@ from stemcal.stages.climb.result import ClimbResult
 from stemcal.stages.invert.showing import profiles
 
 CLIMB: dict[str, Any] = {
-    "schema_version": 2,
+    "schema_version": 3,
     "stage": "climb",
     "study": "known",
     "names": ["a"],

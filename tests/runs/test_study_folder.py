@@ -175,7 +175,7 @@ def test_a_changed_digit_of_a_stage_file_is_seen(folder: StudyFolder) -> None:
 
 
 def test_a_stage_file_without_its_seal_is_damaged(folder: StudyFolder) -> None:
-    (folder.path / "screen.json").write_text('{"schema_version": 2, "stage": "screen"}', encoding="utf-8")
+    (folder.path / "screen.json").write_text('{"schema_version": 3, "stage": "screen"}', encoding="utf-8")
     with pytest.raises(UsageError, match="has no SHA-256 checksum; run `stemcal screen SPEC` again"):
         folder.read_stage("screen")
 
@@ -187,9 +187,9 @@ def test_a_folder_in_the_place_of_a_stage_file_is_told(folder: StudyFolder) -> N
 
 
 def test_stage_files(folder: StudyFolder) -> None:
-    content = {"schema_version": 2, "stage": "screen", "x": 0.1}
+    content = {"schema_version": 3, "stage": "screen", "x": 0.1}
     folder.write_stage("screen", {**content, "x": np.float64(0.1)})
-    whole = f'{{\n  "sha256": "{digest(content)}",\n  "schema_version": 2,\n  "stage": "screen",\n  "x": 0.1\n}}\n'
+    whole = f'{{\n  "sha256": "{digest(content)}",\n  "schema_version": 3,\n  "stage": "screen",\n  "x": 0.1\n}}\n'
     assert (folder.path / "screen.json").read_bytes() == whole.encode()
     assert folder.read_stage("screen") == content
     with pytest.raises(UsageError, match="run `stemcal rsm SPEC` first"):
@@ -201,7 +201,7 @@ def test_stage_files(folder: StudyFolder) -> None:
 
 def test_a_stage_file_of_another_version_is_told(folder: StudyFolder) -> None:
     folder.write_stage("screen", {"schema_version": 1, "stage": "screen"})
-    with pytest.raises(UsageError, match=r"screen.json has schema version 1; .* requires 2; run .* again"):
+    with pytest.raises(UsageError, match=r"screen.json has schema version 1; .* requires 3; run .* again"):
         folder.read_stage("screen")
 
 

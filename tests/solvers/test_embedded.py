@@ -17,13 +17,13 @@ CASES = Path(__file__).parents[1] / "cases" / "good"
 def test_calibrated_values_belong_to_lengths() -> None:
     """Shares of the diameter and what they come to at 8 mm: 8/16, 8/8 and 8/4.5 mm."""
     solver = make_solver(load_study(CONFIGS / "wild-chrysanthemum-as-published.yaml"))
-    assert solver.belongings(8.0) == {
+    assert solver.settings_that_matter(8.0) == {
         "element_size": "d/16 (0.5 mm)",
         "edge_spread": "d/9.5 (0.842 mm)",
         "internal_length": "d/4.5 (1.78 mm)",
     }
     thin = load_study(CONFIGS / "wild-chrysanthemum-as-published.yaml", solver={"elements_through_wall": 4})
-    assert make_solver(thin).belongings(8.0)["elements_through_wall"] == "4"
+    assert make_solver(thin).settings_that_matter(8.0)["elements_through_wall"] == "4"
 
 
 def test_friction_as_a_factor() -> None:
@@ -72,4 +72,4 @@ def test_replicates_move_the_mesh_along_the_stem() -> None:
     assert shifts("validate") == found
     assert shifts(yield_stress=12.0) != found
     assert len({digest(solver.identity(Request("rsm", 0, levels, 8.0, replicate=r))) for r in (0, 1, 2, 3, 4)}) == 5
-    assert study.solver.repeats == 4 and solver.belongings(8.0)["replicates"] == "4"
+    assert study.solver.repeats == 4 and solver.settings_that_matter(8.0)["replicates"] == "4"

@@ -172,8 +172,8 @@ class Fit:
 
     def _spread(self, x: Array) -> Array:
         found = np.ones(len(self.observations))
-        for mine, told, common, separate, chance in self.errors.surfaces:
-            k, n = told.leverages(x)
+        for mine, contrasts, common, separate, chance in self.errors.surfaces:
+            k, n = contrasts.leverages(x)
             found[mine] = np.median(common + separate) * np.diag(k) + np.median(chance, axis=0) * n
         return found
 
@@ -231,10 +231,12 @@ class Fit:
         rows = [*kept, *range(len(self.observations), len(self.draws[0]))]
         place = {i: new for new, i in enumerate(kept)}
         surfaces = []
-        for mine, told, common, separate, chance in self.errors.surfaces:
+        for mine, contrasts, common, separate, chance in self.errors.surfaces:
             here = [a for a, i in enumerate(mine.tolist()) if i in place]
             if here:
-                fewer = replace(told, maps=told.maps[here], runs=told.runs[here], scale=told.scale[here])
+                fewer = replace(
+                    contrasts, maps=contrasts.maps[here], runs=contrasts.runs[here], scale=contrasts.scale[here]
+                )
                 there = np.array([place[int(mine[a])] for a in here])
                 surfaces.append((there, fewer, common, separate, chance[:, here]))
         laboratory = self.errors.laboratory[:, np.array(kept)[:, None], kept]

@@ -70,14 +70,14 @@ def variances(squared: Array, df: Array, uniform: Uniforms) -> Array:
     df : array (m,)
         Infinite where s² is known.
     """
-    told = np.isfinite(squared) & (squared > 0.0)
-    known = (told & np.isinf(df)) | (squared == 0.0)
-    counted = np.where(told, np.minimum(df, _COMMON_SHAPE), 0.0)
-    s2 = np.where(told, squared, 0.0)
+    uncertain = np.isfinite(squared) & (squared > 0.0)
+    known = (uncertain & np.isinf(df)) | (squared == 0.0)
+    counted = np.where(uncertain, np.minimum(df, _COMMON_SHAPE), 0.0)
+    s2 = np.where(uncertain, squared, 0.0)
     if len(squared) == 1:
         shape, scale = np.zeros(uniform.draws), np.ones(uniform.draws)
     else:
-        shape, scale = _alike(s2[told], counted[told], uniform)
+        shape, scale = _alike(s2[uncertain], counted[uncertain], uniform)
     found = np.empty((uniform.draws, len(squared)))
     for i in range(len(squared)):
         if known[i]:
@@ -224,17 +224,17 @@ class Errors:
     @property
     def surface_error_known(self) -> bool:
         """Whether the surfaces of every kind have residual degrees of freedom, or were shown exact by none."""
-        return all(told.df > 0 for _, told, *_ in self.surfaces)
+        return all(contrasts.df > 0 for _, contrasts, *_ in self.surfaces)
 
     def at(self, x: Array) -> Array:
         """Return draws of V at a point, (draws, m, m)."""
         found = self.laboratory.copy()
-        for mine, told, common, separate, chance in self.surfaces:
-            k, n = told.leverages(x)
+        for mine, contrasts, common, separate, chance in self.surfaces:
+            k, n = contrasts.leverages(x)
             part = common[:, None, None] * k
             diagonal = np.arange(len(mine))
             part[:, diagonal, diagonal] += separate[:, None] * np.diag(k) + chance * n
-            found[:, mine[:, None], mine] += part * np.outer(told.scale, told.scale)
+            found[:, mine[:, None], mine] += part * np.outer(contrasts.scale, contrasts.scale)
         return found
 
 
@@ -269,9 +269,9 @@ def errors_of(observations: Sequence[Observation], spare: int) -> Errors:
     surfaces = []
     for kind in dict.fromkeys(kinds.tolist()):
         mine = np.flatnonzero(kinds == kind)
-        told = Contrasts.of([observations[i].surface for i in mine.tolist()])
-        chance = told.by_chance(uniform)
-        surfaces.append((mine, told, *told.missed(chance, uniform), chance))
+        contrasts = Contrasts.of([observations[i].surface for i in mine.tolist()])
+        chance = contrasts.by_chance(uniform)
+        surfaces.append((mine, contrasts, *contrasts.missed(chance, uniform), chance))
     return Errors(laboratory, tuple(surfaces), scatter)
 
 

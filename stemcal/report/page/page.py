@@ -119,7 +119,7 @@ def render(study: Study, folder: StudyFolder, what: _Shown | None = None) -> str
     people = Wording(study.naming, labels=labels)
     use = " ".join(uses(verdict, people))
     cards = headline(results, study, verdict.holds)
-    valid = [line for result in done for line in showing_of(result).beside(result, verdict.holds)]
+    valid = [line for result in done for line in showing_of(result).validity(result, verdict.holds)]
     setting = Setting(study, results, verdict.holds)
     has_grown = results.calibrated and study.material.growing()  # parameters of each stem, once they are calibrated
     grown = [grown_table(study, results.parameters)] if has_grown else []

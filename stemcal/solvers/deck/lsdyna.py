@@ -74,10 +74,10 @@ def failed_elements(folder: Path, printed: str) -> list[float]:
 
 def _require_normal_termination(folder: Path, printed: str) -> None:
     """Raise `SimulationFailed` unless LS-DYNA reports, in spaced letters, normal termination."""
-    said = printed + "".join(tail(folder / name) for name in _MESSAGES)
-    letters = "".join(said.lower().split())
+    messages = printed + "".join(tail(folder / name) for name in _MESSAGES)
+    letters = "".join(messages.lower().split())
     if "errortermination" in letters:
-        lines = [line.strip() for line in said.splitlines() if "*** error" in line.lower()]
+        lines = [line.strip() for line in messages.splitlines() if "*** error" in line.lower()]
         raise SimulationFailed(
             "error_termination", f"LS-DYNA stopped with an error{f': {lines[0][:200]}' if lines else ''}"
         )

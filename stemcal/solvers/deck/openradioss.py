@@ -112,8 +112,8 @@ def run(folder: Path, options: DeckSolver, spec_folder: Path, peak: Callable[...
 def _program_version(there: _Installation) -> str:
     """Return commit and date of build as the starter prints them; empty if it prints neither."""
     try:
-        said = run_program([there.starter, "-version"], Path.cwd(), there.environment, _VERSION_S).output
+        printed = run_program([there.starter, "-version"], Path.cwd(), there.environment, _VERSION_S).output
     except OSError:
         return ""
-    found = [" ".join(match[0].split()) for match in _VERSION.finditer(said)]
+    found = [" ".join(match[0].split()) for match in _VERSION.finditer(printed)]
     return ", ".join(dict.fromkeys(found))

@@ -191,15 +191,15 @@ def starter_accepted(folder: Path, ended: Ended) -> str:
 
 def require_normal_termination(folder: Path, ended: Ended) -> None:
     """Raise `SimulationFailed` unless the engine came to its normal end."""
-    said = f"{text_left(folder, ENGINE_LISTING)}\n{ended.output}"
-    if missing := re.search(r"ERROR: FILE (\S+) NOT FOUND", said):
+    printed = f"{text_left(folder, ENGINE_LISTING)}\n{ended.output}"
+    if missing := re.search(r"ERROR: FILE (\S+) NOT FOUND", printed):
         raise SimulationFailed(
             "no_restart", f"the engine did not find {missing[1]}, the restart file that the starter should have written"
         )
-    if ended.code == 0 and "NORMAL TERMINATION" in said:
+    if ended.code == 0 and "NORMAL TERMINATION" in printed:
         return
-    if "ERROR TERMINATION" in said:
-        wrong = [line.strip() for line in said.splitlines() if "** ERROR" in line]
+    if "ERROR TERMINATION" in printed:
+        wrong = [line.strip() for line in printed.splitlines() if "** ERROR" in line]
         raise SimulationFailed(
             "engine_error", f"the engine stopped with an error{f': {wrong[0][:200]}' if wrong else ''}"
         )

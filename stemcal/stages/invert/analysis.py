@@ -53,7 +53,7 @@ def invert(work: Work, head: Head) -> InvertResult:
     solved = (_solve_jointly if study.joint_targets else solve)(study, head, surface)
     idle = tuple(one.name for one in study.factors if one.prior is not None and one.name not in surface.names)
     notes = (*words.invert_notes(solved), *solved.notes, *([words.prior_unused(idle)] if idle else []))
-    return replace(solved, belongs_to=work.solver.belongings(solved.condition), notes=notes)
+    return replace(solved, depends_on=work.solver.settings_that_matter(solved.condition), notes=notes)
 
 
 def solve(study: Study, head: Head, surface: Surfaces) -> InvertResult:

@@ -105,7 +105,7 @@ def _weighed(targets: tuple[Target, ...], response: str, naming: Vocabulary) -> 
         yield Finding(("targets", min(given)), message, f"add {sd}")
 
 
-def _rule_heeds_priors(draft: Draft) -> Iterator[Finding]:
+def _rule_uses_priors(draft: Draft) -> Iterator[Finding]:
     """With priors the solution is the best fit, not one point of a level set."""
     known = any(factor.prior is not None for factor in draft.factors.values())
     if known and draft.study.of(InvertOptions).rule != "least_coded_distance":
@@ -142,7 +142,7 @@ def _growth_is_seen(draft: Draft) -> Iterator[Finding]:
             yield Finding(("material", name, "at"), message, remedy)
 
 
-InvertOptions.rules = (_joint_conditions_measured, _responses_measured, _rule_heeds_priors, _growth_is_seen)
+InvertOptions.rules = (_joint_conditions_measured, _responses_measured, _rule_uses_priors, _growth_is_seen)
 
 
 def fitted_together(study: Study) -> tuple[Target, ...]:

@@ -162,7 +162,7 @@ class JointFitted:
 class InvertResult(StageResult):
     """The calibrated point, the whole set it was chosen from, every factor's level there.
 
-    `joint` is the fit to several measured means. `belongs_to` are the settings of the solver at the calibration
+    `joint` is the fit to several measured means. `depends_on` are the settings of the solver at the calibration
     diameter that the values depend on.
     """
 
@@ -181,7 +181,7 @@ class InvertResult(StageResult):
     target_sd: float | None = None
     target_n: int | None = None
     parameters: dict[str, float]
-    belongs_to: dict[str, str] | None = absent()
+    depends_on: dict[str, str] | None = absent()
     joint: JointFitted | None = absent()
     priors: Rows[PriorRow] = absent(Rows())
     notes: tuple[Note, ...] = ()

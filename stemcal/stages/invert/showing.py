@@ -53,7 +53,7 @@ class InvertShowing(Showing[InvertResult]):
     def cited(self, result: InvertResult) -> Mapping[str, str]:
         return _ranges(result)
 
-    def beside(self, result: InvertResult, holds: bool) -> list[str]:
+    def validity(self, result: InvertResult, holds: bool) -> list[str]:
         return [*valid_for(result), *(assumptions(result) if holds else [])]
 
     def closing(self, result: InvertResult, setting: Setting) -> list[Table]:

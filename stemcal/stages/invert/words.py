@@ -41,45 +41,45 @@ def known(part: Certainty, stage: InvertResult, names: Wording) -> list[str]:
         for factor, (low, high) in part.intervals.items()
         if factor not in part.free
     ]
-    said = [
+    sentences = [
         f"The prior for {names.in_text(prior.factor)} is {short(prior.mean)} ± "
         f"{with_unit(short(prior.sd), prior.unit)} ({prior.source})."
         for prior in stage.priors
     ]
-    said += [f"The {data} constrains {series(kept)}."] if kept else []
+    sentences += [f"The {data} constrains {series(kept)}."] if kept else []
     if part.free:
-        said.append(f"The {data} does not determine {series(map(names.in_text, part.free), 'or')}.")
+        sentences.append(f"The {data} does not determine {series(map(names.in_text, part.free), 'or')}.")
     for found in part.unseen_changes:
         changes = (change(names.in_text(name), size, part.units[name]) for name, size in found.items())
-        said.append(f"To first order, the {data} hardly changes if {series(changes)}.")
-    return [*said, *assumption(part)]
+        sentences.append(f"To first order, the {data} hardly changes if {series(changes)}.")
+    return [*sentences, *assumption(part)]
 
 
 def assumption(part: Certainty) -> list[str]:
     """Return the assumptions of the intervals about measured values and surfaces; none if both are estimated."""
-    said = []
+    sentences = []
     if part.scatter == "surface":
-        said.append("If no standard deviation is given, the measured value is treated as exact.")
+        sentences.append("If no standard deviation is given, the measured value is treated as exact.")
     if part.known_sd:
-        said.append("If the number of specimens is not given, the standard deviation is treated as exact.")
+        sentences.append("If the number of specimens is not given, the standard deviation is treated as exact.")
     if not part.surface_error_known:
-        said.append(
+        sentences.append(
             "The error of the response surfaces cannot be estimated; the intervals assume an error between "
             f"{100.0 * FINEST:g} and {100.0 * COARSEST:g} % of the response."
         )
-    return said
+    return sentences
 
 
 def valid_for(stage: InvertResult) -> list[str]:
     """Return the settings that the values are valid with."""
-    settings = series(f"{name} {value}" for name, value in (stage.belongs_to or {}).items())
+    settings = series(f"{name} {value}" for name, value in (stage.depends_on or {}).items())
     text = f"The parameters are valid only with {settings}. Always report the parameters together with these settings."
     return [text] if settings else []
 
 
 def assumptions(stage: InvertResult) -> list[str]:
     """Return the assumptions of the 95 % intervals."""
-    fixed_mesh = stage.belongs_to is not None and "replicates" not in stage.belongs_to
+    fixed_mesh = stage.depends_on is not None and "replicates" not in stage.depends_on
     mesh = (
         "The intervals do not include the scatter of the force over mesh positions. To include this "
         "scatter, add `replicates: 5` to the `solver` section."
@@ -148,7 +148,7 @@ def _of_many(joint: JointFitted, names: Wording) -> Iterator[Note]:
             f"{fixed(joint.max_abs_left_out_error_percent, 1)} %."
         )
         yield Note("left_out", "info", text)
-    yield from _beside_formula(joint)
+    yield from _formula_is_as_good(joint)
     if joint.scatter == "misfit":
         text = (
             "Without standard deviations, the relative errors of all values are weighted equally, and the scatter is "
@@ -157,7 +157,7 @@ def _of_many(joint: JointFitted, names: Wording) -> Iterator[Note]:
         yield Note("weights", "caution", text)
 
 
-def _beside_formula(joint: JointFitted) -> Iterator[Note]:
+def _formula_is_as_good(joint: JointFitted) -> Iterator[Note]:
     """Compare the errors of left-out forces with those of a formula without mechanics."""
     formula, model = joint.formula, joint.max_abs_left_out_error_percent
     if formula is not None and model is not None:

@@ -111,7 +111,7 @@ def _model(work: Work, loop: Loop) -> SimulatedBy:
     if not version:
         records = (work.folder.peek(run.outcome.key) for run in loop.runs)
         version = next((str(v) for r in records if r and (v := r["details"].get("program_version"))), "")
-    return SimulatedBy(solver.program_name, version or None, work.solver.belongings(at))
+    return SimulatedBy(solver.program_name, version or None, work.solver.settings_that_matter(at))
 
 
 # ---- in another model: which factors move, and how far
@@ -128,8 +128,9 @@ def _path(work: Work, there: Work, options: RefineOptions, start: Mapping[str, f
     slopes = dict(zip(surface.names, relative.tolist(), strict=True))
     strongest = _OF_MESH if _OF_MESH in slopes else max(slopes, key=lambda name: abs(slopes[name]))
     at = work.study.targets.calibrate_at
-    own = work.solver.belongings(at)
-    same_mesh = own is not None and own == there.solver.belongings(at)  # known to be the same, and lengths too
+    own = work.solver.settings_that_matter(at)
+    # equal mesh and lengths, both known
+    same_mesh = own is not None and own == there.solver.settings_that_matter(at)
     steps = {name: scale.half_step for name, scale in surface.coding.items()}
     return SearchPath(
         tuple(

@@ -20,7 +20,7 @@ class SimulatedBy:
 
     kind: str
     version: str | None = None
-    belongs_to: dict[str, str] | None = absent()
+    depends_on: dict[str, str] | None = absent()
 
 
 @dataclass(frozen=True)

@@ -36,7 +36,7 @@ class RefineShowing(Showing[RefineResult]):
 
 
 def _parameters(stage: RefineResult, names: Wording) -> Table:
-    settings = ", ".join(f"{name} {value}" for name, value in (stage.model.belongs_to or {}).items())
+    settings = ", ".join(f"{name} {value}" for name, value in (stage.model.depends_on or {}).items())
     known = any(one.interval is not None for one in stage.adjusted)
     columns = [
         factor(names),

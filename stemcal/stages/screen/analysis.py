@@ -20,8 +20,8 @@ from stemcal.doe.effects import (
     centre_runs,
     curvature_of,
     effects_of,
+    is_beyond_margin,
     residual_of,
-    stands_out,
 )
 from stemcal.doe.lenth import FEWEST, Lenth
 from stemcal.doe.regression.least_squares import LeastSquares, fit_least_squares, require_estimable
@@ -142,7 +142,7 @@ def analyse_screening(
     effects, size = effects_of(fit, residual, mean_square, names, symbols or names, alpha)
     tested = mean_square is not None and residual.df >= LEAST_DF
     by_lenth = size.me is not None and not tested
-    significant = [stands_out(e, size) if by_lenth else e.p is not None and e.p < alpha for e in effects]
+    significant = [is_beyond_margin(e, size) if by_lenth else e.p is not None and e.p < alpha for e in effects]
     curvature = curvature_of(fit, centre, residual, mean_square, alpha)
     notes = _screening_notes(
         fit, residual.df, effects, size, design[present], n_failed, alpha, tested, curvature, written
@@ -216,7 +216,7 @@ def _curvature(found: Curvature, written: Wording) -> Note:
 
 def _disagreements(effects: Sequence[Effect], size: Lenth, alpha: float, written: Wording) -> Iterator[Note]:
     for effect in effects:
-        if effect.p is None or size.me is None or (effect.p < alpha) == stands_out(effect, size):
+        if effect.p is None or size.me is None or (effect.p < alpha) == is_beyond_margin(effect, size):
             continue
         yes, no = ("the F test", "Lenth's method") if effect.p < alpha else ("Lenth's method", "the F test")
         text = (

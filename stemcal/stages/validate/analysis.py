@@ -138,7 +138,7 @@ def _further(study: Study, target: Target, outcome: Outcome) -> Rows[FurtherRow]
 def validate_notes(stage: ValidateResult) -> list[Note]:
     """Return what follows from the comparison: its independence, growth and a formula."""
     names = Wording(stage.naming)
-    return [*_fitted(stage, names), *_growth(stage), *_beside_formula(stage, names), *_travel(stage)]
+    return [*_fitted(stage, names), *_growth(stage), *_formula_is_as_good(stage, names), *_travel(stage)]
 
 
 def _fitted(stage: ValidateResult, names: Wording) -> Iterator[Note]:
@@ -179,7 +179,7 @@ def _ends(values: Sequence[float]) -> str:
     return significant(values[0], 3) if len(set(values)) == 1 else interval((min(values), max(values)), 3)
 
 
-def _beside_formula(stage: ValidateResult, names: Wording) -> Iterator[Note]:
+def _formula_is_as_good(stage: ValidateResult, names: Wording) -> Iterator[Note]:
     """Compare the errors at held-out diameters with those of a formula through the fitted forces."""
     formula, model = stage.formula, stage.worst_held_out_percent
     if formula is not None and model is not None:

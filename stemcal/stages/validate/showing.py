@@ -74,5 +74,7 @@ def _errors_in_short(stage: ValidateResult, names: Wording) -> str:
     if stage.worst_held_out_percent is None:
         return every
     formula = stage.formula
-    beside = f" (formula F = a·d^{formula.exponent:.3g}: {fixed(formula.worst_held_out_percent)} %)" if formula else ""
-    return f"{every} Largest held-out error: {fixed(stage.worst_held_out_percent)} %{beside}."
+    of_formula = (
+        f" (formula F = a·d^{formula.exponent:.3g}: {fixed(formula.worst_held_out_percent)} %)" if formula else ""
+    )
+    return f"{every} Largest held-out error: {fixed(stage.worst_held_out_percent)} %{of_formula}."

@@ -64,13 +64,13 @@ def uses(verdict: Verdict, names: Wording) -> list[str]:
     if (where := verdict.use) is None:
         return []
     if where.good:
-        said = [f"The error of the simulation is at most {where.within_percent:g} %{names.at(*where.good)}."]
+        sentences = [f"The error of the simulation is at most {where.within_percent:g} %{names.at(*where.good)}."]
     else:
         every = f" at every {names.condition.noun}" if names.placed else ""
-        said = [f"The error of the simulation exceeds {where.within_percent:g} %{every}."]
+        sentences = [f"The error of the simulation exceeds {where.within_percent:g} %{every}."]
     if where.worst is not None and where.worst != where.held_out:
-        said.append(f"The largest error is in the {_signed(where.worst, names)}.")
-    return [" ".join([*said, *_held_out(where, names)])]
+        sentences.append(f"The largest error is in the {_signed(where.worst, names)}.")
+    return [" ".join([*sentences, *_held_out(where, names)])]
 
 
 def _held_out(where: Use, names: Wording) -> list[str]:

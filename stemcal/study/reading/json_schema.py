@@ -57,17 +57,17 @@ class _Described(GenerateJsonSchema):
     def model_schema(self, schema: core_schema.ModelSchema) -> dict[str, Any]:
         """Return the schema of a class with the meanings of its keys."""
         found, model = super().model_schema(schema), schema["cls"]
-        said = _said_by_fields(model)
+        meanings = _meanings_of_fields(model)
         for name, field in model.__pydantic_fields__.items():
             if (node := found.get("properties", {}).get(field.validation_alias or name)) is not None:
-                meaning = field.description or said.get(name) or node.get("description", "")
+                meaning = field.description or meanings.get(name) or node.get("description", "")
                 node["description"] = " ".join(meaning.split())
         return found
 
 
-def _said_by_fields(model: type) -> dict[str, str]:
+def _meanings_of_fields(model: type) -> dict[str, str]:
     """Return the text under each field of a class, or of those it is made from, by the field's name."""
-    said = {}
+    meanings = {}
     for kind in (kind for kind in reversed(model.__mro__) if issubclass(kind, Frozen)):
         try:
             section = ast.parse(getsource(kind)).body[0]
@@ -77,8 +77,8 @@ def _said_by_fields(model: type) -> dict[str, str]:
         for field, below in pairwise(section.body):
             match field, below:
                 case ast.AnnAssign(target=ast.Name(name)), ast.Expr(value=ast.Constant(str(text))):
-                    said[name] = text
-    return said
+                    meanings[name] = text
+    return meanings
 
 
 def section_places() -> dict[str, str]:

@@ -83,11 +83,11 @@ def _factors_are_known(draft: Draft) -> Iterator[Finding]:
 def _values_are_physical(draft: Draft) -> Iterator[Finding]:
     """Levels, fixed values and those at every diameter of the study are values a material can have."""
     for name, parameter in draft.kind.parameters.items():
-        told = set[NodePath]()
+        reported = set[NodePath]()
         for path, value in _values(draft, name):
             shown = units.from_internal(value, parameter.unit)
-            if path not in told and (wrong := parameter.outside(shown)):
-                told.add(path)
+            if path not in reported and (wrong := parameter.outside(shown)):
+                reported.add(path)
                 message = f"{in_unit(shown, parameter.unit)} {wrong}"
                 remedy = f"the usual range for plants is {parameter.usual}"
                 if name in _growing(draft):

@@ -53,8 +53,8 @@ def doubts(study: Study) -> list[Finding]:
     """Return what looks like a wrong unit; nothing here is certainly wrong."""
     virtual, measured = (_sizes, _speeds, _rates, _tests, _mesh), (_targets, _scatters, _outliers, _falls)
     found = (*virtual, *measured, _materials, _factors, _agreement)
-    told = [finding for of in found for finding in of(study)]
-    return [*told, *(finding for stage in STAGES.with_(study.further) for finding in stage.doubts(study))]
+    findings = [finding for of in found for finding in of(study)]
+    return [*findings, *(finding for stage in STAGES.with_(study.further) for finding in stage.doubts(study))]
 
 
 def _sizes(study: Study) -> Iterator[Finding]:

@@ -43,7 +43,7 @@ def _conditions_differ(draft: Draft) -> Iterator[Finding]:
             yield Finding((*at, named.condition.name) if named.condition else at, message, remedy)
 
 
-def _own_names_belong_to_programs(draft: Draft) -> Iterator[Finding]:
+def _own_names_are_of_programs(draft: Draft) -> Iterator[Finding]:
     """The embedded solver and the decks answer with the maximum force over the stem's diameter."""
     if draft.naming.is_cutting or draft.kind.own_responses or draft.tests or draft.study.targets.modes:
         return
@@ -168,7 +168,7 @@ def _tests_fit_the_stem(draft: Draft) -> Iterator[Finding]:
             yield Finding(("tests", index, key), message, remedy)
 
 
-def _test_targets_stand_beside_forces(draft: Draft) -> Iterator[Finding]:
+def _test_targets_need_forces(draft: Draft) -> Iterator[Finding]:
     """Each measurement in a test has a diameter that is also cut, once each."""
     cut = [target.condition for target in draft.study.targets.means]
     for test in draft.tests.values():
@@ -188,7 +188,7 @@ def _test_targets_stand_beside_forces(draft: Draft) -> Iterator[Finding]:
 RULES: tuple[Callable[[Draft], Iterator[Finding]], ...] = (
     _names_are_free, _conditions_differ, _stem_reaches_over_supports, _edge_fits_blade, _friction_falls,
     _tests_are_simulated, _curves_are_simulated, _tests_differ, _tests_have_what_they_need,
-    _further_cuts_are_possible, _tests_fit_the_stem, _test_targets_stand_beside_forces,
-    _own_names_belong_to_programs,
+    _further_cuts_are_possible, _tests_fit_the_stem, _test_targets_need_forces,
+    _own_names_are_of_programs,
 )  # fmt: skip
 """The rules of this file."""
