@@ -5,10 +5,17 @@ import io
 from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
+from zipfile import ZipFile
 
 from stemcal.errors import UsageError
 from stemcal.measured.headings import quoted
 from stemcal.storage import encodings
+from stemcal.storage.plain import MIB
+
+MAX_BYTES = 64 * MIB
+MOST_ROWS, MOST_CELLS = 500_000, 2_000_000
+"""Of a file: each row takes up to a kilobyte of memory, each cell of a workbook up to 20 µs."""
+_SMALLER = "export fewer points, or split the file by specimen"
 
 _MODERN = b"PK\x03\x04"  # xlsx, and ods
 _OTHERS = (b"\xd0\xcf\x11\xe0", b"<html", b"<!doctype", b"<?xml", b"<table")  # xls, and what is called so
@@ -51,7 +58,7 @@ def decoded_table(content: bytes, encoding: str | None, path: Path) -> tuple[str
 
     It is that of the byte order mark, UTF-8 or UTF-16, else that of Chinese or of Western European machines.
 
-    >>> decoded("力/N".encode("gbk"), None, Path("a.csv"))
+    >>> decoded_table("力/N".encode("gbk"), None, Path("a.csv"))
     ('力/N', 'gb18030')
     """
     try:
@@ -80,24 +87,54 @@ def is_workbook(content: bytes, source: object) -> bool:
     return content.startswith(_MODERN)
 
 
+def require_size(source: str, rows: int, cells: int) -> None:
+    """Raise `UsageError` for a table that is too large to be read."""
+    for what, size, most in (("rows", rows, MOST_ROWS), ("cells", cells, MOST_CELLS)):
+        if size > most:
+            raise UsageError(f"{source}: the file has more than {most:,} {what}; {_SMALLER}")
+
+
 def sheets(content: bytes, source: str) -> dict[str, list[Line]]:
     """Return the lines of every sheet of a workbook by its title.
 
     Raises
     ------
     UsageError
-        If the file is damaged, or no workbook of Excel's.
+        If the file is damaged, no workbook of Excel's, or too large.
     """
-    import pandas as pd
+    import openpyxl
 
     try:
-        book = pd.read_excel(io.BytesIO(content), sheet_name=None, header=None, dtype=str, na_filter=False)
+        with ZipFile(io.BytesIO(content)) as archive:
+            unpacked = sum(entry.file_size for entry in archive.infolist())
+        if unpacked > MAX_BYTES:  # a small file may hold gigabytes
+            size = f"the workbook unpacks to {unpacked / MIB:.0f} MiB (limit {MAX_BYTES / MIB:.0f} MiB)"
+            raise UsageError(f"{source}: {size}; {_SMALLER}")
+        book = openpyxl.load_workbook(io.BytesIO(content), read_only=True, data_only=True)
+        found: dict[str, list[Line]] = {}
+        rows = cells = 0
+        for sheet in book.worksheets:
+            sheet.reset_dimensions()  # what the file claims may be wrong
+            lines = found.setdefault(str(sheet.title), [])
+            for row in sheet.iter_rows(values_only=True):
+                rows, cells = rows + 1, cells + len(row)
+                require_size(source, rows, cells)
+                lines.append(_line([_written(value) for value in row]))
+        return found
+    except UsageError:
+        raise
     except Exception as error:  # openpyxl raises many kinds for damaged archives, damaged XML or strange cells
         reason = f"{type(error).__name__}: {error}".splitlines()[0][:120]
         raise UsageError(
             f"{source} cannot be read as an Excel workbook ({reason}); save the file again as .xlsx or CSV"
         ) from None
-    return {str(title): [_line(row) for row in frame.to_numpy().tolist()] for title, frame in book.items()}
+
+
+def _written(value: object) -> str:
+    """Return the content of a cell as text; a whole number has no decimal mark."""
+    if value is None:
+        return ""
+    return str(int(value)) if isinstance(value, float) and value.is_integer() else str(value)
 
 
 def _line(row: Sequence[str]) -> Line:

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from stemcal.errors import UsageError
-from stemcal.measured.cells import Line, decoded_table, is_workbook, sheets, split
+from stemcal.measured.cells import MAX_BYTES, Line, decoded_table, is_workbook, require_size, sheets, split
 from stemcal.measured.headings import (
     NOT_MEANT,
     as_number,
@@ -23,11 +23,10 @@ from stemcal.measured.headings import (
     quoted,
     units_in,
 )
-from stemcal.storage.plain import MIB, read_plain
+from stemcal.storage.plain import read_plain
 
 SEPARATORS = {"tab": "\t", "semicolon": ";", "comma": ",", "space": " "}
 DECIMALS = {"point": ".", "comma": ","}
-MAX_BYTES = 64 * MIB
 _MOST_SHOWN = 12  # columns in a message
 _PROBED = 3000  # lines that decide on separator and decimal mark
 _MOST_ABOVE = 4  # lines of headings, symbols and units above the data
@@ -154,6 +153,8 @@ def _of_workbook(content: bytes, path: Path, form: Form) -> list[TextTable]:
 
 def _of_text(content: bytes, path: Path, form: Form) -> TextTable:
     text, encoding = decoded_table(content, form.encoding, path)
+    rows = text.count("\n") + 1
+    require_size(str(path), rows, rows + max(map(text.count, (";", ",", "\t"))))
     texts = text.splitlines()
     separator, decimal = max(
         _candidates(form, texts),

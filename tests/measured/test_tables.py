@@ -1,10 +1,12 @@
 """Files as machines write them: every mix of encoding, separator, decimal mark and heading gives the same numbers."""
 
 from pathlib import Path
+from zipfile import ZIP_DEFLATED, ZipFile
 
 import pytest
 
 from stemcal.errors import UsageError
+from stemcal.measured import cells
 from stemcal.measured.tables import Form, read_table
 
 ROWS = [(0.0, 0.25), (0.5, 12.5), (1.0, -3.75), (1.5, 1200.0)]
@@ -87,3 +89,53 @@ def test_a_cell_longer_than_a_reader_of_csv_takes_is_no_number(tmp_path: Path) -
     path.write_text('Travel (mm),Force (N)\n"' + "x" * 200_000 + '",1\n1,2\n2,3\n3,4\n', "utf-8")
     with pytest.raises(UsageError, match="data row 1, Travel"):
         read_table(path).numbers(0)
+
+
+def test_a_text_of_too_many_rows_or_cells_is_refused_before_it_is_split(tmp_path: Path) -> None:
+    path = tmp_path / "a.csv"
+    path.write_text("diameter\n" + "7.5\n" * cells.MOST_ROWS, "utf-8")
+    with pytest.raises(UsageError, match="500,000 rows"):
+        read_table(path)
+    path.write_text("x;y\n" + (";".join(["1"] * 1000) + "\n") * (cells.MOST_CELLS // 1000), "utf-8")
+    with pytest.raises(UsageError, match="2,000,000 cells"):
+        read_table(path)
+
+
+def workbook(path: Path, rows: str) -> Path:
+    """Write a workbook whose only sheet has these rows, as XML."""
+    import openpyxl
+
+    openpyxl.Workbook().save(path)
+    with ZipFile(path) as archive:
+        parts = {name: archive.read(name) for name in archive.namelist()}
+    space = "http://schemas.openxmlformats.org/spreadsheetml/2006/main"
+    sheet = f'<worksheet xmlns="{space}"><sheetData>{rows}</sheetData></worksheet>'
+    parts["xl/worksheets/sheet1.xml"] = sheet.encode()
+    with ZipFile(path, "w", ZIP_DEFLATED) as archive:
+        for name, content in parts.items():
+            archive.writestr(name, content)
+    return path
+
+
+def test_a_small_workbook_that_unpacks_to_many_cells_is_refused(tmp_path: Path) -> None:
+    path = workbook(tmp_path / "a.xlsx", ("<row>" + "<c><v>1</v></c>" * 1000 + "</row>") * 5000)
+    assert path.stat().st_size < 1_000_000
+    with pytest.raises(UsageError, match="unpacks to 72 MiB"):
+        read_table(path)
+
+
+@pytest.mark.parametrize(
+    ("rows", "words"),
+    [
+        (("<row>" + "<c/>" * 1000 + "</row>") * 21, "20,000 cells"),
+        # a million rows without a cell between the heading and one number
+        ('<row r="1"><c r="A1"><v>1</v></c></row><row r="1048576"><c r="A1048576"><v>1</v></c></row>', "5,000 rows"),
+    ],
+)
+def test_a_workbook_is_read_up_to_its_limits(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, rows: str, words: str
+) -> None:
+    monkeypatch.setattr(cells, "MOST_ROWS", 5_000)
+    monkeypatch.setattr(cells, "MOST_CELLS", 20_000)
+    with pytest.raises(UsageError, match=words):
+        read_table(workbook(tmp_path / "a.xlsx", rows))
