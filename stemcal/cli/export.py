@@ -145,7 +145,7 @@ def write_film(study: Study, records: Records, folder: StudyFolder, name: str) -
     """Write the animation `name` as a GIF; the bare word means the calibration diameter. Returns the file."""
     from stemcal.cutting.end_state import Shape
     from stemcal.formats import short
-    from stemcal.report.figures.fracture import write_animation
+    from stemcal.report.fracture import write_animation
     from stemcal.solvers.film import frames_of
     from stemcal.storage.atomic import make_folder
 

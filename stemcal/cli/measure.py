@@ -88,8 +88,8 @@ def diameters(
     from stemcal.drawing.table import Table
     from stemcal.measured.diameters import measure_diameters
     from stemcal.measured.tables import Form
-    from stemcal.overview import measured_tables as tables
-    from stemcal.report.figures import curves as figures
+    from stemcal.overview import measured_tests as tables
+    from stemcal.report import curves as figures
 
     form = Form(encoding, separator, decimal, sheet)
     found = measure_diameters(file, form, _numbers(grades), step, diameter_column, label_column)
@@ -133,8 +133,8 @@ def shear(
     from stemcal.measured.shear import find_files, measure_shear, read_index, section_of, target_rows
     from stemcal.measured.shear_curves import CurveOptions
     from stemcal.measured.tables import Form
-    from stemcal.overview import measured_tables as tables
-    from stemcal.report.figures import curves as figures
+    from stemcal.overview import measured_tests as tables
+    from stemcal.report import curves as figures
     from stemcal.study.reading.read import with_rows
 
     form = Form(encoding, separator, decimal, sheet)
@@ -190,8 +190,7 @@ def tests(
     from stemcal.cli.session import study_or_exit
     from stemcal.measured.shear_curves import CurveOptions
     from stemcal.measured.tables import Form
-    from stemcal.overview.measured_tables import tests_table
-    from stemcal.overview.measured_tests import measure_tests
+    from stemcal.overview.measured_tests import measure_tests, tests_table
     from stemcal.study.reading.read import with_rows
 
     form = Form(encoding, separator, decimal, sheet)

@@ -181,7 +181,7 @@ def summary(result: CuttingResult, diameter: float, test: str = CUTTING, measure
 
 def _write_figure(result: CuttingResult, path: Path, of_blade: bool) -> None:
     from stemcal.drawing.style import save
-    from stemcal.report.figures.curves import force_travel
+    from stemcal.report.curves import force_travel
     from stemcal.report.records import RunCurve
 
     history = result.history

@@ -118,7 +118,7 @@ def _stage(stage: StageStatus) -> Iterator[str]:
 
 def _runs(study: Study, folder: StudyFolder, failed: bool, as_json: bool) -> dict[str, Any]:
     """Return the runs of the study, or the failed ones."""
-    from stemcal.report.tables.of_designs import runs_table
+    from stemcal.report.study_tables import runs_table
     from stemcal.stages.ledger import ledger
     from stemcal.vocabulary import Wording
 

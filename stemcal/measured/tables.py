@@ -135,7 +135,8 @@ def _of_workbook(content: bytes, path: Path, form: Form) -> list[TextTable]:
     if form.sheet is not None:
         if form.sheet not in found:
             raise UsageError(
-                f"{path}: there is no sheet {quoted(form.sheet)}; the sheets are {', '.join(map(quoted, found))}"
+                f"{path}: the workbook has no sheet {quoted(form.sheet)}; its sheets are "
+                f"{', '.join(map(quoted, found))}"
             )
         found = {form.sheet: found[form.sheet]}
     marks = [_named(form.decimal, DECIMALS, "--decimal")] if form.decimal else list(DECIMALS.values())

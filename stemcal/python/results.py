@@ -12,7 +12,7 @@ from stemcal.drawing.showing import Setting
 from stemcal.drawing.table import Column, Table
 from stemcal.errors import UsageError
 from stemcal.formats import did_you_mean
-from stemcal.report.figures.curves import force_travel
+from stemcal.report.curves import force_travel
 from stemcal.report.gallery import gallery
 from stemcal.report.outcome import showing_of
 from stemcal.report.page.page import coded

@@ -12,8 +12,7 @@ from stemcal.drawing.table import Column, Table, showable
 from stemcal.formats import significant
 from stemcal.report.docx import PaperTable
 from stemcal.report.outcome import cited_ranges, showing_of
-from stemcal.report.tables.of_designs import design_tables
-from stemcal.report.tables.setting import factors_table
+from stemcal.report.study_tables import design_tables, factors_table
 from stemcal.stages.results import Results
 from stemcal.storage.atomic import make_folder, write_atomic
 from stemcal.storage.encodings import csv_text, in_a_line

@@ -10,8 +10,8 @@ from stemcal.drawing.plot import Plot
 from stemcal.drawing.showing import Setting
 from stemcal.drawing.style import resize, save
 from stemcal.formats import short, significant
-from stemcal.report.figures.curves import energies, force_travel, measured_band
-from stemcal.report.figures.fracture import fracture
+from stemcal.report.curves import energies, force_travel, measured_band
+from stemcal.report.fracture import fracture
 from stemcal.report.outcome import showing_of
 from stemcal.report.records import Details, Records
 from stemcal.stages.results import Results

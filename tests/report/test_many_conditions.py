@@ -5,8 +5,8 @@ from typing import Any
 
 from stemcal.drawing.table import MOST_ROWS
 from stemcal.report.outcome import tables_of
-from stemcal.stages.validate.figures import MOST_RESPONSES, validate_plots
 from stemcal.stages.validate.result import FurtherRow, ValidateResult
+from stemcal.stages.validate.showing import MOST_RESPONSES, validate_plots
 from stemcal.storage.rows import Rows
 from stemcal.vocabulary import Variable, Vocabulary, Wording
 

@@ -5,8 +5,7 @@ from typing import Any
 import pytest
 
 from stemcal.report.outcome import tables_of
-from stemcal.report.tables.of_designs import design_tables
-from stemcal.report.tables.setting import setting_tables
+from stemcal.report.study_tables import design_tables, setting_tables
 from stemcal.stages.rsm.figures import diagnostics
 from stemcal.stages.rsm.showing import canonical_table
 from stemcal.stages.screen.showing import pareto

@@ -6,12 +6,12 @@ import pytest
 
 from stemcal.drawing.plot import Plot, Shared, inline_svg
 from stemcal.drawing.style import save, svg
-from stemcal.report.figures.curves import force_travel
+from stemcal.report.curves import force_travel
 from stemcal.report.gallery import _run_plots, write_figures
 from stemcal.report.records import Details, RunCurve, _RunRecord
 from stemcal.stages.rsm.figures import Solution, contours, observed_predicted
 from stemcal.stages.screen.showing import pareto
-from stemcal.stages.validate.figures import draw_validation
+from stemcal.stages.validate.showing import draw_validation
 
 NAMES = {"density": "$x^$", "elastic_modulus": "屈服应力", "poisson_ratio": "<script>"}
 CURVES = {

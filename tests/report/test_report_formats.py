@@ -10,7 +10,7 @@ from stemcal.drawing.plot import Plot
 from stemcal.report.gallery import write_as
 from stemcal.stages.invert.showing import profile_points
 from stemcal.stages.rsm.figures import levels_of
-from stemcal.stages.validate.figures import draw_validation
+from stemcal.stages.validate.showing import draw_validation
 
 
 def plot(stages: dict[str, Any]) -> Plot:

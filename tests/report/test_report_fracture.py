@@ -11,7 +11,7 @@ from stemcal.cutting.simulate import shear
 from stemcal.fem.material import Material
 from stemcal.fem.mesh import brick
 from stemcal.fem.model import Integration
-from stemcal.report.figures.fracture import _faces, _section_faces, _side_faces, fracture
+from stemcal.report.fracture import _faces, _section_faces, _side_faces, fracture
 
 
 def box(counts: tuple[int, int, int] = (4, 2, 2), symmetry: str = "none") -> Shape:

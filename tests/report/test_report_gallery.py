@@ -9,10 +9,10 @@ import pytest
 
 from stemcal.cli.explain import glossary, look_up
 from stemcal.drawing.style import resize, styled
-from stemcal.report.figures import curves as laboratory
-from stemcal.report.figures.curves import energies
+from stemcal.report import curves as laboratory
+from stemcal.report.curves import energies
 from stemcal.stages.rsm.figures import Solution, contours, relief
-from stemcal.stages.validate.figures import draw_validation
+from stemcal.stages.validate.showing import draw_validation
 
 
 def test_relief_has_the_measured_force_at_the_solution(stages: dict[str, Any]) -> None:

@@ -17,7 +17,7 @@ from stemcal.cutting.simulate import shear
 from stemcal.errors import UsageError
 from stemcal.fem.material import Material
 from stemcal.fem.model import Integration
-from stemcal.report.figures.fracture import write_animation
+from stemcal.report.fracture import write_animation
 from stemcal.report.page.page import render
 from stemcal.report.records import read_records
 from stemcal.runs.study_folder import StudyFolder

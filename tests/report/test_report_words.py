@@ -20,8 +20,7 @@ from stemcal.report.page.headline import quantity_calibrated, question
 from stemcal.report.page.page import _first_pictures, _run_tables
 from stemcal.report.progress import describe
 from stemcal.report.records import read_records
-from stemcal.report.tables.of_designs import runs_table
-from stemcal.report.tables.setting import setting_tables
+from stemcal.report.study_tables import runs_table, setting_tables
 from stemcal.report.terminal import final_tables
 from stemcal.runs.executors import InlineExecutor
 from stemcal.runs.study_folder import StudyFolder

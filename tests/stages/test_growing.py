@@ -7,7 +7,7 @@ import pytest
 import workflow
 from fakes import FakeSolver
 
-from stemcal.report.tables.setting import grown_table
+from stemcal.report.study_tables import grown_table
 from stemcal.runs.executors import InlineExecutor
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers.protocol import Answer, Request

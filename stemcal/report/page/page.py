@@ -24,8 +24,7 @@ from stemcal.report.gallery import gallery
 from stemcal.report.outcome import certainty, failures_of, outcome_sentences, showing_of, shown_notes, tables_of
 from stemcal.report.page.headline import first_remedy, headline, lead, made_with, quantity_calibrated, question
 from stemcal.report.records import Records, provenance_rows, read_records, run_warnings, spec_hash
-from stemcal.report.tables.of_designs import design_tables
-from stemcal.report.tables.setting import grown_table, setting_tables
+from stemcal.report.study_tables import design_tables, grown_table, setting_tables
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.stages.result import StageResult
 from stemcal.stages.results import Results, fresh_results

@@ -1,16 +1,20 @@
-"""How a validation is shown: measured against simulated, at every condition."""
+"""Sentences, tables and figures of the validation."""
 
+from collections.abc import Mapping
 from dataclasses import replace
+from functools import partial
 
+from stemcal.doe.comparison import ValidationRow
 from stemcal.drawing.columns import ERROR, condition, from_means, measured_columns, scores, simulated
 from stemcal.drawing.plot import Plot
 from stemcal.drawing.showing import Setting, Showing
+from stemcal.drawing.style import BLUE, INK, ORANGE, Figure, legend_above, literal, new_figure
 from stemcal.drawing.table import Column, Table
 from stemcal.formats import direction, fixed, short, significant
-from stemcal.stages.validate import figures
 from stemcal.stages.validate.result import ValidateResult
 from stemcal.storage.typed import to_json
-from stemcal.vocabulary import Wording
+from stemcal.study.model.study import Study
+from stemcal.vocabulary import FIRST, Variable, Wording
 
 _LEFT_OUT = Column("left_out_percent", "Left out", "%", direction)
 
@@ -47,7 +51,7 @@ class ValidateShowing(Showing[ValidateResult]):
         return [replace(first, foot=first.foot[:1]), *others]
 
     def figures(self, result: ValidateResult, setting: Setting) -> list[Plot]:
-        return figures.validate_plots(setting.study, result)
+        return validate_plots(setting.study, result)
 
 
 def _validation_table(stage: ValidateResult, names: Wording) -> Table:
@@ -78,3 +82,81 @@ def _errors_in_short(stage: ValidateResult, names: Wording) -> str:
         f" (formula F = a·d^{formula.exponent:.3g}: {fixed(formula.worst_held_out_percent)} %)" if formula else ""
     )
     return f"{every} Largest held-out error: {fixed(stage.worst_held_out_percent)} %{of_formula}."
+
+
+MOST_RESPONSES = 6  # whose figures the page shows
+_MOST_TICKS = 12
+
+
+def validate_plots(study: Study, validate: ValidateResult) -> list[Plot]:
+    """Return a figure for each response; the page shows the first ones."""
+    naming, plots = study.naming, []
+    simulated = {one.response for row in validate.rows for one in row.further}
+    responses = [naming.response, *(other for other in naming.others if other.name in simulated)]
+    for number, response in enumerate(responses):
+        called = FIRST if response is naming.response else response.name
+        measured = ((target.condition, target.mean_of(called)[1]) for target in study.targets.means)
+        spread = {place: sd for place, sd in measured if sd is not None}
+        text = f"Measured and simulated {response.long}"
+        if naming.condition is not None:
+            text += "; the circled values were used in the fit" if validate.fitted else ""
+        text += ". Bars show the standard deviation of the measurements." if spread else "."
+        name = "validation" if response is naming.response else f"validation-{response.name}"
+        draw = partial(draw_validation, validate, spread, response)
+        if response is naming.response and len(responses) > MOST_RESPONSES:
+            text += f" Of {len(responses)} responses, the report shows the first {MOST_RESPONSES}."
+        plots.append(Plot(name, "validate", text, draw, number < MOST_RESPONSES))
+    return plots
+
+
+def draw_validation(
+    validate: ValidateResult, spread: Mapping[float, float] | None = None, response: Variable | None = None
+) -> Figure:
+    """Return a response measured and simulated over the condition; that of the calibration is ringed.
+
+    `spread` has the standard deviations of the measurements by the condition; the first response is the default.
+    Without a condition the values have one place.
+    """
+    condition, response = validate.naming.condition, response or validate.naming.response
+    rows = _pairs(validate, response)
+    with new_figure(height=2.9) as figure:
+        axes = figure.add_subplot()
+        axes.plot([r.condition for r in rows], [r.measured for r in rows], "o-", color=BLUE, label="measured")
+        done = [(r.condition, r.simulated) for r in rows if r.simulated is not None]
+        axes.plot([at for at, _ in done], [value for _, value in done], "s--", color=ORANGE, label="simulated")
+        barred = [r for r in rows if r.condition in (spread or {})]
+        if spread and barred:
+            at, means = [r.condition for r in barred], [r.measured for r in barred]
+            lengths = [spread[r.condition] for r in barred]
+            axes.errorbar(at, means, yerr=lengths, fmt="none", ecolor=BLUE, elinewidth=1, capsize=3)
+        for row in rows:
+            if row.role == "fitted":
+                axes.plot(row.condition, row.measured, "o", color=INK, fillstyle="none", markersize=13)
+        axes.set_xlabel("" if condition is None else literal(condition.headed(condition.long)))
+        axes.set_ylabel(literal(response.headed(response.long)))
+        if response.apart:
+            axes.margins(y=0.1)
+        else:
+            axes.set_ylim(
+                0.0,
+                max(axes.get_ylim()[1], *(1.03 * (r.measured + (spread or {}).get(r.condition, 0.0)) for r in rows)),
+            )
+        if len(at := sorted({row.condition for row in rows})) <= _MOST_TICKS:
+            axes.set_xticks(at, [f"{place:g}" if condition is not None else "" for place in at])
+        legend_above(axes)
+    return figure
+
+
+def _pairs(validate: ValidateResult, response: Variable) -> list[ValidationRow]:
+    if response == validate.naming.response:
+        return validate.compared
+    return [
+        replace(
+            row.compared,
+            measured=response.counted(further.measured, further.measured),
+            simulated=response.counted(further.simulated, further.measured),
+        )
+        for row in validate.rows
+        for further in row.further
+        if further.response == response.name
+    ]

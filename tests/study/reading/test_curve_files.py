@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from stemcal.errors import SpecError
-from stemcal.report.figures.curves import measured_band
+from stemcal.report.curves import measured_band
 from stemcal.report.records import RunCurve
 from stemcal.solvers import make_solver
 from stemcal.solvers.embedded import Embedded
