@@ -8,13 +8,15 @@ from __future__ import annotations
 
 import difflib
 import logging
+import os
 import sys
-from collections.abc import Iterable
-from contextlib import suppress
+import threading
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager, redirect_stdout, suppress
 from functools import cache, cached_property
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, NoReturn, TypeVar
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
@@ -72,11 +74,9 @@ class Registry(Generic[T]):
         """The entry points of other packages, by name."""
         if not _may_declare(self.group):
             return {}
-        from importlib.metadata import entry_points
-
         found: dict[str, EntryPoint] = {}
         own = {one.name for one in self.built_in}
-        for entry in sorted(entry_points(group=self.group), key=lambda one: (one.name, one.value)):
+        for entry in sorted(_declared(self.group), key=lambda one: (one.name, one.value)):
             if entry.name in own or entry.name in found:
                 self._leave_out(entry, f"{entry.name} already exists", f"{entry.name} of {_package(entry)}")
             else:
@@ -112,12 +112,14 @@ class Registry(Generic[T]):
         if name not in self._loaded and name in self._entries and name not in self.broken:
             entry = self._entries[name]
             try:
-                loaded = entry.load()
-                one = loaded if isinstance(loaded, self.kind) else loaded()
-            except Exception as error:  # no error of another package may end a command
-                self._leave_out(entry, f"{type(error).__name__}: {error}")
+                with contained():  # no error of another package may end a command
+                    loaded = entry.load()
+                    one = loaded if isinstance(loaded, self.kind) else loaded()
+                    fits = isinstance(one, self.kind) and one.name == name
+            except ForeignError as error:
+                self._leave_out(entry, f"cannot be loaded: {error}")
             else:
-                if isinstance(one, self.kind) and one.name == name:
+                if fits:
                     self._loaded[name] = one
                 else:
                     self._leave_out(entry, f"{entry.value} must be a {self.kind.__name__} named {name}")
@@ -142,6 +144,22 @@ def _may_declare(group: str) -> bool:
                 if group.encode() in file.read_bytes():
                     return True
     return False
+
+
+def _declared(group: str) -> Iterator[EntryPoint]:
+    """Yield the entry points of a group; a package whose metadata are damaged is skipped."""
+    from importlib.metadata import distributions
+
+    seen: set[str] = set()
+    for package in distributions():
+        try:
+            name, entries = package.name, package.entry_points.select(group=group)
+        except Exception as error:  # a file of any installed package may be damaged
+            logger.info("the entry points of %s cannot be read: %s", getattr(package, "_path", ""), described(error))
+            continue
+        if name not in seen:  # of several versions the first on the path is imported
+            seen.add(name)
+            yield from entries
 
 
 def _package(entry: EntryPoint) -> str:
@@ -172,3 +190,83 @@ def hash_of(place: Path, length: int = 12) -> str:
         found.update(path.relative_to(root).as_posix().encode())
         found.update(path.read_bytes().replace(b"\r\n", b"\n"))
     return found.hexdigest()[:length]
+
+
+# ---- running code of users and of other packages: it may print, exit, or raise anything of any length
+
+
+MOST_SHOWN = 500  # characters of an error's text
+
+
+class ForeignError(Exception):
+    """Code of a user or of another package failed; the message has the type and the text of its error."""
+
+
+def described(error: BaseException) -> str:
+    """Return the type and the text of an error in one line of limited length.
+
+    >>> described(ValueError("not a number"))
+    'ValueError: not a number'
+    """
+    text = "(its text cannot be read)"
+    with suppress(Exception):  # `__str__` is code of the user, too
+        text = str(error)
+    return f"{type(error).__name__}: {cut(text)}".removesuffix(": ")
+
+
+def cut(text: str, most: int = MOST_SHOWN) -> str:
+    """Return a text in one line, at most `most` characters of it and the number of those left out."""
+    more = f" … ({len(text) - most:,} more characters)" if len(text) > most else ""
+    return " ".join(text[:most].split()) + more
+
+
+@contextmanager
+def contained() -> Iterator[None]:
+    """Run foreign code: its output goes to standard error, and `os._exit` raises.
+
+    Raises
+    ------
+    ForeignError
+        For whatever the code raises, `SystemExit` included, but not for Ctrl-C.
+    """
+    try:
+        with _without_exit(), _printing_to_stderr():
+            yield
+    except KeyboardInterrupt:
+        raise
+    except BaseException as error:
+        raise ForeignError(described(error)) from error
+
+
+@contextmanager
+def _without_exit() -> Iterator[None]:
+    """Have `os._exit` raise `SystemExit` in this thread: it would end the process with any code and no message."""
+    leave, thread = os._exit, threading.get_ident()
+
+    def refuse(status: int) -> NoReturn:
+        if threading.get_ident() != thread:
+            leave(status)
+        raise SystemExit(status)
+
+    os._exit = refuse
+    try:
+        yield
+    finally:
+        os._exit = leave
+
+
+@contextmanager
+def _printing_to_stderr() -> Iterator[None]:
+    """Send what Python, native code and programs print to standard error: standard output is for data."""
+    kept = None
+    with suppress(OSError, AttributeError, ValueError):  # there may be no output at all
+        sys.stdout.flush()
+        kept = os.dup(1)
+        os.dup2(2, 1)
+    try:
+        with redirect_stdout(sys.stderr):
+            yield
+    finally:
+        if kept is not None:
+            os.dup2(kept, 1)
+            os.close(kept)

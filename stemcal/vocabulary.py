@@ -147,7 +147,8 @@ class Vocabulary:
     @property
     def others(self) -> tuple[Variable, ...]:
         """The responses next to the first that the cutting test does not have: of a program, other tests and curves."""
-        return tuple(response for response in self.further if response.in_table is None)
+        own_test = self.condition != DIAMETER  # the study declares a test whose responses may have the same names
+        return tuple(response for response in self.further if own_test or response.in_table is None)
 
     def named(self, name: str) -> Variable:
         """Return a response by its name, or the first one for `FIRST`."""

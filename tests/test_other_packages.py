@@ -1,5 +1,6 @@
 """Stages and designs by their entry points: the package's own, and those of other packages, which may be broken."""
 
+import hashlib
 import json
 import math
 import os
@@ -54,12 +55,59 @@ def test_a_broken_package_is_left_out_and_named(tmp_path: Path, monkeypatch: pyt
         *("screen", "climb", "good_one")
     ]
     assert found.named("screen") is found.built_in[0] and found.named("bad_one") is None
-    assert found.broken["bad_one"].startswith("bad_package 1.0: ModuleNotFoundError")
+    assert found.broken["bad_one"].startswith("bad_package 1.0: cannot be loaded: ModuleNotFoundError")
     assert {"bad_one", "other_one", "screen of same_package 1.0", "good_one of second_package 1.0"} <= set(found.broken)
     before = found.version_of("good_one")
     module.write_text(good + "# corrected\n", encoding="utf-8")
     assert before.startswith("good_package 1.0+") and found.version_of("good_one") != before
     assert found.version_of("screen") == found.version_of("bad_one") == ""
+
+
+@pytest.mark.parametrize(
+    ("source", "reason"),
+    [
+        ("import sys\nsys.exit(0)", "SystemExit: 0"),
+        ("import os\nos._exit(0)", "SystemExit: 0"),
+        ("raise GeneratorExit", "GeneratorExit"),
+        ("def Bad(): raise ValueError('m' * 5_000_000)", "4,999,500 more characters"),
+        (
+            "import stemcal.stages.stage as stage\nclass Bad(stage.Stage):\n    @property\n    def name(self): exit(0)",
+            "0",
+        ),
+    ],
+)
+def test_a_package_that_leaves_the_process_is_skipped(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, source: str, reason: str
+) -> None:
+    module = "leaving_" + hashlib.sha256(source.encode()).hexdigest()[:8]
+    installed(tmp_path, module, f"leaving = {module}:Bad", source)
+    found = registry(monkeypatch, tmp_path)
+    assert found.named("leaving") is None and found.broken["leaving"].endswith(reason + ")" * ("5_000" in source))
+
+
+def test_a_loading_package_prints_to_standard_error(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    good = "from stemcal.stages.stage import Stage\nclass Good(Stage):\n    name = 'noisy'\n"
+    installed(tmp_path, "noisy_one", "noisy = noisy_one:Good", f"import os\nprint('p')\nos.system('echo s')\n{good}")
+    assert registry(monkeypatch, tmp_path).named("noisy") is not None
+    print("data")
+    out, err = capfd.readouterr()
+    assert out == "data\n" and {"p", "s"} <= set(err.split())
+
+
+@pytest.mark.parametrize(
+    "content", [b"\xff\xfegarbage", b"[stemcal.stages\nx", b"[stemcal.stages]\nno value\n", b"[a]\n="]
+)
+def test_damaged_metadata_of_another_package_do_no_harm(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, content: bytes
+) -> None:
+    good = "from stemcal.stages.stage import Stage\nclass Good(Stage):\n    name = 'sound'\n"
+    installed(tmp_path, "sound_package", "sound = sound_package:Good", good)
+    for number, damaged in enumerate(("entry_points.txt", "METADATA")):
+        installed(tmp_path, f"aa_{number}", "sound_2 = sound_package:Good", good)
+        (tmp_path / f"aa_{number}-1.0.dist-info" / damaged).write_bytes(content)
+    assert registry(monkeypatch, tmp_path).named("sound") is not None
 
 
 def test_stages_that_need_each_other_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -18,6 +18,7 @@ import typer
 from stemcal.cli.console import drop, envelope, fail
 from stemcal.errors import SpecError, StemcalError
 from stemcal.processes.interrupts import Terminated, heard, raise_noted
+from stemcal.registry import described
 
 RESUMES = "finished runs are kept; run the same command again to resume"
 
@@ -37,7 +38,7 @@ def exit_codes() -> Iterator[None]:
         except StemcalError as error:
             count = len(error.problems) if isinstance(error, SpecError) else 1
             _leave(f"the spec has {count} problems\n{error}" if count > 1 else str(error), error.exit_code)
-        except Exception as error:
+        except BaseException as error:  # an exit that a plug-in or a library calls, too
             if isinstance(error, typer.Exit | typer.Abort) or hasattr(error, "show"):  # usage errors print themselves
                 envelope.print(getattr(error, "exit_code", 1))
                 raise
@@ -60,7 +61,7 @@ def _leave(message: str, code: int) -> NoReturn:
     raise typer.Exit(code) from None
 
 
-def _unexpected(error: Exception) -> str:
+def _unexpected(error: BaseException) -> str:
     """Return one line on an unforeseen error; its traceback goes to a file."""
     if isinstance(error, MemoryError):
         return f"not enough memory; use fewer workers (`--workers`) or larger elements; {RESUMES}"
@@ -69,7 +70,7 @@ def _unexpected(error: Exception) -> str:
         from stemcal.storage.atomic import what_happened
 
         return f"{place}{what_happened(error)}"
-    line = f"internal error: {type(error).__name__}: {error}".splitlines()[0]
+    line = f"internal error: {described(error)}"
     with suppress(OSError):
         descriptor, name = tempfile.mkstemp(".txt", "stemcal-traceback-")
         with os.fdopen(descriptor, "w", encoding="utf-8") as file:

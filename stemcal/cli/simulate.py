@@ -199,6 +199,9 @@ def _one_run(
 ) -> None:
     """Make one run and show its answer; a failed run ends with exit code 3 and names its folder."""
     from stemcal.notes import Note
+    from stemcal.runs.executors.local import LocalExecutor
+    from stemcal.runs.record import Run
+    from stemcal.runs.retries import Batch
     from stemcal.solvers import make_solver
     from stemcal.solvers.protocol import Request
 
@@ -209,8 +212,9 @@ def _one_run(
         )
     solver = make_solver(study)
     solver.prepare()
-    with waiting(f"one run of the {study.solver.kind} solver", quiet):
-        answer = solver.solve(Request("simulate", 0, dict(levels), at))
+    run, limit = Run.of(solver, Request("simulate", 0, dict(levels), at)), study.solver.run_limit
+    with waiting(f"one run of the {study.solver.kind} solver", quiet), LocalExecutor(1, limit) as executor:
+        [(_, (answer, _))] = Batch([run], executor).arriving()
     if as_json:
         say_json(vars(answer))
     if answer.response is None:

@@ -18,13 +18,14 @@ import threading
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from functools import partial
-from typing import IO, Any
+from typing import IO, Any, TypeVar, cast
 
 from stemcal.processes.family import APART, GRACE_S, end_family
 from stemcal.processes.limits import RunTimedOut, next_of
 
 LOADING_S = 3600.0  # to import what a call needs and to compile
 _LENGTH = struct.Struct("<Q")
+T = TypeVar("T")
 _BEGUN = b"begun"
 
 
@@ -108,6 +109,24 @@ class Child:
                 self._process.wait(GRACE_S)
             raise ChildDied(_ending(self._process.poll()))
         return message
+
+
+def computed_apart(call: Callable[[], T], limit: float | None = None, environment: Mapping[str, str] = {}) -> T:
+    """Return the result of a call, computed in a separate process that ends with it.
+
+    Raises
+    ------
+    ChildDied, RunTimedOut
+        If the process ends without an answer, or takes longer than `limit` seconds.
+    """
+    child = Child(environment)
+    try:
+        result, error = child.call(pickle.dumps((call, (), {})), limit)
+    finally:
+        child.kill()
+    if error is not None:
+        raise error
+    return cast(T, result)
 
 
 def _ending(code: int | None) -> str:

@@ -6,12 +6,14 @@ import functools
 import importlib.util
 import sys
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from numbers import Real
-from pathlib import Path
 from typing import Any
 
 from stemcal.errors import SimulationFailed, UsageError
+from stemcal.processes.child import ChildDied, computed_apart
+from stemcal.registry import ForeignError, contained
 from stemcal.solvers.options import PythonSolver
 from stemcal.solvers.program import file_hash
 from stemcal.solvers.protocol import RESPONSES, Answer, Request, Solver
@@ -38,8 +40,16 @@ class PythonClass(Solver):
         return self.study.solver
 
     def prepare(self) -> None:
-        """Refuse to begin if the class cannot be made."""
-        self._made()
+        """Refuse to begin if the class cannot be loaded; it is loaded in a separate process, which writes no files."""
+        try:
+            computed_apart(self._try, None, {"PYTHONDONTWRITEBYTECODE": "1"})
+        except ChildDied as problem:
+            raise _cannot_be_loaded(self.options, f"the process ended with {problem}") from None
+
+    def get_ready(self) -> None:
+        """Load the class; `solve` reports why it cannot be loaded."""
+        with suppress(UsageError):
+            self._made()
 
     def identity(self, request: Request) -> dict[str, Any]:
         """Return the code, the class, levels and condition."""
@@ -59,18 +69,23 @@ class PythonClass(Solver):
                 raise SimulationFailed(
                     "input_changed", f"{self.options.file.name} has changed since the study was started"
                 )
-            found = self._made().solve(dict(request.levels), request.condition)
+            made = self._made()
+            with contained():
+                found = made.solve(dict(request.levels), request.condition)
             responses = (self.naming.response, *self.naming.others)
             values = {named.name: _number(found, named.name) for named in responses}
         except SimulationFailed as failure:
             return Answer("failed", reason=failure.reason, message=str(failure))
-        except Exception as error:  # of the user's code
-            return Answer("failed", reason="raised", message=f"{type(error).__name__}: {error}")
+        except (ForeignError, UsageError) as error:
+            return Answer("failed", reason="raised", message=str(error))
         first = values.pop(self.naming.response.name)
         return Answer("ok", first, details={RESPONSES: values} if values else {})
 
     def _made(self) -> Any:
-        return _object(self.options.file, self.options.class_, self.code)
+        return _object(self.options, self.code)
+
+    def _try(self) -> None:
+        self._made()
 
 
 def _number(found: object, name: str) -> float:
@@ -84,20 +99,24 @@ def _number(found: object, name: str) -> float:
 
 
 @functools.cache
-def _object(file: Path, name: str, code: str) -> Any:
+def _object(options: PythonSolver, code: str) -> Any:
     """Return the object of a class, made once in this process for each state of its file."""
     module_name = f"stemcal_solver_{code[:12]}"
-    spec = importlib.util.spec_from_file_location(module_name, file)
+    spec = importlib.util.spec_from_file_location(module_name, options.file)
     assert spec is not None and spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     sys.modules[module_name] = module
     try:
-        spec.loader.exec_module(module)
-        made = getattr(module, name)()
-    except Exception as error:  # of the user's code
-        raise UsageError(
-            f"solver.file {file.name}: the class {name} cannot be instantiated: {type(error).__name__}: {error}"
-        ) from None
-    if not callable(getattr(made, "solve", None)):
-        raise UsageError(f"solver.file {file.name}: the class {name} has no `solve(levels, condition)` method")
+        with contained():
+            spec.loader.exec_module(module)
+            made = getattr(module, options.class_)()
+            can_solve = callable(getattr(made, "solve", None))
+    except ForeignError as error:
+        raise _cannot_be_loaded(options, str(error)) from None
+    if not can_solve:
+        raise _cannot_be_loaded(options, "it has no `solve(levels, condition)` method")
     return made
+
+
+def _cannot_be_loaded(options: PythonSolver, reason: str) -> UsageError:
+    return UsageError(f"solver.file {options.file.name}: the class {options.class_} cannot be loaded: {reason}")

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import json
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -64,10 +67,48 @@ def test_failures_have_their_reason(tmp_path: Path, code: str, reason: str, told
     assert (answer.ok, answer.reason) == (False, reason) and told in answer.message
 
 
-@pytest.mark.parametrize("code", ["import nothing_of_this_name", "class Other: pass", "class Mine: pass"])
-def test_no_study_begins_with_a_class_that_cannot_be_made(tmp_path: Path, code: str) -> None:
-    with pytest.raises(UsageError, match=r"solver.file mine.py: the class Mine "):
+@pytest.mark.parametrize(
+    ("code", "reason"),
+    [
+        ("import nothing_of_this_name", "ModuleNotFoundError: No module"),
+        ("class Other: pass", "AttributeError"),
+        ("class Mine: pass", "no `solve"),
+        ("import sys\nsys.exit(0)", "SystemExit: 0"),
+        ("import os\nos._exit(0)", "SystemExit: 0"),
+        ("from os import _exit\nimport threading\nthreading.Thread(target=_exit, args=(0,)).start()", "exit code 0"),
+        ("import os\nos.abort()", "the process ended with"),
+        ("class Mine:\n    def __init__(self): raise GeneratorExit('no licence')", "GeneratorExit: no licence"),
+        ("class Mine:\n    def __init__(self): raise ValueError('m' * 5_000_000)", "4,999,500 more characters"),
+    ],
+)
+def test_no_study_begins_with_a_class_that_cannot_be_loaded(tmp_path: Path, code: str, reason: str) -> None:
+    with pytest.raises(UsageError, match=r"solver.file mine.py: the class Mine cannot be loaded: ") as raised:
         make_solver(study_of(tmp_path, code)).prepare()
+    assert reason in str(raised.value) and len(str(raised.value)) < 1000
+
+
+NOISY = "import os\nprint('loading')\nos.write(1, b'loading')\nos.system('echo loading')\n" + SOLVER
+
+
+@pytest.mark.parametrize(
+    ("code", "command", "exit_code", "status"),
+    [
+        (NOISY, "check", 0, "done"),
+        (NOISY, "simulate", 0, "done"),
+        ("import os\nos._exit(0)\n", "check", 0, "done"),
+        ("import os\nos._exit(0)\n", "simulate", 2, "wrong"),
+        (SOLVER.replace("if ", "import sys; sys.exit(0)\n        if "), "simulate", 3, "runs_failed"),
+    ],
+)
+def test_no_code_of_a_class_ends_or_garbles_a_command(
+    tmp_path: Path, code: str, command: str, exit_code: int, status: str
+) -> None:
+    study_of(tmp_path, code)
+    files = set(tmp_path.rglob("*"))
+    line = [sys.executable, "-m", "stemcal", command, "mine.yaml", "--json"]
+    done = subprocess.run(line, cwd=tmp_path, capture_output=True, text=True, encoding="utf-8", check=False)
+    assert (done.returncode, json.loads(done.stdout)["status"]) == (exit_code, status), done.stderr
+    assert command != "check" or files == set(tmp_path.rglob("*"))
 
 
 def test_runs_of_other_code_are_other_runs(tmp_path: Path) -> None:
