@@ -116,6 +116,15 @@ def compare_conditions(
     )
 
 
+def standard_error(mean: float, sd: float | None, n: int | None) -> float | None:
+    """Return the standard error of a measured mean in percent of it, None where it is unknown.
+
+    >>> standard_error(100.0, 12.0, 9), standard_error(100.0, 12.0, None)
+    (4.0, None)
+    """
+    return None if sd is None or n is None else 100.0 * sd / n**0.5 / mean
+
+
 def error_percent(measured: float, simulated: float | None) -> float | None:
     """Return 100·(measured − simulated)/measured; None where there is no simulated value.
 
@@ -167,52 +176,77 @@ def _error_trend(rows: Sequence[ValidationRow]) -> tuple[float | None, tuple[Not
 # ---- a formula without mechanics
 
 
-# Bending and shearing of similar sections grow between d² and d³.
-_FIXED_EXPONENT = 2.5
 _EXPONENTS = (-2.0, 8.0)
+_NORMAL = 1.96  # standard errors by which a measured mean may be off, at 95 %
+
+Better = Literal["model", "formula", "neither"]
+Force = tuple[float, float, float | None]
+"""Diameter, measured mean, and its standard error in percent, None where it is unknown."""
 
 
 @dataclass(frozen=True)
 class Formula:
-    """F = a·dᵇ through the fitted forces: b, and the largest error at the held-out diameters, percent."""
+    """F = a·dᵇ through the fitted forces: b, and the largest error at the held-out diameters, percent.
+
+    `standard_error_percent` is the largest standard error of these measured means, None where none is known.
+    """
 
     exponent: float
     worst_held_out_percent: float
+    standard_error_percent: float | None = absent()
+
+    def better(self, model_percent: float) -> Better:
+        """Return which predicts better; neither where the scatter of the measured means explains the difference.
+
+        A mean is off by more than 1.96 standard errors in 5 % of cases, and with it the difference of two errors.
+
+        >>> Formula(2.6, 0.1, 4.7).better(3.0), Formula(2.6, 0.1, 1.0).better(3.0), Formula(2.6, 9.0).better(3.0)
+        ('neither', 'formula', 'model')
+        """
+        difference = model_percent - self.worst_held_out_percent
+        if abs(difference) <= _NORMAL * (self.standard_error_percent or 0.0):
+            return "neither"
+        return "formula" if difference > 0.0 else "model"
 
 
-def formula_elsewhere(fitted: Sequence[tuple[float, float]], held_out: Sequence[tuple[float, float]]) -> Formula | None:
-    """Return F = a·dᵇ through the fitted (diameter, force) and its error at the held-out ones; None without either.
+def formula_elsewhere(fitted: Sequence[Force], held_out: Sequence[Force]) -> Formula | None:
+    """Return F = a·dᵇ through the forces at two fitted diameters or more, and its error at the held-out ones.
 
-    b is that of the fitted forces; through a single diameter it is 2.5.
+    None without either: through a single diameter the exponent would be an assumption, and no comparison with it.
 
-    >>> formula_elsewhere([(8.0, 159.2)], [(7.0, 120.0), (11.0, 378.2)]).exponent
-    2.5
-    >>> round(formula_elsewhere([(8.0, 159.2), (11.0, 378.2)], [(7.0, 120.0)]).exponent, 3)
+    >>> formula_elsewhere([(8.0, 159.2, None)], [(7.0, 120.0, None), (11.0, 378.2, None)]) is None
+    True
+    >>> round(formula_elsewhere([(8.0, 159.2, None), (11.0, 378.2, None)], [(7.0, 120.0, None)]).exponent, 3)
     2.717
     """
-    if not fitted or not held_out:
+    if len({force[0] for force in fitted}) < 2 or not held_out:
         return None
-    (d, f), (at, measured) = np.array(fitted, dtype=float).T, np.array(held_out, dtype=float).T
-    b = _exponent(d, f) if len(np.unique(d)) > 1 else _FIXED_EXPONENT
+    d, f = np.array([force[:2] for force in fitted], dtype=float).T
+    at, measured = np.array([force[:2] for force in held_out], dtype=float).T
+    b = _exponent(d, f)
     errors = 1.0 - _factor(d, f, b) * (at / d[0]) ** b / measured
-    return Formula(b, float(100.0 * np.max(np.abs(errors))))
+    known = [error for *_, error in held_out if error is not None]
+    return Formula(b, float(100.0 * np.max(np.abs(errors))), max(known, default=None))
 
 
-def formula_left_out(forces: Sequence[tuple[float, float]]) -> Formula | None:
-    """Return F = a·dᵇ through all (diameter, force), its largest error that at a diameter left out, each in turn.
+def formula_left_out(forces: Sequence[Force]) -> Formula | None:
+    """Return F = a·dᵇ through all forces, its largest error that at a diameter left out, each in turn.
 
-    None with fewer than two diameters.
+    None with fewer than three diameters.
 
-    >>> round(formula_left_out([(7.0, 49.0), (8.0, 64.0), (9.0, 81.0)]).exponent, 6)
+    >>> round(formula_left_out([(7.0, 49.0, None), (8.0, 64.0, None), (9.0, 81.0, None)]).exponent, 6)
     2.0
     """
     each = [
         formula_elsewhere([one for one in forces if one[0] != left], [one for one in forces if one[0] == left])
-        for left in {d for d, _ in forces}
+        for left in {d for d, *_ in forces}
     ]
-    worst = [one.worst_held_out_percent for one in each if one is not None]
-    b = _exponent(*np.array(forces, dtype=float).T) if len(worst) > 2 else _FIXED_EXPONENT
-    return Formula(b, max(worst)) if worst else None
+    turns = [one for one in each if one is not None]
+    if not turns:
+        return None
+    errors = [one.standard_error_percent for one in turns if one.standard_error_percent is not None]
+    b = _exponent(*np.array([force[:2] for force in forces], dtype=float).T)
+    return Formula(b, max(one.worst_held_out_percent for one in turns), max(errors, default=None))
 
 
 def _exponent(d: Array, f: Array) -> float:

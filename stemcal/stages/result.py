@@ -8,6 +8,7 @@ from html import escape
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self, TypeVar
 
+from stemcal.doe.comparison import Better, Formula
 from stemcal.drawing.table import Table
 from stemcal.errors import UsageError
 from stemcal.notes import Note
@@ -113,6 +114,25 @@ class Judged:
         return abs(self.error_percent or 0.0)
 
 
+@dataclass(frozen=True)
+class Prediction:
+    """The largest error of values that were not fitted, and that of F = a·dᵇ, if it was compared.
+
+    The values are held out at `conditions`, or each `in_turn` is predicted from a fit to the others: ``test``,
+    ``response`` or the name of the condition.
+    """
+
+    worst_percent: float
+    formula: Formula | None
+    conditions: tuple[float, ...] = ()
+    in_turn: str = ""
+
+    @property
+    def better(self) -> Better | None:
+        """Which predicts better, the model or the formula; None without a formula."""
+        return None if self.formula is None else self.formula.better(self.worst_percent)
+
+
 class StageResult(Spread):
     """The result of a stage: frozen, typed, the same as its file."""
 
@@ -143,13 +163,8 @@ class StageResult(Spread):
         return ()
 
     @property
-    def formula_percent(self) -> float | None:
-        """The largest held-out error of a formula through what was fitted; None where none was compared."""
-        return None
-
-    @property
-    def left_out_percent(self) -> float | None:
-        """The largest error of what was left out of the fit in turn; None where nothing was."""
+    def prediction(self) -> Prediction | None:
+        """How well values that were not fitted are predicted; None where none are."""
         return None
 
     def sign_of(self, factor: str) -> Literal["+", "-"] | None:

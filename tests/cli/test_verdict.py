@@ -74,7 +74,7 @@ def test_no_interval_is_shown_where_nothing_is_calibrated(
     said = command("run", spec, "--out", tmp_path / "out", "-j", 1)
     ending = " ".join(said.stdout.split())
     assert re.search(
-        r"Not calibrated\. The physical validity of (\d+) of \1 runs is doubtful: the hourglass energy is up to 40 %",
+        r"Not calibrated\. (?:1\. )?The physical validity of (\d+) of \1 runs is doubtful: the hourglass energy",
         ending,
     )
     assert "Next: Use much smaller elements" in ending

@@ -57,9 +57,11 @@ def test_one_force_does_not_determine_two_factors(results: Any) -> None:
 
 def test_a_joint_fit_is_compared_with_formulas(joint: InvertResult) -> None:
     found = kinds(joint)
-    assert found["beside_formula"] == "warning" and "one_of_many" not in found
+    assert found["left_out"] == "warning" and "one_of_many" not in found
     better = replace(joint, joint=replace(JOINT, max_abs_left_out_error_percent=4.0))
-    assert kinds(better)["beside_formula"] == "info"
+    assert kinds(better)["left_out"] == "info"
+    alike = replace(joint, joint=replace(JOINT, formula=Formula(2.6, 5.0, 0.6)))  # 1.0 % of 1.96 · 0.6 %
+    assert kinds(alike)["left_out"] == "info"
 
 
 def test_an_unknown_error_of_the_surface_is_an_assumption_of_the_intervals(joint: InvertResult) -> None:

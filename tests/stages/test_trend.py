@@ -75,5 +75,15 @@ def test_values_that_have_no_logarithm_are_left_out_with_their_diameter() -> Non
     """d^2.5 over d^2 at 8 to 11 mm, whatever a program returned at 7 mm."""
     d = [7.0, 8.0, 9.0, 10.0, 11.0]
     measured, simulated = [x**2.5 for x in d], [-1.0, *(x**2.0 for x in d[1:])]
-    assert trend_of(d, measured, simulated, [0.01] * 5).exponent == pytest.approx(0.5)
+    assert trend_of(d, measured, simulated, [1.0] * 5).exponent == pytest.approx(0.5)
     assert trend_of(d[:3], measured[:3], simulated[:3]) is None
+
+
+def test_a_trend_within_the_known_scatter_is_none() -> None:
+    """Means known to s are compatible with exponents up to 1.96 s/‖ln d − mean‖: d^0.5 needs s below 9.05 %."""
+    d = [7.0, 8.0, 9.0, 10.0, 11.0]
+    measured, simulated = [x**2.5 for x in d], [x**2.0 for x in d]
+    most = 100.0 * 0.5 * float(np.std(np.log(d)) * 5**0.5) / 1.96
+    assert most == pytest.approx(9.05, abs=0.1)
+    assert trend_of(d, measured, simulated, [0.99 * most] * 5) is not None
+    assert trend_of(d, measured, simulated, [1.01 * most] * 5) is None

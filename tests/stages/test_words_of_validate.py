@@ -29,7 +29,7 @@ def test_notes_of_the_published_forces(results: Any) -> None:
     assert {note.kind: note.severity for note in results.of(ValidateResult).notes} == {
         "fitted": "info",
         "growth": "info",
-        "beside_formula": "warning",
+        "held_out": "info",
         "error_trend": "warning",
         "from_table": "warning",
     }

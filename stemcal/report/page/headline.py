@@ -8,11 +8,11 @@ from stemcal.notes import Remedy
 from stemcal.report.outcome import cited_ranges
 from stemcal.stages.results import Results
 from stemcal.stages.verdict.result import Verdict
+from stemcal.stages.verdict.words import brief
 from stemcal.study.model.study import Study
 from stemcal.version import __version__, code_version
 from stemcal.vocabulary import Wording
 
-_TWO_LINES = 240  # characters
 _REPORT = Remedy("Report the parameter values, their confidence intervals and the simulation settings.")
 _LOOK = Remedy("See the reasons below.")
 
@@ -52,10 +52,9 @@ def headline(results: Results, study: Study, holds: bool = True) -> list[Card]:
     ]
 
 
-def lead(verdict: Verdict, use: str) -> str:
-    """Return one or two lines for the verdict: its first reason, or where the result may be used."""
-    text = verdict.reasons[0].text if verdict.reasons else use
-    return text if len(text) <= _TWO_LINES else f"{text.split('. ')[0].rstrip('.')}."
+def lead(verdict: Verdict, use: str) -> list[str]:
+    """Return a line for each reason of the verdict, or where the result may be used."""
+    return [brief(reason) for reason in verdict.reasons] or ([use] if use else [])
 
 
 def first_remedy(verdict: Verdict) -> Remedy:

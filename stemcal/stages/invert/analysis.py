@@ -24,7 +24,7 @@ from stemcal.doe.calibration.confidence_intervals import (
 from stemcal.doe.calibration.level_set_ranges import assess_point, solve_target
 from stemcal.doe.calibration.likelihood import Fit
 from stemcal.doe.coding import Array, Coding
-from stemcal.doe.comparison import formula_left_out
+from stemcal.doe.comparison import formula_left_out, standard_error
 from stemcal.stages.fitting import Measured, Surfaces, fit_of_study, measured_means
 from stemcal.stages.invert import words
 from stemcal.stages.invert.options import InvertOptions
@@ -109,7 +109,11 @@ def _fitted(study: Study, means: Sequence[Measured], found: Fit, flat: bool) -> 
     errors, ends = left_out(found, groups)
     every = _rows(means, found, errors, ends if apart else [None] * len(means))
     rows = Rows(row for mean, row in zip(means, every, strict=True) if mean.leads)
-    first = [row for mean, row in zip(means, every, strict=True) if mean.response == FIRST]
+    first = [
+        (row.condition, row.measured, standard_error(row.measured, row.sd, row.n))
+        for mean, row in zip(means, every, strict=True)
+        if mean.response == FIRST
+    ]
     tests_scatter = found.p_value is not None
     return JointFitted(
         rows=rows,
@@ -120,7 +124,7 @@ def _fitted(study: Study, means: Sequence[Measured], found: Fit, flat: bool) -> 
         p=found.p_value,
         max_abs_error_percent=max(abs(row.error_percent) for row in rows),
         max_abs_left_out_error_percent=max(abs(row.left_out_error_percent or 0.0) for row in rows) if errors else None,
-        formula=formula_left_out([(r.condition, r.measured) for r in first]) if naming.is_force_on_stems else None,
+        formula=formula_left_out(first) if naming.is_force_on_stems else None,
         contradiction=_contradiction(means, found),
         out_of_reach=Rows(MeasuredMean(means[i].named.name, means[i].condition) for i in missed_observations(found)),
         separated=not flat,

@@ -12,7 +12,7 @@ from stemcal.doe.coding import Coding
 from stemcal.doe.comparison import Formula
 from stemcal.drawing.table import Column, Table
 from stemcal.notes import Note
-from stemcal.stages.result import Head, Interval, StageResult
+from stemcal.stages.result import Head, Interval, Prediction, StageResult
 from stemcal.storage.rows import Rows
 from stemcal.storage.typed import absent, inline
 from stemcal.study.model.study import Study
@@ -225,9 +225,15 @@ class InvertResult(StageResult):
         return {row.condition: row.left_out_error_percent for row in rows if row.response in first}
 
     @property
-    def left_out_percent(self) -> float | None:
-        """The largest error of a measured value that was left out of the joint fit."""
-        return None if self.joint is None else self.joint.max_abs_left_out_error_percent
+    def prediction(self) -> Prediction | None:
+        """The largest error of a measured value that is predicted from a fit to the others."""
+        joint = self.joint
+        if joint is None or joint.max_abs_left_out_error_percent is None:
+            return None
+        condition, several = self.naming.condition, len({row.condition for row in joint.rows}) > 1
+        tests = any(row.left_out_interval is not None for row in joint.rows)
+        each = "test" if tests else condition.long if condition is not None and several else "response"
+        return Prediction(joint.max_abs_left_out_error_percent, joint.formula, in_turn=each)
 
     def _tables(self) -> dict[str, Table]:
         """Return the solution with the range of each factor to cite, and that of the exact solutions."""

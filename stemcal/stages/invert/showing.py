@@ -146,11 +146,15 @@ def _joint_table(joint: JointFitted, names: Wording) -> Table:
     if left_out is None:
         foot = f"Largest absolute percentage error: {fixed(error)} %.", *scores(names)
         return Table.of(columns, rows, _JOINT, foot)
-    columns.append(Column("left_out_error_percent", "Left out", "%", direction))
+    columns.append(Column("left_out_error_percent", "Cross-val.", "%", direction))
     tests = any(row.left_out_interval is not None for row in joint.rows)
-    largest = f"Largest error: {fixed(error)} % for fitted values, {fixed(left_out)} % for values left out of the fit."
+    largest = f"Largest error: {fixed(error)} % for fitted values, {fixed(left_out)} % in the cross-validation."
     others = "other tests" if tests else "other values"
-    foot = largest, f"Left out: error of the value predicted from a fit to the {others}.", *scores(names)
+    foot = (
+        largest,
+        f"Cross-validation (cross-val.): error of the value predicted from a fit to the {others}.",
+        *scores(names),
+    )
     return Table.of(columns, rows, _JOINT, foot)
 
 

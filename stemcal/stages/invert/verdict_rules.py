@@ -4,6 +4,7 @@ from collections.abc import Iterator, Sequence
 from math import isfinite
 
 from stemcal.doe.calibration.region import extremes
+from stemcal.doe.comparison import standard_error
 from stemcal.formats import change, counted, interval, series, short, signed_probability
 from stemcal.notes import Note, Remedy, Severity
 from stemcal.stages.fitting import Surfaces, fitted_surfaces, measured_means
@@ -11,7 +12,7 @@ from stemcal.stages.invert.options import chose_conditions
 from stemcal.stages.invert.result import Certainty, Contradicted, InvertResult, JointFitted
 from stemcal.stages.stage import calibrating
 from stemcal.stages.verdict import advice, words
-from stemcal.stages.verdict.trend_advice import for_trend, standard_error, trend_reason
+from stemcal.stages.verdict.trend_advice import for_trend, trend_reason
 from stemcal.stages.verdict.verdict_rules import BEYOND_DOUBT, Evidence, Rank, ranked
 from stemcal.study.model.study import Study
 from stemcal.vocabulary import Wording

@@ -8,6 +8,7 @@ from stemcal.doe.calibration.observations import COARSEST, FINEST
 from stemcal.formats import change, fixed, interval, series, short, significant, with_unit
 from stemcal.notes import Note
 from stemcal.stages.invert.result import Certainty, InvertResult, JointFitted
+from stemcal.stages.verdict.words import predicted_note
 from stemcal.vocabulary import Wording
 
 
@@ -110,7 +111,8 @@ def invert_notes(stage: InvertResult) -> list[Note]:
     """Return what limits a solution: other solutions, the region, a formula, the intervals."""
     names = Wording(stage.naming)
     found = _of_one(stage, names) if stage.joint is None else _of_many(stage.joint, names)
-    return [*found, Note("known", "caution", " ".join(known(stage.certainty, stage, names)))]
+    predicted = [] if stage.prediction is None else [predicted_note("left_out", stage.prediction, names)]
+    return [*found, *predicted, Note("known", "caution", " ".join(known(stage.certainty, stage, names)))]
 
 
 def _of_one(stage: InvertResult, names: Wording) -> Iterator[Note]:
@@ -138,34 +140,12 @@ def _of_many(joint: JointFitted, names: Wording) -> Iterator[Note]:
                 "too narrow."
             )
         yield Note("independent_means", "caution", text)
-    if joint.max_abs_left_out_error_percent is not None:
-        condition = names.naming.condition
-        several = condition is not None and len({row.condition for row in joint.rows}) > 1
-        tests = any(row.left_out_interval is not None for row in joint.rows)
-        each = "test" if tests else condition.long if condition is not None and several else "response"
-        text = (
-            f"When each {each} in turn is left out of the fit, the largest prediction error is "
-            f"{fixed(joint.max_abs_left_out_error_percent, 1)} %."
-        )
-        yield Note("left_out", "info", text)
-    yield from _formula_is_as_good(joint)
     if joint.scatter == "misfit":
         text = (
             "Without standard deviations, the relative errors of all values are weighted equally, and the scatter is "
             "estimated from the misfit."
         )
         yield Note("weights", "caution", text)
-
-
-def _formula_is_as_good(joint: JointFitted) -> Iterator[Note]:
-    """Compare the errors of left-out forces with those of a formula without mechanics."""
-    formula, model = joint.formula, joint.max_abs_left_out_error_percent
-    if formula is not None and model is not None:
-        text = (
-            f"For diameters left out of the fit, the largest error is {model:.1f} % for the model and "
-            f"{formula.worst_held_out_percent:.1f} % for the formula F = a·d^{formula.exponent:.3g}."
-        )
-        yield Note("beside_formula", "info" if model < formula.worst_held_out_percent else "warning", text)
 
 
 def prior_unused(factors: tuple[str, ...]) -> Note:

@@ -8,7 +8,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from stemcal.doe.comparison import Formula, Validation, ValidationRow, compare_conditions, formula_elsewhere
+from stemcal.doe.comparison import (
+    Formula,
+    Validation,
+    ValidationRow,
+    compare_conditions,
+    formula_elsewhere,
+    standard_error,
+)
 from stemcal.errors import UsageError
 from stemcal.formats import interval, significant
 from stemcal.notes import Note
@@ -23,6 +30,7 @@ from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.result import Head
 from stemcal.stages.validate.options import ValidateOptions
 from stemcal.stages.validate.result import FurtherRow, ValidateResult, ValidateRow
+from stemcal.stages.verdict.words import predicted_note
 from stemcal.stages.work import Work, a_stage
 from stemcal.storage.rows import Rows
 from stemcal.study.model.measured_targets import Target
@@ -101,10 +109,11 @@ def _from_table(study: Study, solver: Solver) -> Iterator[Note]:
 def _formula(rows: Sequence[ValidationRow]) -> Formula | None:
     """Return F = a·dᵇ through the fitted forces, and its error at the others that were simulated."""
     done = [row for row in rows if row.simulated is not None]
-    pairs = {
-        role: [(row.condition, row.measured) for row in done if row.role == role] for role in ("fitted", "held_out")
-    }
-    return formula_elsewhere(pairs["fitted"], pairs["held_out"])
+    fitted, held_out = (
+        [(row.condition, row.measured, standard_error(row.measured, row.sd, row.n)) for row in done if row.role == role]
+        for role in ("fitted", "held_out")
+    )
+    return formula_elsewhere(fitted, held_out)
 
 
 def requests_at(study: Study, levels: Mapping[str, float]) -> list[Request]:
@@ -138,7 +147,8 @@ def _further(study: Study, target: Target, outcome: Outcome) -> Rows[FurtherRow]
 def validate_notes(stage: ValidateResult) -> list[Note]:
     """Return what follows from the comparison: its independence, growth and a formula."""
     names = Wording(stage.naming)
-    return [*_fitted(stage, names), *_growth(stage), *_formula_is_as_good(stage, names), *_travel(stage)]
+    predicted = [] if stage.prediction is None else [predicted_note("held_out", stage.prediction, names)]
+    return [*_fitted(stage, names), *_growth(stage), *predicted, *_travel(stage)]
 
 
 def _fitted(stage: ValidateResult, names: Wording) -> Iterator[Note]:
@@ -177,15 +187,3 @@ def _travel(stage: ValidateResult) -> Iterator[Note]:
 def _ends(values: Sequence[float]) -> str:
     """Return a value, or the least and the greatest of several."""
     return significant(values[0], 3) if len(set(values)) == 1 else interval((min(values), max(values)), 3)
-
-
-def _formula_is_as_good(stage: ValidateResult, names: Wording) -> Iterator[Note]:
-    """Compare the errors at held-out diameters with those of a formula through the fitted forces."""
-    formula, model = stage.formula, stage.worst_held_out_percent
-    if formula is not None and model is not None:
-        text = (
-            f"The largest error at the held-out diameters is {model:.1f} % for the model and "
-            f"{formula.worst_held_out_percent:.1f} % for the formula F = a·d^{formula.exponent:.3g} fitted"
-            f"{names.at(*stage.fitted)}."
-        )
-        yield Note("beside_formula", "info" if model < formula.worst_held_out_percent else "warning", text)

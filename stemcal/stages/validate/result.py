@@ -10,7 +10,7 @@ from stemcal.doe.comparison import Exponent, Formula, ValidationRow, error_perce
 from stemcal.drawing.table import Table
 from stemcal.notes import Note
 from stemcal.runs.record import Outcome
-from stemcal.stages.result import Head, Judged, StageResult
+from stemcal.stages.result import Head, Judged, Prediction, StageResult
 from stemcal.storage.rows import Rows
 from stemcal.storage.typed import Spread, absent, inline
 from stemcal.vocabulary import Wording
@@ -97,9 +97,11 @@ class ValidateResult(StageResult):
         return [row for row in self.compared if row.role == "held_out" and row.error_percent is not None]
 
     @property
-    def formula_percent(self) -> float | None:
-        """The largest held-out error of a formula through the fitted forces."""
-        return None if self.formula is None else self.formula.worst_held_out_percent
+    def prediction(self) -> Prediction | None:
+        """The largest error at the held-out conditions, and that of a formula through the fitted forces."""
+        if self.worst_held_out_percent is None or self.naming.condition is None or self.is_given:
+            return None
+        return Prediction(self.worst_held_out_percent, self.formula, tuple(row.condition for row in self.held_out))
 
     @property
     def is_given(self) -> bool:

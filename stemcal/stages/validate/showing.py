@@ -16,7 +16,7 @@ from stemcal.storage.typed import to_json
 from stemcal.study.model.study import Study
 from stemcal.vocabulary import FIRST, Variable, Wording
 
-_LEFT_OUT = Column("left_out_percent", "Left out", "%", direction)
+_LEFT_OUT = Column("left_out_percent", "Cross-val.", "%", direction)
 
 
 class ValidateShowing(Showing[ValidateResult]):

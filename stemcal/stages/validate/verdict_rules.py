@@ -2,12 +2,13 @@
 
 from collections.abc import Iterator
 
+from stemcal.doe.comparison import standard_error
 from stemcal.notes import Note, Remedy, Severity
 from stemcal.stages.invert.options import chose_conditions
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.validate.result import ValidateResult
 from stemcal.stages.verdict import advice
-from stemcal.stages.verdict.trend_advice import standard_error, trend_reason
+from stemcal.stages.verdict.trend_advice import trend_reason
 from stemcal.stages.verdict.verdict_rules import Evidence, Rank, ranked
 from stemcal.stages.verdict.words import miss
 
@@ -80,9 +81,9 @@ def no_better_than_formula(evidence: Evidence) -> Iterator[Note]:
 
 
 def _predicted_in_turn(evidence: Evidence) -> bool:
-    """Whether what is left out of the fit in turn is predicted within the percentage."""
-    errors = (result.left_out_percent for result in evidence.results.done)
-    return any(error is not None and error <= evidence.equivalent_percent for error in errors)
+    """Whether each fitted value is predicted from the others within the percentage."""
+    found = [one for result in evidence.results.done if (one := result.prediction) is not None and one.in_turn]
+    return any(one.worst_percent <= evidence.equivalent_percent for one in found)
 
 
 RULES = (trend, validation, no_better_than_formula)

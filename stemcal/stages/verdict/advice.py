@@ -11,9 +11,10 @@ from stemcal.formats import outwards, series
 from stemcal.notes import Note, Remedy
 from stemcal.stages.fitting import Surfaces
 from stemcal.stages.result import StageResult
+from stemcal.stages.verdict import words
 from stemcal.study.model.study import Study
 from stemcal.study.types.factor import Factor
-from stemcal.vocabulary import DIAMETER, FIRST
+from stemcal.vocabulary import DIAMETER, FIRST, Wording
 
 # A range is widened by at most this multiple of its width, and beyond the target by this part of the missing distance.
 _WIDEST, _BEYOND = 20.0, 0.25
@@ -27,10 +28,11 @@ _BETWEEN_DIAMETERS = Remedy(
 
 
 def formula_reason(result: StageResult) -> Iterator[Note]:
-    """Yield the note of a result that a formula without mechanics predicts the forces as well as the model."""
-    for note in result.notes:
-        if (note.kind, note.severity) == ("beside_formula", "warning"):
-            yield replace(note, kind="no_better_than_formula", remedy=_BETWEEN_DIAMETERS)
+    """Yield that a formula without mechanics predicts better than the model, by more than the means scatter."""
+    found = result.prediction
+    if found is not None and found.better == "formula":
+        text = words.predicted(found, Wording(result.naming))
+        yield Note("no_better_than_formula", "warning", text, _BETWEEN_DIAMETERS)
 
 
 def reach(surface: Surfaces) -> tuple[float, float]:

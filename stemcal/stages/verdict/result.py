@@ -6,17 +6,17 @@ from dataclasses import dataclass
 from typing import Literal
 
 from stemcal.notes import SEVERITIES, Note
-from stemcal.stages.result import Judged
+from stemcal.stages.result import Judged, Prediction
 
 Word = Literal["calibrated", "with_reservations", "not_calibrated"]
-MOST_REASONS = 10
 
 
 @dataclass(frozen=True)
 class Use:
     """Where the result may be used: conditions with all errors within the percentage, and the largest error beyond.
 
-    `held_out` is the largest error that was not `fitted`, `formula_percent` that of F = a·d^b through fitted forces.
+    `held_out` is the largest error that was not `fitted`; `predictions` are of held-out values, and of each fitted
+    value from the others.
     """
 
     within_percent: float
@@ -24,12 +24,12 @@ class Use:
     worst: Judged | None
     held_out: Judged | None = None
     fitted: tuple[float, ...] = ()
-    formula_percent: float | None = None
+    predictions: tuple[Prediction, ...] = ()
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """The verdict, where the result may be used (None where no run shows it), and at most ten reasons."""
+    """The verdict, where the result may be used (None where no run shows it), and the reasons by importance."""
 
     verdict: Word
     use: Use | None
@@ -40,7 +40,7 @@ class Verdict:
         """Return the verdict that reasons lead to: an error means not calibrated, anything else a reservation."""
         worst = min((reason.severity for reason in reasons), key=SEVERITIES.index, default=None)
         word: Word = "calibrated" if worst is None else "not_calibrated" if worst == "error" else "with_reservations"
-        return cls(word, use, tuple(reasons[:MOST_REASONS]))
+        return cls(word, use, tuple(reasons))
 
     @property
     def holds(self) -> bool:

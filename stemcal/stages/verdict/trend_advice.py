@@ -77,7 +77,7 @@ def trend_of(
     """Return the power law of measured over simulated force if its exponent is not 0, else None.
 
     The exponents of both forces differ if the 95 % interval of the ratio's excludes 0; where the standard errors of the
-    means are known (`scatter`, a part of each), the interval from these has to exclude 0 as well.
+    means are known (`scatter`, percent), the interval from these has to exclude 0 as well. Failed runs are left out.
 
     >>> d = [7.0, 8.0, 9.0, 10.0, 11.0]
     >>> round(trend_of(d, [x**2.5 for x in d], [x**2.0 for x in d]).exponent, 6)
@@ -92,16 +92,11 @@ def trend_of(
         return None
     diameters = [row[0] for row in rows]
     x = np.log(diameters) - np.mean(np.log(diameters))
-    known = np.array([0.0 if row[3] is None else row[3] for row in rows])
+    known = np.array([0.01 * (row[3] or 0.0) for row in rows])
     within = _NORMAL * float(np.linalg.norm(x * known) / (x @ x))  # b = Σ x ln r / Σ x²
     low, high = law.exponent_interval
     change = abs(law.exponent) * float(np.log(max(diameters) / min(diameters)))
     return law if low * high > 0.0 and abs(law.exponent) > within and change >= _LEAST_CHANGE else None
-
-
-def standard_error(mean: float, sd: float | None, n: int | None) -> float | None:
-    """Return the standard error of a measured mean as a part of it, None where it is unknown."""
-    return None if sd is None or n is None else sd / n**0.5 / mean
 
 
 def trend_reason(

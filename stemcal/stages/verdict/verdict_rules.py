@@ -85,8 +85,8 @@ class Rank(IntEnum):
     REACH = 5
     MODEL = 6
     VALIDATION = 7
-    FORMULA = 8
-    IDENTIFICATION = 9
+    IDENTIFICATION = 8
+    FORMULA = 9
     OTHER = 10
 
 
@@ -141,14 +141,13 @@ def _use(evidence: Evidence) -> Use | None:
         return None
     off = [row for row in rows if row.size > evidence.equivalent_percent]
     apart = {row.condition for row in off}
-    formulas = (result.formula_percent for result in evidence.results.done)
     return Use(
         evidence.equivalent_percent,
         good=tuple(dict.fromkeys(row.condition for row in rows if row.condition not in apart)),
         worst=max(off, key=lambda row: row.size, default=None),
         held_out=max((row for row in rows if not row.fitted), key=lambda row: row.size, default=None),
         fitted=tuple(dict.fromkeys(row.condition for row in rows if row.fitted)),
-        formula_percent=next((percent for percent in formulas if percent is not None), None),
+        predictions=tuple(one for result in evidence.results.done if (one := result.prediction) is not None),
     )
 
 

@@ -1,10 +1,12 @@
 """Sentences of the verdict: the verdict itself, and where the result may be used."""
 
+import re
 from dataclasses import asdict
 from typing import Any
 
-from stemcal.formats import counted, fixed
-from stemcal.stages.result import Judged
+from stemcal.formats import fixed
+from stemcal.notes import Note
+from stemcal.stages.result import Judged, Prediction
 from stemcal.stages.verdict.result import Use, Verdict
 from stemcal.vocabulary import Wording
 
@@ -20,17 +22,22 @@ def word(verdict: Verdict) -> str:
     return _WORDS[verdict.verdict]
 
 
+def brief(reason: Note) -> str:
+    """Return the first sentence of a reason."""
+    return f"{reason.text.split('. ')[0].rstrip('.')}."
+
+
 def opening(verdict: Verdict) -> str:
     """Return the verdict and the first reason."""
     return " ".join([f"{word(verdict)}.", *(reason.text for reason in verdict.reasons[:1])])
 
 
 def lines(verdict: Verdict, names: Wording) -> list[str]:
-    """Return three lines at most: the verdict with its first reason, where it may be used, the next step."""
-    more = len(verdict.reasons) - 1
-    rest = f" (`stemcal status SPEC` lists {counted(more, 'more reason')}.)" if more > 0 else ""
+    """Return the verdict, its reasons in a line each, the most important first, where it may be used, the next step."""
+    several = len(verdict.reasons) > 1
+    reasons = [f"{number}. {brief(reason)}" for number, reason in enumerate(verdict.reasons, 1)] if several else []
     next_step = [f"Next: {reason.remedy.text}" for reason in verdict.reasons[:1] if reason.remedy]
-    return [opening(verdict) + rest, *uses(verdict, names), *next_step]
+    return [f"{word(verdict)}." if several else opening(verdict), *reasons, *uses(verdict, names), *next_step]
 
 
 def in_full(verdict: Verdict, names: Wording) -> list[str]:
@@ -74,16 +81,50 @@ def uses(verdict: Verdict, names: Wording) -> list[str]:
 
 
 def _held_out(where: Use, names: Wording) -> list[str]:
-    """Return the largest held-out error, with that of a formula through the fitted forces.
+    """Return how well values that were not fitted are predicted, the largest held-out error with its side."""
+    said = []
+    if where.held_out is not None and where.fitted and names.placed:
+        said.append(f"The parameters were fitted to data{names.at(*where.fitted)}.")
+        if all(prediction.in_turn for prediction in where.predictions):
+            said.append(f"The largest held-out error is in the {_signed(where.held_out, names)}.")
+    in_order = sorted(where.predictions, key=lambda one: one.in_turn)  # held out first
+    return [*said, *(predicted(one, names, where.held_out) for one in in_order)]
 
-    >>> _held_out(Use(10.0, (), None, Judged("force", 8.0, -2.9, False), (7.0, 9.0), 3.7), Wording())[1][33:]
-    'the maximum force: 2.9 % too high at a diameter of 8 mm (formula F = a·d^b: 3.7 %).'
+
+def predicted(found: Prediction, names: Wording, worst: Judged | None = None) -> str:
+    """Return the largest error of values that were not fitted, next to that of a formula, and which is better.
+
+    >>> from stemcal.doe.comparison import Formula
+    >>> print(predicted(Prediction(2.88, Formula(2.53, 3.67, 4.4), (8.0, 10.0)), Wording()).replace(" (", "\\n("))
+    At the held-out diameters of 8 and 10 mm the error is at most 2.9 %
+    (formula F = a·d^2.53: 3.7 %; not distinguishable, since a measured mean has a standard error of 4.4 %).
+    >>> predicted(Prediction(13.46, None, in_turn="stem diameter"), Wording())
+    'Cross-validation (one stem diameter predicted from the others): the error is at most 13.5 %.'
     """
-    if where.held_out is None or not where.fitted or not names.placed:
-        return []
-    formula = "" if where.formula_percent is None else f" (formula F = a·d^b: {where.formula_percent:.1f} %)"
-    fitted = f"The parameters were fitted to data{names.at(*where.fitted)}."
-    return [fitted, f"The largest held-out error is in the {_signed(where.held_out, names)}{formula}."]
+    side = ""
+    if found.in_turn:
+        start = f"Cross-validation (one {found.in_turn} predicted from the others): the error is at most"
+    else:
+        place = re.sub(r"^ at (a )?", "At the held-out ", names.at(*found.conditions))
+        start = f"{place} the error is at most"
+        if worst is not None and len(found.conditions) > 1:
+            side = f", {_side(worst)}{names.at(worst.condition)}"
+    return f"{start} {found.worst_percent:.1f} %{side}{_formula(found)}."
+
+
+def _formula(found: Prediction) -> str:
+    if (formula := found.formula) is None:
+        return ""
+    text = f"formula F = a·d^{formula.exponent:.3g}: {formula.worst_held_out_percent:.1f} %"
+    if found.better == "neither" and formula.standard_error_percent:
+        error = f"{formula.standard_error_percent:.1f} %"
+        text += f"; not distinguishable, since a measured mean has a standard error of {error}"
+    return f" ({text})"
+
+
+def predicted_note(kind: str, found: Prediction, names: Wording) -> Note:
+    """Return the note of a stage on the prediction of values that were not fitted."""
+    return Note(kind, "warning" if found.better == "formula" else "info", predicted(found, names))
 
 
 def miss(worst: Judged, names: Wording) -> str:
@@ -97,8 +138,11 @@ def miss(worst: Judged, names: Wording) -> str:
 
 def _error(worst: Judged, names: Wording) -> str:
     """Return the size of an error, its side and its place."""
-    side = "low" if (worst.error_percent or 0.0) > 0.0 else "high"
-    return f"{size_of(worst.size)} % too {side}{names.at(worst.condition)}"
+    return f"{size_of(worst.size)} % {_side(worst)}{names.at(worst.condition)}"
+
+
+def _side(worst: Judged) -> str:
+    return f"too {'low' if (worst.error_percent or 0.0) > 0.0 else 'high'}"
 
 
 def _signed(worst: Judged, names: Wording) -> str:
