@@ -9,8 +9,8 @@ from typing import Any
 import pytest
 
 from stemcal.report import gallery
-from stemcal.report import page as pages
 from stemcal.report import redraw as drawing
+from stemcal.report.page import page as pages
 from stemcal.report.page.page import _Shown, page_content
 from stemcal.report.redraw import draw
 from stemcal.runs.study_folder import StudyFolder
@@ -75,7 +75,7 @@ def test_what_the_page_does_not_show_is_left_to_plot(
     what = page_content(study, StudyFolder(tmp_path))
     hidden = replace(what.plots[0], name="hidden", on_page=False)
     written: list[str] = []
-    monkeypatch.setattr(pages, "shown", lambda *_: replace(what, plots=[*what.plots, hidden]))
+    monkeypatch.setattr(pages, "page_content", lambda *_: replace(what, plots=[*what.plots, hidden]))
     monkeypatch.setattr(gallery, "write_figures", lambda plots, folder: written.extend(plot.name for plot in plots))
     monkeypatch.setattr(pages, "write_page", lambda *_: None)
     (tmp_path / "figures").mkdir()
