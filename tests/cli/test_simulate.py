@@ -146,7 +146,9 @@ def bent(monkeypatch: pytest.MonkeyPatch) -> None:
         known_result(), stroke_was_enough=False, warnings=(maximum_not_passed(0.83), inertia_in_force(6.25, 0.5))
     )
     responses = {"slope": 41.5, "force": 120.0, "travel": 0.6, "work": 60.0}
-    monkeypatch.setattr(embedded, "perform_or_fail", lambda *_: LaboratoryResult(**{**vars(curve), "responses": responses}))
+    monkeypatch.setattr(
+        embedded, "perform_or_fail", lambda *_: LaboratoryResult(**{**vars(curve), "responses": responses})
+    )
     monkeypatch.setattr(embedded, "warm", lambda *_: None)
 
 
