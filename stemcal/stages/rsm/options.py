@@ -217,7 +217,7 @@ def _coding_fits(draft: Draft) -> Iterator[Finding]:
             yield Finding(
                 path,
                 f"the value at coded −1 ({low:g}) is not below the value at coded +1 ({high:g})",
-                "swap the two values",
+                "swap the two values" if low > high else f"write a smaller and a larger value than {low:g}",
             )
         elif factor.low < factor.high and not factor.low <= 0.5 * (low + high) <= factor.high:
             message = (

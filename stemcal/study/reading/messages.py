@@ -13,7 +13,7 @@ from stemcal.study.reading.json_schema import keys_of, meaning_of, section_with
 from stemcal.study.types.factor import Factor
 from stemcal.study.types.field_types import Number, Quantity, Size
 from stemcal.study.types.strict_yaml import Finding, NodePath, resolve
-from stemcal.study.types.units import from_internal, parse_unit
+from stemcal.study.types.units import from_internal, parse_unit, with_point
 
 _KINDS = {
     "string_type": ("text", "enclose the value in quotes"),
@@ -23,11 +23,12 @@ _KINDS = {
     **dict.fromkeys(("dict_type", "model_type"), ("a mapping", "write lines of the form `key: value` below this key")),
 }
 _BOUNDS = {
-    "greater_than": ("must be above", "gt"),
-    "greater_than_equal": ("must not be below", "ge"),
-    "less_than": ("must be below", "lt"),
-    "less_than_equal": ("must not be above", "le"),
+    "greater_than": ("must be above", "gt", "write a number above {:g}"),
+    "greater_than_equal": ("must not be below", "ge", "write {:g} or more"),
+    "less_than": ("must be below", "lt", "write a number below {:g}"),
+    "less_than_equal": ("must not be above", "le", "write {:g} or less"),
 }
+_NUMBER = re.compile(r"[-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]+)?(?=$|\s*[A-Za-z%°/]+[0-9]?$)")
 
 
 def finding_of(error: Mapping[str, Any], path: NodePath, shown_path: NodePath) -> Finding:
@@ -51,16 +52,19 @@ def finding_of(error: Mapping[str, Any], path: NodePath, shown_path: NodePath) -
     if kind in _KINDS:
         return Finding(path, *_wrong_kind(error["input"], *_KINDS[kind]))
     if kind in _BOUNDS:
-        words, key = _BOUNDS[kind]
-        return Finding(path, f"{_show(error['input'])} {words} {error['ctx'][key]:g}", "correct the value")
+        words, key, remedy = _BOUNDS[kind]
+        limit = error["ctx"][key]
+        return Finding(path, f"{_show(error['input'])} {words} {limit:g}", remedy.format(limit))
     return Finding(path, f"{_show(error['input'])}: {error['msg']}", "correct the value")
 
 
 def _wrong_kind(given: Any, wanted: str, remedy: str) -> tuple[str, str]:
     if given is None:
-        return "the value is empty", f"write {wanted} or remove the line"
+        return "the value is empty", f"write {wanted}"
     if isinstance(given, str) and re.match(r"\s*[-+]?[0-9]*,[0-9]", given):
-        return f"{_show(given)} has a decimal comma", f"use a decimal point: {given.strip().replace(',', '.')[:40]}"
+        return f"{_show(given)} has a decimal comma", f"write {with_point(given)}"
+    if isinstance(given, str) and wanted.endswith("number") and (number := _NUMBER.match(given.strip())):
+        return f"{_show(given)} is not {wanted}", f"write {number[0]} without quotes or a unit"
     return f"{_show(given)} is not {wanted}", remedy
 
 
@@ -71,12 +75,10 @@ def _missing(error: Mapping[str, Any], path: NodePath, shown_path: NodePath) -> 
 
 def _unknown_key(error: Mapping[str, Any], path: NodePath, shown_path: NodePath) -> Finding:
     key = str(path[-1])
-    known = keys_of(shown_path[:-1])
+    known = keys_of(shown_path[:-1]) or keys_of(path[:-1])  # a wrong `kind` names no schema
     near = nearest(key, known)
-    section = section_with(key)
-    if key[:1].isdecimal():
-        remedy = "use a decimal point instead of a comma, as in 37.5"
-    elif near:
+    section = None if key == "kind" else section_with(key)  # that of a solver is of no use to another section
+    if near:
         remedy = f"did you mean {near}?"
     elif section:
         remedy = f"move the key to the `{section}` section"
@@ -97,7 +99,9 @@ def _length(error: Mapping[str, Any], path: NodePath, shown_path: NodePath) -> F
     if error["type"] in ("too_short", "string_too_short"):
         given = error["input"].strip() if isinstance(error["input"], str) else error["input"]
         if not given:
-            return Finding(path, "the value is empty", "write a value")
+            several = isinstance(given, list | tuple)
+            remedy = "write at least one entry, on a line that begins with `-`" if several else "write a value"
+            return Finding(path, "the value is empty", remedy)
         return Finding(path, f"{_show(given)} is too short", "write a longer value")
     most = error["ctx"].get("max_length")
     remedy = f"shorten the value to a length of at most {most}"

@@ -93,7 +93,7 @@ class Sections:
             if key in known:
                 continue
             if (stage := STAGES.named(key)) is None or (kind := stage.section()) is None:
-                self.findings.append(_unknown_section(key, known))
+                self.findings.append(_unknown_section(key, known, self.data))
                 continue
             try:
                 further[key] = kind.model_validate(self.data[key] or {}, context=self.context)
@@ -206,10 +206,12 @@ def spelled(name: str) -> str:
     return str(StudyForm.model_fields[name].validation_alias or name)
 
 
-def _unknown_section(key: str, known: Collection[str]) -> Finding:
+def _unknown_section(key: str, known: Collection[str], given: Collection[str]) -> Finding:
     near, section = nearest(key, known), section_with(key)
     remedy = f"remove the key; known sections are {listed(known)}"
-    if near or section:
+    if near in given:
+        remedy = f"move its entries to the `{near}` section, and remove the key"
+    elif near or section:
         remedy = f"did you mean {near}?" if near else f"move the key to the `{section}` section"
     if (broken := STAGES.broken.get(key)) is not None:
         remedy = f"the {key[:60]} stage cannot be loaded: {broken}"

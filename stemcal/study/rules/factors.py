@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator, Mapping
 from math import inf
 from operator import itemgetter
 
-from stemcal.formats import did_you_mean, nearest
+from stemcal.formats import did_you_mean, listed, nearest
 from stemcal.study.model.growth import MOST_EXPONENT, Growth
 from stemcal.study.model.study import Study
 from stemcal.study.rules import Draft
@@ -68,7 +68,10 @@ def _factors_are_known(draft: Draft) -> Iterator[Finding]:
             continue
         if parameter is None:
             message = f"the {draft.study.solver.title} solver has no parameter {factor.name!r}"
-            yield Finding(("factors", index, "name"), message, did_you_mean(factor.name, draft.kind.parameters))
+            near = nearest(factor.name, draft.kind.parameters)
+            twice = f"remove this factor because {near} is already a factor"
+            remedy = twice if near in draft.names else did_you_mean(factor.name, draft.kind.parameters)
+            yield Finding(("factors", index, "name"), message, remedy)
             continue
         try:
             units.parse_unit(factor.unit, parameter.dimension)
@@ -249,7 +252,8 @@ def _exponents_are_factors(draft: Draft) -> Iterator[Finding]:
         if not isinstance(exponent, str):
             continue
         if exponent in EMBEDDED:
-            remedy = did_you_mean(exponent, [factor for factor in draft.names if factor not in EMBEDDED] or ["growth"])
+            pure = [factor for factor in draft.names if factor not in EMBEDDED]
+            remedy = f"write a number, or the factor {listed(pure)}" if pure else "write a number, such as 0.5"
             yield Finding(path, f"the exponent cannot be the material parameter {exponent!r}", remedy)
         elif exponent not in draft.names:
             message = f"the exponent {exponent[:60]!r} is neither a number nor a factor of this study"

@@ -170,7 +170,7 @@ class Quantity:
         if isinstance(given, bool) or not isinstance(given, int | float):
             raise complain("the value is not a number with a unit", f'write a value such as "1 {usual}"')
         if from_yaml:
-            raise complain(f"{given:g} has no unit", f'write "{given:g} {usual}"')
+            raise complain(f"{given:g} has no unit", units.with_unit(f"{given:g}", self.dimension, usual))
         return float(given) if -MOST <= given <= MOST else math.inf  # a whole number of 400 digits is no float
 
 

@@ -19,12 +19,14 @@ from typing import Any, NamedTuple, NoReturn
 import yaml
 
 from stemcal.storage.encodings import decode
+from stemcal.study.types.units import with_point
 
 MAX_BYTES = 1 << 20
 MAX_PROBLEMS = 100
 
 # what unquoted scalars mean: the core schema of YAML 1.2
 _INTEGER = re.compile(r"[-+]?[0-9]+")
+_DIGITS = re.compile(r"[-+]?[0-9]+")
 _FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
 _NOT_FINITE = re.compile(r"[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)")
 _LONGEST_INTEGER = 16  # beyond about 2**53 a float is as good, and int() of thousands of digits raises
@@ -178,7 +180,7 @@ class _Loader(yaml.SafeLoader):
         if isinstance(node, yaml.SequenceNode):
             return [self.value_of(entry, (*path, index)) for index, entry in enumerate(node.value)]
         found: dict[str, Any] = {}
-        for key_node, value in node.value:
+        for key_node, value in self._with_points(node, path):
             if not isinstance(key_node, yaml.ScalarNode):
                 remedy = "use a plain word as a key; enclose `{braces}` in quotes"
                 self.stop(key_node, "a list or mapping cannot be a key", remedy)
@@ -190,6 +192,22 @@ class _Loader(yaml.SafeLoader):
             else:
                 found[key] = self.value_of(value, below)
         return found
+
+    def _with_points(self, node: yaml.MappingNode, path: NodePath) -> list[tuple[Any, Any]]:
+        """Return the keys and values of a mapping; a number in braces that a decimal comma divides is one value."""
+        pairs: list[tuple[Any, Any]] = []
+        for key, value in node.value if node.flow_style else ():
+            last = pairs[-1][1] if pairs else None
+            rest = isinstance(key, yaml.ScalarNode) and not (key.style or value.value) and key.value[:1].isdigit()
+            if rest and isinstance(last, yaml.ScalarNode) and not last.style and _DIGITS.fullmatch(last.value):
+                written = f"{last.value},{key.value}"
+                below = (*path, pairs[-1][0].value)
+                self._complain(last, f"{written[:60]!r} has a decimal comma", f"write {with_point(written)}", below)
+                whole = yaml.ScalarNode(last.tag, written.replace(",", "."), last.start_mark, key.end_mark)
+                pairs[-1] = pairs[-1][0], whole
+            else:
+                pairs.append((key, value))
+        return pairs if node.flow_style else node.value
 
     def stop(self, at: yaml.Event | yaml.Node, message: str, remedy: str) -> NoReturn:
         """Note a problem and read no further."""
@@ -231,7 +249,8 @@ def _mark(error: yaml.MarkedYAMLError) -> Any:
 
 _NO_COLON = "could not find expected ':'"
 _REMEDIES = {
-    "cannot start any token": "enclose the text in quotes; indent with spaces, not tabs",
+    r"'\t' that cannot start": "replace each tab by spaces",
+    "cannot start any token": "enclose the text in quotes",
     "mapping values": "put quotes around text that contains a colon; check the indentation",
     _NO_COLON: "a colon and a space are missing here: write `key: value`",
     "expected <block end>": "check the indentation of this line and of the lines above",

@@ -66,7 +66,7 @@ def parse_unit(text: str, dimension: str | None = None) -> Unit:
     """Return the unit called `text`; raise `UnitError` if there is none or it measures something else."""
     name = text.strip().translate(_SIGNS)
     unit = _BY_NAME.get(_ALIASES.get(name, name))
-    possible = tuple(_TABLE[dimension] if dimension else _BY_NAME)
+    possible = tuple(dict.fromkeys((usual_unit(dimension), *_TABLE[dimension]))) if dimension else tuple(_BY_NAME)
     if unit is None:
         raise UnitError(f"unknown unit {_shown(text)}", did_you_mean(name, possible))
     if dimension is not None and unit.dimension != dimension:
@@ -99,13 +99,45 @@ def parse(text: str, dimension: str, usual: str = "") -> float:
         raise UnitError(f"{_shown(text)} is not a number with a unit", example)
     number, unit = float(match[1]), match[2]
     if unit is None:
-        raise UnitError(f"{match[1]} has no unit", f'write "{match[1]} {usual}"')
+        raise UnitError(f"{match[1]} has no unit", with_unit(match[1], dimension, usual))
     if re.match(r",[0-9]", unit):
-        raise UnitError(f"{_shown(text)} has a decimal comma", "use a decimal point, as in 37.5")
+        raise UnitError(f"{_shown(text)} has a decimal comma", f"write {with_point(text)}")
     value = convert(number, unit, dimension)
     if not math.isfinite(value):
         raise UnitError(f"{_shown(text)} is too large", "check the exponent")
     return value
+
+
+# Internal values beyond which a number without a unit was probably meant in another one than the usual, and which.
+_PLAUSIBLE = {"length": (0.02, 5e3), "stress": (1e-3, 1e6), "density": (5e-11, 2e-8)}
+_OTHERS = {"length": ("m",), "stress": ("Pa", "GPa"), "density": ("g/cm3", "t/mm3")}
+
+
+def with_unit(number: str, dimension: str, usual: str) -> str:
+    """Return the remedy for a number without a unit; where the usual one is not plausible, the first that is.
+
+    >>> with_unit("8", "length", "mm"), with_unit("0.01", "length", "mm"), with_unit("1e9", "stress", "MPa")
+    ('write "8 mm"', 'write "0.01 m" (10 mm), or "0.01 mm"', 'write "1e9 Pa" (1000 MPa), or "1e9 MPa"')
+    """
+    low, high = _PLAUSIBLE.get(dimension, (-math.inf, math.inf))
+    values = {unit: convert(abs(float(number)), unit) for unit in (usual, *_OTHERS.get(dimension, ()))}
+    likely = next((unit for unit, value in values.items() if low <= value <= high), usual)
+    if likely == usual:
+        return f'write "{number} {usual}"'
+    same = f"{from_internal(convert(float(number), likely), usual):g} {usual}"
+    return f'write "{number} {likely}" ({same}), or "{number} {usual}"'
+
+
+def with_point(text: str) -> str:
+    """Return a number with a decimal point for its comma; three digits behind it may be thousands.
+
+    >>> with_point("152,5 N"), with_point("1,234 N")
+    ('152.5 N', '1.234 N (or 1234 N, if the comma separates thousands)')
+    """
+    point = text.strip().replace(",", ".", 1)[:_LONGEST]
+    if not re.fullmatch(r"[-+]?[1-9][0-9]{0,2},[0-9]{3}(?![0-9]).*", text.strip()):
+        return point
+    return f"{point} (or {text.strip().replace(',', '')[:_LONGEST]}, if the comma separates thousands)"
 
 
 def usual_unit(dimension: str) -> str:

@@ -70,7 +70,7 @@ def test_any_text_is_a_quantity_or_a_unit_error(text: str) -> None:
         ("8 Mpa", "stress", "unknown unit 'Mpa'", "did you mean MPa?"),
         ("8 mmm", "length", "unknown unit 'mmm'", "did you mean mm?"),
         ("8 furlong", "length", "unknown unit 'furlong'", "use mm, um, cm, m or in"),
-        ("37,5 deg", "angle", "'37,5 deg' has a decimal comma", "use a decimal point, as in 37.5"),
+        ("37,5 deg", "angle", "'37,5 deg' has a decimal comma", "write 37.5 deg"),
         ("eight mm", "length", "'eight mm' is not a number with a unit", 'such as "1 mm"'),
         ("9**9**9 mm", "length", "unknown unit '**9**9 mm'", "use mm"),
         ("1e400 mm", "length", "'1e400 mm' is too large", "check the exponent"),
