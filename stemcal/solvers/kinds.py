@@ -77,6 +77,7 @@ class PythonKind(SolverKind):
 
     name, options = "python", PythonSolver
     starts_program = True
+    replicates = "seed"
 
     def make(self, study: Study) -> Solver:
         from stemcal.solvers.python import PythonClass

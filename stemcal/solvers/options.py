@@ -295,13 +295,32 @@ class PythonSolver(SolverOptions):
     `levels` contains the values of the factors by name, in the units of the spec. `condition` is the diameter of the
     stem in mm, or the value of the declared condition. `solve` returns the responses by name, such as
     `{"force": 12.5}`; an exception is recorded as a failed run. Each process creates one object, without arguments.
+    The class can import modules from the folders of the file and of the spec. Data files are listed under `files`.
     """
 
     kind: Literal["python"] = "python"
     """A class in a Python file."""
     file: SpecFile
-    """Path of the Python file. If the file changes, all runs are repeated."""
+    """Path of the Python file. If the file changes, or a module that it imports from the folder of the spec, all runs
+    are repeated."""
     class_: Annotated[str, StringConstraints(strict=True, pattern=r"^[A-Za-z_][A-Za-z0-9_]*$", max_length=100)] = Field(
         validation_alias="class", serialization_alias="class"
     )
     """Name of the class in the Python file."""
+    files: Annotated[tuple[SpecFile, ...], Field(max_length=MOST_FILES)] = ()
+    """Data files that the class reads. If a file changes, all runs are repeated."""
+    replicates: Annotated[Whole, Field(ge=1, le=100)] | None = None
+    """Number of simulations of each point with different seeds, for a stochastic class. `solve(levels, condition,
+    seed)` receives the seed as its third argument. Without this key, the class must be deterministic."""
+    time_limit: TimeLimit = 3600.0
+
+    @property
+    def run_limit(self) -> float | None:
+        return self.time_limit
+
+    def chance_remedy(self) -> Remedy:
+        text = (
+            "Write `replicates: 5` under `solver`, and use the seed in `solve(levels, condition, seed)`; each point is "
+            "then simulated five times"
+        )
+        return Remedy(text, "solver: {replicates: 5}")

@@ -7,6 +7,7 @@ import shutil
 import tempfile
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import asdict, dataclass, field, replace
 from functools import partial
 from pathlib import Path
@@ -14,6 +15,7 @@ from typing import Any, ClassVar, Generic, Self, TypeVar, cast
 
 from stemcal.errors import SimulationFailed, UsageError
 from stemcal.processes.program import Ended, run_program
+from stemcal.solvers.imported import imported_files
 from stemcal.solvers.kept_curve import curve_scores, kept_curve
 from stemcal.solvers.options import CommandSolver, ProgramOptions
 from stemcal.solvers.protocol import RESPONSES, Answer, Request, Solver
@@ -32,19 +34,21 @@ OUTPUT = "program-output.txt"
 
 @dataclass(frozen=True)
 class Inputs:
-    """Files next to the spec that a run needs, each with the hash it had when the study was read."""
+    """Files that a run needs, each with the hash it had when the study was read; `named` ones are not copied."""
 
     templates: Mapping[Path, str]
     files: Mapping[Path, str]
+    named: Mapping[Path, str] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, templates: Sequence[Path], files: Sequence[Path]) -> Inputs:
-        """Take note of what the files hold now."""
-        return cls({path: file_hash(path) for path in templates}, {path: file_hash(path) for path in files})
+    def of(cls, templates: Sequence[Path], files: Sequence[Path], named: Sequence[Path] = ()) -> Inputs:
+        """Record the current content of the files."""
+        return cls(*({path: file_hash(path) for path in paths} for paths in (templates, files, named)))
 
     def identity(self) -> dict[str, str]:
         """Return the hash of each file by its name."""
-        return {path.name: sha256 for path, sha256 in {**self.templates, **self.files}.items()}
+        copied = {path.name: sha256 for path, sha256 in {**self.templates, **self.files}.items()}
+        return copied | {f"command {number}: {path.name}": self.named[path] for number, path in enumerate(self.named)}
 
     def write(self, folder: Path, values: Mapping[str, str]) -> None:
         """Put the files into a run folder, templates filled.
@@ -54,7 +58,7 @@ class Inputs:
         SimulationFailed
             If one of them has changed since the study was read: the record would name the wrong input.
         """
-        for path, sha256 in {**self.templates, **self.files}.items():
+        for path, sha256 in {**self.templates, **self.files, **self.named}.items():
             if not path.is_file() or file_hash(path) != sha256:
                 raise SimulationFailed("input_changed", f"{path.name} has changed since the study was started")
         for path in self.templates:
@@ -184,6 +188,27 @@ def executable(program: str, folder: Path, key: str = "command") -> str:
     return str(Path(found).absolute())
 
 
+# Ends of the names of scripts: unlike an installed program, one changes with the study, wherever it is stored.
+_SCRIPTS = frozenset({".py", ".sh", ".bat", ".cmd", ".ps1", ".pl", ".rb", ".m", ".r", ".jl", ".tcl", ".js", ".lua"})
+
+
+def scripts_in(command: Sequence[str], folder: Path) -> list[Path]:
+    """Return the files that a command names by a path: scripts, with what Python imports below, and files in `folder`.
+
+    The program may be written relative to `folder`; other paths are absolute, since a run has its own folder.
+    """
+    program, *arguments = command or ("",)
+    places = [folder / program] if "/" in program or "\\" in program else []
+    texts = [text for argument in arguments for text in (argument, argument.rpartition("=")[2])]
+    places += [path for path in map(Path, texts) if path.is_absolute()]
+    found: list[Path] = []
+    for path in places:
+        with suppress(OSError, ValueError):  # no name of a file on this system
+            if path.is_file() and (path.suffix.lower() in _SCRIPTS or path.resolve().is_relative_to(folder)):
+                found += [path, *imported_files(path, [path.parent])]
+    return list(dict.fromkeys(found))
+
+
 def run_command(
     folder: Path,
     command: Sequence[str],
@@ -249,7 +274,8 @@ class Command(Program[CommandSolver]):
         executable(self.options.command[0], self.study.source.parent)
 
     def _inputs(self) -> Inputs:
-        return Inputs.of(self.options.templates, self.options.files)
+        named = scripts_in(self.options.command, self.study.source.resolve().parent)
+        return Inputs.of(self.options.templates, self.options.files, named)
 
     def _determining(self, request: Request) -> dict[str, Any]:
         options = self.options

@@ -2,36 +2,54 @@
 
 from __future__ import annotations
 
-import functools
 import importlib.util
+import inspect
 import sys
-from collections.abc import Mapping
-from contextlib import suppress
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from numbers import Real
+from pathlib import Path
 from typing import Any
 
 from stemcal.errors import SimulationFailed, UsageError
 from stemcal.processes.child import ChildDied, computed_apart
+from stemcal.processes.limits import RunTimedOut
 from stemcal.registry import ForeignError, contained
+from stemcal.solvers.imported import imported_files
 from stemcal.solvers.options import PythonSolver
 from stemcal.solvers.program import file_hash
 from stemcal.solvers.protocol import RESPONSES, Answer, Request, Solver
+from stemcal.solvers.replicates import seed_of
 from stemcal.study.model.study import Study
 
 
 @dataclass(frozen=True)
 class PythonClass(Solver):
-    """Answers requests by the class of a file; `code` is the hash of the file when the study was read."""
+    """Answers requests by the class of a file.
+
+    Parameters
+    ----------
+    study : Study
+    code : str
+        Hash of the file when the study was read.
+    inputs : mapping
+        Hashes of the modules that it imports from the folders of file and spec, and of its data files, by path.
+    """
 
     study: Study
     code: str
+    inputs: Mapping[Path, str]
 
     @classmethod
     def of(cls, study: Study) -> PythonClass:
-        """Take note of what the file holds now."""
+        """Record the current content of the file and of its inputs."""
         assert isinstance(study.solver, PythonSolver)
-        return cls(study, file_hash(study.solver.file))
+        file = study.solver.file
+        traced = [file, *study.solver.files]
+        inputs = {found for path in traced for found in imported_files(path, [path.parent, *_roots(study)])}
+        inputs = (inputs | set(study.solver.files)) - {file}
+        return cls(study, file_hash(file), {path: file_hash(path) for path in sorted(inputs)})
 
     @property
     def options(self) -> PythonSolver:
@@ -42,36 +60,42 @@ class PythonClass(Solver):
     def prepare(self) -> None:
         """Refuse to begin if the class cannot be loaded; it is loaded in a separate process, which writes no files."""
         try:
-            computed_apart(self._try, None, {"PYTHONDONTWRITEBYTECODE": "1"})
+            computed_apart(self._try, self.options.time_limit, {"PYTHONDONTWRITEBYTECODE": "1"})
         except ChildDied as problem:
             raise _cannot_be_loaded(self.options, f"the process ended with {problem}") from None
+        except RunTimedOut as problem:
+            raise _cannot_be_loaded(self.options, f"loading took longer than {problem.limit:g} s") from None
+        except SimulationFailed as problem:
+            raise UsageError(f"solver.file {self.options.file.name}: {problem}") from None
 
     def get_ready(self) -> None:
         """Load the class; `solve` reports why it cannot be loaded."""
-        with suppress(UsageError):
-            self._made()
+        with suppress(UsageError, SimulationFailed):
+            self._load()
 
     def identity(self, request: Request) -> dict[str, Any]:
-        """Return the code, the class, levels and condition."""
+        """Return the code, its inputs, the class, levels, condition and seed."""
+        inputs = {self._name(path): sha256 for path, sha256 in self.inputs.items()}
         return {
             "solver": "python",
             "code": self.code,
             "class": self.options.class_,
             "levels": dict(request.levels),
             "condition": request.condition,
+            **({"inputs": inputs} if inputs else {}),
             **({"replicate": request.replicate} if request.replicate else {}),
+            **({"seed": seed_of(request)} if self.options.replicates else {}),
         }
 
     def solve(self, request: Request) -> Answer:
         """Call `solve` of the class; what it raises is why the run failed."""
         try:
-            if file_hash(self.options.file) != self.code:
-                raise SimulationFailed(
-                    "input_changed", f"{self.options.file.name} has changed since the study was started"
-                )
-            made = self._made()
-            with contained():
-                found = made.solve(dict(request.levels), request.condition)
+            self._require_unchanged()
+            made, before = self._load()
+            seed = (seed_of(request),) if self.options.replicates else ()
+            with contained(), _importing_from(_roots(self.study)):
+                found = made.solve(dict(request.levels), request.condition, *seed)
+            self._require_known(before)
             responses = (self.naming.response, *self.naming.others)
             values = {named.name: _number(found, named.name) for named in responses}
         except SimulationFailed as failure:
@@ -81,11 +105,34 @@ class PythonClass(Solver):
         first = values.pop(self.naming.response.name)
         return Answer("ok", first, details={RESPONSES: values} if values else {})
 
-    def _made(self) -> Any:
-        return _object(self.options, self.code)
+    def _load(self) -> tuple[Any, frozenset[str]]:
+        made, before = _object(self)
+        self._require_known(before)
+        return made, before
 
     def _try(self) -> None:
-        self._made()
+        self._load()
+
+    def _name(self, path: Path) -> str:
+        """Return the path from the folder of the spec, the same on every system."""
+        folder = self.study.source.resolve().parent
+        return path.relative_to(folder).as_posix() if path.is_relative_to(folder) else path.name
+
+    def _require_unchanged(self) -> None:
+        for path, sha256 in {self.options.file: self.code, **self.inputs}.items():
+            if not path.is_file() or file_hash(path) != sha256:
+                raise SimulationFailed("input_changed", f"{path.name} has changed since the study was started")
+
+    def _require_known(self, before: frozenset[str]) -> None:
+        """Refuse a module imported since `before` that was not traced: if it changed, no run would be repeated."""
+        folder = self.study.source.resolve().parent
+        for name in sys.modules.keys() - before:
+            path = Path(getattr(sys.modules[name], "__file__", None) or "")
+            own = path.is_relative_to(folder) and not _is_installed(path, folder) and not name.startswith("stemcal")
+            if own and path not in self.inputs:
+                place = self._name(path)
+                message = f"the import of {place} cannot be traced; add `files: [{place}]` under `solver`"
+                raise SimulationFailed("unknown_input", message)
 
 
 def _number(found: object, name: str) -> float:
@@ -98,9 +145,70 @@ def _number(found: object, name: str) -> float:
     return float(found[name])
 
 
-@functools.cache
-def _object(options: PythonSolver, code: str) -> Any:
-    """Return the object of a class, made once in this process for each state of its file."""
+def _roots(study: Study) -> list[Path]:
+    """Return the folders of the file and of the spec."""
+    assert isinstance(study.solver, PythonSolver)
+    return list(dict.fromkeys([study.solver.file.parent, study.source.resolve().parent]))
+
+
+def _is_installed(path: Path, folder: Path) -> bool:
+    """Return whether a file is one of a Python environment below a folder."""
+    places = {Path(place).resolve() for place in (sys.prefix, sys.base_prefix)} - {folder}
+    return "site-packages" in path.parts or any(
+        path.is_relative_to(place) for place in places if place.is_relative_to(folder)
+    )
+
+
+@dataclass(frozen=True)
+class _Loaded:
+    """The object of a class, the names of the modules loaded before it, and the folders it imports from."""
+
+    key: Any
+    made: Any
+    before: frozenset[str]
+    roots: list[Path]
+
+    def forget(self) -> None:
+        """Remove its modules: another class may have modules of the same names."""
+        for name in sys.modules.keys() - self.before:
+            path = Path(getattr(sys.modules[name], "__file__", None) or "")
+            if any(path.is_relative_to(root) and not _is_installed(path, root) for root in self.roots):
+                del sys.modules[name]
+
+
+_loaded: list[_Loaded] = []  # the last class of this process
+
+
+@contextmanager
+def _importing_from(roots: list[Path]) -> Iterator[None]:
+    """Add folders to the end of the module search path: no module of Python is replaced."""
+    added = [str(root) for root in roots if str(root) not in sys.path]
+    sys.path += added
+    try:
+        yield
+    finally:
+        sys.path[:] = [place for place in sys.path if place not in added]  # what the class has added stays
+
+
+def _object(solver: PythonClass) -> tuple[Any, frozenset[str]]:
+    """Return the object of a class and the modules loaded before; it is made once for each state of its files."""
+    options, roots = solver.options, _roots(solver.study)
+    key = (options, solver.code, tuple(solver.inputs.items()))
+    if not _loaded or _loaded[-1].key != key:
+        while _loaded:
+            _loaded.pop().forget()
+        before = frozenset(sys.modules)
+        try:
+            with _importing_from(roots):
+                made = _made(options, solver.code)
+        except UsageError:
+            _Loaded(key, None, before, roots).forget()
+            raise
+        _loaded.append(_Loaded(key, made, before, roots))
+    return _loaded[-1].made, _loaded[-1].before
+
+
+def _made(options: PythonSolver, code: str) -> Any:
     module_name = f"stemcal_solver_{code[:12]}"
     spec = importlib.util.spec_from_file_location(module_name, options.file)
     assert spec is not None and spec.loader is not None
@@ -110,12 +218,25 @@ def _object(options: PythonSolver, code: str) -> Any:
         with contained():
             spec.loader.exec_module(module)
             made = getattr(module, options.class_)()
-            can_solve = callable(getattr(made, "solve", None))
+            can_solve = _accepts(getattr(made, "solve", None), 3 if options.replicates else 2)
     except ForeignError as error:
         raise _cannot_be_loaded(options, str(error)) from None
     if not can_solve:
-        raise _cannot_be_loaded(options, "it has no `solve(levels, condition)` method")
+        seed = ", seed" if options.replicates else ""
+        raise _cannot_be_loaded(options, f"it has no method `solve(self, levels, condition{seed})`")
     return made
+
+
+def _accepts(function: Any, count: int) -> bool:
+    """Return whether a function can be called with a number of arguments, as far as that is known."""
+    if not callable(function):
+        return False
+    with suppress(ValueError):  # compiled functions may have no signature
+        try:
+            inspect.signature(function).bind(*range(count))
+        except TypeError:
+            return False
+    return True
 
 
 def _cannot_be_loaded(options: PythonSolver, reason: str) -> UsageError:

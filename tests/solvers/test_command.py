@@ -317,3 +317,27 @@ def test_wrong_result_section_is_told(tmp_path: Path, result: str, said: str) ->
 
 def test_command_must_be_a_list(tmp_path: Path) -> None:
     assert "is not a list" in problems(tmp_path, command='"ccx model"')
+
+
+@pytest.mark.parametrize("name", ["outside/shear.py", "outside/law.py", "outside/rest.py"])
+def test_a_run_depends_on_the_scripts_that_its_command_names(tmp_path: Path, name: str) -> None:
+    """A script by its absolute path, with the module that it imports; other files of its folder do not count."""
+    texts = {"shear.py": "import law", "law.py": "K = 1.0", "rest.py": ""}
+    for file, text in texts.items():
+        (tmp_path / "outside").mkdir(exist_ok=True)
+        (tmp_path / "outside" / file).write_text(text, encoding="utf-8")
+    command = json.dumps([sys.executable, f"--script={tmp_path / 'outside' / 'shear.py'}"])
+    before = Command(study_of(tmp_path / "spec", command=command))
+    (tmp_path / name).write_text("K = 2.0", encoding="utf-8")
+    after = Command(before.study)
+    changed = name != "outside/rest.py"
+    assert (before.identity(REQUEST) != after.identity(REQUEST)) is changed
+    assert (before.solve(REQUEST).reason == "input_changed") is changed
+
+
+def test_a_run_depends_on_a_program_next_to_the_spec(tmp_path: Path) -> None:
+    (tmp_path / "heap").write_text("#!/bin/sh\n", encoding="utf-8")
+    study = study_of(tmp_path, command="[./heap]", template="{{stiffness}} {{width}}")
+    before = Command(study).identity(REQUEST)
+    (tmp_path / "heap").write_text("#!/bin/sh\nexit 1\n", encoding="utf-8")
+    assert Command(study).identity(REQUEST) != before

@@ -65,7 +65,7 @@ def test_what_the_kinds_declare() -> None:
         "command": ("computes", False, True, "seed"),
         "sheet": ("asks_people", False, True, "seed"),
         "deck": ("computes", False, False, None),
-        "python": ("computes", False, True, None),
+        "python": ("computes", False, True, "seed"),
     }
     assert all(kind.options.model_fields["kind"].default == kind.name for kind in SOLVERS.all)
 

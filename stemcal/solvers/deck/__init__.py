@@ -11,7 +11,7 @@ from stemcal.solvers.deck.model import Deck
 from stemcal.solvers.deck.peak import peak_answer
 from stemcal.solvers.deck.writer import DECK, STARTER_INPUT, deck_text, starter_around
 from stemcal.solvers.options import DeckSolver
-from stemcal.solvers.program import Inputs, Program, executable
+from stemcal.solvers.program import Inputs, Program, executable, scripts_in
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.storage.atomic import write_atomic
 
@@ -42,7 +42,8 @@ class DeckProgram(Program[DeckSolver]):
             openradioss.installation(self.options, folder)
 
     def _inputs(self) -> Inputs:
-        return Inputs.of([], self.options.files)
+        named = scripts_in(self.options.command, self.study.source.resolve().parent)
+        return Inputs.of([], self.options.files, named)
 
     def _determining(self, request: Request) -> dict[str, Any]:
         """Return all the deck is written from."""

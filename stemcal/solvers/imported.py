@@ -1,0 +1,64 @@
+"""The source files that a Python file imports from given folders, found without running any of them."""
+
+import ast
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+_DYNAMIC = frozenset({"import_module", "__import__"})
+_COMPILED = ("so", "*.so", "pyd", "*.pyd")  # modules such as law.cpython-312-x86_64-linux-gnu.so
+
+
+def imported_files(file: Path, roots: Sequence[Path]) -> list[Path]:
+    """Return the files of all modules below `roots` that a file imports, directly or through others, sorted.
+
+    Imports inside functions count, and a package with the `__init__.py` of each level. Names that are computed are not
+    found.
+    """
+    found: set[Path] = set()
+    waiting = [file]
+    while waiting:
+        here = waiting.pop()
+        for path in _imported_by(here, roots):
+            if path not in found and path != file:
+                found.add(path)
+                waiting.append(path)
+    return sorted(found)
+
+
+def _imported_by(file: Path, roots: Sequence[Path]) -> Iterator[Path]:
+    if file.suffix != ".py":
+        return
+    try:
+        tree = ast.parse(file.read_bytes())
+    except (OSError, SyntaxError, ValueError, RecursionError):
+        return  # importing it fails, which reports the reason
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            for alias in node.names:
+                yield from _files_of(alias.name, roots)
+        elif isinstance(node, ast.ImportFrom):
+            folders = [file.parents[node.level - 1]] if 0 < node.level <= len(file.parents) else roots
+            for alias in node.names:
+                yield from _files_of(f"{node.module or ''}.{alias.name}".lstrip("."), folders)
+        elif isinstance(node, ast.Call) and _is_import(node.func):
+            names = [one.value for one in node.args[:1] if isinstance(one, ast.Constant) and isinstance(one.value, str)]
+            for name in names:
+                yield from _files_of(name.lstrip("."), [file.parent, *roots])
+
+
+def _is_import(function: ast.expr) -> bool:
+    return getattr(function, "attr", getattr(function, "id", "")) in _DYNAMIC
+
+
+def _files_of(name: str, folders: Sequence[Path]) -> Iterator[Path]:
+    """Yield the files that Python runs for a dotted name: of each part the module, or the package with its module."""
+    for folder in folders:
+        place = folder
+        for part in name.split("."):
+            if not part.isidentifier():
+                break
+            compiled = (path for end in _COMPILED for path in place.glob(f"{part}.{end}"))
+            for path in (place / f"{part}.py", place / part / "__init__.py", *compiled):
+                if path.is_file():
+                    yield path
+            place = place / part
