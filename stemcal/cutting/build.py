@@ -32,8 +32,7 @@ _FAR = 200.0
 def build(test: ShearTest) -> Model:
     """Return the finite element model of a shear test."""
     how = test.discretisation
-    rests_at = 0.5 * test.supports.clearance + test.supports.fillet_radius
-    mesh = stem_mesh(test.stem, how, rests_at, parts=test.parts)
+    mesh = stem_mesh(test.stem, how, layers=_layers_of(test), parts=test.parts)
     mesh = doubled(mesh) if test.parts else mesh
     return Model(
         mesh=mesh,
@@ -42,7 +41,7 @@ def build(test: ShearTest) -> Model:
         contact=test.contact,
         hourglass=how.hourglass,
         integration=how.integration,
-        held=mirrors(mesh, how.symmetry),
+        held=_held(mesh, test),
         crowns=crowns(mesh),
     )
 
@@ -147,8 +146,7 @@ def _lengths(length: float, how: Discretisation) -> Array:
 def _layers(length: float, how: Discretisation) -> Array:
     """Return x of the layers of nodes: an odd number of elements if the edge is over elements, else an even one."""
     odd = 1 if how.edge_over == "elements" else 0
-    sizes = _lengths(length, how)
-    right = 0.5 * length * np.cumsum(sizes) / np.sum(sizes)
+    right = _outwards(length, how)
     under = float(right[0]) * (1 + odd)
     middle = [] if odd else [0.0]
     if how.symmetry == "quarter":
@@ -156,14 +154,20 @@ def _layers(length: float, how: Discretisation) -> Array:
     return np.concatenate([-right[::-1], middle, right]) + how.shift * under
 
 
-def _resting(layers: Array, rests_at: float) -> Array:
+def _outwards(length: float, how: Discretisation) -> Array:
+    """Return x of the layers of nodes to the right of the middle, or of the middle row of elements."""
+    sizes = _lengths(length, how)
+    return np.asarray(0.5 * length * np.cumsum(sizes) / np.sum(sizes))
+
+
+def _resting(layers: Array, rests_at: float, sides: tuple[float, ...] = (1.0, -1.0)) -> Array:
     """Return layers of nodes, on either side of the cut the nearest one moved to where the stem rests.
 
     Those between half way there and the end of the stem give way in proportion. Where one element goes so far, or the
     stem ends before, nothing moves.
     """
     moved, middle = layers.copy(), 0.5 * rests_at
-    for side in (1.0, -1.0):
+    for side in sides:
         away = side * layers
         nearest, end = float(away[np.argmin(np.abs(away - rests_at))]), float(away.max())
         if middle < nearest < end and rests_at < end:
@@ -187,6 +191,32 @@ def crowns(mesh: Mesh) -> Array:
     return np.where(round_, radius[:, :, 0] - np.linalg.norm(corners.mean(axis=2), axis=2), 0.0)
 
 
+def _layers_of(test: ShearTest) -> Array:
+    """Return x of the layers of nodes: a clamp is at the left end, and one is where the stem rests on a block."""
+    how, supports, height = test.discretisation, test.supports, test.supports.height
+    if supports.kind == "span":
+        return _resting(_layers(test.stem.length, how), 0.5 * supports.clearance + supports.fillet_radius)
+    right, left = _outwards(2.0 * (test.stem.length - height), how), _outwards(2.0 * height, how)
+    layers: Array = np.concatenate([-left[::-1], [0.0], right]) + how.shift * right[0]
+    if supports.kind == "clamped":
+        return layers
+    return _resting(layers, _counter_edge(test) + supports.fillet_radius, sides=(-1.0,))
+
+
+def _held(mesh: Mesh, test: ShearTest) -> NDArray[np.bool_]:
+    """Return which velocity components the mirror planes and the clamp hold."""
+    held, x = mirrors(mesh, test.discretisation.symmetry), mesh.nodes[:, 0]
+    if test.supports.kind != "span":
+        held[x < x.min() + 1e-9] = True
+    return held
+
+
+def _counter_edge(test: ShearTest) -> float:
+    """Return how far from the plane of the cut a counter-edge is: its clearance from the blade, mm."""
+    half = 0.5 * test.blade.thickness if test.blade.bevel == "both" else 0.0
+    return half + test.supports.clearance
+
+
 def _blade(test: ShearTest) -> Tool:
     top = 0.5 * test.stem.outer_diameter
     return Tool(
@@ -201,14 +231,15 @@ def _blade(test: ShearTest) -> Tool:
 
 
 def _supports(test: ShearTest) -> tuple[Tool, ...]:
-    """Return the block on the right, and unless a mirror makes it, the one on the left."""
-    r = test.supports.fillet_radius
-    near = 0.5 * test.supports.clearance + r
+    """Return the blocks: on the right, and unless a mirror makes it on the left; a counter-edge is only on the left."""
+    r, kind = test.supports.fillet_radius, test.supports.kind
+    near = r + (0.5 * test.supports.clearance if kind == "span" else _counter_edge(test))
     height = -0.5 * test.stem.outer_diameter
     far = near + _FAR
     right = ((near, -r), (near, -_FAR), (far, -_FAR), (far, -r))
     left = tuple((-x, z) for x, z in reversed(right))
-    blocks = (right,) if test.discretisation.symmetry == "quarter" else (right, left)
+    mirrored = test.discretisation.symmetry == "quarter"
+    blocks = {"span": (right,) if mirrored else (right, left), "clamped": (), "counter_edge": (left,)}[kind]
     return tuple(Tool(corners, r, height) for corners in blocks)
 
 

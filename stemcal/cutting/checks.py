@@ -6,6 +6,7 @@ from stemcal.notes import Note, Remedy
 MOST_INERTIA = 5.0
 MOST_HOURGLASS = 10.0
 MOST_DRIFT = 2.0
+MOST_KINETIC = 20.0
 # Of how far a section has widened; a piece that stays straight has up to 2.
 MOST_BUCKLING = 5.0
 # With less added mass than this, inertia is the stem's own and no fault of the model, percent.
@@ -31,6 +32,38 @@ def not_severed(stroke: float, percent: float) -> Note:
         "the edge still held. The maximum force and the cutting energy are lower bounds."
     )
     return Note("not_severed", "warning", text, _LONGER)
+
+
+def bent_away(stroke: float, aside: float, percent: float) -> Note:
+    """Return the warning that a clamped stem gave way to the blade: stroke and way of the stem in mm, share that held.
+
+    Only its inertia and stiffness hold a free stem against the blade; below a critical speed they are too small.
+    """
+    text = (
+        f"The stem was bent away, not cut: after a stroke of {stroke:.3g} mm, the blade has pushed the section under "
+        f"the edge {aside:.3g} mm aside, and {percent:.0f} % of the section still holds. Below a critical speed, the "
+        "inertia of a clamped stem is too small for a cut."
+    )
+    remedy = Remedy("Increase `loading.speed`, reduce `supports.height`, or use `supports: {kind: counter_edge}`.")
+    return Note("bent_away", "warning", text, remedy)
+
+
+def broken_elsewhere(travel: float, distance: float) -> Note:
+    """Return the warning that the stem broke at a distance from the cut; both in mm."""
+    text = (
+        f"The stem was not cut through: at a travel of {travel:.3g} mm, it broke at a distance of about "
+        f"{distance:.3g} mm from the cut. The maximum force and the cutting energy are those of the break."
+    )
+    return Note("broken_elsewhere", "warning", text, Remedy("Increase `loading.speed`, or support the stem nearby."))
+
+
+def kinetic_energy(percent: float) -> Note:
+    """Return the warning that a large share of the work of the blade is kinetic energy of the stem at the end."""
+    text = (
+        f"At the end, {percent:.0f} % of the work of the blade is kinetic energy of the stem. The cutting energy "
+        "includes this energy, which depends on the free length of the stem."
+    )
+    return Note("kinetic_energy", "caution", text)
 
 
 def maximum_not_passed(stroke: float) -> Note:

@@ -37,6 +37,7 @@ class Blade:
 
 
 Symmetry = Literal["none", "half", "quarter"]
+SupportKind = Literal["span", "clamped", "counter_edge"]
 Until = Literal["first_fracture", "severed"]
 
 # The share of the real thing that each model holds: half is cut lengthwise (y ≥ 0), quarter also across (x ≥ 0).
@@ -78,10 +79,24 @@ class Stem:
 
 @dataclass(frozen=True)
 class Supports:
-    """Two fixed blocks: clear distance between them and radius of their inner edges, mm."""
+    """What carries the stem: two fixed blocks (``span``), or a clamp at its left end (``clamped``).
+
+    With a ``counter_edge`` one block is below the clamped side, next to the blade.
+
+    Parameters
+    ----------
+    clearance : float
+        Distance between the two blocks, or between the counter-edge and the blade, mm.
+    fillet_radius : float
+        Radius of the edges of the blocks next to the blade, mm.
+    height : float
+        Distance of the blade from the clamp, mm.
+    """
 
     clearance: float = 20.0
     fillet_radius: float = 1.0
+    kind: SupportKind = "span"
+    height: float = 60.0
 
 
 @dataclass(frozen=True)

@@ -9,17 +9,22 @@ from scipy.sparse.csgraph import connected_components
 from stemcal.fem.mesh import Mesh
 from stemcal.fem.state import State
 
+# A stem in two parts is cut where at most this share of the section under the edge still holds together.
+_CUT = 0.5
+
 
 class Severing:
     """Notes at the outputs of a simulation the time (s) at which the stem is in two parts, None until then.
 
-    `holding` is the share of the places on the cut plane that still hold together.
+    `holding` is the share of the places on the cut plane that still hold together, `aside` how far the blade has moved
+    these (mm), and `elsewhere` how far from the plane deleted elements were at the start (mm), their mean.
     """
 
     def __init__(self, mesh: Mesh) -> None:
         x = mesh.nodes[:, 0]
         self.time: float | None = None
-        self.holding = 1.0
+        self.holding, self.aside, self.elsewhere = 1.0, 0.0, 0.0
+        self._start, self._away = mesh.nodes[:, 2], np.abs(x[mesh.hexes].mean(axis=1))
         self._ends = np.flatnonzero(x < x.min() + 1e-6), np.flatnonzero(x > x.max() - 1e-6)
         self._failed = 0
 
@@ -29,7 +34,17 @@ class Severing:
         if self.time is None and failed > self._failed and self._apart(state):
             self.time = time
         self._failed = failed
-        self.holding = 1.0 - float(state.spread.cut.parted.mean())
+        cut = state.spread.cut
+        left = cut.nodes[~cut.parted]
+        self.holding = len(left) / len(cut.nodes)
+        self.aside = float(np.mean(self._start[left] - state.body.x[left, 2])) if len(left) else 0.0
+        gone = self._away[~state.topology.standing]
+        self.elsewhere = float(gone.mean()) if len(gone) else 0.0
+
+    @property
+    def cut_through(self) -> bool:
+        """Whether the stem is in two parts at the cut, and has not broken elsewhere."""
+        return self.time is not None and self.holding < _CUT
 
     def _apart(self, state: State) -> bool:
         """Return whether no chain joins the ends; the left one of a quarter model is what its mirror plane holds."""

@@ -6,10 +6,18 @@ from dataclasses import replace
 
 import numpy as np
 
-from stemcal.cutting.checks import STROKE_TOO_SHORT, not_severed
+from stemcal.cutting.checks import (
+    MOST_KINETIC,
+    STROKE_TOO_SHORT,
+    bent_away,
+    broken_elsewhere,
+    kinetic_energy,
+    not_severed,
+)
 from stemcal.cutting.parts import Discretisation, ShearTest
 from stemcal.cutting.result import CuttingResult, filter_rows, moving_mean
 from stemcal.cutting.severing import Severing
+from stemcal.notes import Note
 
 # The force of a whole cut is its mean over this share of the diameter: the front moves from node to node, and what the
 # force does within an element depends on the mesh.
@@ -24,20 +32,32 @@ def mean_over_travel(test: ShearTest) -> Discretisation:
 
 def of_whole_cut(result: CuttingResult, test: ShearTest, severing: Severing) -> CuttingResult:
     """Return the result of a cut with those numbers that only a whole one has."""
-    curve, loading, severed = result.history, test.loading, severing.time
-    fails = int(np.argmax(curve.failed > 0))
-    before = moving_mean(curve.force, filter_rows(loading, test.discretisation))[: fails + 1]
-    first = curve.failed[-1] > 0
-    notes = tuple(note for note in result.warnings if note.kind != STROKE_TOO_SHORT)
-    if severed is None:
-        notes = (not_severed(float(curve.travel[-1]), 100.0 * severing.holding), *notes)
+    curve, loading, severed = result.history, test.loading, severing.cut_through
+    first = int(np.argmax(curve.failed > 0))
+    before = moving_mean(curve.force, filter_rows(loading, test.discretisation))[: first + 1]
+    failed = curve.failed[-1] > 0
+    kept = tuple(note for note in result.warnings if note.kind != STROKE_TOO_SHORT)
     return replace(
         result,
-        first_fracture_force=float(before.max()) if first else None,
-        first_fracture_travel=float(curve.travel[fails]) if first else None,
-        severed=severed is not None,
-        severed_travel=None if severed is None else loading.speed * severed - loading.gap,
+        first_fracture_force=float(before.max()) if failed else None,
+        first_fracture_travel=float(curve.travel[first]) if failed else None,
+        severed=severed,
+        severed_travel=float(curve.travel[-1]) if severed else None,
         cutting_energy=float(curve.external[-1]),
-        stroke_was_enough=severed is not None,
-        warnings=notes,
+        stroke_was_enough=severed,
+        warnings=(*_outcome(result, test, severing), *kept),
     )
+
+
+def _outcome(result: CuttingResult, test: ShearTest, severing: Severing) -> list[Note]:
+    """Return what became of the stem where it was not cut through, and the share of kinetic energy in the work."""
+    curve, found = result.history, list[Note]()
+    travel, percent = float(curve.travel[-1]), 100.0 * severing.holding
+    if severing.time is not None and not severing.cut_through:
+        found.append(broken_elsewhere(travel, severing.elsewhere))
+    elif not severing.cut_through and test.supports.kind == "clamped":
+        found.append(bent_away(travel, severing.aside, percent))
+    elif not severing.cut_through:
+        found.append(not_severed(travel, percent))
+    kinetic = float(100.0 * curve.kinetic[-1] / curve.external[-1])
+    return [*found, kinetic_energy(kinetic)] if kinetic > MOST_KINETIC else found

@@ -230,7 +230,7 @@ def shear_test(study: Study, levels: Mapping[str, float], diameter: float) -> Sh
             blade.bevel,
             edge_spread=blade.edge_spread.at(diameter),
         ),
-        supports=Supports(study.supports.clearance, study.supports.fillet_radius),
+        supports=Supports(**dict(study.supports)),
         loading=Loading(study.loading.speed, study.loading.duration_at(diameter), GAP, study.loading.until),
         contact=Contact(contact.static_friction, contact.dynamic_friction, contact.decay, contact.penalty, DAMPING),
         discretisation=_discretisation(study, diameter),
@@ -256,10 +256,11 @@ def _length_written(length: Length, diameter: float) -> str:
 def _discretisation(study: Study, diameter: float) -> Discretisation:
     """Return the mesh at a stem diameter (mm)."""
     solver = _options(study).at_speed(study.loading.speed)
+    mirrored = study.blade.bevel == "both" and study.supports.kind == "span"
     return Discretisation(
         element_size=solver.element_size.at(diameter),
         through_wall=solver.elements_through_wall,
-        symmetry="quarter" if study.blade.bevel == "both" and solver.edge_over == "nodes" else "half",
+        symmetry="quarter" if mirrored and solver.edge_over == "nodes" else "half",
         edge_over=solver.edge_over,
         hourglass=solver.hourglass,
         integration=Integration(

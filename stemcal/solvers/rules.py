@@ -175,9 +175,12 @@ def _openradioss_hardens_isotropically(draft: Draft, solver: DeckSolver) -> Iter
 def _whole_cut_can_part(draft: Draft, solver: EmbeddedSolver) -> Iterator[Finding]:
     """A whole cut has nodes under the edge, the lengths that parting needs, and a stroke that is enough."""
     study = draft.study
+    if study.supports.kind != "span" and solver.edge_over == "elements":
+        message = f"`supports.kind: {study.supports.kind}` requires a row of nodes under the edge"
+        yield Finding(("solver", "edge_over"), message, "write `edge_over: nodes`")
     if study.loading.until != "severed":
         return
-    if solver.edge_over == "elements":
+    if study.supports.kind == "span" and solver.edge_over == "elements":
         message = "`until: severed` requires a row of nodes under the edge, where the stem parts"
         yield Finding(("solver", "edge_over"), message, "write `edge_over: nodes`")
     lengths = {

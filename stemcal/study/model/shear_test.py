@@ -59,12 +59,19 @@ class BladeSection(Frozen):
 
 
 class SupportsSection(Frozen):
-    """Two rigid blocks that support the stem."""
+    """The supports of the stem: two rigid blocks, or a clamp at one end."""
 
+    kind: Literal["span", "clamped", "counter_edge"] = "span"
+    """Type of support: two blocks with the blade between them (`span`), a clamp at one end, as of a rooted stem
+    (`clamped`), or a clamp and a fixed knife on the clamped side of the blade, as in a cutter bar (`counter_edge`)."""
     clearance: Size = 20.0
-    """Gap between the two supports; the blade moves through the middle of the gap."""
+    """Gap between the two blocks; the blade moves through the middle of the gap. With `counter_edge`, gap between the
+    blade and the fixed knife."""
     fillet_radius: SizeOrZero = 1.0
-    """Fillet radius of the edges of the supports."""
+    """Fillet radius of the edges of the blocks or of the fixed knife."""
+    height: Size = 60.0
+    """Distance between the clamp and the plane of the cut, with `clamped` and `counter_edge`. The rest of the length
+    of the specimen is free."""
 
 
 class LoadingSection(Frozen):

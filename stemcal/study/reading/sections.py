@@ -6,7 +6,7 @@ import functools
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, TypeGuard, get_type_hints
+from typing import Any, TypeGuard, get_args, get_type_hints
 
 from pydantic import BaseModel, TypeAdapter, ValidationError
 
@@ -14,7 +14,7 @@ from stemcal.formats import listed, nearest
 from stemcal.study.model.laboratory_kind import TESTS, LaboratorySection, naming_with, with_tests
 from stemcal.study.model.measured_targets import Targets, fitted_responses
 from stemcal.study.model.study import FIELDS, StudyForm
-from stemcal.study.reading.json_schema import section_with
+from stemcal.study.reading.json_schema import keys_of, section_with
 from stemcal.study.reading.messages import finding_of
 from stemcal.study.reading.target_rows import TargetRows
 from stemcal.study.types.factor import MOST_FACTORS, Factor
@@ -237,7 +237,9 @@ def _with_kinds(path: NodePath, data: Any) -> NodePath:
         except (LookupError, TypeError):
             data = None
         kind = data.get("kind", usual_solver().kind if step == "solver" else None) if isinstance(data, dict) else None
-        steps += [step, *([kind] if isinstance(kind, str) else [])]
+        steps.append(step)
+        if isinstance(kind, str) and not keys_of(tuple(steps)):  # its keys depend on the kind
+            steps.append(kind)
     return tuple(steps)
 
 
@@ -248,7 +250,9 @@ def _partly(kind: Any, given: Any, context: Mapping[str, Any]) -> Any:
     """
     if not (isinstance(kind, type) and issubclass(kind, BaseModel) and isinstance(given, dict)):
         return None
-    if "kind" in kind.model_fields and given.get("kind", usual := kind.model_fields["kind"].default) != usual:
+    if "kind" in (fields := kind.model_fields) and given.get("kind", fields["kind"].default) not in get_args(
+        fields["kind"].annotation
+    ):
         return None  # another solver
     wrong = {step for error in _errors(kind, given, context) for step in error["loc"][:1]}
     good = {key: value for key, value in given.items() if key not in wrong}

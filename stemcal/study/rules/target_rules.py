@@ -59,12 +59,35 @@ def _own_names_are_of_programs(draft: Draft) -> Iterator[Finding]:
 
 def _stem_reaches_over_supports(draft: Draft) -> Iterator[Finding]:
     """The specimen is on both supports."""
-    if draft.study.supports.clearance >= draft.study.specimen.length:
+    if draft.study.supports.kind == "span" and draft.study.supports.clearance >= draft.study.specimen.length:
         message = (
             f"the supports are {draft.study.supports.clearance:g} mm apart, but the specimen is only "
             f"{draft.study.specimen.length:g} mm long"
         )
         yield Finding(("supports", "clearance"), message, "move the supports closer together or use a longer specimen")
+
+
+def _clamp_is_in_place(draft: Draft) -> Iterator[Finding]:
+    """The clamp is beside the blade and the fixed knife, and the cut is on the specimen."""
+    supports, blade, length = draft.study.supports, draft.study.blade, draft.study.specimen.length
+    if supports.kind == "span":
+        if "height" in supports.model_fields_set:
+            message = "`height` has no effect with two supports"
+            yield Finding(("supports", "height"), message, "remove `height`, or add `kind: clamped`", at_key=True)
+        return
+    beside, knife = (0.5 if blade.bevel == "both" else 1.0) * blade.thickness, supports.kind == "counter_edge"
+    if knife and "clearance" not in supports.model_fields_set:
+        yield Finding(("supports", "kind"), "`counter_edge` requires `clearance`", "add `clearance: 1 mm`")
+    elif knife and beside + supports.clearance + supports.fillet_radius >= supports.height:
+        message = f"the fixed knife ({supports.clearance:g} mm from the blade) is beyond the clamp"
+        yield Finding(("supports", "clearance"), message, "reduce `clearance`, or increase `height`")
+    if supports.height <= beside:
+        message = f"the clamp is {supports.height:g} mm from the cut, inside the blade ({blade.thickness:g} mm thick)"
+        yield Finding(("supports", "height"), message, "increase `height`")
+    elif supports.height >= length:
+        message = f"the clamp is {supports.height:g} mm from the cut, but the specimen is only {length:g} mm long"
+        remedy = "reduce `height`, or increase `specimen.length`, which includes the free part beyond the cut"
+        yield Finding(("supports", "height"), message, remedy)
 
 
 def _edge_fits_blade(draft: Draft) -> Iterator[Finding]:
@@ -155,7 +178,7 @@ def _further_cuts_are_possible(draft: Draft) -> Iterator[Finding]:
     """A further cutting test keeps the rules of the first, with what it changes."""
     for index, test in draft.tests.items():
         changed = replace(draft, study=draft.study.model_copy(update=test.in_place_of(draft.study)))
-        for rule in (_stem_reaches_over_supports, _edge_fits_blade):
+        for rule in (_stem_reaches_over_supports, _clamp_is_in_place, _edge_fits_blade):
             for finding in set(rule(changed)).difference(rule(draft)):
                 yield finding._replace(path=("tests", index, *finding.path))
 
@@ -186,8 +209,8 @@ def _test_targets_need_forces(draft: Draft) -> Iterator[Finding]:
 
 
 RULES: tuple[Callable[[Draft], Iterator[Finding]], ...] = (
-    _names_are_free, _conditions_differ, _stem_reaches_over_supports, _edge_fits_blade, _friction_falls,
-    _tests_are_simulated, _curves_are_simulated, _tests_differ, _tests_have_what_they_need,
+    _names_are_free, _conditions_differ, _stem_reaches_over_supports, _clamp_is_in_place, _edge_fits_blade,
+    _friction_falls, _tests_are_simulated, _curves_are_simulated, _tests_differ, _tests_have_what_they_need,
     _further_cuts_are_possible, _tests_fit_the_stem, _test_targets_need_forces,
     _own_names_are_of_programs,
 )  # fmt: skip
