@@ -126,7 +126,7 @@ def with_unit(number: str, unit: str) -> str:
 
 
 def change(factor: str, size: float, unit: str) -> str:
-    """Return that a factor increases or decreases, and by how much.
+    """Return a clause on the change of a factor: its direction and size.
 
     >>> change("yield_stress", -1.9, "MPa"), change("failure_strain", 0.0141, "1")
     ('yield_stress decreases by 1.9 MPa', 'failure_strain increases by 0.0141')

@@ -304,6 +304,6 @@ class Wording:
 
 
 def program(kind: str) -> str:
-    """Return what a program is called, by its kind of solver."""
+    """Return the name of a program, by its kind of solver."""
     known = {"embedded": "the other model", "lsdyna": "LS-DYNA", "openradioss": "OpenRadioss"}
     return known.get(kind, "the other program")

@@ -109,7 +109,7 @@ def _go_through(work: Session, until: str | None = None) -> Callable[..., None]:
 
 
 def _showing(work: Session) -> Callable[[StageResult], None]:
-    """Return what writes the page after a stage, except the last: the whole page follows."""
+    """Return a function that writes the page after each stage but the last, which the whole page follows."""
     from stemcal.report.redraw import draw_words
     from stemcal.stages.fresh import finished
     from stemcal.stages.stage import stages_of

@@ -75,7 +75,7 @@ class Session:
     sheet: OwnSheet | None
 
     def continued(self, make: Callable[[], T]) -> T:
-        """Return what `make` returns; if it waits for results that were saved to the sheet meanwhile, repeat it."""
+        """Return the result of `make`; repeat it if the results that it waits for were saved to the sheet meanwhile."""
         while True:
             try:
                 return make()
@@ -113,7 +113,7 @@ def study_or_exit(spec: Path) -> Study:
 
 
 def _executor_called(name: str, workers: int | None) -> Callable[[float | None], RunExecutor]:
-    """Return what makes the executor of that name, given the seconds that a run may take; refuse an unknown one."""
+    """Return a function from the time limit of a run (s) to the executor of that name; refuse an unknown one."""
     if name == "local":
         from stemcal.runs.executors.local import LocalExecutor
 

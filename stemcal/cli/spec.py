@@ -142,7 +142,7 @@ def _say_plan(found: Plan) -> None:
 
 
 def _not_ready(study: Study) -> list[str]:
-    """Return why programs that a spec names cannot be started here: the spec is right, but no run can begin."""
+    """Return the reasons for which programs of a correct spec cannot be started on this machine."""
     if not study.kind.starts_program:
         return []
     from stemcal.solvers import make_solver

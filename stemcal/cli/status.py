@@ -68,7 +68,7 @@ def status(
 
 
 def _progress(study: Study, folder: StudyFolder, as_json: bool) -> dict[str, Any]:
-    """Return how far every stage is, and the verdict."""
+    """Return the progress of every stage, and the verdict."""
     from stemcal.by_hand.own_sheet import awaiting_sheet
     from stemcal.drawing.table import Column, Table
     from stemcal.overview.status import stage_states as count

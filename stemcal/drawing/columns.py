@@ -90,7 +90,7 @@ def to_decimals(places: int) -> Form:
 
 
 def scores(names: Wording) -> list[str]:
-    """Return what the values are that count from their measured mean."""
+    """Return the explanation of scores, which are deviations from a measured mean."""
     text = (
         "A score is the signed deviation of a curve from the mean measured curve along one mode. The error of a score "
         "is given as a percentage of the maximum force."

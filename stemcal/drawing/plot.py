@@ -154,7 +154,7 @@ _SCALED = ("linear", "log")
 
 
 def readings(figure: Figure) -> list[dict[str, Any]]:
-    """Return what the lines and bars of each flat pair of axes show, with the place of the axes in the figure.
+    """Return the data of the lines and bars of each pair of plane axes, with its position in the figure.
 
     A series is a name and its points in the units of the axes, which its `svg` draws between `ends`, in points.
     """

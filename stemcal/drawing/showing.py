@@ -100,7 +100,7 @@ class Showing(Checked, Generic[R]):
         return {}
 
     def validity(self, result: R, holds: bool) -> list[str]:
-        """Return what the parameters are valid with and, where the study `holds`, what their ranges assume."""
+        """Return the settings that the parameters depend on; if the study `holds`, what their ranges assume."""
         return []
 
     def closing(self, result: R, setting: Setting) -> list[Table]:
@@ -108,7 +108,7 @@ class Showing(Checked, Generic[R]):
         return []
 
     def profiler(self, result: R, setting: Setting) -> dict[str, Any] | None:
-        """Return what the profiler of the page computes from, for JSON."""
+        """Return the data of the profiler of the page, for JSON."""
         return None
 
     def in_notebook(self, result: R, setting: Setting) -> R:

@@ -113,7 +113,7 @@ class Table:
         return tuple(tuple(c.written(v) for c, v in zip(self.columns, row, strict=True)) for row in self.rows)
 
     def unclaimed(self) -> Table | None:
-        """Return what is left of it where the study is not calibrated."""
+        """Return the part that may be shown of a study that is not calibrated; None if there is none."""
         left = self._at([place for place, column in enumerate(self.columns) if not column.claims])
         return None if self.claims else replace(left, claimed=())
 

@@ -35,7 +35,7 @@ def left_to_run(study: Study, folder: StudyFolder, solver: Solver, stage: str | 
 
 
 def demand_of_one(study: Study, conditions: Iterable[float]) -> Demand:
-    """Return what one virtual shear test takes, at the largest of some diameters; nothing for other solvers."""
+    """Return time and memory of one virtual shear test at the largest of some diameters; None for other solvers."""
     if not study.kind.simulates_stems:
         return Demand(0, 0.0, 0.0)
     each = [demand_of([Request("simulate", 0, study.midlevels(), d)], make_solver(study)) for d in conditions]
@@ -43,7 +43,7 @@ def demand_of_one(study: Study, conditions: Iterable[float]) -> Demand:
 
 
 def demand_of(requests: Iterable[Request], solver: Solver) -> Demand:
-    """Return what these runs take; nothing where the solver cannot say."""
+    """Return time and memory of these runs; None if the solver has no estimate."""
     runs = [] if solver.immediate else list(requests)
     seconds = [second for run in runs if (second := solver.cost_estimate(run)) is not None]
     memory = [bytes_ for run in runs if (bytes_ := solver.memory_estimate(run)) is not None]

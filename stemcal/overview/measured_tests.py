@@ -119,7 +119,7 @@ def _until_break(piece: TestedSpecimen, kind: str) -> ForceTravel:
 
 
 def break_at(force: NDArray[np.float64]) -> int:
-    """Return how many points of a curve are before the break, by the rule of the simulated tests; all if it does not.
+    """Return the number of points before the break, by the rule of simulated tests; all if the curve has no break.
 
     Of a real piece no one counts what has failed. So the rule is applied behind the maximum: a piece that settles on
     its rollers before is not broken.
@@ -212,7 +212,7 @@ def _statistics(found: Diameters) -> dict[str, str]:
 
 
 def _growth(law: PowerLaw | None) -> list[str]:
-    """Return how the force grows with the diameter."""
+    """Return the power law of the force over the diameter."""
     if law is None:
         return []
     ends = "" if law.exponent_interval is None else f" (95 % CI {interval(law.exponent_interval, 3)})"

@@ -161,7 +161,7 @@ def total(found: Plan) -> list[str]:
 
 
 def costs_of(solver: Solver, folder: StudyFolder | None, like: Request) -> _Costs:
-    """Return what runs cost here; `like` is one of them."""
+    """Return the cost of runs on this machine; `like` is one of them."""
     if solver.asks_people:
         return _Costs(None, "by_hand")
 
@@ -180,7 +180,7 @@ def costs_of(solver: Solver, folder: StudyFolder | None, like: Request) -> _Cost
 def _timed_runs(
     solver: Solver, folder: StudyFolder, guess: Callable[[Request], float]
 ) -> Iterable[tuple[float, float]]:
-    """Yield what runs of this solver took on this machine, and the guess, s."""
+    """Yield time and estimate of each recorded run of this solver on this machine, s."""
     for key in folder.keys():  # noqa: SIM118
         record = folder.peek(key)
         if record is None or record["status"] != "ok":
@@ -193,7 +193,7 @@ def _timed_runs(
 
 
 def elapsed(stages: Iterable[Sequence[float]], workers: int) -> float:
-    """Return how long stages take one after the other: each worker makes an equal number of runs of mean length.
+    """Return the time of stages in sequence, s: each worker makes an equal number of runs of mean length.
 
     >>> elapsed([[3.0, 1.0, 1.0, 1.0], [4.0]], 2)
     7.0

@@ -94,7 +94,7 @@ def _stage(
 
 
 def _file(study: Study, solver: Solver, folder: StudyFolder, stage: str) -> tuple[str, list[str]]:
-    """Return whether a stage has left its file, and what has changed since: before it too, on which it rests."""
+    """Return the state of a stage file, and the changed inputs, those of earlier stages among them."""
     if not folder.has_stage(stage):
         return "none", []
     try:

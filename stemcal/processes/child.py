@@ -130,7 +130,7 @@ def computed_apart(call: Callable[[], T], limit: float | None = None, environmen
 
 
 def _ending(code: int | None) -> str:
-    """Return how a process ended.
+    """Return the end of a process in words.
 
     >>> _ending(3), _ending(-9)
     ('exit code 3', 'signal SIGKILL, usually because the system ran out of memory')

@@ -56,7 +56,7 @@ def _draw(axes: Axes, curve: RunCurve, **style: Any) -> None:
 
 
 def _until_fracture(curve: RunCurve) -> int:
-    """Return how many points of a curve are before the first fracture."""
+    """Return the number of points of a curve before the first fracture."""
     return len(curve.travel) if curve.broke is None else bisect_right(curve.travel, curve.broke)
 
 

@@ -42,7 +42,7 @@ def fracture(shape: Shape) -> Figure:
 
 
 def half_width(shape: Shape) -> float:
-    """Return how far from the blade the picture reaches, mm: past the supports' edges, but not to the stem's ends."""
+    """Return half of the pictured length of the stem, mm: past the supports' edges, but not to the stem's ends."""
     edges = [float(np.abs(tool[:, 0]).min()) for tool in shape.tools[1:]]
     return min([1.35 * min(edges, default=np.inf), float(np.abs(shape.reference[:, 0]).max())])
 

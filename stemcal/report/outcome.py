@@ -17,7 +17,7 @@ from stemcal.storage.encodings import in_a_line
 
 
 def showing_of(result: StageResult) -> Showing[Any]:
-    """Return how a result is shown."""
+    """Return the sentences, tables and figures of a result."""
     return stage_called(result.name).showing()
 
 
@@ -57,7 +57,7 @@ def outcome_sentences(result: StageResult, holds: bool = True, labels: Mapping[s
 
 
 def certainty(results: Results, holds: bool = True) -> list[str]:
-    """Return how certain the parameters are; no interval where the study is not calibrated."""
+    """Return sentences on the certainty of the parameters; without intervals if the study is not calibrated."""
     known = [note.text for result in results.done for note in result.notes if note.kind == KNOWN]
     return known if holds else [_WITHHELD]
 

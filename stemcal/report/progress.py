@@ -145,5 +145,5 @@ class _Bar(Watcher):
         self.bars.update(self.tasks[stage], completed=progress.done, total=total, tail=tail)
 
     def busy(self, what: str, stage: str = "") -> None:
-        """Show what is done now."""
+        """Show the current step."""
         self.tasks[stage] = self.bars.add_task(what, total=None, tail="")

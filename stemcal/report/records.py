@@ -103,7 +103,7 @@ def spec_hash(study: Study) -> str:
 
 
 def provenance_rows(records: Records) -> list[tuple[str, str]]:
-    """Return what the runs were computed with; several values where it changed on the way."""
+    """Return program, version and machine of the runs; several values if they changed during the study."""
     distinct = [record.provenance for _, record in distinct_of(records).values()]
     rows = [("Distinct runs", str(len(distinct)))]
     for name in ("stemcal", "python", "numpy", "platform", "host"):

@@ -64,7 +64,7 @@ def setting_tables(study: Study) -> list[Table]:
 
 
 def grown_table(study: Study, levels: Mapping[str, float]) -> Table:
-    """Return what the growing parameters are for each measured stem, at these levels of the factors."""
+    """Return the growing parameters of each measured stem at these levels of the factors."""
 
     def value(name: str, unit: str) -> Callable[[float], float]:
         return lambda diameter: from_internal(study.parameters(levels, diameter)[name], unit)

@@ -43,7 +43,7 @@ def stage_tables(stage: StageResult, holds: bool = True) -> list[RenderableType]
 
 
 def spoken(stage: StageResult, holds: bool = True) -> list[RenderableType]:
-    """Return what the measurements fix and leave open, of a calibrated study."""
+    """Return sentences on the identifiability of the parameters of a calibrated study."""
     lines = [note.text for note in stage.notes if note.kind == KNOWN] if holds else []
     shown = [Padding(Text(line), (0, 0, 0, 2), expand=False) for line in lines]
     return [Text("Identifiability", style="bold"), *shown, Text("")] if lines else []
@@ -134,7 +134,7 @@ def _responses(result: CuttingResult, section: LaboratorySection, diameter: floa
 
 
 def _fracture_rows(result: CuttingResult) -> list[tuple[str, str]]:
-    """Return where the stem fractured first and where it was cut through, of a whole cut with forces and energy."""
+    """Return the first fracture and the severing of a whole cut, with forces, travels and energy."""
     if result.severed is None:
         at = result.break_travel
         return [] if at is None else [("First fracture at", f"{at:.3f} mm of travel")]

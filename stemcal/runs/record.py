@@ -149,7 +149,7 @@ class Outcome:
 
 
 def outcome_of(record: Mapping[str, Any], naming: Vocabulary = CUTTING) -> Outcome:
-    """Return how a record counts; a force is only a lower bound if its stroke ended before the maximum was passed.
+    """Return the outcome of a record; a force is a lower bound if the stroke ended before the maximum was passed.
 
     Of the table it has travel and work, and the responses that the study names.
     """

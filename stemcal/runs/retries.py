@@ -67,7 +67,7 @@ class Batch:
 
 
 def _ended(future: Future[Computed]) -> Computed:
-    """Return what a finished future holds; an exception is a failed run, not the end of the study."""
+    """Return the result of a finished future; an exception is a failed run, not the end of the study."""
     try:
         return future.result()
     except (ClusterLost, Waiting):

@@ -41,7 +41,7 @@ _LOCK_PATIENCE_S = 0.2  # longer than `StudyFolder.holder` needs to look
 
 
 def place_of(study: str, out: str | Path | None = None) -> Path:
-    """Return where the results of a study lie: in `out`, or else in the usual place.
+    """Return the folder of a study's results: `out`, or else the default folder.
 
     >>> place_of("smoke").as_posix()
     'runs/smoke'
@@ -258,7 +258,7 @@ class StudyFolder:
 
 
 def _problem_of(record: Mapping[str, Any], key: str) -> str:
-    """Return what is wrong with a sealed record that is under a key, "" if nothing is."""
+    """Return the fault of a sealed record with this key, "" if it has none."""
     if (version := record.get("record_version")) != RECORD_VERSION:
         return f"has record version {version!r:.20}; this version of stemcal requires {RECORD_VERSION}"
     if missing := [name for name in _RECORDED if name not in record]:
@@ -279,7 +279,7 @@ def _file_lock(path: Path, patience: float) -> FileLock:
 
 
 def provenance() -> dict[str, str]:
-    """Return what made a record, for people who read it later."""
+    """Return program, machine and time of a record, for people who read it later."""
     import numpy
 
     from stemcal.version import __version__

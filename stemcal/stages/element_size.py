@@ -188,7 +188,7 @@ def material_lines(study: Study, found: SizedStrain) -> list[str]:
 
 
 def not_valid(found: SizedStrain) -> str:
-    """Return why its element size is not valid, and what to do."""
+    """Return the reason for which the element size is not valid, and the remedy."""
     return (
         f"--element-size: no valid failure strain was found for an element size of {found.element_size:g} mm. The mean "
         f"force is {found.force:.4g} N (target {found.aim:.4g} N), with a coefficient of variation of "

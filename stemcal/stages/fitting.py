@@ -48,7 +48,7 @@ class Measured:
 
 
 def measured_of(target: Target, responses: Sequence[str], naming: Vocabulary = CUTTING) -> list[Measured]:
-    """Return what was measured of these responses at one condition."""
+    """Return the measured means of these responses at one condition."""
     found = []
     for name in responses:
         mean, sd = target.mean_of(name)
@@ -80,7 +80,7 @@ def priors_of(study: Study, coding: Coding) -> tuple[Prior, ...]:
 
 
 def measured_means(study: Study) -> list[Measured]:
-    """Return what the fit is made to: every response measured at the diameters of a joint fit, or one alone."""
+    """Return the fitted means: every response measured at the diameters of a joint fit, or one mean alone."""
     targets, responses = study.joint_targets or (study.calibration_target,), study.fitted_responses
     return [mean for target in targets for mean in measured_of(target, responses, study.naming)]
 
@@ -117,7 +117,7 @@ class FitSummary:
 
     @classmethod
     def of(cls, fit: Surface, whole: bool) -> FitSummary:
-        """Return what is kept of a fit; the `whole` of it has the analysis of variance."""
+        """Return the summary of a fit; the `whole` of it has the analysis of variance."""
         values = {one.name: getattr(fit, one.name) for one in fields(cls)}
         return cls(**(values if whole else {**values, "anova": Rows()}))
 
@@ -190,7 +190,7 @@ class Surfaces(StageResult):
         return Region(self.scales.to_coded(low), self.scales.to_coded(high), self.radius)
 
     def factor(self, name: str) -> FactorCoding:
-        """Return how a factor is coded."""
+        """Return the coding of a factor."""
         return next(entry for entry in self.factors if entry.factor == name)
 
 

@@ -41,7 +41,7 @@ _NO_INPUT = frozenset({"solver.threads", "solver.time_limit"})
 
 
 def inputs_of(study: Study, solver: Solver | None, folder: StudyFolder, stage: str) -> dict[str, str]:
-    """Return what a stage is made from: the code's version, and the hash of each thing else.
+    """Return the inputs of a stage: the version of the code, and a hash of each other input.
 
     The default `solver` is the spec's.
     """
@@ -206,7 +206,7 @@ def make_all(
 
 
 def finished(study: Study, folder: StudyFolder, stage: str | None = None) -> bool:
-    """Return whether all stages of a study, or one, are fresh."""
+    """Check that all stages of a study, or one, are fresh."""
     stages = stages_of(study) if stage is None else (stage_called(stage),)
     return all(fresh(one.result(), study, folder) is not None for one in stages)
 
@@ -224,7 +224,7 @@ def fresh(kind: type[R], study: Study, folder: StudyFolder) -> R | None:
 
 
 def _runs_agree(result: StageResult, study: Study, folder: StudyFolder, whole: bool = True) -> bool:
-    """Return whether the records of all runs have the responses that the stage was made from.
+    """Compare the responses in a stage file with those in the records of its runs.
 
     A record may be missing, or be begun again by the next command, unless the `whole` of them is needed.
     """

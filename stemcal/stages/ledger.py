@@ -48,7 +48,7 @@ class LedgerRow:
 
 
 def asked(study: Study, solver: Solver, folder: StudyFolder | None) -> list[Asked]:
-    """Return what each stage asks of the solver, as far as it is known now."""
+    """Return the runs that each stage asks for, as far as they are known now."""
     parts = [part for stage in stages_of(study) if (part := stage.foresee(study, solver, folder)) is not None]
     return [replace(part, requests=[*part.requests, *second_time(study, part.requests)[1:]]) for part in parts]
 

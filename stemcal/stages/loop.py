@@ -81,13 +81,13 @@ class Steps(Protocol):
         """Return the point to begin with."""
 
     def judge(self, point: PointToTry, outcomes: Mapping[float, Outcome]) -> JudgedPoint:
-        """Return how far a simulated point is from the target, and include it in the next step."""
+        """Return the error of a simulated point, and include the point in the next step."""
 
     def next(self) -> PointToTry | None:
         """Return the next point; None where no step is left."""
 
     def end(self) -> Stopped:
-        """Return why no step is left."""
+        """Return the reason for the end of the steps."""
 
 
 class Loop:
@@ -193,7 +193,7 @@ class PathSteps:
         return None if step is None else self._point(step, "path" if isfinite(self.tried[-1].level) else "back")
 
     def end(self) -> Stopped:
-        """Return whether the best point is at an end of the path."""
+        """Check for a best point at an end of the path."""
         best = best_of(self.tried, self.aim)
         return "out_of_reach" if best is not None and best.place in self.path.ends else "settled"
 

@@ -176,7 +176,7 @@ class StageResult(Spread):
         return []
 
     def __getstate__(self) -> dict[str, Any]:
-        """Return what the result is made of, not what has been worked out from it."""
+        """Return the fields, without cached values that follow from them."""
         result: Any = self
         return {field.name: getattr(self, field.name) for field in fields(result)}
 

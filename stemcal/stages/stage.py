@@ -66,7 +66,7 @@ class Stage(StageKind, Checked, Generic[R]):
         return None
 
     def asked_for(self, study: Study) -> bool:
-        """Return whether the whole study has this stage."""
+        """Check that the whole study includes this stage."""
         section = self.section() if self.by_section else None
         return section is None or study.given(section) is not None
 
@@ -75,7 +75,7 @@ class Stage(StageKind, Checked, Generic[R]):
         return {}
 
     def calibrates(self, study: Study) -> bool:
-        """Return whether it sets the parameters in the model of the study; the last such stage decides."""
+        """Check that it sets the parameters in the model of the study; the last such stage decides."""
         return False
 
     def tolerance_percent(self, study: Study) -> float | None:

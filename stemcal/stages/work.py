@@ -61,7 +61,7 @@ class Work:
         return answer_all(requests, *how, naming=naming)
 
     def simulating(self, stage: str, pictured: bool = False) -> SimulateAt:
-        """Return what simulates points at some diameters, together; `pictured` runs keep what pictures show."""
+        """Return a function that simulates points at some diameters together; `pictured` runs keep picture data."""
 
         def simulate(first: int, points: Sequence[Mapping[str, float]], conditions: Sequence[float]) -> list[Outcome]:
             rows = enumerate(points, first)
@@ -106,7 +106,7 @@ SAME = 1e-6  # of the answer: what summing in another order may change
 
 
 def repeats_itself(study: Study) -> bool:
-    """Return whether equal inputs give equal answers: of the embedded solver, and of programs with a repeated run."""
+    """Check for equal answers to equal inputs, of the embedded solver and of programs with a repeated run."""
     return study.kind.answers == "computes" and not study.solver.repeats
 
 

@@ -71,7 +71,7 @@ _REMEDIES = {
 
 
 def what_happened(error: OSError) -> str:
-    """Return what the system reports, and what to do.
+    """Return the message of the system, and the remedy.
 
     >>> what_happened(OSError(errno.EROFS, "Read-only file system"))
     'Read-only file system; make the folder writable or choose another folder with `--out`'

@@ -13,7 +13,7 @@ class NotPlain(OSError):
 
 
 def unreadable(error: OSError | ValueError) -> str:
-    """Return why a file cannot be read, to be put after its name.
+    """Return the reason for which a file cannot be read, to be put after its name.
 
     >>> unreadable(NotPlain(errno.EISDIR, "is a folder")), unreadable(OSError(errno.EACCES, "Permission denied"))
     ('is a folder', 'cannot be read: Permission denied')
@@ -58,7 +58,7 @@ def read_plain(path: Path, most: int) -> bytes:
 
 
 def holds(path: Path, content: bytes) -> bool:
-    """Return whether a plain file is there that holds just this."""
+    """Check for a plain file with exactly this content."""
     try:
         return read_plain(path, len(content)) == content
     except OSError:

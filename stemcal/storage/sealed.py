@@ -63,7 +63,7 @@ def _parsed(blob: bytes) -> dict[str, Any]:
 
 
 def _agrees(blob: bytes, content: Mapping[str, Any], seal: object) -> bool:
-    """Return whether a seal matches a content and the file has no further byte."""
+    """Check that a seal matches a content and that the file has no further byte."""
     same = hashlib.sha256(blob).digest()
     if same in _AGREED:
         return True

@@ -71,7 +71,7 @@ def _flat(thing: Any, handler: Any) -> dict[str, Any]:
 
 @functools.cache
 def _adapter(kind: Any) -> TypeAdapter[Any]:
-    """Return what reads and writes a type."""
+    """Return the reader and writer of a type."""
     from pydantic import TypeAdapter
 
     return TypeAdapter(kind)
@@ -90,7 +90,7 @@ def to_json(thing: Any) -> Any:
 
 
 def from_json(kind: type[T], given: Any) -> T:
-    """Return what was written by `to_json`; keys that the type does not have are ignored.
+    """Return the object written by `to_json`; keys that the type does not have are ignored.
 
     Raises
     ------

@@ -58,13 +58,13 @@ def lead(verdict: Verdict, use: str) -> list[str]:
 
 
 def first_remedy(verdict: Verdict) -> Remedy:
-    """Return what to do first, with the change of the spec where it is one."""
+    """Return the first remedy, with its change of the spec if it has one."""
     remedies = [reason.remedy for reason in verdict.reasons if reason.remedy]
     return remedies[0] if remedies else _REPORT if verdict.holds else _LOOK
 
 
 def quantity_calibrated(study: Study) -> str:
-    """Return what is calibrated."""
+    """Return the calibrated quantities in words."""
     if study.naming.is_cutting:
         return "Calibration of a stem-cutting model"
     return f"Calibration of a simulation against the measured {series(_fitted(study))}"
@@ -86,7 +86,7 @@ def _fitted(study: Study) -> list[str]:
 
 
 def made_with(study: Study, spec_hash: str) -> list[tuple[str, str]]:
-    """Return what a reader needs to repeat the study and to cite it: spec, solver, program."""
+    """Return spec, solver and program, with which a reader can repeat and cite the study."""
     return [
         ("Spec", f"{study.source.name}, SHA-256 {spec_hash}" if spec_hash else study.source.name),
         ("Solver", study.solver.program_name),

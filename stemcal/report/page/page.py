@@ -198,7 +198,7 @@ def _part_of(tables: Iterable[Table], plots: Iterable[Plot], shared: Shared, not
 
 
 def _first_pictures(study: Study, plots: Sequence[Plot]) -> list[Plot]:
-    """Return what the first screen shows: measured against simulated, and the stem."""
+    """Return the figures of the first screen: measured against simulated, and the stem."""
     compared = ["validation", *(f"validation-{response.name}" for response in study.naming.others)]
     names = (*compared, f"fracture-{short(study.targets.calibrate_at)}mm")
     return [plot for name in names for plot in plots if plot.name == name and plot.on_page]
@@ -241,7 +241,7 @@ def page_part(name: str) -> str:
 
 
 def policy(css: str, script: str) -> str:
-    """Return what the page may use: this style, this script and pictures within it."""
+    """Return the content security policy: only this style, this script and embedded pictures."""
     style, script = (f"'sha256-{b64encode(sha256(text.encode()).digest()).decode()}'" for text in (css, script))
     return (
         f"default-src 'none'; style-src {style}; script-src {script}; img-src data:; base-uri 'none'; "

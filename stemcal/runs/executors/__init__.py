@@ -66,14 +66,14 @@ _LIMITS = ("/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_b
 
 
 def available_cores() -> int:
-    """Return how many cores this process may use."""
+    """Return the number of cores that this process may use."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
 
 
 def machine_memory() -> float:
-    """Return how many bytes of memory this process may use at most: those of the machine, or of its container."""
+    """Return the memory limit of this process in bytes: that of the machine or of its container."""
     import psutil
 
     return min([float(psutil.virtual_memory().total), *(limit for place in _LIMITS if (limit := _limit(place)))])

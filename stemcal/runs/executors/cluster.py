@@ -184,7 +184,7 @@ def _at_most(seconds: float, farewell: Callable[[], object]) -> None:
 
 
 def _scheme() -> str:
-    """Return how the scheduler is spoken to: encrypted if Dask's configuration has certificates for it."""
+    """Return the protocol of the scheduler: encrypted if Dask's configuration has certificates for it."""
     import dask
 
     encrypted = dask.config.get("distributed.comm.require-encryption", False)

@@ -60,7 +60,7 @@ def climb(work: Work, head: Head) -> ClimbResult:
 
 
 def _notes(rows: Sequence[ClimbRow], best: ClimbRow, reached: bool, names: Wording) -> Iterator[Note]:
-    """Yield where the surface is centred, and that the climb ended before the target."""
+    """Yield notes on the centre of the surface and on an end before the target."""
     error = direction(best.error_percent or 0.0, " %", 1)
     text = (
         f"The response surface design is centred at step {best.step} of {len(rows)} on the path of steepest "
@@ -182,7 +182,7 @@ def ascent_path(effects: ArrayLike, steps: int, rise: bool) -> Array:
 
 
 def passed(responses: Sequence[float | None], target: float) -> bool:
-    """Return whether the forces so far lie on both sides of the target.
+    """Check for forces on both sides of the target.
 
     >>> passed([100.0, None, 150.0], 159.2), passed([100.0, 150.0, 165.0], 159.2)
     (False, True)

@@ -12,7 +12,7 @@ class ClimbShowing(Showing[ClimbResult]):
     """The words and tables of a climb."""
 
     def outcome(self, result: ClimbResult, names: Wording) -> list[str]:
-        """Return how near the steps came to the target."""
+        """Return a sentence on the step nearest to the target."""
         moved = "was changed" if len(result.names) == 1 else "were changed together"
         runs = counted(len(result.rows), "run")
         stepped = f"During steepest ascent, {names.factors(result.names)} {moved} in {runs}."

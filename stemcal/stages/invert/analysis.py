@@ -166,7 +166,7 @@ def prior_rows(study: Study, coding: Coding) -> Rows[PriorRow]:
 
 
 def _certainty_of(study: Study, coding: Coding, known: Fit, source: Literal["joint", "single"]) -> Certainty:
-    """Return what a fit leaves possible: of all measured means, or of the calibration target alone."""
+    """Return the uncertainty of a fit to all measured means, or to the calibration target alone."""
     profiles, unseen = profiles_of(known), unseen_directions(known)
     changes = tuple(_changes_along(coding, row) for row in unseen)
     free = tuple(p.factor for p in profiles if p.free)
@@ -199,7 +199,7 @@ def _value(coding: Coding, j: int, coded: float) -> float:
 
 
 def _changes_along(coding: Coding, direction: Array) -> dict[str, float]:
-    """Return how much each factor changes along a coded direction, in its unit.
+    """Return the change of each factor along a coded direction, in its unit.
 
     The largest part changes by one half step; parts below a twentieth of it are left out.
     """

@@ -24,7 +24,7 @@ _NEAR_RADIUS, _NEAR_END = 0.98, 0.01
 
 @ranked(Rank.TREND)
 def trend(evidence: Evidence) -> Iterator[Note]:
-    """Yield that the error of a joint fit follows the diameter: no other change of model or data helps against that."""
+    """Yield a trend of the errors of a joint fit over the diameter: no other change of model or data removes it."""
     study, surface, found = evidence.study, evidence.of(Surfaces), evidence.of(InvertResult)
     if surface is None or found is None or found.joint is None:
         return
@@ -41,7 +41,7 @@ def trend(evidence: Evidence) -> Iterator[Note]:
 
 @ranked(Rank.REACH)
 def conflict(evidence: Evidence) -> Iterator[Note]:
-    """Yield which measured mean the others contradict, or that the fit misses one where no scatter is known."""
+    """Yield a measured mean that contradicts the others, or that the fit misses if no scatter is known."""
     found = evidence.of(InvertResult)
     joint = found.joint if found is not None else None
     if found is None or joint is None or found.priors:
@@ -63,7 +63,7 @@ def conflict(evidence: Evidence) -> Iterator[Note]:
 
 
 def _all_out_of_reach(evidence: Evidence, joint: JointFitted) -> str | None:
-    """Return that means are out of reach which do not contradict each other: the fit misses all to the same side."""
+    """Return the text on means that are out of reach to the same side, so that they do not contradict each other."""
     surface, found = evidence.of(Surfaces), evidence.of(InvertResult)
     assert surface is not None and found is not None
     errors = [row.error_percent for row in (*joint.rows, *joint.further)]
@@ -86,7 +86,7 @@ def _all_out_of_reach(evidence: Evidence, joint: JointFitted) -> str | None:
 
 
 def _contradiction(found: Contradicted, names: Wording) -> str:
-    """Return which measured mean the others contradict, and what they predict."""
+    """Return the measured mean that contradicts the others, and their prediction of it."""
     named = names.naming.named(found.response)
     values = (named.counted(value, found.measured) for value in (found.measured, found.low, found.high))
     measured, low, high = (f"{short(value, 4)}{named.unit_suffix}" for value in values)
@@ -108,7 +108,7 @@ def _of_conflict(evidence: Evidence, joint: JointFitted) -> Remedy:
 
 @ranked(Rank.IDENTIFICATION)
 def on_the_edge(evidence: Evidence) -> Iterator[Note]:
-    """Yield that the solution is on the edge of the search region, unless a conflict already has a remedy."""
+    """Yield a solution on the edge of the search region, unless a conflict already has a remedy."""
     surface, found = evidence.of(Surfaces), evidence.of(InvertResult)
     if surface is None or found is None:
         return
@@ -143,7 +143,7 @@ def _on_edge(evidence: Evidence, coded: Sequence[float]) -> bool:
 
 @ranked(Rank.MODEL)
 def misfit(evidence: Evidence) -> Iterator[Note]:
-    """Yield that the joint fit misses more than the scatter explains, where no single mean is the reason."""
+    """Yield a misfit of the joint fit beyond the scatter if no single mean is the reason."""
     found = evidence.of(InvertResult)
     joint = found.joint if found is not None else None
     if found is None or joint is None or joint.p is None or joint.misfit is None or joint.p >= 0.05:
@@ -170,7 +170,7 @@ def _check_prior(found: InvertResult) -> Remedy | None:
 
 @ranked(Rank.IDENTIFICATION)
 def not_identified(evidence: Evidence) -> Iterator[Note]:
-    """Yield which factors the measurements leave free."""
+    """Yield the factors that the measurements do not determine."""
     found = evidence.of(InvertResult)
     if found is not None and found.certainty.not_identified:
         text, remedy = _not_identified(found.certainty), _to_identify(evidence, found.certainty)
@@ -178,7 +178,7 @@ def not_identified(evidence: Evidence) -> Iterator[Note]:
 
 
 def _not_identified(known: Certainty) -> str:
-    """Return which factors the fit leaves free, and the combination along which it hardly changes."""
+    """Return the factors that the fit does not determine, and the combination along which it hardly changes."""
     factors = series(known.not_identified, "or")
     changes = [change(name, size, known.units[name]) for name, size in known.loosest.items()]
     if len(changes) > 1:
@@ -189,7 +189,7 @@ def _not_identified(known: Certainty) -> str:
 
 @ranked(Rank.MODEL)
 def target_missed(evidence: Evidence) -> Iterator[Note]:
-    """Yield that a simulation misses what was fitted."""
+    """Yield fitted values that a simulation misses."""
     fitted = [row for row in evidence.judged if row.fitted and row.error_percent is not None]
     if not fitted:
         return
@@ -219,7 +219,7 @@ def _refine_more(budget: int | None) -> Remedy:
 
 
 def _to_identify(evidence: Evidence, known: Certainty) -> Remedy:
-    """Return what would identify factors that the fit leaves free: other data, or a prior of the least certain one."""
+    """Return the remedy for undetermined factors: other data, or a prior of the least certain one."""
     study = evidence.study
     widest = max(known.not_identified or known.share, key=lambda name: known.share[name])
     measure = (
@@ -235,7 +235,7 @@ def _to_identify(evidence: Evidence, known: Certainty) -> Remedy:
 
 
 def _within_reach(evidence: Evidence, response: str) -> bool:
-    """Return whether a response was measured where the parameters are calibrated, and lies among those of the runs."""
+    """Check that a response was measured at the calibration and is within the responses of the runs."""
     mean, sd = evidence.study.calibration_target.mean_of(response)
     surface = evidence.of(Surfaces)
     if mean is None or surface is None:
@@ -263,7 +263,7 @@ def _to_reconcile(study: Study, joint: JointFitted) -> Remedy:
 
 @ranked(Rank.FORMULA)
 def no_better_than_formula(evidence: Evidence) -> Iterator[Note]:
-    """Yield that a formula predicts each diameter from the others as well as the fit, where no other check is left."""
+    """Yield a formula that predicts each diameter from the others as well as the fit, if there is no other check."""
     found, first = evidence.of(InvertResult), evidence.study.naming.response.name
     compared = [row for row in evidence.judged if row.response == first]
     held_out = any(not row.fitted and row.error_percent is not None for row in compared)

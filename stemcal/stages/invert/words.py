@@ -108,7 +108,7 @@ def range_to_cite(stage: InvertResult, names: Wording) -> list[str]:
 
 
 def invert_notes(stage: InvertResult) -> list[Note]:
-    """Return what limits a solution: other solutions, the region, a formula, the intervals."""
+    """Return the notes on a solution: other solutions, the region, a formula, the intervals."""
     names = Wording(stage.naming)
     found = _of_one(stage, names) if stage.joint is None else _of_many(stage.joint, names)
     predicted = [] if stage.prediction is None else [predicted_note("left_out", stage.prediction, names)]
@@ -149,13 +149,13 @@ def _of_many(joint: JointFitted, names: Wording) -> Iterator[Note]:
 
 
 def prior_unused(factors: tuple[str, ...]) -> Note:
-    """Return that factors with a prior are not varied."""
+    """Return the note on factors that have a prior but are not varied."""
     text = f"Priors are ignored for factors that are not varied in the response surface design: {series(factors)}."
     return Note("prior_unused", "caution", text)
 
 
 def flat_direction(changes: Mapping[str, float], units: Mapping[str, str]) -> Note:
-    """Return that a joint fit cannot separate factors; `changes` in their units go together."""
+    """Return the note on factors that a joint fit cannot separate; `changes` in their units go together."""
     together = series(change(name, size, units[name]) for name, size in changes.items())
     text = (
         f"The measurements cannot separate the parameters: if {together}, the fit hardly changes. Of all points "

@@ -105,7 +105,7 @@ def _rows(loop: Loop, means: Sequence[Measured]) -> Iterator[RefineRow]:
 
 
 def _model(work: Work, loop: Loop) -> SimulatedBy:
-    """Return what simulated; its version as the spec names it, or as the program reported it in its first run."""
+    """Return the simulating program; its version is that of the spec, or the one reported in the first run."""
     solver, at = work.study.solver, work.study.calibration_target.condition
     version = solver.version
     if not version:
@@ -189,7 +189,7 @@ def later(study: Study) -> Later | None:
 
 
 def refine_notes(stage: RefineResult) -> list[Note]:
-    """Return why the target was not reached, where the surface was wrong, and what is missing in another model."""
+    """Return notes on a missed target, on errors of the surface, and on limits of another model."""
     names = Wording(stage.naming)
     there = _in_another_model(stage, names) if stage.elsewhere else ()
     return [*_not_reached(stage, names), *_first_outside(stage, names), *there]

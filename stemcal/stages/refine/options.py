@@ -116,7 +116,7 @@ def _tests_and_curves_stay_here(draft: Draft) -> Iterator[Finding]:
 
 
 def _the_model_is_possible(draft: Draft) -> Iterator[Finding]:
-    """Yield what is wrong with the study in `refine.in`, at the keys of that section.
+    """Yield the mistakes of the study in `refine.in`, at the keys of that section.
 
     A factor that does not move may have no effect there.
     """

@@ -14,7 +14,7 @@ class RefineShowing(Showing[RefineResult]):
     claims = True
 
     def outcome(self, result: RefineResult, names: Wording) -> list[str]:
-        """Return what the refinement changed, and the error that is left."""
+        """Return the change by the refinement, and the remaining error."""
         if result.elsewhere:
             return _there(result, names)
         count = len(result.made)
@@ -26,7 +26,7 @@ class RefineShowing(Showing[RefineResult]):
         ]
 
     def tables(self, result: RefineResult, names: Wording) -> list[Table]:
-        """Return what moved in another model, the responses, and every run."""
+        """Return the changed parameters in another model, the responses, and every run."""
         parameters = [_parameters(result, names)] if result.elsewhere else []
         return [*parameters, responses(result, names), runs(result, names)]
 

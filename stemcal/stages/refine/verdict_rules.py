@@ -10,7 +10,7 @@ from stemcal.stages.verdict.verdict_rules import Evidence, Rank, ranked
 
 @ranked(Rank.IDENTIFICATION)
 def missed_there(evidence: Evidence) -> Iterator[Note]:
-    """Yield that the other model does not reach its target."""
+    """Yield a target that the other model does not reach."""
     found = evidence.of(RefineResult)
     if found is not None and found.elsewhere:
         yield from (replace(note, kind="missed_there") for note in found.notes if note.kind == "not_reached")

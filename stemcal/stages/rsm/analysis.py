@@ -78,7 +78,7 @@ def rsm(work: Work, head: Head) -> RsmResult:
 
 
 def _notes(result: RsmResult) -> Iterator[Note]:
-    """Yield what the reduction and repeated runs show."""
+    """Yield notes on the reduction and on repeated runs."""
     if result.reduction is not None:
         removed = (
             f"Backward elimination removed {series(step.term for step in result.reduction)}. The p-values and "
@@ -158,7 +158,7 @@ def _at_condition(work: Work, target: Target, result: RsmResult, design: Design)
 def _summary(
     study: Study, result: RsmResult, runs: Sequence[ConditionRun], response: str, condition: float
 ) -> FitSummary:
-    """Return what is kept of the fit to one response."""
+    """Return the summary of the fit to one response."""
     silent = [run.run for run in runs if run.outcome.ok and run.outcome.of(response) is None]
     if silent:
         raise RunsFailed(
@@ -201,7 +201,7 @@ def study_design(
 
 
 def _pure_error_of(design: DesignRuns, names: Wording, by_chance: bool) -> Note | None:
-    """Return whether runs at the same levels agree, or how much they scatter; None without such runs."""
+    """Return the note on the scatter of runs at the same levels; None without such runs."""
     groups: dict[tuple[float, ...], list[float]] = {}
     for run in design.runs:
         if run.response is not None:

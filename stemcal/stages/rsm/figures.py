@@ -192,7 +192,7 @@ def relief(
 
 
 def _height(rsm: RsmResult) -> str:
-    """Return what is drawn as height."""
+    """Return the label of the vertical axis."""
     return literal(rsm.naming.response.headed(rsm.naming.response.noun))
 
 

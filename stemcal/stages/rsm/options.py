@@ -54,7 +54,7 @@ def _chosen_or_names(given: Any) -> Any:
 
 
 def factors_taken(design: str) -> tuple[int, int]:
-    """Return how few and how many factors a design for the surface takes."""
+    """Return the least and greatest number of factors of a design for the surface."""
     found = SURFACES.named(design)
     return (2, MOST_FACTORS) if found is None else found.factors
 
@@ -129,19 +129,19 @@ class RsmOptions(Frozen):
         return int(found[1]) if found else 0
 
     def chosen(self) -> SurfaceOptions:
-        """Return what a design for the surface is made from."""
+        """Return the settings of the design for the surface."""
         from stemcal.doe.designs import SurfaceOptions
 
         return SurfaceOptions(self.design, self.centre_points, self.alpha, self.runs, self.extra_runs)
 
     def reach(self, k: int) -> float:
-        """Return how far the outermost runs of `k` factors lie from the centre along an axis, in coded units."""
+        """Return the distance of the outermost runs of `k` factors from the centre along an axis, in coded units."""
         from stemcal.doe.designs import surface_design
 
         return surface_design(self.design).reach(k, self.chosen())
 
     def radius(self, k: int) -> float:
-        """Return how far from the centre a surface of `k` factors may be trusted, in coded units."""
+        """Return the greatest distance from the centre at which a surface of `k` factors is valid, in coded units."""
         from stemcal.doe.designs import surface_design
 
         return surface_design(self.design).radius(k, self.chosen())

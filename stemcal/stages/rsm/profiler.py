@@ -23,7 +23,7 @@ _NORMAL = 1.96
 
 
 def profiler_data(study: Study, rsm: RsmResult, values: Mapping[str, float], holds: bool) -> dict[str, Any]:
-    """Return what the profiler shows, for JSON.
+    """Return the data of the profiler, for JSON.
 
     `values` are the calibrated levels, or nothing: then the profiler begins at the centre. Where the calibration does
     not hold no band of possible parameters is drawn.

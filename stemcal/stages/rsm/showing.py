@@ -28,7 +28,7 @@ class RsmShowing(Showing[RsmResult]):
     """The words, tables and figures of a response surface."""
 
     def outcome(self, result: RsmResult, names: Wording) -> list[str]:
-        """Return what was fitted to which runs; copies of a deterministic run do not count."""
+        """Return sentences on the surface and its runs; copies of a deterministic run do not count."""
         responses = [run.response for run in result.design.runs if run.response is not None]
         count = len(result.runs_diagnostics)
         text = (
@@ -144,7 +144,7 @@ def _coefficient_table(stage: RsmResult, names: Wording) -> Table:
 
 
 def _fit_table(stage: RsmResult) -> Table:
-    """Return how well the surface fits."""
+    """Return the statistics of the fit."""
     rows = (
         ("R²", fixed(stage.r2, 4)),
         ("Adjusted R²", fixed(stage.adjusted_r2, 4)),
@@ -200,7 +200,7 @@ def _further_tables(stage: RsmResult, names: Wording) -> list[Table]:
 
 
 def _fits_table(stage: RsmResult, names: Wording) -> list[Table]:
-    """Return how well each surface of a joint fit fits; nothing of a single response."""
+    """Return the statistics of each surface of a joint fit; no table for a single response."""
     rows = [
         {**vars(fit), "response": name, "condition": part.condition}
         for part in stage.conditions

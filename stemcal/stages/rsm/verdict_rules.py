@@ -36,7 +36,7 @@ _RETRY = (
 
 @ranked(Rank.DATA)
 def undeclared_scatter(evidence: Evidence) -> Iterator[Note]:
-    """Yield that a program gave two answers to the same levels, without replicates in the spec."""
+    """Yield two answers of a program to the same levels, without replicates in the spec."""
     study = evidence.study
     if study.solver.repeats or evidence.of(RsmResult) is not None:
         return
@@ -59,7 +59,7 @@ def undeclared_scatter(evidence: Evidence) -> Iterator[Note]:
 
 @ranked(Rank.DATA)
 def reversed_sign(evidence: Evidence) -> Iterator[Note]:
-    """Yield that every run returned a negative value of a response, although the measured one is positive."""
+    """Yield a response that is negative in every run, although the measured one is positive."""
     naming = evidence.study.naming
     for named in (naming.response, *naming.others):
         name = FIRST if named == naming.response else named.name
@@ -77,7 +77,7 @@ def reversed_sign(evidence: Evidence) -> Iterator[Note]:
 
 @ranked(Rank.DATA)
 def probable_unit(evidence: Evidence) -> Iterator[Note]:
-    """Yield that measured values are out of reach by the ratio of two units."""
+    """Yield measured values that are out of reach by the ratio of two units."""
     for response, values in _reaches(evidence).items():
         times = [_times(value, low, high) for value, low, high in values]
         ratio = times[0]
@@ -108,7 +108,7 @@ def _reaches(evidence: Evidence) -> dict[str, Sequence[tuple[float, float, float
 
 
 def _times(value: float, low: float, high: float) -> tuple[float, str] | None:
-    """Return which ratio of units brings a value into a reach, widened by a quarter; None where none does.
+    """Return the ratio of units that brings a value into a reach, widened by a quarter; None if no ratio does.
 
     >>> _times(130.0, 0.08, 0.19), _times(130.0, 80.0, 125.0)
     ((1000.0, 'kN and N, or mm and m'), None)
@@ -127,7 +127,7 @@ def _times(value: float, low: float, high: float) -> tuple[float, str] | None:
 
 @ranked(Rank.DATA)
 def failed_runs(evidence: Evidence) -> Iterator[Note]:
-    """Yield how many runs failed, where, and what they leave undetermined; of a stage that could not end, too."""
+    """Yield the number of failed runs, their levels and the effect on the surface, also of an unfinished stage."""
     surface = evidence.of(RsmResult)
     if surface is None:
         yield from _lost(evidence)
@@ -153,7 +153,7 @@ def failed_runs(evidence: Evidence) -> Iterator[Note]:
 
 @ranked(Rank.IDENTIFICATION)
 def few_runs(evidence: Evidence) -> Iterator[Note]:
-    """Yield that a surface has as many coefficients as runs, though none failed."""
+    """Yield a surface with as many coefficients as runs, none of which failed."""
     surface = evidence.of(RsmResult)
     if surface is not None and _error_unknown(evidence.study, surface) and not any(failed_runs(evidence)):
         text = (
@@ -164,7 +164,7 @@ def few_runs(evidence: Evidence) -> Iterator[Note]:
 
 
 def _error_unknown(study: Study, surface: RsmResult) -> bool:
-    """Return whether a fitted surface has no residual degrees of freedom."""
+    """Check for a fitted surface without residual degrees of freedom."""
     return any(fitted.df < 1 for fitted in fitted_surfaces(study, surface))
 
 
@@ -206,7 +206,7 @@ def _beyond(
 
 
 def _lost(evidence: Evidence) -> Iterator[Note]:
-    """Yield that runs failed before a surface could be fitted, and at which conditions none was left."""
+    """Yield failed runs before a surface could be fitted, and conditions without any result."""
     tried, failed, why = Counter[float](), Counter[float](), Counter[str]()
     levels: dict[bool, list[Mapping[str, float]]] = {True: [], False: []}
     for record in evidence.records:
@@ -230,7 +230,7 @@ def _lost(evidence: Evidence) -> Iterator[Note]:
 
 @ranked(Rank.REACH)
 def out_of_reach(evidence: Evidence) -> Iterator[Note]:
-    """Yield that the surface does not take the one target inside the ranges."""
+    """Yield a single target that the surface does not reach inside the ranges."""
     surface, study = evidence.of(RsmResult), evidence.study
     if surface is None or study.joint_targets or evidence.results.calibrated:
         return
@@ -245,7 +245,7 @@ def out_of_reach(evidence: Evidence) -> Iterator[Note]:
 
 @ranked(Rank.MODEL)
 def sign_against_expectation(evidence: Evidence) -> Iterator[Note]:
-    """Yield which sure effects have another sign than the spec expects."""
+    """Yield significant effects whose sign differs from that in the spec."""
     against = tuple(
         factor.name
         for factor in evidence.study.factors
@@ -266,7 +266,7 @@ def _sign_found(evidence: Evidence, factor: str) -> str | None:
 
 @ranked(Rank.MODEL)
 def rough_response(evidence: Evidence) -> Iterator[Note]:
-    """Yield that a surface without scatter misses its own runs."""
+    """Yield a surface that misses its own runs, which have no scatter."""
     surface = evidence.of(RsmResult)
     if surface is None:
         return

@@ -175,7 +175,7 @@ def _screening_notes(
     curvature: Curvature | None,
     written: Wording,
 ) -> tuple[Note, ...]:
-    """Return what the choice of the factors depends on; `tested` where the F test makes it."""
+    """Return notes on the choice of the factors; `tested` if the F test makes it."""
     found = [] if curvature is None else [_curvature(curvature, written)]
     if n_failed:
         text = (

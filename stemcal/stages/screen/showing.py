@@ -19,7 +19,7 @@ class ScreenShowing(Showing[ScreenResult]):
     """The words, tables and figures of a screening."""
 
     def outcome(self, result: ScreenResult, names: Wording) -> list[str]:
-        """Return which factors are significant."""
+        """Return a sentence on the significant factors."""
         effects, response = {effect.factor: effect for effect in result.effects}, names.response.long
         count = f"In the screening, {len(effects)} factors were varied in {len(result.design.runs)} runs."
         chosen = sorted(result.significant, key=lambda name: -abs(effects[name].effect))

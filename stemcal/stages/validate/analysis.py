@@ -145,7 +145,7 @@ def _further(study: Study, target: Target, outcome: Outcome) -> Rows[FurtherRow]
 
 
 def validate_notes(stage: ValidateResult) -> list[Note]:
-    """Return what follows from the comparison: its independence, growth and a formula."""
+    """Return notes on the comparison: its independence, growth and a formula."""
     names = Wording(stage.naming)
     predicted = [] if stage.prediction is None else [predicted_note("held_out", stage.prediction, names)]
     return [*_fitted(stage, names), *_growth(stage), *predicted, *_travel(stage)]

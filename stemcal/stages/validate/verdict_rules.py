@@ -15,7 +15,7 @@ from stemcal.stages.verdict.words import miss
 
 @ranked(Rank.VALIDATION)
 def validation(evidence: Evidence) -> Iterator[Note]:
-    """Yield what is off, failed or missing among the checks."""
+    """Yield errors, failed runs and missing data among the checks."""
     study = evidence.study
     if (checked := evidence.of(ValidateResult)) is None:
         return
@@ -58,7 +58,7 @@ def validation(evidence: Evidence) -> Iterator[Note]:
 
 @ranked(Rank.TREND)
 def trend(evidence: Evidence) -> Iterator[Note]:
-    """Yield that the error follows the diameter, where one force was fitted and determines the parameters."""
+    """Yield a trend of the error over the diameter if one force was fitted and determines the parameters."""
     study, checked = evidence.study, evidence.of(ValidateResult)
     found = evidence.of(InvertResult)
     if checked is None or checked.is_given or study.joint_targets or found is None or found.certainty.not_identified:

@@ -28,7 +28,7 @@ _BETWEEN_DIAMETERS = Remedy(
 
 
 def formula_reason(result: StageResult) -> Iterator[Note]:
-    """Yield that a formula without mechanics predicts better than the model, by more than the means scatter."""
+    """Yield a formula without mechanics that predicts better than the model, by more than the means scatter."""
     found = result.prediction
     if found is not None and found.better == "formula":
         text = words.predicted(found, Wording(result.naming))
@@ -95,12 +95,12 @@ def _least_width(surface: Surfaces, end: Array, factor: Factor, up: bool, target
 
 
 def _above_zero(factor: Factor) -> float:
-    """Return how far a range may grow downwards: what is positive stays above a tenth of its low end."""
+    """Return the lower limit of a wider range: a positive value stays above a tenth of its low end."""
     return _WIDEST if factor.low < 0.0 else 0.9 * factor.low / (factor.high - factor.low)
 
 
 def from_the_edge(study: Study, surface: Surfaces, coded: Sequence[float]) -> Remedy:
-    """Return which range to widen by half, so that a solution on the edge of the region is inside."""
+    """Return the range to widen by half, so that a solution on the edge of the region is inside."""
     region = surface.region
     place = np.asarray(coded) / np.where(np.asarray(coded) > 0.0, region.high, -region.low)
     order = np.argsort(-np.abs(place), kind="stable")
@@ -152,7 +152,7 @@ def measure_more(study: Study) -> Remedy:
 
 
 def to_smooth(study: Study, surface: Surfaces, levels: Mapping[str, float] | None) -> Remedy:
-    """Return what makes a quadratic follow the response: more runs, then half the ranges about the solution.
+    """Return the remedy for a poor quadratic: more runs, then half the ranges about the solution.
 
     Where the response may be rough, the remedy also averages over mesh positions or seeds.
     """

@@ -84,7 +84,7 @@ def physics_of(study: Study, results: Results, folder: StudyFolder) -> Physics:
 
 
 def _at_solution(study: Study, results: Results, every: Mapping[str, Doubts]) -> Iterator[Doubt]:
-    """Yield what is doubtful of each run with the calibrated parameters that was compared."""
+    """Yield the doubts about each compared run with the calibrated parameters."""
     runs = {row.key: row for result in results.done for row in reversed(result.judged(study))}
     for key, row in reversed(runs.items()):
         for kind, size in every.get(key, {}).items():
@@ -92,7 +92,7 @@ def _at_solution(study: Study, results: Results, every: Mapping[str, Doubts]) ->
 
 
 def _doubts(details: Mapping[str, Any]) -> Doubts | None:
-    """Return what is doubtful of a run with its size; None if the solver did not report it."""
+    """Return the doubts about a run with their sizes; None for a value that the solver did not report."""
     sizes = {kind: details[name] for kind, name in _DETAILS.items() if isinstance(details.get(name), int | float)}
     if not sizes and "stroke_was_enough" not in details:
         return None
@@ -117,7 +117,7 @@ _INPUT: dict[DoubtKind, str] = {
 
 
 def for_physics(study: Study, doubt: Doubt) -> Remedy:
-    """Return what would bring a doubt below its limit."""
+    """Return the remedy that brings a doubtful value below its limit."""
     solver = study.solver
     if not study.kind.simulates_stems:
         return Remedy(f"Use {_INPUT[doubt.kind]} in the solver input.")

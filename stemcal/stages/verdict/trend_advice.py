@@ -105,7 +105,7 @@ def trend_reason(
     worst_percent: float,
     remedy: Callable[[], Remedy],
 ) -> Iterator[Note]:
-    """Yield that the error follows the condition, if that is a length.
+    """Yield a trend of the error over the condition, if that is a length.
 
     `rows` are the condition, both values of the response and the standard error of the measured one.
     """
@@ -125,7 +125,7 @@ def trend_reason(
 
 
 def is_length(condition: Variable | None) -> bool:
-    """Return whether a condition is a length, which responses can grow with by a power law."""
+    """Check that a condition is a length, over which responses can follow a power law."""
     try:
         return condition is not None and parse_unit(condition.unit).dimension == "length"
     except UnitError:

@@ -156,7 +156,7 @@ def _use(evidence: Evidence) -> Use | None:
 
 @ranked(Rank.PHYSICS)
 def physics(evidence: Evidence) -> Iterator[Note]:
-    """Yield what is doubtful of many runs; and of runs with the calibrated parameters, unless most are doubtful."""
+    """Yield doubts about many runs, and about runs with the calibrated parameters unless most are doubtful."""
     found = evidence.physics
     severity: Severity = "error" if found.share > MAJORITY else "warning"
     for doubt in found.doubts if found.share >= SOME else ():
@@ -192,7 +192,7 @@ def _doubtful(doubt: Doubt, up_to: str = "") -> str:
 
 @ranked(Rank.UNFINISHED)
 def unfinished(evidence: Evidence) -> Iterator[Note]:
-    """Yield which stages are not done yet."""
+    """Yield the stages that are not finished."""
     done = {result.name for result in evidence.results.done}
     missing = [stage for stage in stages_of(evidence.study) if stage.name not in done]
     if missing:

@@ -81,7 +81,7 @@ def uses(verdict: Verdict, names: Wording) -> list[str]:
 
 
 def _held_out(where: Use, names: Wording) -> list[str]:
-    """Return how well values that were not fitted are predicted, the largest held-out error with its side."""
+    """Return the quality of held-out predictions: the largest error with its side."""
     said = []
     if where.held_out is not None and where.fitted and names.placed:
         said.append(f"The parameters were fitted to data{names.at(*where.fitted)}.")

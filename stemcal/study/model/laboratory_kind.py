@@ -54,11 +54,11 @@ class LaboratorySection(Frozen):
     """Plausible range of each length in mm, by key. A length outside this range causes a warning."""
 
     def stroke_at(self, diameter: float) -> float:
-        """Return how far the machine moves at a stem diameter, mm; 0 where a further cut has the spec's own stroke."""
+        """Return the stroke at a stem diameter, mm; 0 for a further cut with the spec's own stroke."""
         raise NotImplementedError
 
     def misfits(self, diameter: float) -> Iterator[tuple[str, str, str]]:
-        """Yield what does not fit a stem of that diameter: the key, what is wrong, what to do."""
+        """Yield the mistakes for a stem of that diameter: key, message and remedy."""
         yield from ()
 
     @property
@@ -78,7 +78,7 @@ class LaboratorySection(Frozen):
         return tuple(response.name for response in self.responses if response.name in given)
 
     def means_at(self, diameter: float) -> dict[str, Mean]:
-        """Return what was measured at a stem diameter, by response."""
+        """Return the measured means at a stem diameter, by response."""
         return {
             name: mean
             for means in self.targets
@@ -87,7 +87,7 @@ class LaboratorySection(Frozen):
         }
 
     def called(self, response: str) -> str:
-        """Return what the study calls one of its responses."""
+        """Return the study's name for one of its responses."""
         return f"{self.name}_{response}"
 
     def in_place_of(self, own: object) -> dict[str, Any]:
@@ -164,7 +164,7 @@ class LaboratoryKind(Checked):
     options: ClassVar[type[LaboratorySection]] = LaboratorySection
 
     def make(self, section: Any, diameter: float) -> Any:
-        """Return what is done to a piece of a stem of that diameter, a `laboratory.Kind`."""
+        """Return the `laboratory.Kind` of test on a piece of a stem of that diameter."""
         raise NotImplementedError
 
 

@@ -95,12 +95,12 @@ class LoadingSection(Frozen):
         return _WHOLE_STROKE if by_default and self.stroke is None else self.stroke
 
     def duration_at(self, diameter: float) -> float:
-        """Return how long the blade moves at a stem diameter (mm), s."""
+        """Return the duration of the blade's motion at a stem diameter (mm), s."""
         stroke = self.chosen_stroke
         return self.duration if stroke is None else (stroke.at(diameter) + GAP) / self.speed
 
     def stroke_at(self, diameter: float) -> float:
-        """Return how far the blade comes from touching a stem of this diameter on, mm."""
+        """Return the travel of the blade after it touches a stem of this diameter, mm."""
         return self.speed * self.duration_at(diameter) - GAP
 
     def longer(self, times: float) -> Self:
@@ -171,5 +171,5 @@ class MaterialSection(Frozen):
         return {name: value for name in PARAMETERS if isinstance(value := field_or_none(self, name), int | float)}
 
     def growing(self) -> dict[str, Growth]:
-        """Return what the parameters are that follow the diameter."""
+        """Return the parameters that depend on the diameter."""
         return {name: value for name in PARAMETERS if isinstance(value := field_or_none(self, name), Growth)}

@@ -139,12 +139,12 @@ def keys_of(path: NodePath) -> tuple[str, ...]:
 
 
 def meaning_of(path: NodePath) -> str:
-    """Return what the key at `path` means; nothing where none is known."""
+    """Return the meaning of the key at `path`; empty if it has none."""
     return str(_properties(path[:-1]).get(str(path[-1]), {}).get("description", ""))
 
 
 def meanings() -> dict[str, str]:
-    """Return what each key of a spec means, by its place.
+    """Return the meaning of each key of a spec, by its place.
 
     >>> meanings()["screen.alpha"], meanings()["solver.files, kind: command"]
     ('Significance level. Factors with a smaller p-value are significant.', 'Files that are copied to each run folder.')

@@ -176,7 +176,7 @@ def _test_of(row: yaml.Node) -> str:
 
 
 def _end(node: yaml.Node) -> int:
-    """Return where a node ends: one in block style with its last part, before the comments and lines below."""
+    """Return the end of a node: in block style that of its last part, before the comments and lines below."""
     if isinstance(node, yaml.CollectionNode) and not node.flow_style and node.value:
         last = node.value[-1]
         return _end(last[1] if isinstance(last, tuple) else last)

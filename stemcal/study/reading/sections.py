@@ -197,7 +197,7 @@ _READ: dict[str, Callable[[Sections, str, Any], None]] = {
 
 
 def _complete(targets: Targets | None) -> TypeGuard[Targets]:
-    """Return whether all rows of the targets could be read."""
+    """Check that all rows of the targets could be read."""
     return targets is not None and all(has_fields(mean, "condition", "response") for mean in targets.means)
 
 

@@ -54,6 +54,6 @@ class Draft:
         return found
 
     def unknown_factor(self, path: NodePath, name: str, at_key: bool = True) -> Finding:
-        """Return that no factor is called so."""
+        """Return the mistake of an unknown factor."""
         message = f"{name[:60]!r} is not a factor of this study"
         return Finding(path, message, did_you_mean(name, self.names), at_key)

@@ -100,7 +100,7 @@ def _values_are_physical(draft: Draft) -> Iterator[Finding]:
 
 
 def wrong_levels(study: Study, levels: Mapping[str, float], diameter: float | None = None) -> Iterator[str]:
-    """Yield what is wrong with levels (units of the spec) and a diameter that are not in a spec."""
+    """Yield the mistakes in levels (units of the spec) and a diameter that are not in a spec."""
     if not study.kind.parameters:
         return
     if diameter is not None and diameter > _WIDEST:
@@ -263,7 +263,7 @@ def _exponents_are_factors(draft: Draft) -> Iterator[Finding]:
 
 
 def _wrong_exponent(factor: Factor) -> tuple[str, str] | None:
-    """Return what keeps a factor from being an exponent, and the remedy."""
+    """Return the reason for which a factor cannot be an exponent, and the remedy."""
     if factor.unit != "1":
         return "an exponent is dimensionless", "remove the unit"
     if max(abs(factor.low), abs(factor.high)) > MOST_EXPONENT:

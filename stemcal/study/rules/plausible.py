@@ -50,7 +50,7 @@ FALL = "the simulated values decrease by up to 10 % if the element size is reduc
 
 
 def doubts(study: Study) -> list[Finding]:
-    """Return what looks like a wrong unit; nothing here is certainly wrong."""
+    """Return values that look like a wrong unit; none of them is certainly wrong."""
     virtual, measured = (_sizes, _speeds, _rates, _tests, _mesh), (_targets, _scatters, _outliers, _falls)
     found = (*virtual, *measured, _materials, _factors, _agreement)
     findings = [finding for of in found for finding in of(study)]

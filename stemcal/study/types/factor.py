@@ -25,7 +25,7 @@ class Parameter(NamedTuple):
     plausible: tuple[float, float]
 
     def outside(self, value: float) -> str | None:
-        """Return what is wrong with `value` (in `unit`), or None if physics allows it."""
+        """Return the fault of `value` (in `unit`), or None if physics allows it."""
         if abs(value) > MOST:
             return f"is not between -{MOST:g} and {MOST:g}"
         if value < self.lowest or (value == self.lowest and not self.lowest_allowed):

@@ -71,7 +71,7 @@ def without_fields(section: BaseModel, names: Iterable[str]) -> None:
 
 
 def has_fields(section: BaseModel, *names: str) -> bool:
-    """Return whether a section has these fields, so that none of them is `Missing`."""
+    """Check that a section has these fields, so that none of them is `Missing`."""
     return section.__dict__.keys() >= set(names)
 
 

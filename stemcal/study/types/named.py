@@ -18,7 +18,7 @@ from stemcal.vocabulary import CUTTING, DIAMETER, FIRST, FORCE, NOWHERE, Variabl
 
 
 def naming_of(responses: Sequence[Any], conditions: Sequence[Any] | None) -> Vocabulary:
-    """Return what a study calls what it calibrates to; no condition is meant where only responses are declared.
+    """Return the responses and the condition of a study; it has no condition if it declares only responses.
 
     Both are `OwnQuantity`s of the model.
     """
@@ -31,7 +31,7 @@ def naming_of(responses: Sequence[Any], conditions: Sequence[Any] | None) -> Voc
 
 
 def _named(declared: Any, symbol: str) -> Variable:
-    """Return what a spec declares; redeclared force and diameter of the shear test are those themselves."""
+    """Return a declared quantity; force and diameter of the shear test, declared again, are those themselves."""
     for own in (FORCE, DIAMETER):
         if (declared.name, declared.unit, declared.label) == (own.name, own.unit, None):
             return own

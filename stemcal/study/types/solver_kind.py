@@ -69,15 +69,15 @@ class SolverOptions(Frozen):
         return False
 
     def without_curve(self) -> tuple[str, str] | None:
-        """Return why a run has no force–travel curve and what to do; None if it has one."""
+        """Return the reason for a missing force–travel curve and the remedy; None if a run has one."""
         return f"the {self.title} solver returns no force–travel curve to compare with `curves`", "fit only the force"
 
     def sign_remedy(self, _response: str) -> Remedy:
-        """Return how to reverse the sign of a response that the solver returns."""
+        """Return the remedy that reverses the sign of a response of the solver."""
         return Remedy("Reverse the sign of the values that the solver returns, then run the study again.")
 
     def chance_remedy(self) -> Remedy:
-        """Return how to declare or remove the randomness of its answers."""
+        """Return the remedy that declares or removes the randomness of its answers."""
         text = (
             "Write `replicates: 5` under `solver`, and write `{{seed}}` where the program expects a seed; each point "
             "is then simulated five times"

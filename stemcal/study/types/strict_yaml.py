@@ -73,7 +73,7 @@ class Document:
     complete: bool = False
 
     def place(self, path: NodePath, at_key: bool = False) -> Position:
-        """Return where `path` is: its key if asked or if it holds more keys, its value, or else the nearest above."""
+        """Return the place of `path`: its key if asked or if it has more keys, its value, or the nearest place above."""
         if at_key and path in self.keys:
             return self.keys[path]
         if path in self.values:
@@ -242,7 +242,7 @@ def _place(mark: Any) -> Position:
 
 
 def _mark(error: yaml.MarkedYAMLError) -> Any:
-    """Return where the error is: of a key without its colon the key, not what comes after it."""
+    """Return the place of an error: for a key without its colon the key, not the text after it."""
     first, second = error.problem_mark, error.context_mark
     return second or first if _NO_COLON in (error.problem or "") else first or second
 
