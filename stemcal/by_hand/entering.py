@@ -38,7 +38,7 @@ class Entered:
     refused: tuple[RowRefused, ...] = ()
 
     def summary(self) -> str:
-        """Return how many results were accepted."""
+        """Return the number of accepted results in a sentence."""
         said = [f"Results accepted: {len(self.taken)}."]
         if self.known:
             said.append(f"Results already recorded: {len(self.known)}.")
@@ -179,7 +179,7 @@ def _second_result(row: Filled, other: Filled) -> RowRefused:
 def _against_record(
     result: _Result, record: Mapping[str, Any] | None, study: Study, because: str
 ) -> Literal["taken", "known", "replaced"]:
-    """Return whether a result is new, known or replaces another; refuse one that is known otherwise."""
+    """Return the state of a result: new, known or replacing another; refuse one that differs from a known one."""
     filled = result.filled
     before = None if record is None or not is_final(record, study.by_hand.solver.run_limit) else _answer_in(record)
     if before is None or record is None:

@@ -134,7 +134,7 @@ def _entered(study: Study, folder: StudyFolder, awaited: Sequence[Request]) -> I
 
 
 def _known(study: Study, record: dict[str, Any]) -> dict[str, str | float]:
-    """Return what a record has for the columns of the sheet."""
+    """Return the cells of a record for the columns of the sheet."""
     details, first = record["details"], entered_responses(study)[0].name
     said = {WHO: details.get("entered_by", ""), WHEN: details.get("done", ""), REMARK: details.get("remark", "")}
     if record["status"] != "ok":

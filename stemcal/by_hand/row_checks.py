@@ -59,7 +59,7 @@ def meant_run(study: Study, runs: Mapping[str, Sequence[Request]], row: Filled) 
 
 
 def other_level(study: Study, run: Request, row: Filled) -> RowRefused | None:
-    """Return why a row is not that of a run: the first level, condition or replicate that differs."""
+    """Return the first level, condition or replicate in which a row differs from a run."""
     if (number := row.levels.get(REPLICATE, "")) and REPLICATE not in study.names and number != str(run.replicate):
         message = f"{row.run} has no replicate {number!r}; write the number as in the sheet"
         return RowRefused(row, "other_replicate", message)

@@ -46,7 +46,7 @@ class Field:
         return f"{self.name} ({self.unit})" if self.unit not in ("", "1") else self.name
 
     def asked(self, run: Request) -> str | float:
-        """Return what the cell of a run asks for; empty in columns for results."""
+        """Return the cell of a run; empty in columns for results."""
         if self.kind == "factor":
             return run.levels[self.name]
         cells: dict[Kind, str | float] = {"run": run_name(run), "condition": run.condition, "replicate": run.replicate}
@@ -274,7 +274,7 @@ def _of_lines(lines: Lines, source: str, study: Study, partial: bool, complete: 
 
 
 def _broken(cells: int, width: int, cut: bool) -> str:
-    """Return what is wrong with a row as a whole."""
+    """Return the mistake of a row as a whole."""
     if cells > width:
         return f"the row has {cells} cells, but the header row has {width}; put quotes around cells that contain commas"
     if cells < width:

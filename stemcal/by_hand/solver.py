@@ -33,7 +33,7 @@ class _KnownRow:
     answer: Answer | None
 
     def as_data(self) -> list[Any]:
-        """Return what the row determines."""
+        """Return the inputs of the answer in a row."""
         answer = self.answer and [self.answer.response, self.answer.message, self.answer.details]
         return [self.cells.run, dict(self.levels), self.cells.levels, answer]
 
@@ -66,7 +66,7 @@ class Sheet(Solver):
         return self.study.solver
 
     def identity(self, request: Request) -> dict[str, Any]:
-        """Return what was asked for, and the answer of the file; the row too unless equal levels answer equally."""
+        """Return request and answer of the file; the row too unless equal levels give equal answers."""
         known = self._row(request)
         row = {} if not self.options.repeats and known is None else {"stage": request.stage, "row": request.row}
         return {
@@ -85,14 +85,14 @@ class Sheet(Solver):
         return (row := self._row(request)) is not None and row.answer is not None
 
     def solve(self, request: Request) -> Answer:
-        """Return what the file has of a run; raise `Waiting` where it has no result."""
+        """Return the result of a run in the file; raise `Waiting` if it has none."""
         row = self._row(request)
         if row is None or row.answer is None:
             raise Waiting(request.stage, [request])
         return row.answer
 
     def given(self, stage: str) -> list[Any]:
-        """Return what the file determines of a stage."""
+        """Return the inputs of a stage that are in the file."""
         return [row.as_data() for row in self._of_stage(stage)]
 
     def given_design(self, stage: str) -> list[dict[str, float]] | None:
@@ -173,7 +173,7 @@ def _level(cells: Filled, name: str, unit: str) -> float | None:
 
 
 def _gaps(source: str, rows: Mapping[str, Sequence[_KnownRow]]) -> list[str]:
-    """Return what is wrong with the designs as wholes: numbers that are missing, levels that only some rows have."""
+    """Return the mistakes of whole designs: missing numbers, levels that only some rows have."""
     wrong = []
     for stage in dict.fromkeys(name.split()[0] for name in rows):
         of_stage = {name: row[0] for name, row in rows.items() if name.split()[0] == stage}

@@ -94,12 +94,12 @@ def materials(mesh: Mesh, stem: Stem, inner: Material, outer: tuple[Material, ..
 
 
 def through_wall(stem: Stem, how: Discretisation) -> int:
-    """Return how many elements there are through the wall; of a solid stem, how many rings around its middle."""
+    """Return the number of elements through the wall; for a solid stem, the number of rings around its middle."""
     return sum(through_layers(stem, how))
 
 
 def through_layers(stem: Stem, how: Discretisation) -> tuple[int, ...]:
-    """Return how many elements there are through each layer, from the inside; each has nodes on both of its surfaces.
+    """Return the number of elements through each layer, from the inside; each has nodes on both of its surfaces.
 
     The wall of a solid stem is its radius; the core covers half of its innermost layer, which has that many rings of
     elements around.
@@ -116,12 +116,12 @@ def through_layers(stem: Stem, how: Discretisation) -> tuple[int, ...]:
 
 
 def around_half(radius: float, how: Discretisation) -> int:
-    """Return how many elements there are around half the stem."""
+    """Return the number of elements around half the stem."""
     return max(_FEWEST_AROUND, round(pi * radius / (0.5 * (1.0 + how.coarsening_around) * how.element_size)))
 
 
 def _pairs_along(length: float, how: Discretisation) -> int:
-    """Return how many elements there are on either side of the cut, next to a row under the edge."""
+    """Return the number of elements on either side of the cut, next to a row under the edge."""
     odd = 1 if how.edge_over == "elements" else 0
     return max(1, ceil((length / (_mean_length(how) * how.element_size) - odd) / 2 - 1e-9))
 

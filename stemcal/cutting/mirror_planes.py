@@ -8,7 +8,7 @@ from stemcal.fem.mesh import Mesh
 
 
 def mirrors(mesh: Mesh, symmetry: Symmetry) -> NDArray[np.bool_]:
-    """Return which velocity components the mirror planes hold: x on x = 0 (quarter), y on y = 0 (half, quarter)."""
+    """Return the velocity components that mirror planes fix: x on x = 0 (quarter), y on y = 0 (half, quarter)."""
     held = np.zeros(mesh.nodes.shape, dtype=bool)
     if symmetry == "quarter":
         held[:, 0] = np.abs(mesh.nodes[:, 0]) < 1e-9

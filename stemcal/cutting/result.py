@@ -167,7 +167,7 @@ def _driving_force(loading: Loading, history: History) -> Array:
 
 
 def filter_rows(loading: Loading, how: Discretisation) -> int:
-    """Return how many outputs the filter's moving mean takes."""
+    """Return the number of outputs in the filter's moving mean."""
     return max(1, round(how.filter_window * how.integration.outputs / loading.duration))
 
 

@@ -27,7 +27,7 @@ def alias_matrix(coded: Array) -> Array:
 
 
 def aliases_note(coded: Array, names: Sequence[str]) -> Note:
-    """Return which two-factor interactions the main effects carry."""
+    """Return the two-factor interactions that are aliased with main effects."""
     n, k = coded.shape
     weights = alias_matrix(coded)
     largest = float(np.abs(weights).max(initial=0.0))

@@ -196,7 +196,7 @@ class Formula:
     standard_error_percent: float | None = absent()
 
     def better(self, model_percent: float) -> Better:
-        """Return which predicts better; neither where the scatter of the measured means explains the difference.
+        """Return the better prediction; neither if the scatter of the measured means explains the difference.
 
         A mean is off by more than 1.96 standard errors in 5 % of cases, and with it the difference of two errors.
 

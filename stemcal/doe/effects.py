@@ -52,7 +52,7 @@ class Curvature:
 
 
 def is_beyond_margin(effect: Effect, size: Lenth) -> bool:
-    """Return whether an effect exceeds Lenth's margin of error."""
+    """Compare an effect with Lenth's margin of error."""
     return size.me is not None and abs(effect.effect) > size.me
 
 
@@ -97,7 +97,7 @@ def effects_of(
 
 
 def centre_runs(design: Array) -> NDArray[np.bool_]:
-    """Return which runs of a two-level design are its centre points, (n,)."""
+    """Return a mask of the centre points among the runs of a two-level design, (n,)."""
     centre = ~np.any(design, axis=1)
     return np.asarray(centre if not centre.all() else np.zeros(len(design), dtype=bool))
 
@@ -105,7 +105,7 @@ def centre_runs(design: Array) -> NDArray[np.bool_]:
 def curvature_of(
     fit: LeastSquares, centre: Array, residual: Residual, mean_square: float | None, alpha: float
 ) -> Curvature | None:
-    """Return how far the centre is off the plane that was fitted to the corners; None without centre runs."""
+    """Return the distance of the centre from the plane fitted to the corners; None without centre runs."""
     if not len(centre):
         return None
     runs = len(centre) if _pure(centre) else 1

@@ -225,14 +225,14 @@ def _gap_beside(tool: Tool, s: NDArray[np.float64]) -> NDArray[np.float64]:
 
 @lru_cache(maxsize=64)  # 8000 distances in plain Python, asked three times a run, of one blade in each run of a study
 def _reach_beside(tool: Tool) -> tuple[float, float]:
-    """Return how far left and right of its edge a spread tool acts: where the gap equals the spread."""
+    """Return the reach of a spread tool left and right of its edge: where the gap equals the spread."""
     far = tool.spread * np.linspace(0.0, _FARTHEST, 4001)
     left, right = (float(far[_gap_beside(tool, side * far) < tool.spread].max(initial=0.0)) for side in (-1.0, 1.0))
     return left, right
 
 
 def _length_beneath(x: NDArray[np.float64], reach: float) -> float:
-    """Return how long elements within reach of an edge are across it, mm, from their corners' distances (E, 8)."""
+    """Return the length across an edge of the elements within its reach, mm, from their corners' distances (E, 8)."""
     near = x[(x.min(axis=1) < reach) & (x.max(axis=1) > -reach)]
     return float(np.median(np.ptp(near, axis=1))) if len(near) else 0.0
 

@@ -51,7 +51,7 @@ class Mesh:
         return np.concatenate([_volumes(self.nodes, some) for some in self._portions()])
 
     def largest_extent(self) -> float:
-        """Return how far an element reaches at most along any axis, mm."""
+        """Return the greatest extent of an element along any axis, mm."""
         return max(float(np.ptp(self.nodes[some], axis=1).max()) for some in self._portions())
 
     def modal_gradients(self) -> list[tuple[Any, ...]]:
@@ -256,7 +256,7 @@ def _directions(turn: Array) -> Array:
 
 
 def _parts(widths: Array) -> Array:
-    """Return where pieces of the given widths begin and end in a whole of 1."""
+    """Return the boundaries of pieces of the given widths in a whole of 1."""
     return np.asarray(np.concatenate([[0.0], np.cumsum(widths) / np.sum(widths)]))
 
 

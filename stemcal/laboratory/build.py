@@ -186,7 +186,7 @@ def _stiffened(test: LaboratoryTest) -> Stem:
 
 
 def integration(test: LaboratoryTest) -> Integration:
-    """Return how the test is integrated, its mass scaled.
+    """Return the settings of the time integration, with the mass scaled.
 
     With density s·ρ natural periods grow as √s: s makes the loading last `PERIODS` of the slowest one, and is never
     below 1. Strains keep their real rates.

@@ -74,7 +74,7 @@ class Gauges:
 
 
 def _unevenness(before: Array, after: Array) -> float:
-    """Return how far the worst node (N, 2) is from where an even widening 1 + g, fitted, takes it: a share of g R.
+    """Return the greatest distance of a node (N, 2) from its place after an even widening 1 + g: a share of g R.
 
     Of a piece that has not widened, at a Poisson's ratio of 0, that would be rounding: 0.
     """

@@ -75,7 +75,7 @@ def decoded_table(content: bytes, encoding: str | None, path: Path) -> tuple[str
 
 
 def is_workbook(content: bytes, source: object) -> bool:
-    """Return whether a file is an Excel workbook, independent of its name.
+    """Check for an Excel workbook, independent of the file name.
 
     Raises
     ------

@@ -46,7 +46,7 @@ def _bare(cell: str) -> str:
 
 
 def is_missing(cell: str) -> bool:
-    """Return whether a cell marks a missing value.
+    """Check for a cell that marks a missing value.
 
     >>> is_missing(""), is_missing("NaN"), is_missing("---"), is_missing("thick")
     (True, True, True, False)
@@ -110,7 +110,7 @@ def folded(text: str) -> str:
 
 
 def is_called(name: str, words: Sequence[str]) -> bool:
-    """Return whether a column's name holds one of the words.
+    """Check for one of the words in a column's name.
 
     >>> is_called("Max. Force (N)", FORCE), is_called("最大力/N", FORCE), is_called("reinforced", FORCE)
     (True, True, False)

@@ -150,7 +150,7 @@ def find_files(folder: Path) -> list[Path]:
 
 
 def _is_specimens(path: Path) -> bool:
-    """Return whether a file is one of a machine, not an index or a temporary file of Excel and others."""
+    """Check for a file of a machine, not an index or a temporary file of Excel and others."""
     aside = path.stem.lower() in ("index", "specimens") or path.name.startswith(("~$", ".", "._"))
     return path.suffix.lower() in _SUFFIXES and not aside and path.is_file()
 

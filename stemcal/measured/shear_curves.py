@@ -182,7 +182,7 @@ def _first(table: TextTable, what: str, columns: Sequence[int], notes: list[Note
 
 
 def _are_alike(table: TextTable, columns: Sequence[int]) -> bool:
-    """Return whether names differ in numbers or single letters at most, and units not at all."""
+    """Check that names differ in numbers or single letters at most, and units not at all."""
     parts = (re.split(r"[\W\d_]+", folded(table.columns[i])) for i in columns)
     roots = {tuple(part for part in each if len(part) > 1 or not part.isascii()) for each in parts}
     return len(roots) == 1 and len({table.units[i] for i in columns}) == 1

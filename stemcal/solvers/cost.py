@@ -50,6 +50,6 @@ _ANY = Material(density=1.0e-9, elastic_modulus=1000.0, poisson_ratio=0.3)
 
 @lru_cache(maxsize=64)
 def _mesh_size(test: LaboratoryTest) -> tuple[int, float]:
-    """Return how many elements a test's mesh has, and the edge of a cube as large as the smallest."""
+    """Return the number of elements of a test's mesh, and the edge of a cube as large as the smallest."""
     volumes = test.kind.mesh(test.stem, test.discretisation).volumes()
     return len(volumes), float(np.cbrt(volumes.min()))

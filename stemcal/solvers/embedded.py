@@ -65,7 +65,7 @@ class Embedded(Solver):
         warm()
 
     def preparing(self) -> bool:
-        """Return whether the kernels have to be compiled."""
+        """Check for kernels that must be compiled."""
         return not is_compiled()
 
     def identity(self, request: Request) -> dict[str, Any]:
@@ -197,7 +197,7 @@ def simulate_levels(
 
 
 def _frame_writer(folder: Path | None, test: AnyTest) -> FrameWriter | None:
-    """Return what writes about 50 frames of a test into a folder; None without a folder."""
+    """Return the writer of about 50 frames of a test into a folder; None without a folder."""
     return None if folder is None else FrameWriter(folder, max(1, test.discretisation.integration.outputs // 50))
 
 

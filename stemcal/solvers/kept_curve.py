@@ -12,12 +12,12 @@ _KEPT = 200  # rows at most
 
 
 def kept_rows(count: int) -> NDArray[np.int64]:
-    """Return which of `count` rows of a history a record keeps: the first, the last, evenly between."""
+    """Return the rows of a history of `count` that a record keeps: the first, the last, evenly between."""
     return np.unique(np.linspace(0, count - 1, _KEPT).round().astype(np.int64))
 
 
 def kept_curve(travel: Array, force: Array) -> dict[str, list[float]]:
-    """Return what a record keeps of the force (N) over the travel (mm)."""
+    """Return the points of the force (N) over the travel (mm) that a record keeps."""
     rows = kept_rows(len(travel))
     return {
         "travel": [round(float(value), 6) for value in travel[rows]],

@@ -83,7 +83,7 @@ def identity(section: LaboratorySection, test: AnyTest) -> dict[str, Any]:
 
 
 def determining(test: LaboratoryTest | ShearTest) -> dict[str, Any]:
-    """Return what determines the answer of a test: all of it but the number of threads."""
+    """Return the inputs that determine the answer of a test: all but the number of threads."""
     plain = asdict(test)
     del plain["discretisation"]["integration"]["threads"]
     return plain
@@ -98,7 +98,7 @@ def perform_or_fail(test: AnyTest, inspect: Inspect | None = None) -> Laboratory
 
 
 def distrusted(result: CuttingResult) -> SimulationFailed | None:
-    """Return why a run is no answer: energy that its numbers have lost or created."""
+    """Return the reason for which a run is no answer: energy lost or created in the calculation."""
     if result.energy_drift_percent > _WORST_DRIFT:
         message = f"the error in the energy balance is {result.energy_drift_percent:.1f} %"
         return SimulationFailed("energy_drift", message)

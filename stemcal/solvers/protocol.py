@@ -133,7 +133,7 @@ class Solver:
         return None
 
     def preparing(self) -> bool:
-        """Return whether `prepare` takes a while now."""
+        """Check for a long `prepare`."""
         return False
 
     def settings_that_matter(self, _condition: float) -> dict[str, str] | None:

@@ -34,7 +34,7 @@ class Replicates:
 
 
 def values_of(request: Request, seed: int = 0, naming: Vocabulary = CUTTING) -> dict[str, str]:
-    """Return what each placeholder represents: the shortest text of each number; a factor's own name goes first."""
+    """Return the text of each placeholder: the shortest text of its number; a factor's own name goes first."""
     drawn = {SEED: str(seed), REPLICATE: str(request.replicate)}
     levels = {name: repr(float(value)) for name, value in request.levels.items()}
     at = {} if naming.condition is None else {naming.condition.name: repr(float(request.condition))}

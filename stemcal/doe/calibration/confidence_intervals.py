@@ -183,7 +183,7 @@ def _scattered(fit: Fit) -> Fit:
 
 
 def presses_outwards(fit: Fit) -> bool:
-    """Return whether a region twice as wide has a point of less misfit, by more than chance."""
+    """Check for a point of less misfit in a region twice as wide, by more than chance."""
     region = fit.region
     low, high = region.bounds()
     more, radius = 0.5 * (high - low), None if region.radius is None else 2.0 * region.radius
@@ -213,7 +213,7 @@ def below(fit: Fit, most: float) -> dict[str, Any]:
 
 
 def _least_under(objective: Objective, start: Array, region: Region, rule: dict[str, Any]) -> Array:
-    """Return where SLSQP ends under a rule, from a point that keeps it; its start where that is outside or worse."""
+    """Return the end point of SLSQP under a rule, from a point that keeps it; its start if the end is no better."""
     z = search_from(start, objective, region, rule, _KEPT)
     return start if z is None or objective.value(z) > objective.value(start) else z
 
@@ -292,7 +292,7 @@ def _allowed(fit: Fit, others: Fit, i: int) -> tuple[float, float]:
 
 
 def missed_observations(fit: Fit) -> list[int]:
-    """Return which observations their own surface misses everywhere in the region, by more than their scatter."""
+    """Return the observations that their own surface misses everywhere in the region by more than their scatter."""
     variance = 1.0 / np.array([fit.weights @ (1.0 / fit.draws[:, i, i]) for i in range(len(fit.observations))])
     allowed = np.array([fit.tangents.allowed(slope) for slope in fit.tangents.slopes[: len(fit.observations)]])
     return np.flatnonzero((fit.measured - _reached(fit)) ** 2 > allowed * variance).tolist()

@@ -146,7 +146,7 @@ class Fit:
         )
 
     def rise(self, x: Array) -> float:
-        """Return how far D is above its least, that of the observations by the error of the surfaces at x."""
+        """Return the excess of D over its least value, that of the observations by the error of the surfaces at x."""
         here, best = self.gaps(x[None])[0], self.gaps(self.best[None])[0]
         m = len(self.observations)
         of_data, of_priors = (

@@ -138,7 +138,7 @@ def best_of(tried: Sequence[Tried], aim: float) -> Tried | None:
 
 
 def next_step(tried: Sequence[Tried], aim: float, path: SearchPath) -> Step | None:
-    """Return where to simulate next to reach the response `aim`; None where no new place is left.
+    """Return the next place to simulate to reach the response `aim`; None if no new place is left.
 
     `tried` has at least one run, in the order of simulation. After a failed run the next place is half-way back to the
     best run, or a little next to the start while all runs have failed.

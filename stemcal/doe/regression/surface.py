@@ -239,7 +239,7 @@ def flat_response(consequence: str) -> Note:
 
 
 def _surface_notes(surface: Surface, fit: LeastSquares, split: LackOfFit, written: Wording) -> Iterator[Note]:
-    """Yield what the fit, its runs and their failures mean for the trust in it."""
+    """Yield notes on the reliability of the fit: its statistics, runs and failures."""
     failed, copies, precision = surface.runs_failed, surface.copies, surface.adequate_precision
     largest = max((one.vif for one in surface.coefficients if one.vif is not None), default=1.0)
     if failed:

@@ -123,13 +123,13 @@ def scatter(scratch: Array, runs: Any, f: Array) -> None:
 
 @inlined
 def living(state: Array) -> int:
-    """Return how many elements of a block are alive."""
+    """Return the number of live elements of a block."""
     return int(count_positive(state, ALIVE * LANES))
 
 
 @inlined
 def yielding(state: Array) -> int:
-    """Return how many elements of a block yield in this step (see `RATE_FACTOR`)."""
+    """Return the number of elements of a block that yield in this step (see `RATE_FACTOR`)."""
     return int(count_negative(state, RATE_FACTOR * LANES))
 
 

@@ -243,7 +243,7 @@ class _Value:
         return self.value if self.value.type == kind else self._builder.sext(self.value, kind)
 
     def extent(self, axis: int) -> Any:
-        """Return how long an array is along an axis."""
+        """Return the length of an array along an axis."""
         return self._builder.extract_value(self._array.shape, axis)
 
     def number(self, place: Any) -> Any:
@@ -256,7 +256,7 @@ class _Value:
 
 
 def _of_component(builder: Any, nodal: _Value, node: Any, i: int) -> Any:
-    """Return where component i of a node is in a nodal array."""
+    """Return the place of component i of a node in a nodal array."""
     nodes = nodal.extent(0)
     return builder.add(node, builder.mul(nodes, nodes.type(i)))
 

@@ -227,7 +227,7 @@ def _share_with_twins(edge: Floats, line: int, mass: Array) -> None:
 
 @inlined
 def _places_of_face(edge: Floats, line: int, corners: Floats) -> Floats:
-    """Return where a line keeps the nodes that receive the forces on the corners of a face."""
+    """Return the places in a line of the nodes that receive the forces on the corners of a face."""
     sizes, nodes = edge.line_sizes, edge.line_nodes
     first, second = _place_of(sizes, nodes, line, corners[0]), _place_of(sizes, nodes, line, corners[1])
     return first, second, _place_of(sizes, nodes, line, corners[2]), _place_of(sizes, nodes, line, corners[3])
@@ -266,7 +266,7 @@ def _add_line(edge: Floats, j: int, line: int, image: float, share: float) -> No
 
 @inlined
 def _place_of(sizes: Ints, nodes: Ints, row: int, node: int) -> int:
-    """Return where a row keeps a node, taking it in if it is new; −1 if the row is full."""
+    """Return the place of a node in a row, adding it if it is new; −1 if the row is full."""
     for k in range(sizes[row]):
         if nodes[row, k] == node:
             return k

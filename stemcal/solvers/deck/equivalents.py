@@ -52,7 +52,7 @@ def nose_radius(spread: float) -> float:
 
 
 def nonlocal_length(length: float, program: str, size: float) -> float:
-    """Return what LS-DYNA or OpenRadioss calls the length (mm) over which they average as ℓ (mm) does here.
+    """Return the length (mm) of LS-DYNA or OpenRadioss whose average is that of ℓ (mm) here.
 
     OpenRadioss's is shorter on elements (mm) that are longer, since they average too; 0 where they alone do. `size` is
     that of the spec, of which rows under an edge have some 0.9 to 0.95.
@@ -82,7 +82,7 @@ def contact_scale(
 
 
 def share_in_openradioss(mesh: Mesh, tool: Mesh, place: tuple[float, float, float]) -> float:
-    """Return what OpenRadioss makes of K A²/V where a node of a tool's edge acts on a mesh near a place.
+    """Return K A²/V of OpenRadioss for a node of a tool's edge that acts on a mesh near a place.
 
     It takes the mean of that and the node's own stiffness K (2 Vₙ)^⅓, Vₙ the volume that its elements give a node
     (asstifi.F, i25cor3.F), and half of it (i25for3.F), since surfaces meet from both sides. A sharp edge does not.

@@ -108,7 +108,7 @@ def values_not_read(listing: str, written: Mapping[str, float], nonlocal_length:
 
 
 def deletes_elements(listing: str) -> bool:
-    """Return whether elements fail by a criterion, by the starter's listing."""
+    """Check the starter's listing for a failure criterion of the elements."""
     return _FAILURE.search(listing) is not None
 
 

@@ -73,7 +73,7 @@ class Document:
     complete: bool = False
 
     def place(self, path: NodePath, at_key: bool = False) -> Position:
-        """Return the place of `path`: its key if asked or if it has more keys, its value, or the nearest place above."""
+        """Return the place of `path`: its key if asked or if it has more keys, its value, or the nearest above."""
         if at_key and path in self.keys:
             return self.keys[path]
         if path in self.values:
