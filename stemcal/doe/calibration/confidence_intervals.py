@@ -244,29 +244,31 @@ def contradiction(fit: Fit) -> _Contradiction | None:
     if m < 2 or fit.errors.scatter == "surface" or (fit.df > 0 and (fit.p_value is None or fit.p_value >= LEVEL)):
         return None
     near = fit if fit.df > 0 else _within_reach(fit)
-    rest = [near.without(i) for i in range(m)]
-    excess = np.array([max(near.least - others.least, 0.0) for others in rest])
+    excess = np.array([max(near.least - near.ignoring(i).least, 0.0) for i in range(m)])
     i = max(range(m), key=lambda j: (round(float(excess[j]), 6), j))
     ratio = (1.0 / fit.draws[:, i, i]) / (fit.weights @ (1.0 / fit.draws[:, i, i]))
     p = float(np.mean(chdtrc(1.0, excess[i] * ratio)))
     if fit.df < 1 and p >= LEVEL:
         return None
-    return _Contradiction(i, float(excess[i] ** 0.5), p, _allowed(near, rest[i], i))
+    return _Contradiction(i, float(excess[i] ** 0.5), p, _allowed(near, near.without(i), i))
 
 
-def left_out(fit: Fit, groups: Sequence[object]) -> tuple[list[float], list[tuple[float, float]]]:
-    """Return the error (%) of each observation, predicted by the fit to the other groups, and its 95 % interval.
+def left_out(fit: Fit, groups: Sequence[object]) -> list[float]:
+    """Return the error (%) of each observation, predicted by the fit to the other groups; empty with one group."""
+    errors = np.zeros(len(groups))
+    for members in _members(groups):
+        errors[members] = fit.errors_percent(fit.ignoring(*members).best)[members]
+    return errors.tolist() if len(set(groups)) > 1 else []
 
-    The interval has what the others leave to ŷᵢ and the error of the mean, added as squares. Empty with one group.
+
+def left_out_intervals(fit: Fit, groups: Sequence[object]) -> list[tuple[float, float]]:
+    """Return the 95 % interval of each observation, predicted by the fit to the other groups, of which there are two.
+
+    It has what the others leave to ŷᵢ and the error of the mean, added as squares.
     """
-    labels = list(groups)
-    if len(set(labels)) < 2:
-        return [], []
-    errors, ends = np.zeros(len(labels)), np.zeros((len(labels), 2))
-    for group in dict.fromkeys(labels):
-        members = [i for i, label in enumerate(labels) if label == group]
+    ends = np.zeros((len(groups), 2))
+    for members in _members(groups):
         others = fit.without(*members)
-        errors[members] = fit.errors_percent(others.best)[members]
         for i in members:
             middle = float(fit.predict(others.best)[0, i])
             own = (
@@ -274,7 +276,13 @@ def left_out(fit: Fit, groups: Sequence[object]) -> tuple[list[float], list[tupl
             ) ** 0.5
             low, high = _allowed(fit, others, i)
             ends[i] = middle - np.hypot(middle - low, own), middle + np.hypot(high - middle, own)
-    return errors.tolist(), [(low, high) for low, high in ends.tolist()]
+    return [(low, high) for low, high in ends.tolist()]
+
+
+def _members(groups: Sequence[object]) -> list[list[int]]:
+    """Return the places of each group, none if there is only one."""
+    labels = list(dict.fromkeys(groups))
+    return [[i for i, other in enumerate(groups) if other == label] for label in labels] if len(labels) > 1 else []
 
 
 def _allowed(fit: Fit, others: Fit, i: int) -> tuple[float, float]:

@@ -225,6 +225,25 @@ class Fit:
         rise = self.tangents.misfits - data.tangents.misfits
         return float(data.weights @ chdtrc(len(self.priors), np.maximum(rise, 0.0)))
 
+    @cached_property
+    def inverses(self) -> Array:
+        """V⁻¹ of each draw."""
+        return np.asarray(np.linalg.inv(self.draws))
+
+    def ignoring(self, *ignored: int) -> Fit:
+        """Return the fit in which observations have no weight; solution and D are those of `without`, at less cost.
+
+        With the others a and the ignored b, (V_aa)⁻¹ = Λ_aa − Λ_ab Λ_bb⁻¹ Λ_ba, Λ = V⁻¹ (Schur complement).
+        """
+        b = list(ignored)
+        across, own = self.inverses[:, :, b], self.inverses[:, b][:, :, b]
+        part = across @ np.linalg.cholesky(np.linalg.inv(own))
+        taken = np.tensordot(part * self.weights[:, None, None], part, axes=([0, 2], [0, 2]))
+        precision = self.precision - taken
+        precision[b], precision[:, b] = 0.0, 0.0
+        found = replace(self, precision=precision)
+        return replace(found, best=optimise(found.objective, self.region.cloud(_CLOUD), self.region)[0])
+
     def without(self, *left_out: int) -> Fit:
         """Return the fit to the other observations, by the same draws."""
         kept = [i for i in range(len(self.observations)) if i not in left_out]

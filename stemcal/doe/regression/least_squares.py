@@ -98,7 +98,8 @@ def fit_least_squares(matrix: Array, response: Array) -> LeastSquares:
 def not_estimable(matrix: Array, terms: Sequence[str]) -> list[str]:
     """Name the terms whose columns depend on other columns."""
     scale = np.linalg.norm(matrix, axis=0)
-    _, singular, rows = np.linalg.svd(matrix / np.where(scale > 0.0, scale, 1.0))
+    r = np.linalg.qr(matrix / np.where(scale > 0.0, scale, 1.0), mode="r")  # its null space is that of X, n × n is not
+    _, singular, rows = np.linalg.svd(r)
     rank = int(np.sum(singular > 1e-9 * singular[0]))
     null_space = rows[rank:]
     return [term for term, part in zip(terms, null_space.T, strict=True) if np.any(np.abs(part) > 1e-7)]

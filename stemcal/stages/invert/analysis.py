@@ -13,6 +13,7 @@ from stemcal.doe.calibration.confidence_intervals import (
     Profile,
     contradiction,
     left_out,
+    left_out_intervals,
     loosest_direction,
     missed_observations,
     moved_together,
@@ -106,8 +107,8 @@ def _fitted(study: Study, means: Sequence[Measured], found: Fit, flat: bool) -> 
     tests = [study.test_of(mean.response) for mean in means]
     apart = len(set(tests)) > 1  # then a test is held out, at all its conditions
     groups: Sequence[object] = tests if apart else conditions if several else [] if own else range(len(means))
-    errors, ends = left_out(found, groups)
-    every = _rows(means, found, errors, ends if apart else [None] * len(means))
+    errors = left_out(found, groups)
+    every = _rows(means, found, errors, left_out_intervals(found, groups) if apart else [None] * len(means))
     rows = Rows(row for mean, row in zip(means, every, strict=True) if mean.leads)
     first = [
         (row.condition, row.measured, standard_error(row.measured, row.sd, row.n))

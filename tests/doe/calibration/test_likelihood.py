@@ -9,6 +9,7 @@ from scipy.stats import chi2, norm, t
 from stemcal.doe.calibration.confidence_intervals import (
     contradiction,
     left_out,
+    left_out_intervals,
     missed_observations,
     profiles_of,
     settled,
@@ -159,11 +160,26 @@ def test_a_mean_at_odds_is_named_and_others_predict_it() -> None:
     found = fit(means, FAR)
     odd = contradiction(found)
     assert odd is not None and odd.index == 2 and odd.allowed[0] < 101.0 < odd.allowed[1] and found.p_value < 1e-6
-    errors, intervals = left_out(found, range(4))
+    errors, intervals = left_out(found, range(4)), left_out_intervals(found, range(4))
     assert errors[2] == pytest.approx(100.0 * (110.0 - 101.0) / 110.0, abs=0.05)
     half = norm.ppf(0.975) * (1.0 / 3.0) ** 0.5
     assert intervals[2] == pytest.approx((101.0 - np.hypot(half, 1.96), 101.0 + np.hypot(half, 1.96)), abs=0.05)
     assert contradiction(fit([*means[:2], means[3]], FAR)) is None
+
+
+@pytest.mark.parametrize("ignored", [(2,), (0, 3)])
+def test_a_mean_without_weight_leaves_the_fit_to_the_others(ignored: tuple[int, ...]) -> None:
+    """The Schur complement of the mean precision against V of the other means, inverted."""
+    wide = Region(np.full(2, -3.0), np.full(2, 3.0), None)
+    slopes = ((20.0, 8.0), (18.0, 11.0), (22.0, 3.0), (15.0, 9.0))
+    surfaces = [fit_surface(RUNS, 100.0 + RUNS @ np.array(slope), ("x", "y")) for slope in slopes]
+    noisy = [replace(s, response=s.response + 0.3 * np.cos(7.0 * np.arange(len(RUNS)))) for s in surfaces]
+    found = fit([Observation(s, y, 1.5, 5) for s, y in zip(noisy, (101.0, 104.0, 99.0, 97.0), strict=True)], wide)
+    direct, quick = found.without(*ignored), found.ignoring(*ignored)
+    assert quick.best == pytest.approx(direct.best, abs=1e-6)
+    assert quick.least == pytest.approx(direct.least, rel=1e-8, abs=1e-10)
+    points = np.array([[0.3, -0.4], [-1.0, 0.8]])
+    assert quick.many(points) == pytest.approx(direct.many(points), rel=1e-9)
 
 
 def test_without_degrees_of_freedom_means_may_contradict_each_other() -> None:
