@@ -23,7 +23,7 @@ class AskAndTell:
             waiting = advance(study, folder)
             runs = [] if waiting is None else awaited_runs(study, folder, waiting)
         fields = fields_of(study.by_hand)
-        empty = ("response", "said")
+        empty = ("response", "origin")
         return [{one.name: None if one.kind in empty else one.asked(run) for one in fields} for run in runs]
 
     def tell(

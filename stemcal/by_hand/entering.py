@@ -18,7 +18,7 @@ from stemcal.by_hand.run_sheet import FAILED, STUDY, WHEN, WHO, Filled, narrow, 
 from stemcal.errors import StemcalError, UsageError
 from stemcal.runs.answer import keep
 from stemcal.runs.record import Run, is_final
-from stemcal.runs.study_folder import StudyFolder, provenance
+from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import RESPONSES, Answer, Request, Solver
 from stemcal.storage.log import now
@@ -39,12 +39,12 @@ class Entered:
 
     def summary(self) -> str:
         """Return the number of accepted results in a sentence."""
-        said = [f"Results accepted: {len(self.taken)}."]
+        sentences = [f"Results accepted: {len(self.taken)}."]
         if self.known:
-            said.append(f"Results already recorded: {len(self.known)}.")
+            sentences.append(f"Results already recorded: {len(self.known)}.")
         if self.replaced:
-            said.append(f"Results replaced: {len(self.replaced)} ({', '.join(self.replaced)}).")
-        return " ".join(said)
+            sentences.append(f"Results replaced: {len(self.replaced)} ({', '.join(self.replaced)}).")
+        return " ".join(sentences)
 
     def require_all(self) -> None:
         """Raise `UsageError` with the rows that were refused; the others stay recorded."""
@@ -81,8 +81,8 @@ def record_results(study: Study, folder: StudyFolder, sheet: Sequence[Filled], *
     require_sheet(study)
     seen, rows = study.by_hand, [row for row in sheet if not row.is_empty]
     for row in rows:
-        if row.said.get(STUDY) and row.said[STUDY] != narrow(study.name):
-            raise UsageError(f"{row.place}: the sheet is for the study {row.said[STUDY]!r}, not for {study.name!r}")
+        if row.origin.get(STUDY) and row.origin[STUDY] != narrow(study.name):
+            raise UsageError(f"{row.place}: the sheet is for the study {row.origin[STUDY]!r}, not for {study.name!r}")
     requests = _enterable(study, folder, rows) if sheet else {}
     solver, runs, refused = make_solver(seen), by_name(requests.values()), list[RowRefused]()
     results = _by_run(seen, solver, runs, rows, refused)
@@ -192,8 +192,8 @@ def _against_record(
     raise RowRefused(
         filled,
         "known_otherwise",
-        f"{filled.run} already has the result {_said(before)} ({' '.join(origin).strip()}), but the new "
-        f"result is {_said(result.answer)}; to replace the result, enter the sheet again with `--replace REASON`",
+        f"{filled.run} already has the result {_shown(before)} ({' '.join(origin).strip()}), but the new "
+        f"result is {_shown(result.answer)}; to replace the result, enter the sheet again with `--replace REASON`",
     )
 
 
@@ -213,7 +213,7 @@ def _values(answer: Answer) -> list[float]:
     return [answer.response or 0.0, *answer.details.get(RESPONSES, {}).values()]
 
 
-def _said(answer: Answer) -> str:
+def _shown(answer: Answer) -> str:
     """Return a result as a message has it."""
     return ", ".join(f"{value:g}" for value in _values(answer)) if answer.ok else f"{FAILED}: {answer.message}"
 
@@ -224,10 +224,10 @@ def _said(answer: Answer) -> str:
 def _record(key: str, result: _Result, solver: Solver, folder: StudyFolder, because: str) -> None:
     """Save a result with who entered it and when; an earlier one is in the log."""
     before, filled, time = folder.peek(key), result.filled, now()
-    origin: dict[str, Any] = {"entered": time, "entered_by": filled.said.get(WHO) or _user_name()}
-    origin |= {name: text for name, text in (("done", filled.said.get(WHEN)), ("remark", filled.remark)) if text}
+    origin: dict[str, Any] = {"entered": time, "entered_by": filled.origin.get(WHO) or _user_name()}
+    origin |= {name: text for name, text in (("done", filled.origin.get(WHEN)), ("remark", filled.remark)) if text}
     if before is not None:
-        values = {"before": _said(_answer_in(before)), "now": _said(result.answer)}
+        values = {"before": _shown(_answer_in(before)), "now": _shown(result.answer)}
         values |= {name: before["details"].get(name, "") for name in ("entered", "entered_by")}
         folder.log("result_replaced", key=key, run=filled.run, reason=because, **values)
     answer = replace(result.answer, details={**result.answer.details, **origin})

@@ -92,7 +92,7 @@ def misplaced_value(
     if not names:
         return None
     first = field_of(entered_responses(study)[0])
-    cell = {RUN: row.run, **row.levels, **row.said}[names[0]]
+    cell = {RUN: row.run, **row.levels, **row.origin}[names[0]]
     text = (
         f"the row of {row.run} has no {first.name}, but the column {names[0]} contains {cell!r}; move the value to the "
         f"column {first.heading}, or correct the cell"
@@ -113,7 +113,7 @@ def _result_among_remarks(study: Study, columns: Columns, runs: Sequence[Request
     """Return the columns for people that contain a number like the results: no date, no staff number."""
     places = {(run.condition, response.name) for run in runs for response in entered_responses(study)}
     known = [list(columns[place].values()) for place in places if place in columns]
-    numbers = {name: _number(text) for name, text in row.said.items() if (name, text) != (STUDY, narrow(study.name))}
+    numbers = {name: _number(text) for name, text in row.origin.items() if (name, text) != (STUDY, narrow(study.name))}
     return [
         name
         for name, number in numbers.items()

@@ -70,7 +70,7 @@ class OwnSheet:
         self._entered = content
         return bool(found.taken or found.replaced)
 
-    def hand_out(self, waiting: Waiting) -> int:
+    def write_sheet(self, waiting: Waiting) -> int:
         """Write a sheet with the results that were entered and a row for each awaited run; return their number.
 
         It is 0 if the present sheet was saved after it was last entered: the study can then continue.
@@ -81,7 +81,7 @@ class OwnSheet:
         remarks = self._remarks(runs)
         rows: list[SheetRow] = [*_entered(study, self.folder, runs), *zip(runs, remarks, strict=True)]
         if not self._replace(sheet_text(study.by_hand, rows)):
-            return self.hand_out(waiting)
+            return self.write_sheet(waiting)
         solver = make_solver(study.by_hand)
         for name, request in _named(study.by_hand, runs):
             solver.write_inputs(self.folder.path / _INPUTS, name, request)
@@ -113,13 +113,13 @@ class OwnSheet:
         return write_atomic(self.path, text, new=True)
 
     def _remarks(self, runs: Sequence[Request]) -> list[dict[str, str | float]]:
-        """Return who, when and remark of each run in the present sheet, where the run has no result yet."""
+        """Return person, date and remark of each run in the present sheet that has no result yet."""
         study, solver, named = self.study.by_hand, make_solver(self.study.by_hand), by_name(runs)
         found: dict[str, dict[str, str | float]] = {}
         for row in filled(self._entered, str(self.path), study) if self._entered else []:
             with suppress(RowRefused):
-                said = {name: text for name, text in row.said.items() if name != STUDY and row.is_empty}
-                found[Run.of(solver, meant_run(study, named, row)).key] = {**said}
+                cells = {name: text for name, text in row.origin.items() if name != STUDY and row.is_empty}
+                found[Run.of(solver, meant_run(study, named, row)).key] = {**cells}
         return [found.get(Run.of(solver, run).key, {}) for run in runs]
 
 
@@ -136,10 +136,10 @@ def _entered(study: Study, folder: StudyFolder, awaited: Sequence[Request]) -> I
 def _known(study: Study, record: dict[str, Any]) -> dict[str, str | float]:
     """Return the cells of a record for the columns of the sheet."""
     details, first = record["details"], entered_responses(study)[0].name
-    said = {WHO: details.get("entered_by", ""), WHEN: details.get("done", ""), REMARK: details.get("remark", "")}
+    cells = {WHO: details.get("entered_by", ""), WHEN: details.get("done", ""), REMARK: details.get("remark", "")}
     if record["status"] != "ok":
-        return said | {REMARK: f"{FAILED}: {record['message']}"}
-    return {**said, first: record[FIRST], **details.get(RESPONSES, {})}
+        return cells | {REMARK: f"{FAILED}: {record['message']}"}
+    return {**cells, first: record[FIRST], **details.get(RESPONSES, {})}
 
 
 def _named(study: Study, runs: Sequence[Request]) -> Iterator[tuple[str, Request]]:

@@ -88,13 +88,13 @@ def _is_level(row: Filled, name: str, asked: float, near: float, unit: str) -> b
 
 def result_in(study: Study, row: Filled) -> Answer:
     """Return the result of a row: a value of every response, or why the run gave none."""
-    said = {text for text in (*row.values.values(), row.remark) if text.casefold().startswith(FAILED)}
-    given = {name: text for name, text in row.values.items() if text and text not in said}
-    if said and given:
+    failures = {text for text in (*row.values.values(), row.remark) if text.casefold().startswith(FAILED)}
+    given = {name: text for name, text in row.values.items() if text and text not in failures}
+    if failures and given:
         message = f"{row.run} has a value but is marked as failed; delete the value or the word `failed`"
         raise RowRefused(row, "failed_with_value", message)
-    if said:
-        reason = " ".join(said)[len(FAILED) :].lstrip(" :,-–").strip()
+    if failures:
+        reason = " ".join(failures)[len(FAILED) :].lstrip(" :,-–").strip()
         if not reason:
             message = (
                 f"{row.run} is marked as failed without a reason; add a reason, such as `failed: the stem slipped`"

@@ -22,7 +22,7 @@ RUN, REPLICATE, WHO, WHEN, REMARK, STUDY = "run", "replicate", "who", "when", "r
 FAILED = "failed"
 _DIGITS = 10  # of a number on the sheet
 
-Kind = Literal["run", "factor", "condition", "replicate", "response", "said", "study"]
+Kind = Literal["run", "factor", "condition", "replicate", "response", "origin", "study"]
 ASKED: tuple[Kind, ...] = ("factor", "condition", "replicate")
 SheetRow = tuple[Request, Mapping[str, str | float]]  # a run, and what is known of it by the names of columns
 
@@ -74,9 +74,12 @@ def fields_of(study: Study) -> list[Field]:
     replicates = [Field(REPLICATE, "", "replicate")] if study.solver.repeats > 1 else []
     responses = [field_of(response) for response in entered_responses(study)]
     asked = [Field(RUN, "", "run"), *factors, *conditions, *replicates, *responses]
-    said = [*(Field(name, "", "said") for name in (WHO, WHEN, REMARK)), Field(STUDY, "", "study", content=study.name)]
+    origin = [
+        *(Field(name, "", "origin") for name in (WHO, WHEN, REMARK)),
+        Field(STUDY, "", "study", content=study.name),
+    ]
     own = {field.name.casefold() for field in asked}  # a factor may be called `study`
-    return [*asked, *(field for field in said if field.name not in own)]
+    return [*asked, *(field for field in origin if field.name not in own)]
 
 
 def field_of(response: Variable) -> Field:
@@ -110,7 +113,7 @@ _WIDE = {code: code - 0xFEE0 for code in range(0xFF01, 0xFF5F)} | {0x3000: 0x20}
 
 @dataclass(frozen=True)
 class Filled:
-    """The cells of one row, texts by the names of columns: responses as `values`, who, when, remark, study as `said`.
+    """The cells of one row, texts by the names of columns: responses as `values`, who, when, remark, study as `origin`.
 
     `levels` are those of factors, condition and replicate, `units` those of the columns. `broken` is what is wrong with
     the row as a whole.
@@ -120,7 +123,7 @@ class Filled:
     run: str
     values: dict[str, str]
     levels: dict[str, str]
-    said: dict[str, str]
+    origin: dict[str, str]
     units: dict[str, str]
     decimal: str = "."
     broken: str = ""
@@ -133,7 +136,7 @@ class Filled:
     @property
     def remark(self) -> str:
         """The remark."""
-        return self.said.get(REMARK, "")
+        return self.origin.get(REMARK, "")
 
     @property
     def is_empty(self) -> bool:
@@ -264,7 +267,7 @@ def _of_lines(lines: Lines, source: str, study: Study, partial: bool, complete: 
             run=_of(cells, columns, "run")[RUN],
             values=_of(cells, columns, "response"),
             levels=_of(cells, columns, *ASKED),
-            said=_of(cells, columns, "said", "study"),
+            origin=_of(cells, columns, "origin", "study"),
             units=units,
             decimal=decimal,
             broken=_broken(len(cells), width, number == cut),
@@ -298,7 +301,7 @@ def _columns(head: Sequence[str], source: str, study: Study, partial: bool) -> t
         if column is not None:
             places[column] = i
             units[column.name] = unit or column.unit
-    optional = ("said", "study", *(ASKED if partial else ()))
+    optional = ("origin", "study", *(ASKED if partial else ()))
     missing = [column.heading for column in fields if column not in places and column.kind not in optional]
     if missing:
         raise UsageError(

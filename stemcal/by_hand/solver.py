@@ -80,7 +80,7 @@ class Sheet(Solver):
             **({"replicate": request.replicate} if request.replicate else {}),
         }
 
-    def knows(self, request: Request) -> bool:
+    def has_result(self, request: Request) -> bool:
         """Whether the file has the result of a run."""
         return (row := self._row(request)) is not None and row.answer is not None
 

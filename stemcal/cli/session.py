@@ -160,7 +160,7 @@ def opened(
         except Waiting as waiting:
             if sheet is None:
                 raise
-            stage, awaited = waiting.stage, sheet.hand_out(waiting)
+            stage, awaited = waiting.stage, sheet.write_sheet(waiting)
             folder.remember_spec(study.source)
     _await(sheet, awaited, stage, spec)
     raise typer.Exit(Waiting.exit_code)

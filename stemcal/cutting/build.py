@@ -69,7 +69,7 @@ def stem_mesh(
     counts, surfaces = through_layers(stem, how), stem.radii
     layers = _layers(stem.length, how) if layers is None else layers
     if rests_at is not None:
-        layers = _resting(layers, rests_at)
+        layers = _supported(layers, rests_at)
     if parts and how.symmetry != "quarter":
         layers = _twice_under_edge(layers)
     whole = how.symmetry == "none"
@@ -132,7 +132,7 @@ def _mean_length(how: Discretisation) -> float:
 
 
 def _lengths(length: float, how: Discretisation) -> Array:
-    """Return how long the elements are from the cut outwards, in proportion: even at first, then longer and longer.
+    """Return the relative lengths of the elements from the cut outwards: even at first, then longer and longer.
 
     A row under the edge counts half on either side.
     """
@@ -160,7 +160,7 @@ def _outwards(length: float, how: Discretisation) -> Array:
     return np.asarray(0.5 * length * np.cumsum(sizes) / np.sum(sizes))
 
 
-def _resting(layers: Array, rests_at: float, sides: tuple[float, ...] = (1.0, -1.0)) -> Array:
+def _supported(layers: Array, rests_at: float, sides: tuple[float, ...] = (1.0, -1.0)) -> Array:
     """Return layers of nodes, on either side of the cut the nearest one moved to where the stem rests.
 
     Those between half way there and the end of the stem give way in proportion. Where one element goes so far, or the
@@ -195,16 +195,16 @@ def _layers_of(test: ShearTest) -> Array:
     """Return x of the layers of nodes: a clamp is at the left end, and one is where the stem rests on a block."""
     how, supports, height = test.discretisation, test.supports, test.supports.height
     if supports.kind == "span":
-        return _resting(_layers(test.stem.length, how), 0.5 * supports.clearance + supports.fillet_radius)
+        return _supported(_layers(test.stem.length, how), 0.5 * supports.clearance + supports.fillet_radius)
     right, left = _outwards(2.0 * (test.stem.length - height), how), _outwards(2.0 * height, how)
     layers: Array = np.concatenate([-left[::-1], [0.0], right]) + how.shift * right[0]
     if supports.kind == "clamped":
         return layers
-    return _resting(layers, _counter_edge(test) + supports.fillet_radius, sides=(-1.0,))
+    return _supported(layers, _counter_edge(test) + supports.fillet_radius, sides=(-1.0,))
 
 
 def _held(mesh: Mesh, test: ShearTest) -> NDArray[np.bool_]:
-    """Return which velocity components the mirror planes and the clamp hold."""
+    """Return the velocity components that the mirror planes and the clamp fix."""
     held, x = mirrors(mesh, test.discretisation.symmetry), mesh.nodes[:, 0]
     if test.supports.kind != "span":
         held[x < x.min() + 1e-9] = True
@@ -212,7 +212,7 @@ def _held(mesh: Mesh, test: ShearTest) -> NDArray[np.bool_]:
 
 
 def _counter_edge(test: ShearTest) -> float:
-    """Return how far from the plane of the cut a counter-edge is: its clearance from the blade, mm."""
+    """Return the distance of a counter-edge from the plane of the cut, its clearance from the blade, mm."""
     half = 0.5 * test.blade.thickness if test.blade.bevel == "both" else 0.0
     return half + test.supports.clearance
 

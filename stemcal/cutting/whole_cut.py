@@ -50,7 +50,7 @@ def of_whole_cut(result: CuttingResult, test: ShearTest, severing: Severing) -> 
 
 
 def _outcome(result: CuttingResult, test: ShearTest, severing: Severing) -> list[Note]:
-    """Return what became of the stem where it was not cut through, and the share of kinetic energy in the work."""
+    """Return notes on a stem that was not cut through, and on the share of kinetic energy in the work."""
     curve, found = result.history, list[Note]()
     travel, percent = float(curve.travel[-1]), 100.0 * severing.holding
     if severing.time is not None and not severing.cut_through:

@@ -131,12 +131,12 @@ class Material:
         return self.elastic_modulus * self.tangent_modulus / (self.elastic_modulus - self.tangent_modulus)
 
     def numbers(self, mass_scaling: float, viscosity: BulkViscosity) -> MaterialNumbers:
-        """Return what the kernels need of an isotropic material, with the density scaled."""
+        """Return the numbers of an isotropic material for the kernels, with the density scaled."""
         common = self._common(mass_scaling, viscosity)
         return MaterialNumbers(bulk=self.bulk_modulus, shear=self.shear_modulus, lame=self.lame_modulus, **common)
 
     def transverse_numbers(self, mass_scaling: float, viscosity: BulkViscosity) -> TransverseNumbers:
-        """Return what the kernels need of a material with an axis, with the density scaled; of an isotropic one too."""
+        """Return the numbers of a material with an axis, or an isotropic one, for the kernels, its density scaled."""
         _, _, coupled, lame, across = self._moduli
         along = self._across.shear_modulus
         coupling = coupled - lame

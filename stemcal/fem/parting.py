@@ -25,7 +25,7 @@ _BEYOND = 50.0
 
 
 def parts_under(tools: tuple[Tool, ...]) -> int:
-    """Return which tool has an edge that parts the body, −1 for none."""
+    """Return the index of the tool whose edge parts the body, −1 for none."""
     return next((t for t, tool in enumerate(tools) if tool.parts), -1)
 
 

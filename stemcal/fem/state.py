@@ -170,12 +170,12 @@ def start(model: Model) -> State:
 
 
 def _is_isotropic(layers: Layers) -> bool:
-    """Return whether the kernels of one isotropic material are enough for a body."""
+    """Check that the kernels of one isotropic material are enough for a body."""
     return len(layers.materials) == 1 and layers.materials[0].transverse is None
 
 
 def _numbers(model: Model) -> list[Any]:
-    """Return what the kernels need of each material, in double precision."""
+    """Return the numbers of each material for the kernels, in double precision."""
     layers, scaling = model.layers, model.integration.mass_scaling
     form = Material.numbers if _is_isotropic(layers) else Material.transverse_numbers
     return [form(one, scaling, model.viscosity) for one in layers.materials]

@@ -82,7 +82,7 @@ def _empty_cache() -> None:
 
 
 def is_compiled() -> bool:
-    """Return whether the cache has every kernel for this machine, as far as this is possible without loading them."""
+    """Check that the cache has every kernel for this machine, as far as possible without loading them."""
     return _mark().exists()
 
 

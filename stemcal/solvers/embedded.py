@@ -274,7 +274,7 @@ def _discretisation(study: Study, diameter: float) -> Discretisation:
 
 
 def pictured(result: CuttingResult, film: Film) -> dict[str, Any]:
-    """Return what pictures of a run are made from: energies over travel (mJ), thinned, its end and how it got there."""
+    """Return the data for pictures of a run: energies over travel (mJ), thinned, its end and the way to it."""
     history, keep = result.history, kept_rows(len(result.history.time))
     rows = {name: values for name, values in vars(history).items() if name in _PICTURED}
     energies = {name: [round(float(v), 6) for v in values[keep]] for name, values in rows.items()}

@@ -81,7 +81,7 @@ class Solver:
     immediate: ClassVar[bool] = False
     """Whether the solver answers faster than a worker process can start."""
     asks_people: ClassVar[bool] = False
-    """Whether the runs are performed by hand. Their results are entered as records, unless the solver `knows` them."""
+    """Whether the runs are performed by hand. Their results are entered as records, unless it `has_result`."""
     of_spec_alone: ClassVar[bool] = False
     """Whether the answers depend only on the spec and on the stemcal code."""
 
@@ -113,7 +113,7 @@ class Solver:
         """Return the rows of levels that it can answer for a stage; None if it can answer any."""
         return None
 
-    def knows(self, _request: Request) -> bool:
+    def has_result(self, _request: Request) -> bool:
         """Whether it has the answer to a request without a run."""
         return False
 

@@ -152,7 +152,7 @@ def _roots(study: Study) -> list[Path]:
 
 
 def _is_installed(path: Path, folder: Path) -> bool:
-    """Return whether a file is one of a Python environment below a folder."""
+    """Check for a file of a Python environment below a folder."""
     places = {Path(place).resolve() for place in (sys.prefix, sys.base_prefix)} - {folder}
     return "site-packages" in path.parts or any(
         path.is_relative_to(place) for place in places if place.is_relative_to(folder)
@@ -228,7 +228,7 @@ def _made(options: PythonSolver, code: str) -> Any:
 
 
 def _accepts(function: Any, count: int) -> bool:
-    """Return whether a function can be called with a number of arguments, as far as that is known."""
+    """Check that a function can be called with a number of arguments, as far as that is known."""
     if not callable(function):
         return False
     with suppress(ValueError):  # compiled functions may have no signature

@@ -61,7 +61,7 @@ def missing(part: Asked, study: Study, solver: Solver, folder: StudyFolder | Non
         request
         for key, request in distinct.items()
         if (record := recorded.get(key)) is None or not is_final(record, study.solver.run_limit)
-        if not solver.knows(request)
+        if not solver.has_result(request)
     ]
 
 

@@ -34,7 +34,7 @@ def test_rows_forces_and_what_is_pending(tmp_path: Path) -> None:
     rows = solver.given_design("rsm")
     assert rows is not None and rows[0] == {"yield_stress": 15.0, "failure_strain": 0.03}
     asked = [request(solver, row, **levels) for row, levels in enumerate(rows)]
-    assert [solver.knows(one) for one in asked] == [True, True, False]
+    assert [solver.has_result(one) for one in asked] == [True, True, False]
     assert [solver.solve(one).response for one in asked[:2]] == [122.0, 112.0]
     with pytest.raises(Waiting, match="1 result from the rsm stage"):
         solver.solve(asked[2])
@@ -42,7 +42,7 @@ def test_rows_forces_and_what_is_pending(tmp_path: Path) -> None:
 
 def test_a_row_of_other_levels_answers_nothing(tmp_path: Path) -> None:
     solver = sheet(tmp_path, RSM)
-    assert not solver.knows(request(solver, 7)) and not solver.knows(request(solver, 0, yield_stress=16.0))
+    assert not solver.has_result(request(solver, 7)) and not solver.has_result(request(solver, 0, yield_stress=16.0))
 
 
 def test_equal_rows_are_runs_of_their_own_and_a_changed_cell_stales_its_own_run(tmp_path: Path) -> None:
@@ -63,7 +63,7 @@ def test_a_design_at_several_diameters_is_one_design(tmp_path: Path) -> None:
     solver = sheet(tmp_path, head + "rsm 1,15,0.03,7,100\nrsm 1,15,0.03,8,122\n")
     assert len(solver.given_design("rsm") or []) == 1
     assert [solver.solve(request(solver, 0, diameter)).response for diameter in (7.0, 8.0)] == [100.0, 122.0]
-    assert not solver.knows(request(solver, 0, 9.0))
+    assert not solver.has_result(request(solver, 0, 9.0))
 
 
 def test_known_runs_are_taken_and_the_others_asked_for(tmp_path: Path) -> None:
@@ -137,7 +137,7 @@ def test_responses_and_condition_of_the_study_s_own(tmp_path: Path) -> None:
     first = solver.solve(Request("rsm", 0, {"static": 0.2, "rolling": 0.02}, 12.0))
     assert (first.response, first.details["responses"]) == (30.0, {"density": 650.0})
     assert solver.solve(Request("validate", 0, {"static": 0.4, "rolling": 0.05}, 16.0)).response == 33.0
-    assert not solver.knows(Request("validate", 0, {"static": 0.4, "rolling": 0.05}, 20.0))
+    assert not solver.has_result(Request("validate", 0, {"static": 0.4, "rolling": 0.05}, 20.0))
     (tmp_path / "runs.csv").write_text(rows.replace("650", ""), encoding="utf-8")
     with pytest.raises(UsageError, match=r"runs\.csv:2: rsm 1 has no density"):
         Sheet.of(load_study(tmp_path / "heap.yaml"))

@@ -82,13 +82,13 @@ def uses(verdict: Verdict, names: Wording) -> list[str]:
 
 def _held_out(where: Use, names: Wording) -> list[str]:
     """Return the quality of held-out predictions: the largest error with its side."""
-    said = []
+    sentences = []
     if where.held_out is not None and where.fitted and names.placed:
-        said.append(f"The parameters were fitted to data{names.at(*where.fitted)}.")
+        sentences.append(f"The parameters were fitted to data{names.at(*where.fitted)}.")
         if all(prediction.in_turn for prediction in where.predictions):
-            said.append(f"The largest held-out error is in the {_signed(where.held_out, names)}.")
+            sentences.append(f"The largest held-out error is in the {_signed(where.held_out, names)}.")
     in_order = sorted(where.predictions, key=lambda one: one.in_turn)  # held out first
-    return [*said, *(predicted(one, names, where.held_out) for one in in_order)]
+    return [*sentences, *(predicted(one, names, where.held_out) for one in in_order)]
 
 
 def predicted(found: Prediction, names: Wording, worst: Judged | None = None) -> str:

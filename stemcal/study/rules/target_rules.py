@@ -75,13 +75,13 @@ def _clamp_is_in_place(draft: Draft) -> Iterator[Finding]:
             message = "`height` has no effect with two supports"
             yield Finding(("supports", "height"), message, "remove `height`, or add `kind: clamped`", at_key=True)
         return
-    beside, knife = (0.5 if blade.bevel == "both" else 1.0) * blade.thickness, supports.kind == "counter_edge"
+    half_blade, knife = (0.5 if blade.bevel == "both" else 1.0) * blade.thickness, supports.kind == "counter_edge"
     if knife and "clearance" not in supports.model_fields_set:
         yield Finding(("supports", "kind"), "`counter_edge` requires `clearance`", "add `clearance: 1 mm`")
-    elif knife and beside + supports.clearance + supports.fillet_radius >= supports.height:
+    elif knife and half_blade + supports.clearance + supports.fillet_radius >= supports.height:
         message = f"the fixed knife ({supports.clearance:g} mm from the blade) is beyond the clamp"
         yield Finding(("supports", "clearance"), message, "reduce `clearance`, or increase `height`")
-    if supports.height <= beside:
+    if supports.height <= half_blade:
         message = f"the clamp is {supports.height:g} mm from the cut, inside the blade ({blade.thickness:g} mm thick)"
         yield Finding(("supports", "height"), message, "increase `height`")
     elif supports.height >= length:
