@@ -18,7 +18,7 @@ from stemcal.by_hand.run_sheet import FAILED, STUDY, WHEN, WHO, Filled, narrow, 
 from stemcal.errors import StemcalError, UsageError
 from stemcal.runs.answer import keep
 from stemcal.runs.record import Run, is_final
-from stemcal.runs.study_folder import StudyFolder
+from stemcal.runs.study_folder import StudyFolder, provenance
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import RESPONSES, Answer, Request, Solver
 from stemcal.storage.log import now
