@@ -188,7 +188,10 @@ def lower_bound_notes(outcomes: Sequence[Outcome]) -> list[Note]:
     rows = [row for row, outcome in enumerate(outcomes, 1) if outcome.censored]
     if not rows:
         return []
-    remedy = Remedy("Increase the stroke (`loading.stroke` or `loading.duration`).")
+    remedy = Remedy(
+        "Increase the stroke (`loading.stroke` or `loading.duration`, or in the input of your program). If the program "
+        "may stop early, write the text of its normal end as `ends_with` under `result`."
+    )
     noun = "run" if len(rows) == 1 else "runs"
     text = (
         f"In {noun} {series(rows)}, the response had not fallen when the stroke ended, so the "

@@ -19,7 +19,7 @@ from stemcal.solvers.imported import imported_files
 from stemcal.solvers.kept_curve import curve_scores, kept_curve
 from stemcal.solvers.options import CommandSolver, ProgramOptions
 from stemcal.solvers.protocol import RESPONSES, Answer, Request, Solver
-from stemcal.solvers.readers import read_curve, read_number
+from stemcal.solvers.readers import read_curve, read_number, require_end, still_rising
 from stemcal.solvers.replicates import seed_of, values_of
 from stemcal.storage.atomic import make_folder, write_atomic
 from stemcal.storage.canonical import key_of
@@ -265,6 +265,9 @@ def code_is_zero(ended: Ended) -> None:
 # ---- any program: templates in, a number out, or one for each response
 
 
+_UNUSED = {"ends_with"}  # without it a record has no such entry
+
+
 @dataclass(frozen=True)
 class Command(Program[CommandSolver]):
     """Answers requests by any program; see `solvers.options.CommandSolver`."""
@@ -280,7 +283,10 @@ class Command(Program[CommandSolver]):
     def _determining(self, request: Request) -> dict[str, Any]:
         options = self.options
         drawn = {"seed": seed_of(request)} if request.replicate else {}
-        readers = {name: one.model_dump(mode="json") for name, one in options.result.items()}
+        readers = {
+            name: one.model_dump(mode="json", exclude=_UNUSED - one.model_fields_set)
+            for name, one in options.result.items()
+        }
         return {"command": list(options.command), "result": readers, **drawn}
 
     def _write(self, folder: Path, request: Request) -> None:
@@ -297,11 +303,15 @@ class Command(Program[CommandSolver]):
     def _read(self, folder: Path, request: Request, ended: Ended) -> Answer:
         code_is_zero(ended)
         naming = self.study.naming
+        for reader in self.options.result.values():
+            require_end(reader, folder, ended.output)
         found = {name: read_number(reader, folder) for name, reader in self.options.result.items()}
-        first = found.pop(naming.response.name if naming.response.name in found else FIRST)
+        name = naming.response.name if naming.response.name in found else FIRST
+        first, rising = found.pop(name), still_rising(self.options.result[name], folder)
         modes, curve = self.study.targets.modes_at(request.condition), {}
         if modes is not None and FIRST in self.options.result:
             travel, force = read_curve(self.options.result[FIRST], folder)
             found |= curve_scores(modes, travel, force)
             curve = {"curve": kept_curve(travel, force)}
-        return Answer("ok", response=first, details={**({RESPONSES: found} if found else {}), **curve})
+        limited = {"stroke_was_enough": False} if rising else {}
+        return Answer("ok", response=first, details={**({RESPONSES: found} if found else {}), **curve, **limited})

@@ -27,6 +27,7 @@ _PARTS = re.compile(r"([-+]?[0-9.]+)[EeDd]?([-+]?[0-9]*)", re.ASCII)
 _NONE = re.compile(r"[-+]?(nan|inf|infinity)|\*+", re.IGNORECASE | re.ASCII)
 MAX_BYTES = 20 * MIB  # read in about a second
 LONGEST_LINE = 10_000  # characters of a line that a pattern searches
+ENDING = 10  # lines in which the text of the end is searched
 REDUCTIONS: dict[str, Callable[[Array], float]] = {
     "max": np.max,
     "min": np.min,
@@ -37,6 +38,30 @@ REDUCTIONS: dict[str, Callable[[Array], float]] = {
 
 _Series = tuple[Sequence[float], Sequence[float] | None]
 """Numbers, and what they are plotted along if that is known."""
+
+
+def require_end(result: ResultReader, folder: Path, printed: str) -> None:
+    """Raise `SimulationFailed` (``incomplete``) if neither the file nor what was printed has the text of the end."""
+    if result.ends_with is None:
+        return
+    texts = (read_text(folder, result.file, MAX_BYTES), printed)
+    if not any(result.ends_with in line for text in texts for line in _last_lines(text)):
+        raise SimulationFailed(
+            "incomplete",
+            f"{result.ends_with!r} (`ends_with`) is neither at the end of {result.file} nor at the end of the printed "
+            "output, so the program stopped early",
+        )
+
+
+def _last_lines(text: str) -> list[str]:
+    return [line for line in text[-LONGEST_LINE:].splitlines() if line.strip()][-ENDING:]
+
+
+def still_rising(result: ResultReader, folder: Path) -> bool:
+    """Return whether the maximum of a series is its last number, so that the true maximum may be larger."""
+    series = _finite(_series(result, folder)[0])
+    at = {"max": np.argmax, "min": np.argmin}.get(result.reduction)
+    return at is not None and series.size > 1 and int(at(series)) == series.size - 1
 
 
 def read_number(result: ResultReader, folder: Path) -> float:
@@ -65,6 +90,9 @@ def _series(result: ResultReader, folder: Path) -> _Series:
     text = read_text(folder, result.file, MAX_BYTES)
     if result.pattern is not None:
         return _regex(text, result.file, result.pattern)
+    if result.ends_with is not None and result.column is not None:
+        *rows, last = text.rstrip().splitlines()
+        text = "\n".join(rows) if result.ends_with in last and rows else text
     return _csv(text, result) if result.column is not None else _json(text, result)
 
 
@@ -147,11 +175,64 @@ def _csv(text: str, result: ResultReader) -> _Series:
 def _regex(text: str, file: str, pattern: str) -> _Series:
     search = re.compile(pattern)
     along, number = "x" in search.groupindex, "y" if "y" in search.groupindex else 1
-    found = [match for line in text.splitlines() for match in search.finditer(line[:LONGEST_LINE])]
+    lines = (line[:LONGEST_LINE] for line in text.splitlines())
+    found = [(row, match) for row, line in enumerate(lines, 1) for match in search.finditer(line)]
     if not found:
         raise SimulationFailed("no_result", f"{file} contains no match for the pattern")
-    numbers = [_number(match[number], file) for match in found]
-    return numbers, ([_number(match["x"], file) for match in found] if along else None)
+    groups = [number, "x"] if along else [number]
+    ended = dict.fromkeys((row for row, _ in found), 0)  # where the match before in the line ends
+    for row, match in found:
+        for group in groups:
+            if is_part_of_number(match, group, ended[row]):
+                raise SimulationFailed(
+                    "bad_result",
+                    f"{file}, line {row}: the pattern matches {match[group]!r}, which is only part of a number in "
+                    f"{match.string.strip()[:80]!r}; extend the group to the whole number, as in (\\S+)",
+                )
+        ended[row] = match.end()
+    y, *x = ([_number(match[group], f"{file}, line {row}") for row, match in found] for group in groups)
+    return y, x[0] if x else None
+
+
+# What continues a number: a digit, a decimal point, an exponent (also 1.5-101 of Fortran, and × 10^3).
+_CONTINUES = re.compile(r"\.?\d|\.?[eEdD][-+]?\d|\.?\s*[x×*·]\s*10\s*(\^|\*\*)|\^\d", re.ASCII)
+_FORTRAN = re.compile(r"[-+]\d{3}(?!\d)", re.ASCII)
+_BEGINS = re.compile(r"\d\.?$|\d\.?[eEdD][-+]?$", re.ASCII)
+# What may continue one, or separate it from the next: a comma or another mark between digits; a sign, a point before.
+_MARK = "[,'’_\u00a0\u2009\u202f]"
+_AFTER = re.compile(rf"{_MARK}\d", re.ASCII)
+_BEFORE = re.compile(rf"\d{_MARK}$|[-−–.]$", re.ASCII)
+_COLUMNS = re.compile(r"\.\{\d+\}\)")  # a group of a fixed width: columns may touch
+
+
+def is_part_of_number(match: re.Match[str], group: str | int, ended: int = 0) -> bool:
+    r"""Return whether a group of a match contains only part of the number in the line.
+
+    A comma, a sign or another mark next to the group is no part of the number if the pattern requires that mark,
+    or if the match before, which `ended` after the mark, has it.
+
+    >>> [is_part_of_number(re.search(p, "F = -3,958.4"), 1) for p in (r"([\d.]+)", r"(3),", r"= (\S+)", r"(-?3,958.4)")]
+    [True, True, False, False]
+    """
+    text, line = match[group] or "", match.string
+    start = match.start(group) + len(text) - len(text.lstrip())
+    end, number = start + len(text.strip()), text.strip()
+    before, after = line[:start], line[end:]
+    if _NUMBER.fullmatch(number) is None or _COLUMNS.search(match.re.pattern):
+        return False
+    if _CONTINUES.match(after) or (number[0] not in "+-" and _BEGINS.search(before)):
+        return True
+    if "." in number and _FORTRAN.match(after) and number[-1].isdigit():
+        return True
+    marks = [end] if _AFTER.match(after) else []
+    marks += [start - 1] if start > ended and number[0] not in "+-" and _BEFORE.search(before) else []
+    return any(_also_without(match, group, place) for place in marks)
+
+
+def _also_without(match: re.Match[str], group: str | int, place: int) -> bool:
+    """Return whether a pattern finds the same text if the mark at a place is another one, which it then ignores."""
+    line = match.string[:place] + "\N{SECTION SIGN}" + match.string[place + 1 :]
+    return any(other.span(group) == match.span(group) for other in match.re.finditer(line))
 
 
 def _finite(numbers: Sequence[float]) -> Array:

@@ -66,6 +66,10 @@ class ResultReader(Frozen):
     """Column or path of the blade travel, for `curves` under `targets`."""
     reduction: Literal["max", "min", "first", "last"] = "last"
     """Number that is selected from a series: the largest, smallest, first or last number."""
+    ends_with: Text | None = None
+    """Text that the program writes at its end, such as `NORMAL TERMINATION`. It must be in one of the last 10 lines of
+    the result file or of the printed output; otherwise the run fails. Without this key, the result of a program that
+    stopped early is accepted if its exit code is 0."""
     scale: Number = 1.0
     """Factor by which the number is multiplied, such as 4 for a quarter model or 1e-3 for mN."""
 

@@ -341,3 +341,14 @@ def test_a_run_depends_on_a_program_next_to_the_spec(tmp_path: Path) -> None:
     before = Command(study).identity(REQUEST)
     (tmp_path / "heap").write_text("#!/bin/sh\nexit 1\n", encoding="utf-8")
     assert Command(study).identity(REQUEST) != before
+
+
+TRUNCATED = "open('out.csv', 'w').write('t,F\\n0,1\\n1,5\\n'); print('step 1')"
+
+
+@pytest.mark.parametrize(("end", "ok"), [("", True), (", ends_with: DONE", False), (", ends_with: step 1", True)])
+def test_a_truncated_curve_is_a_lower_bound_or_fails(tmp_path: Path, end: str, ok: bool) -> None:
+    result = f"{{file: out.csv, column: F, reduction: max{end}}}"
+    answer = solved(tmp_path, TRUNCATED, result=result)
+    assert (answer.ok, answer.reason) == (ok, "" if ok else "incomplete")
+    assert answer.details.get("stroke_was_enough") is (False if ok else None)

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from stemcal.errors import SimulationFailed
-from stemcal.solvers.readers import read_curve, read_number
+from stemcal.solvers.readers import read_curve, read_number, require_end, still_rising
 from stemcal.solvers.result_reader import ResultReader
 
 
@@ -68,6 +68,96 @@ def test_json_path_with_index(tmp_path: Path) -> None:
     result = ResultReader(file="o.json", path="runs.1.F", along="runs.1.x")
     assert read_number(result, tmp_path) == 5.0
     assert read_curve(result, tmp_path)[0].tolist() == [0.0, 2.0]
+
+
+CUT = [
+    (r"([\d.]+)", "F = 197,92 N"),
+    (r"([\d.]+)", "F = 3,958.4"),
+    (r"([\d.]+)", "F = 1.979e+02"),
+    (r"([\d.]+)", "F = 1.979D+02"),
+    (r"([\d.]+)", "F = 1.979d2"),
+    (r"([\d.]+)", "F = 1.979+102"),
+    (r"([\d.]+)", "F = 1.979 * 10^2"),
+    (r"([\d.]+)", "F = -1.5"),
+    (r"([\d.]+)", "F = \N{MINUS SIGN}1.5"),
+    (r"([\d.]+)", "F = 3'958.4"),
+    (r"([\d.]+)", "F = 3\N{NARROW NO-BREAK SPACE}958.4"),
+    (r"(\d+)", "F = 197.92"),
+    (r"(\d{3})", "F = 19792"),
+    (r"([\d.]+) N", "F = 0,5 N"),
+    (r"(\d+) N", "F = 0.5 N"),
+    (r"(\d+) N", "F = .5 N"),
+    (r"(\d+)$", "F = 1.5e-3"),
+    (r"F.*?([\d.]+).*N", "F = 197,92 N"),
+    (r"F = (?P<y>[\d.]+)", "F = 197,92 N"),
+    (r"t=(?P<x>\d+).*F=(?P<y>\S+)", "t=0.5 F=1"),
+]
+WHOLE = [
+    (r"([\d.]+)", "F = 197.92 N", 197.92),
+    (r"([\d.]+)", "F = 197.92, W = 3", 3.0),
+    (r"([-\d.eE+]+)", "F -1.979e+02", -197.9),
+    (r"F = (\S+)", "F = 1.979D+02", 197.9),
+    (r"F = (\S+)", "F = 1.5-101", 1.5e-101),
+    (r"(\d+\.\d+),", "1.5,2.5,", 2.5),
+    (r"^(\d+),(\d+)$", "12,15", 12.0),
+    (r",(\d+)$", "12,15", 15.0),
+    (r"step-(\d+)", "step-12", 12.0),
+    (r"No\.(\d+)", "No.12", 12.0),
+    (r"^.{4}(.{12})", "   1 1.97920E+02-2.00000E+00", 197.92),
+    (r"^.{4}(.{8})(.{8})", "   1197.9200200.0000", 197.92),
+    (r"F=([\d.]+)kN", "F=1.5kN", 1.5),
+]
+
+
+@pytest.mark.parametrize(("pattern", "line"), CUT, ids=[line for _, line in CUT])
+def test_a_part_of_a_number_is_no_result(tmp_path: Path, pattern: str, line: str) -> None:
+    (tmp_path / "log.txt").write_text(f"begin\n{line}\n", encoding="utf-8")
+    with pytest.raises(SimulationFailed, match=r"log\.txt, line 2: .*part of a number") as caught:
+        read_number(ResultReader(file="log.txt", pattern=pattern), tmp_path)
+    assert caught.value.reason == "bad_result"
+
+
+@pytest.mark.parametrize(("pattern", "line", "known"), WHOLE, ids=[line for _, line, _ in WHOLE])
+def test_a_whole_number_is_read(tmp_path: Path, pattern: str, line: str, known: float) -> None:
+    (tmp_path / "log.txt").write_text(f"{line}\n", encoding="utf-8")
+    assert read_number(ResultReader(file="log.txt", pattern=pattern), tmp_path) == pytest.approx(known, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("text", "printed", "complete"),
+    [
+        ("t,F\n0,1\n1,5\n2,3\n# NORMAL TERMINATION\n\n", "", True),
+        ("t,F\n0,1\n1,5\n2,3\n", "cpu 3 s\nNORMAL TERMINATION\nbye\n", True),
+        ("t,F\n0,1\n1,5\n", "killed\n", False),
+        ("t,F\n0,1\n1,5\n2,3\n", "NORMAL TERMINATION of step 1\n" + "step 2\n" * 10, False),
+    ],
+)
+def test_the_text_of_the_end_is_required(tmp_path: Path, text: str, printed: str, complete: bool) -> None:
+    (tmp_path / "out.csv").write_text(text, encoding="utf-8")
+    result = ResultReader(file="out.csv", column="F", reduction="max", ends_with="NORMAL TERMINATION")
+    if complete:
+        require_end(result, tmp_path, printed)
+        assert read_number(result, tmp_path) == 5.0
+        return
+    with pytest.raises(SimulationFailed) as caught:
+        require_end(result, tmp_path, printed)
+    assert caught.value.reason == "incomplete"
+
+
+@pytest.mark.parametrize(
+    ("reduction", "y", "rising"),
+    [
+        ("max", [1.0, 5.0, 3.0], False),
+        ("max", [1.0, 3.0, 5.0], True),
+        ("max", [1.0, 5.0, 5.0], False),
+        ("min", [1.0, -3.0, -5.0], True),
+        ("min", [1.0, -3.0, 2.0], False),
+        ("last", [1.0, 5.0], False),
+        ("max", [5.0], False),
+    ],
+)
+def test_a_maximum_at_the_end_is_a_lower_bound(tmp_path: Path, reduction: Any, y: list[float], rising: bool) -> None:
+    assert still_rising(ResultReader(file="out.json", path="y", reduction=reduction), _left(tmp_path, y)) is rising
 
 
 def test_regex_groups_and_fortran_numbers(tmp_path: Path) -> None:

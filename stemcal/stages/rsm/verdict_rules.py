@@ -21,11 +21,13 @@ from stemcal.stages.stage import stages_of
 from stemcal.stages.verdict import advice
 from stemcal.stages.verdict.verdict_rules import Evidence, Rank, ranked
 from stemcal.stages.work import SAME
+from stemcal.storage.canonical import as_json
 from stemcal.study.model.study import Study
 from stemcal.vocabulary import FIRST
 
 # A force in kN, kgf or g besides one in N, and mass besides force: how many times the one is the other.
 UNITS = {1000.0: "kN and N, or mm and m", 9.80665: "kgf and N", 1000.0 / 9.80665: "g and N"}
+_DRAWN = frozenset({"replicate", "seed"})  # among the inputs of a run; without them those of a repeated run are equal
 _FAR, _ROOM = 3.0, 0.25
 _SIGNS = 3  # runs without which a sign may be chance
 _MANY = 0.1  # share of failed runs that is a reservation by itself
@@ -45,7 +47,8 @@ def undeclared_scatter(evidence: Evidence) -> Iterator[Note]:
     for record in evidence.records:
         request = record["request"]
         if record["response"] is not None and request["stage"] not in drawn:
-            found[f"{request['levels']} {request.get('condition')}"].append(float(record["response"]))
+            inputs = {name: part for name, part in record["identity"].items() if name not in _DRAWN}
+            found[as_json(inputs)].append(float(record["response"]))
     for values in found.values():
         if max(values) - min(values) > SAME * max(map(abs, values)):
             ends = f"{min(values):.6g} and {max(values):.6g}"
