@@ -20,6 +20,8 @@ GRID, FREE = 25, 0.5
 """`FREE` is the share of its range from which a factor counts as free: data that only halve a range show little."""
 _CLOUD, _SEEDS = 9, 3
 _SMALL_PART = 0.05
+_NEAR = 0.01  # of the range, within which an end is the limit
+_WIDER, _INSIDE = 1.5, 0.95  # times the region; part of the rise allowed that an end has if the data determine it
 _SLACK = 1e-6  # coded: at its ends a region is a point, which rounding must not lose
 _FLAT = 0.75  # of the chord of the region that the interval along a direction fills
 _GOOD_TO = 0.03  # an exact mean would leave no direction flat: for this question only it has this relative error
@@ -30,7 +32,8 @@ _KEPT = 1e-6
 class Profile:
     """One factor's profile: `rise` over a grid of coded `values`; the interval from `low` to `high`.
 
-    `bounded`: for each end, whether the data determine it (otherwise the region does).
+    `bounded`: for each end, whether the data determine it. Otherwise the region does: the end is its limit, or a region
+    wider by half would have the end in its interval, since another factor is at a limit there.
     """
 
     factor: str
@@ -50,11 +53,13 @@ class Profile:
 
 def profiles_of(fit: Fit) -> list[Profile]:
     """Return the profile of every factor."""
-    names = fit.observations[0].surface.names
-    return [_profile(fit, j, name) for j, name in enumerate(names)]
+    names, region = fit.observations[0].surface.names, fit.region.widened(_WIDER)
+    wider = replace(fit, region=region)
+    wider = replace(wider, best=optimise(fit.objective, region.cloud(_CLOUD), region)[0])
+    return [_profile(fit, j, name, wider) for j, name in enumerate(names)]
 
 
-def _profile(fit: Fit, j: int, name: str) -> Profile:
+def _profile(fit: Fit, j: int, name: str, wider: Fit) -> Profile:
     from scipy.optimize import brentq
 
     allowed, cloud = fit.tangents.allowed(np.eye(fit.region.k)[j]), fit.region.cloud(_CLOUD)
@@ -75,9 +80,16 @@ def _profile(fit: Fit, j: int, name: str) -> Profile:
 
     kept = np.flatnonzero(rise <= allowed)
     first, final = int(kept[0]), int(kept[-1])
-    bounded = first > 0, final < len(values) - 1
-    bottom = crossing(first, first - 1) if bounded[0] else low
-    top = crossing(final, final + 1) if bounded[1] else high
+    bottom = crossing(first, first - 1) if first > 0 else low
+    top = crossing(final, final + 1) if final < len(values) - 1 else high
+    around = wider.region.cloud(_CLOUD)
+
+    def determined(end: float, room: float) -> bool:
+        return (
+            room > _NEAR * (high - low) and wider.rise(_held_at(wider, j, end, wider.best, around)) >= _INSIDE * allowed
+        )
+
+    bounded = determined(bottom, bottom - low), determined(top, high - top)
     return Profile(name, values, rise, allowed, bottom, top, bounded, (top - bottom) / (high - low))
 
 
@@ -180,20 +192,6 @@ def _scattered(fit: Fit) -> Fit:
         return fit
     more = np.append((_GOOD_TO * fit.measured) ** 2, np.zeros(len(fit.priors)))
     return replace(fit, precision=np.linalg.inv(np.linalg.inv(fit.precision) + np.diag(more)))
-
-
-def presses_outwards(fit: Fit) -> bool:
-    """Check for a point of less misfit in a region twice as wide, by more than chance."""
-    region = fit.region
-    low, high = region.bounds()
-    more, radius = 0.5 * (high - low), None if region.radius is None else 2.0 * region.radius
-    wider = replace(region, low=low - more, high=high + more, radius=radius)
-    known = _scattered(fit)
-    there = optimise(known.objective, wider.cloud(_CLOUD), wider)[0]
-    way = there - fit.best
-    if not np.linalg.norm(way) > _SLACK:
-        return False
-    return known.value(fit.best) - known.value(there) > fit.tangents.allowed(way / np.linalg.norm(way))
 
 
 def _chord(region: Region, direction: Array) -> float:

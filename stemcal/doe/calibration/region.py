@@ -1,5 +1,7 @@
 """The region a solution may come from, a coded box, cut by a sphere if there is one; and searches in it."""
 
+from __future__ import annotations
+
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import product
@@ -51,6 +53,12 @@ class Region:
         if self.radius is not None:
             inside &= np.linalg.norm(points, axis=1) <= self.radius + tolerance
         return np.asarray(inside)
+
+    def widened(self, times: float) -> Region:
+        """Return the region with all widths, and the radius, that many times as large, about the same middle."""
+        more = 0.5 * (times - 1.0) * np.subtract(*self.bounds()[::-1])
+        low, high = self.bounds()
+        return Region(low - more, high + more, None if self.radius is None else times * self.radius)
 
     def bounds(self) -> tuple[Array, Array]:
         """Return the smallest box around the region's reach along each axis."""

@@ -17,7 +17,6 @@ from stemcal.doe.calibration.confidence_intervals import (
     loosest_direction,
     missed_observations,
     moved_together,
-    presses_outwards,
     profiles_of,
     settled,
     unseen_directions,
@@ -129,7 +128,6 @@ def _fitted(study: Study, means: Sequence[Measured], found: Fit, flat: bool) -> 
         contradiction=_contradiction(means, found),
         out_of_reach=Rows(MeasuredMean(means[i].named.name, means[i].condition) for i in missed_observations(found)),
         separated=not flat,
-        presses_outwards=presses_outwards(found),
     )
 
 

@@ -139,8 +139,7 @@ class JointFitted:
     """The result of a joint fit; `rows` are of the force, `further` of the other responses.
 
     `contradiction` is tested where no degree of freedom is left; `out_of_reach` are means that their own surface takes
-    nowhere in the region. `separated` is False where the data leave a direction of the parameters flat;
-    `presses_outwards`: whether they require a point beyond the region.
+    nowhere in the region. `separated` is False where the data leave a direction of the parameters flat.
     """
 
     rows: Rows[JointRow]
@@ -155,7 +154,6 @@ class JointFitted:
     contradiction: Contradicted | None = absent()
     out_of_reach: Rows[MeasuredMean] = absent(Rows())
     separated: bool = True
-    presses_outwards: bool = False
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)

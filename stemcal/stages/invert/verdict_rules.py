@@ -122,11 +122,11 @@ def on_the_edge(evidence: Evidence) -> Iterator[Note]:
 
 
 def _from_the_edge(evidence: Evidence, coded: Sequence[float]) -> Remedy:
-    """Widen a range, unless the joint fit is there because of scatter or a flat valley."""
+    """Widen a range, unless the joint fit is there because of a flat valley."""
     surface, found = evidence.of(Surfaces), evidence.of(InvertResult)
     assert surface is not None and found is not None
     joint, known = found.joint, found.certainty
-    if joint is None or (joint.separated and joint.presses_outwards):
+    if joint is None or joint.separated:
         return advice.from_the_edge(evidence.study, surface, coded)
     return _to_identify(evidence, known)
 

@@ -37,9 +37,9 @@ def known(part: Certainty, stage: InvertResult, names: Wording) -> list[str]:
     """Return the intervals of the factors, the factors that are not determined, and the assumptions."""
     data = "joint fit" if part.source == "joint" else f"{names.response.long}{names.at(stage.condition)}"
     kept = [
-        f"{names.in_text(factor)} to between {significant(low)} and {with_unit(significant(high), part.units[factor])} "
+        f"{names.in_text(factor)} to between {_ends(part, factor)} "
         f"({100.0 * part.share[factor]:.0f} % of the factor range)"
-        for factor, (low, high) in part.intervals.items()
+        for factor in part.intervals
         if factor not in part.free
     ]
     sentences = [
@@ -54,6 +54,13 @@ def known(part: Certainty, stage: InvertResult, names: Wording) -> list[str]:
         changes = (change(names.in_text(name), size, part.units[name]) for name, size in found.items())
         sentences.append(f"To first order, the {data} hardly changes if {series(changes)}.")
     return [*sentences, *assumption(part)]
+
+
+def _ends(part: Certainty, factor: str) -> str:
+    """Return the ends of an interval, marked where the range ended it."""
+    (low, high), (from_below, from_above) = part.intervals[factor], part.bounded[factor]
+    ends = f"{'' if from_below else '≤ '}{significant(low)} and {'' if from_above else '≥ '}{significant(high)}"
+    return with_unit(ends, part.units[factor])
 
 
 def assumption(part: Certainty) -> list[str]:

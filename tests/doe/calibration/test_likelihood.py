@@ -198,3 +198,30 @@ def test_in_a_flat_valley_the_point_nearest_to_the_centre_is_taken() -> None:
     found, flat = settled(fit([Observation(s, y, 2.0) for s, y in zip(surfaces, (108.0, 107.0), strict=True)], inside))
     assert len(flat) == 1 and abs(flat[0] @ [1.0, 1.0]) < 0.02
     assert found.best == pytest.approx([0.375, 0.375], abs=0.08)
+
+
+SIDES = [(1.05, 0.1), (-1.05, -0.2), (0.15, 1.05), (0.0, -1.05), (1.1, 1.1), (-1.1, 1.1)]
+
+
+@pytest.mark.parametrize("truth", SIDES)
+@pytest.mark.parametrize("radius", [None, 2.0**0.5])
+def test_an_interval_that_the_region_ends_is_open_there(truth: tuple[float, float], radius: float | None) -> None:
+    """Truths 5 % beyond a limit, or beyond a corner: no interval claims to exclude them, and none is open elsewhere."""
+    region = Region(np.full(2, -1.0), np.full(2, 1.0), radius)
+    means = 100.0 + J @ np.array(truth)
+    found = fit([Observation(s, y, 0.3, 9) for s, y in zip(planes(4), means.tolist(), strict=True)], region)
+    for profile, value in zip(profiles_of(found), truth, strict=True):
+        assert profile.low <= value or not profile.bounded[0]
+        assert value <= profile.high or not profile.bounded[1]
+        away = profile.bounded[0] if value > 1.0 else profile.bounded[1]
+        assert away or abs(value) <= 1.0
+
+
+def test_an_interval_that_another_factor_ends_is_open() -> None:
+    """x + y = 0 is all that one mean fixes: x ends at ±1 where y does, well within its range of ±2."""
+    surface = fit_surface(RUNS, 100.0 + RUNS @ np.array([5.0, 5.0]), ("x", "y"))
+    inside = Region(np.array([-2.0, -1.0]), np.array([2.0, 1.0]), None)
+    x, y = profiles_of(fit([Observation(surface, 100.0, 0.1, 9)], inside))
+    assert (x.low, x.high) == pytest.approx((-1.0, 1.0), abs=0.05) and x.bounded == y.bounded == (False, False)
+    both = [Observation(s, 100.0, 0.1, 9) for s in planes(2)]
+    assert all(profile.bounded == (True, True) for profile in profiles_of(fit(both, inside)))
