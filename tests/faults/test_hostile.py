@@ -139,7 +139,7 @@ def printed(text: str) -> str:
     """Return what the terminal gets of a text as warning, note, error, and cell of a table."""
     code = (
         "import json, sys; from stemcal.cli.console import *; text = json.loads(sys.argv[1]);"
-        "from stemcal.drawing.table import *; from stemcal.report.terminal import drawn;"
+        "from stemcal.drawing.table import *; from stemcal.report.terminal import table_drawn as drawn;"
         "table = Table((Column(text), Column('x')), ((text, '1'),), text, (text,));"
         "warn(text); note(text); fail(text); say(text, *drawn(table))"
     )
