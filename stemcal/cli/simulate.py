@@ -89,7 +89,7 @@ def simulate(
     alone = study.cut_as(section, at) if section is not None and cuts else study
     for sentence in warnings_before(demand_of_one(alone, [at]), 1):
         warn(sentence)
-    if not is_compiled() and not quiet:
+    if not is_compiled(study.is_layered) and not quiet:
         note(COMPILING)
     with waiting("one virtual shear test" if section is None else f"virtual test {test}", quiet):
         result = simulated(study, levels, at, frames=frames, section=section)

@@ -12,7 +12,7 @@ from stemcal.fem.contact import edge_arrays, spread_edge, tool_arrays, with_skin
 from stemcal.fem.kernels import block
 from stemcal.fem.kernels.compile import RUN
 from stemcal.fem.kernels.contact import EdgeArrays, FrictionNumbers, ToolArrays
-from stemcal.fem.kernels.layers import LayerTable as LayerTable
+from stemcal.fem.kernels.layers import LayerTable
 from stemcal.fem.kernels.march import Body, Clock, Ledger, Settings
 from stemcal.fem.kernels.nodes import CHUNK, KINDS, Pushes, see
 from stemcal.fem.kernels.nonlocal_mean import Exchange

@@ -7,6 +7,7 @@ import pickle
 import platform
 import shutil
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 
 import llvmlite.binding
@@ -14,7 +15,7 @@ from filelock import FileLock
 
 from stemcal.fem.contact import Tool
 from stemcal.fem.kernels.compile import CACHE
-from stemcal.fem.material import Material
+from stemcal.fem.material import Material, Transverse
 from stemcal.fem.mesh import brick
 from stemcal.fem.model import Integration, Model
 from stemcal.fem.stepper import simulate
@@ -27,47 +28,49 @@ _LOCK = ".compiling"
 
 
 @functools.cache
-def warm() -> None:
+def warm(layered: bool = False) -> None:
     """Load every kernel of a simulation, compiled before if no cache has it; once in a process.
 
-    A damaged cache entry makes numba raise all kinds of exceptions, so any failure empties the cache and tries once
-    more; the second failure is real.
+    Those of stems with layers or fibres are others, for which only `layered` asks. A damaged cache entry makes numba
+    raise all kinds of exceptions, so any failure empties the cache and tries once more; the second failure is real.
     """
-    compile_once()
+    compile_once(layered)
     try:
-        _load()
+        _load(layered)
     except Exception:
-        _mark().unlink(missing_ok=True)
-        compile_once()
-        _load()
+        for kind in (False, True):
+            _mark(kind).unlink(missing_ok=True)
+        compile_once(layered)
+        _load(layered)
 
 
-def compile_once() -> None:
+def compile_once(layered: bool = False) -> None:
     """Compile every kernel of a simulation into the cache, if it is not there.
 
     Of several processes with one cache, the first compiles and the others wait for it. It does so in a process of its
     own, so that an interrupt is heard at once and reaches nothing half made. Where no process can be started it is
     done here, and interrupts wait.
     """
-    if is_compiled():
+    if is_compiled(layered):
         return
     lock = FileLock(CACHE / _LOCK)
     with suppress(OSError, NotImplementedError):  # a file system without locks: each compiles for itself
         lock.acquire()
     try:
-        if not is_compiled():
+        if not is_compiled() and not is_compiled(layered=True):
             _empty_cache()  # there may be damaged entries of a compilation that was broken off
-            if not _compiled_elsewhere():
-                _load()
+        if not is_compiled(layered):
+            if not _compiled_elsewhere(layered):
+                _load(layered)
             with suppress(OSError):
-                _mark().touch()
+                _mark(layered).touch()
     finally:
         lock.release()
 
 
-def _load() -> None:
+def _load(layered: bool) -> None:
     with put_off():  # in the middle of LLVM's code an exception may have memory freed twice
-        _smallest_simulation()
+        _smallest_simulation(layered)
 
 
 def _empty_cache() -> None:
@@ -81,22 +84,23 @@ def _empty_cache() -> None:
                 path.unlink()
 
 
-def is_compiled() -> bool:
+def is_compiled(layered: bool = False) -> bool:
     """Check that the cache has every kernel for this machine, as far as possible without loading them."""
-    return _mark().exists()
+    return _mark(layered).exists()
 
 
-def _mark() -> Path:
+def _mark(layered: bool = False) -> Path:
     """Return the file of what compiled code is bound to next to its sources: the processor and Python."""
-    return CACHE / f"complete-{llvmlite.binding.get_host_cpu_name()}-{platform.python_version()}"
+    name = f"complete-{llvmlite.binding.get_host_cpu_name()}-{platform.python_version()}"
+    return CACHE / f"{name}{'-layers' if layered else ''}"
 
 
-def _compiled_elsewhere() -> bool:
+def _compiled_elsewhere(layered: bool) -> bool:
     """Compile in its own process; return whether that succeeded."""
     try:
         child = Child()
         try:
-            _, error = child.call(pickle.dumps((_smallest_simulation, (), {})))
+            _, error = child.call(pickle.dumps((_smallest_simulation, (layered,), {})))
             if error is not None:
                 raise error
             child.dismiss()
@@ -108,15 +112,18 @@ def _compiled_elsewhere() -> bool:
     return True
 
 
-def _smallest_simulation() -> None:
+def _smallest_simulation(layered: bool) -> None:
     """Take a few steps of one element with an edge pressed into it; its wanted time step calls mass scaling.
 
     The garbage collector pauses: numba's many small objects cost it a seventh of the compile time.
     """
     wedge = Tool(corners=((0.5, 0.1), (1.0, 2.0), (0.0, 2.0)), radius=0.1, height=1.0, speed=-1.0, edge=0.5)
+    law = Material(1.0e-9, 1000.0, 0.3, yield_stress=10.0)
+    if layered:
+        law = replace(law, transverse=Transverse(1000.0, 400.0, 0.3, 10.0, 6.0))
     smallest = Model(
         mesh=brick((1.0, 1.0, 1.0), (1, 1, 1)),
-        material=Material(1.0e-9, 1000.0, 0.3, yield_stress=10.0),
+        material=law,
         tools=(wedge,),
         integration=Integration(outputs=1, precision="mixed", time_step=1.0e-9),
     )

@@ -49,6 +49,11 @@ class BendingSection(PieceSection):
             )
         yield from super().misfits(diameter)
 
+    def shear_over_bending(self, diameter: float, ratio: float, softness: float) -> float:
+        """Return the deflection by shear over that by bending: 12 EI/(κGA L²), `softness` being E/G."""
+        squared = (0.25 * diameter * hypot(1.0, ratio) / self.span.at(diameter)) ** 2
+        return 12.0 * softness * squared / shear_area(ratio)
+
 
 class Bending(LaboratoryKind):
     """Slope, maximum force, travel and work of a piece of stem in bending."""
@@ -59,9 +64,9 @@ class Bending(LaboratoryKind):
         return ThreePointBending(section.span.at(diameter), section.radius, section.radius)
 
 
-def shear_area(stem: Stem) -> float:
+def shear_area(ratio: float) -> float:
     """Return κ, the share of a ring's section that carries shear, of ν = 0 (Cowper, J. Appl. Mech. 33, 335, 1966)."""
-    squared = stem.diameter_ratio**2
+    squared = ratio**2
     whole = (1.0 + squared) ** 2
     return 6.0 * whole / (7.0 * whole + 20.0 * squared)
 
@@ -86,7 +91,7 @@ class ThreePointBending(Kind):
         """Return E, of a material with an axis E/(1 + π² EI/(κGA L²)): shear makes the first mode slower."""
         if material.transverse is None:
             return material.elastic_modulus
-        softer = material.elastic_modulus / (shear_area(stem) * material.transverse.shear_modulus)
+        softer = material.elastic_modulus / (shear_area(stem.diameter_ratio) * material.transverse.shear_modulus)
         gyration = 0.25 * stem.outer_diameter * hypot(1.0, stem.diameter_ratio)
         return material.elastic_modulus / (1.0 + softer * (pi * gyration / self.span) ** 2)
 

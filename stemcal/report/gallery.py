@@ -72,7 +72,7 @@ def _run_plots(study: Study, records: Records) -> list[Plot]:
             )
             name = "measured-curves" if label == calibrated else f"measured-curves-{short(condition)}mm"
             plots.append(Plot(name, "runs", text, partial(measured_band, modes, curves[label])))
-    hollow = study.specimen.diameter_ratio > 0.0
+    hollow = study.specimen.ratio_at(study.targets.calibrate_at) > 0.0
     for label, record in records.items():
         if record.at_solution:
             plots += _run(label, record.details, label == calibrated, hollow)

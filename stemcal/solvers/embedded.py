@@ -14,7 +14,7 @@ from stemcal.cutting.simulate import placed, shear
 from stemcal.errors import SimulationFailed
 from stemcal.fem.contact import Contact
 from stemcal.fem.frames import FrameWriter
-from stemcal.fem.material import Material
+from stemcal.fem.material import Material, Transverse
 from stemcal.fem.model import Integration
 from stemcal.fem.warm import compile_once, is_compiled, warm
 from stemcal.solvers.cost import seconds
@@ -36,6 +36,7 @@ from stemcal.solvers.protocol import RESPONSES, Answer, Request, Solver
 from stemcal.solvers.replicates import MOST_SEED, seed_of
 from stemcal.storage.typed import to_json
 from stemcal.study.model.laboratory_kind import LaboratorySection, PieceSection
+from stemcal.study.model.layers import LayerValues, layers_at
 from stemcal.study.model.shear_test import DAMPING, GAP
 from stemcal.study.model.study import Study
 from stemcal.study.types.field_types import Length
@@ -58,15 +59,15 @@ class Embedded(Solver):
 
     def prepare(self) -> None:
         """Compile the kernels before workers load them, unless the cache has them."""
-        compile_once()
+        compile_once(self.study.is_layered)
 
     def get_ready(self) -> None:
         """Load the kernels into this process, or compile them where no cache has them."""
-        warm()
+        warm(self.study.is_layered)
 
     def preparing(self) -> bool:
         """Check for kernels that must be compiled."""
-        return not is_compiled()
+        return not is_compiled(self.study.is_layered)
 
     def identity(self, request: Request) -> dict[str, Any]:
         """Return the shear tests as plain values, and the revision of the code that runs them."""
@@ -186,7 +187,7 @@ def simulate_levels(
     frames : path, optional
         Folder for about 50 frames to be looked at in ParaView.
     """
-    warm()
+    warm(study.is_layered)
     diameter = study.specimen.outer_diameter if diameter is None else diameter
     if section is None:
         sheared = shear_test(study, levels, diameter)
@@ -210,18 +211,14 @@ def test_of(study: Study, section: LaboratorySection, levels: Mapping[str, float
 
 def shear_test(study: Study, levels: Mapping[str, float], diameter: float) -> ShearTest:
     """Return the shear test of a study at given levels (units of the spec) and stem diameter (mm)."""
-    solver = _options(study)
     study = study.at(levels)
     blade, contact = study.blade, study.contact
+    *outer, inner = layers_at(study, levels, diameter)
+    thicknesses = tuple(layer.thickness for layer in outer)
     return ShearTest(
-        material=Material(
-            **study.parameters(levels, diameter),
-            transverse=None,
-            rate_law="cowper_symonds" if solver.rate_law == "none" else solver.rate_law,  # C = 0 switches either off
-            rate_filter=rate_filter(diameter, study.loading.speed),
-            internal_length=study.material.internal_length.at(diameter),
-        ),
-        stem=Stem(diameter, study.specimen.diameter_ratio, study.specimen.length),
+        material=_material(inner, study, diameter),
+        outer=tuple(_material(layer, study, diameter) for layer in outer),
+        stem=Stem(diameter, study.specimen.ratio_at(diameter), study.specimen.length, thicknesses),
         blade=Blade(
             blade.thickness,
             blade.width,
@@ -234,6 +231,18 @@ def shear_test(study: Study, levels: Mapping[str, float], diameter: float) -> Sh
         loading=Loading(study.loading.speed, study.loading.duration_at(diameter), GAP, study.loading.until),
         contact=Contact(contact.static_friction, contact.dynamic_friction, contact.decay, contact.penalty, DAMPING),
         discretisation=_discretisation(study, diameter),
+    )
+
+
+def _material(layer: LayerValues, study: Study, diameter: float) -> Material:
+    """Return the material of a layer."""
+    law = _options(study).rate_law
+    return Material(
+        **layer.along,
+        transverse=None if layer.across is None else Transverse(**layer.across),
+        rate_law="cowper_symonds" if law == "none" else law,  # C = 0 switches either off
+        rate_filter=rate_filter(diameter, study.loading.speed),
+        internal_length=layer.internal_length,
     )
 
 

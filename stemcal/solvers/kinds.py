@@ -22,7 +22,7 @@ class EmbeddedKind(SolverKind):
     """The explicit finite element solver that comes with stemcal."""
 
     name, options = "embedded", EmbeddedSolver
-    of_spec_alone = simulates_stems = gives_curve = True
+    of_spec_alone = simulates_stems = gives_curve = has_layers = True
     own_responses = False
     replicates = "mesh"
     parameters = EMBEDDED

@@ -7,7 +7,7 @@ from dataclasses import asdict, replace
 from typing import Any
 
 from stemcal import cutting
-from stemcal.cutting.parts import Discretisation, Loading, ShearTest, Stem
+from stemcal.cutting.parts import Discretisation, Loading, ShearTest
 from stemcal.cutting.result import CuttingResult
 from stemcal.errors import SimulationFailed
 from stemcal.fem.stepper import Inspect
@@ -52,7 +52,8 @@ def laboratory_test(section: PieceSection, sheared: ShearTest) -> LaboratoryTest
     return LaboratoryTest(
         kind=kind,
         material=replace(sheared.material, rate_filter=_SMOOTHED * duration),
-        stem=Stem(diameter, sheared.stem.diameter_ratio, section.long(diameter)),
+        outer=tuple(replace(law, rate_filter=_SMOOTHED * duration) for law in sheared.outer),
+        stem=replace(sheared.stem, length=section.long(diameter)),
         loading=Loading(section.speed, duration, 0.0),
         contact=sheared.contact,
         discretisation=Discretisation(
@@ -86,6 +87,10 @@ def determining(test: LaboratoryTest | ShearTest) -> dict[str, Any]:
     """Return the inputs that determine the answer of a test: all but the number of threads."""
     plain = asdict(test)
     del plain["discretisation"]["integration"]["threads"]
+    if not test.outer:  # of one isotropic layer, as of before there were others
+        del plain["outer"], plain["stem"]["layers"]
+        if test.material.transverse is None:
+            del plain["material"]["transverse"]
     return plain
 
 

@@ -102,7 +102,7 @@ def test_an_interrupt_while_kernels_are_compiled_is_heard_at_once(
         return started[-1]
 
     monkeypatch.setattr(module, "Child", noting)
-    monkeypatch.setattr(module, "_load", lambda: pytest.fail("goes on"))
+    monkeypatch.setattr(module, "_load", lambda _layered: pytest.fail("goes on"))
     with pytest.raises(KeyboardInterrupt), heard():
         module.warm()
     assert [psutil.pid_exists(child.pid) for child in started] == [False]
@@ -112,7 +112,7 @@ def test_an_interrupt_while_kernels_are_compiled_is_heard_at_once(
 def test_what_cannot_be_compiled_elsewhere_is_compiled_here(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     here: list[bool] = []
     monkeypatch.setattr(module, "CACHE", tmp_path)
-    monkeypatch.setattr(module, "_smallest_simulation", lambda: here.append(True))
+    monkeypatch.setattr(module, "_smallest_simulation", lambda _layered: here.append(True))
     monkeypatch.setattr(sys, "executable", str(tmp_path / "nowhere"))
     module.compile_once()
     assert here == [True] and module.is_compiled()
@@ -124,7 +124,7 @@ def test_nothing_is_left_of_a_compilation_that_was_broken_off(monkeypatch: pytes
     (tmp_path / "fem" / "damaged.nbi").write_bytes(b"")
     found: list[bool] = []
     monkeypatch.setattr(module, "CACHE", tmp_path)
-    monkeypatch.setattr(module, "_compiled_elsewhere", lambda: not found.append((tmp_path / "fem").exists()))
+    monkeypatch.setattr(module, "_compiled_elsewhere", lambda _layered: not found.append((tmp_path / "fem").exists()))
     module.compile_once()
     module.compile_once()
     assert found == [False] and module.is_compiled()

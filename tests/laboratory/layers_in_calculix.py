@@ -116,4 +116,4 @@ def timoshenko(law: Material, span: float) -> float:
     """Return 1/(L^3/48EI + L/4kGA) of the tube, N/mm."""
     area, inertia = pi * 16.0 * (1.0 - RATIO**2), 0.25 * pi * 256.0 * (1.0 - RATIO**4)
     G = law.transverse.shear_modulus if law.transverse else law.shear_modulus
-    return 1.0 / (span**3 / (48.0 * law.elastic_modulus * inertia) + span / (4.0 * shear_area(Stem()) * G * area))
+    return 1.0 / (span**3 / (48.0 * law.elastic_modulus * inertia) + span / (4.0 * shear_area(RATIO) * G * area))

@@ -72,8 +72,12 @@ class Deck:
         Raises
         ------
         UsageError
-            If the study's solver computes no stem: its factors are then no stem material.
+            If the study's solver computes no stem: its factors are then no stem material. A deck has one isotropic one.
         """
+        if study.is_layered:
+            raise UsageError(
+                "a deck has one isotropic material; remove `layers` and `material.transverse` from the spec"
+            )
         if not isinstance(study.solver, EmbeddedSolver | DeckSolver):
             kind = study.solver.kind
             raise UsageError(f"a deck requires a solver of kind `embedded` or `deck`; this spec uses kind `{kind}`")
@@ -171,7 +175,7 @@ class Deck:
     def parts(self) -> Parts:
         """The meshes of the three parts."""
         study, solver, diameter = self.study, self.solver, self.diameter
-        stem = Stem(diameter, study.specimen.diameter_ratio, study.specimen.length)
+        stem = Stem(diameter, study.specimen.ratio_at(diameter), study.specimen.length)
         b = study.blade
         blade = Blade(b.thickness, b.width, b.edge_angle, self.nose, b.bevel)
         how = _discretisation(solver, diameter)

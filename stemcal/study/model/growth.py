@@ -1,14 +1,16 @@
-"""Material parameters that are a power of the stem diameter."""
+"""Values that follow the stem diameter: a power of it, or measured on stems of several diameters."""
 
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Annotated, Any, Final
 
-from pydantic import BeforeValidator, GetCoreSchemaHandler, WithJsonSchema
-from pydantic_core import CoreSchema, core_schema
+from pydantic import BeforeValidator, GetCoreSchemaHandler, ValidationError, WithJsonSchema
+from pydantic_core import CoreSchema, InitErrorDetails, core_schema
 
-from stemcal.study.types.field_types import Frozen, Size, complain
+from stemcal.errors import UsageError
+from stemcal.study.types.field_types import Frozen, Length, Quantity, Size, complain
 
 MOST_EXPONENT: Final = 20.0
 
@@ -72,3 +74,102 @@ class MayGrow:
                 lambda value: value.model_dump(mode="json") if isinstance(value, Growth) else value
             ),
         )
+
+
+@dataclass(frozen=True)
+class Interpolated:
+    """A value measured on stems of several diameters, mm, in rising order: interpolated between them, none beyond.
+
+    >>> Interpolated(((7.0, 0.4), (9.0, 0.6))).at(8.0)
+    0.5
+    """
+
+    points: tuple[tuple[float, float], ...]
+
+    def covers(self, diameter: float) -> bool:
+        """Check that a stem diameter (mm) is between those measured."""
+        return self.points[0][0] - _SAME < diameter < self.points[-1][0] + _SAME
+
+    def at(self, diameter: float) -> float:
+        """Return the value at a stem diameter, mm; raise `UsageError` beyond the measured ones."""
+        if not self.covers(diameter):
+            raise UsageError(f"a diameter of {diameter:g} mm is outside the measured range ({self.range})")
+        for (low, first), (high, second) in pairwise(self.points):
+            if diameter <= high:
+                share = min(max((diameter - low) / (high - low), 0.0), 1.0)
+                return round(first + share * (second - first), 12)
+        return self.points[-1][1]
+
+    @property
+    def range(self) -> str:
+        """The measured diameters."""
+        ends = dict.fromkeys((f"{self.points[0][0]:g}", f"{self.points[-1][0]:g}"))
+        return f"{' to '.join(ends)} mm"
+
+
+_SAME: Final = 1e-6  # mm, between diameters that are one
+
+
+@dataclass(frozen=True)
+class OverDiameter:
+    """Marks a value of the type `plain`, a number or a length, that may also be a `Growth` or a `Interpolated`."""
+
+    plain: Any
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        def read(given: Any, one: core_schema.ValidatorFunctionWrapHandler, info: core_schema.ValidationInfo) -> Any:
+            if isinstance(given, Growth | Interpolated):
+                return given
+            if not isinstance(given, Mapping):
+                return one(given)
+            if given.keys() & Growth.model_fields.keys():
+                grown = Growth.model_validate(given, context=info.context)
+                if isinstance(grown.exponent, str):
+                    wrong = complain(f"the exponent {grown.exponent!r} is not a number", "write a number, such as 2")
+                    entry = InitErrorDetails(type=wrong, loc=("exponent",), input=given)
+                    raise ValidationError.from_exception_data("exponent", [entry])
+                value = None if grown.value is None else _in_mm(one(grown.value), grown.at)
+                return grown.model_copy(update={"value": value})
+            diameters = {_diameter(key, info): value for key, value in given.items()}
+            if not diameters:
+                raise complain("no diameter is given", "write lines such as `8 mm: 0.5 mm`")
+            return Interpolated(tuple((d, _in_mm(one(value), d)) for d, value in sorted(diameters.items())))
+
+        plain = handler.generate_schema(self.plain)
+        measured = core_schema.dict_schema(core_schema.str_schema(), plain)
+        forms = core_schema.union_schema([plain, handler.generate_schema(Growth), measured])
+        return core_schema.json_or_python_schema(
+            json_schema=core_schema.with_info_wrap_validator_function(read, forms),
+            python_schema=core_schema.with_info_wrap_validator_function(read, plain),
+            serialization=core_schema.plain_serializer_function_ser_schema(_written),
+        )
+
+
+def _diameter(key: Any, info: core_schema.ValidationInfo) -> float:
+    if not isinstance(key, str):
+        raise complain(f"{key} is not a diameter with a unit", "write lines such as `8 mm: 0.5 mm`")
+    return _DIAMETER.read(key, info)
+
+
+_DIAMETER: Final = Quantity("length", above=0)
+
+
+def _in_mm(value: Any, diameter: float) -> float:
+    return float(value.at(diameter) if isinstance(value, Length) else value)
+
+
+def _written(value: Any) -> Any:
+    if isinstance(value, Interpolated):
+        return {f"{diameter:g} mm": one for diameter, one in value.points}
+    if isinstance(value, Growth):
+        return value.model_dump(mode="json")
+    return str(value) if isinstance(value, Length) else value
+
+
+def value_at(given: Any, diameter: float, level: float | None, factors: Mapping[str, float]) -> float | None:
+    """Return a parameter at a stem diameter (mm): from its `level` if it is a factor; None if it has no value."""
+    if isinstance(given, Growth):
+        return given.given_at(diameter, level, factors)
+    if level is not None or given is None:
+        return level
+    return float(given.at(diameter) if isinstance(given, Length | Interpolated) else given)

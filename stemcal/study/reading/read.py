@@ -15,7 +15,7 @@ from stemcal.errors import SpecError, SpecProblem
 from stemcal.storage.plain import open_plain, unreadable
 from stemcal.study.model.study import Study, StudyForm
 from stemcal.study.reading.sections import Sections, read_sections
-from stemcal.study.rules import Draft, factors, target_rules
+from stemcal.study.rules import Draft, factors, layers, target_rules
 from stemcal.study.rules.plausible import doubts
 from stemcal.study.types.field_types import Missing, field_or_none, without_fields
 from stemcal.study.types.stage_kind import STAGES
@@ -124,7 +124,10 @@ def broken_rules(draft: Draft) -> list[Finding]:
     """Return everything the rules find wrong with `draft`: those of its values, of its solver and of the stages."""
     solver = field_or_none(draft.study, "solver")
     own = () if solver is None else draft.kind.rules
-    found = [*(rule(draft) for rule in (*factors.RULES, *target_rules.RULES)), *(rule(draft, solver) for rule in own)]
+    found = [
+        *(rule(draft) for rule in (*factors.RULES, *layers.RULES, *target_rules.RULES)),
+        *(rule(draft, solver) for rule in own),
+    ]
     found += [rule(draft) for stage in STAGES.with_(draft.study.further) for rule in stage.rules()]
     return [finding for findings in found for finding in _as_far_as_read(findings)]
 

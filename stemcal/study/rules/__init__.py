@@ -10,8 +10,9 @@ from dataclasses import dataclass, field
 from stemcal.formats import did_you_mean
 from stemcal.study.model.growth import Growth
 from stemcal.study.model.laboratory_kind import LaboratorySection
+from stemcal.study.model.layers import LayerSection, Place, places
 from stemcal.study.model.study import Study
-from stemcal.study.types.factor import Factor
+from stemcal.study.types.factor import PARAMETERS, Factor
 from stemcal.study.types.field_types import field_or_none
 from stemcal.study.types.solver_kind import SolverKind
 from stemcal.study.types.strict_yaml import Finding, NodePath
@@ -38,9 +39,25 @@ class Draft:
         return self.study.kind
 
     @property
+    def layers(self) -> tuple[LayerSection, ...]:
+        """The layers of the stem; none while they cannot be read."""
+        return field_or_none(self.study, "layers") or ()
+
+    @property
+    def places(self) -> dict[str, Place]:
+        """The material parameters by the names that they have as factors, with their places in the spec."""
+        material = field_or_none(self.study, "material")
+        if self.kind.has_layers:
+            return places(material, self.layers)
+        return {
+            name: Place(one, material, ("material", name)) for name, one in (self.kind.parameters or PARAMETERS).items()
+        }
+
+    @property
     def growing(self) -> dict[str, Growth]:
-        """The material parameters that follow the diameter."""
-        return self.study.material.growing()
+        """The material parameters that follow the diameter, by the names that they have as factors."""
+        layers = {f"{layer.name}_{name}": one for layer in self.layers for name, one in layer.growing().items()}
+        return {**self.study.material.growing(), **layers}
 
     @property
     def diameters(self) -> dict[NodePath, float]:

@@ -3,9 +3,12 @@
 from collections.abc import Callable, Iterator, Mapping
 from math import inf
 from operator import itemgetter
+from typing import Any
 
 from stemcal.formats import did_you_mean, listed, nearest
 from stemcal.study.model.growth import MOST_EXPONENT, Growth
+from stemcal.study.model.layers import LayerSection, layers_at
+from stemcal.study.model.shear_test import Relative
 from stemcal.study.model.study import Study
 from stemcal.study.rules import Draft
 from stemcal.study.types import units
@@ -61,17 +64,22 @@ def _factors_are_known(draft: Draft) -> Iterator[Finding]:
     """The solver has the factor, and its unit has the right dimension."""
     if not draft.kind.parameters:
         return
-    exponents = {growth.exponent for growth in draft.growing.values()}
+    exponents, known = {growth.exponent for growth in draft.growing.values()}, draft.places
     for index, factor in draft.factors.items():
-        parameter = draft.kind.parameters.get(factor.name)
-        if parameter is None and factor.name in exponents:
+        place = known.get(factor.name)
+        if place is None and (factor.name in exponents or _may_be_of_wrong_section(draft, factor.name)):
             continue
-        if parameter is None:
+        if place is None:
             message = f"the {draft.study.solver.title} solver has no parameter {factor.name!r}"
-            near = nearest(factor.name, draft.kind.parameters)
+            near = nearest(factor.name, known)
             twice = f"remove this factor because {near} is already a factor"
-            remedy = twice if near in draft.names else did_you_mean(factor.name, draft.kind.parameters)
+            remedy = twice if near in draft.names else did_you_mean(factor.name, known)
+            if "transverse_" in factor.name and draft.kind.has_layers:
+                remedy = "for a stem with fibres, write `transverse: {}` under `material`"
             yield Finding(("factors", index, "name"), message, remedy)
+            continue
+        parameter = place.parameter
+        if parameter.relative and factor.unit == "1":
             continue
         try:
             units.parse_unit(factor.unit, parameter.dimension)
@@ -83,11 +91,20 @@ def _factors_are_known(draft: Draft) -> Iterator[Finding]:
             yield Finding(path, message, error.remedy)
 
 
+def _may_be_of_wrong_section(draft: Draft, name: str) -> bool:
+    """Check for a section of a parameter that cannot be read, which is reported already."""
+    material = field_or_none(draft.study, "material")
+    across = material is None or not has_fields(material, "transverse")
+    return not has_fields(draft.study, "layers") or (across and "transverse_" in name)
+
+
 def _values_are_physical(draft: Draft) -> Iterator[Finding]:
     """Levels, fixed values and those at every diameter of the study are values a material can have."""
-    for name, parameter in draft.kind.parameters.items():
-        reported = set[NodePath]()
-        for path, value in _values(draft, name):
+    for name, place in draft.places.items() if draft.kind.parameters else ():
+        parameter, reported = place.parameter, set[NodePath]()
+        for path, value in possible_values(draft, name):
+            if isinstance(value, Relative):
+                continue  # a ratio above 0
             shown = units.from_internal(value, parameter.unit)
             if path not in reported and (wrong := parameter.outside(shown)):
                 reported.add(path)
@@ -108,28 +125,38 @@ def wrong_levels(study: Study, levels: Mapping[str, float], diameter: float | No
         return
     given = study.parameters(levels, diameter)
     around = {factor.name: factor.internal(levels[factor.name]) for factor in study.factors if factor.name == FRICTION}
-    for name, value in (given | around).items():
-        parameter = EMBEDDED[name]
+    growing = [name for name, place in study.places.items() if isinstance(place.given, Growth)]
+    for name, value in (given | around | _levels_of_layers(study, levels)).items():
+        parameter = study.places[name].parameter
         shown = units.from_internal(value, parameter.unit)
-        if name in (*study.names, *study.material.growing()) and (wrong := parameter.outside(shown)):
+        if name in (*study.names, *growing) and (wrong := parameter.outside(shown)):
             yield f"{name} ({in_unit(shown, parameter.unit)}) {wrong}; the usual range for plants is {parameter.usual}"
-    if given["tangent_modulus"] >= given["elastic_modulus"]:
+    diameter = study.targets.calibrate_at if diameter is None else diameter
+    stem = layers_at(study, levels, diameter)
+    if sum(layer.thickness for layer in stem) >= 0.5 * diameter * (1.0 - study.specimen.ratio_at(diameter)):
+        yield f"the layers are thicker than the wall at a diameter of {diameter:g} mm; use thinner layers"
+    yield from dict.fromkeys(flaw for layer in stem if (flaw := layer.flaw) is not None)
+    if any(layer.along["tangent_modulus"] >= layer.along["elastic_modulus"] for layer in stem):
         yield "`tangent_modulus` must be below `elastic_modulus`; reduce `tangent_modulus`"
+
+
+def _levels_of_layers(study: Study, levels: Mapping[str, float]) -> dict[str, float]:
+    """Return the levels of factors of layers and fibres that have a unit, internal units."""
+    chosen = {**study.midlevels(), **levels}
+    further = [one for one in study.factors if one.name in study.places.keys() - EMBEDDED.keys() and one.unit != "1"]
+    return {factor.name: factor.internal(chosen[factor.name]) for factor in further}
 
 
 def _material_is_given_once(draft: Draft) -> Iterator[Finding]:
     """A parameter is a factor or has a value, not both and not neither."""
-    for name in draft.study.material.given():
-        if name in draft.names:
+    for name, place in draft.places.items():
+        given = place.given
+        if name in draft.names and given is not None and not (isinstance(given, Growth) and given.value is None):
             remedy = "remove this value, or remove the factor if the value is known"
-            yield Finding(("material", name), f"{name} is also a factor", remedy, at_key=True)
-    for name, growth in draft.growing.items():
-        if name in draft.names and growth.value is not None:
-            remedy = "remove this value, or remove the factor"
-            yield Finding(("material", name), f"{name} is also a factor", remedy, at_key=True)
-        elif name not in draft.names and growth.value is None:
-            remedy = f"add `value: …` (usual range: {PARAMETERS[name].usual}), or add {name} to `factors`"
-            yield Finding(("material", name), f"{name} has no value for the reference diameter", remedy, at_key=True)
+            yield Finding(place.path, f"{name} is also a factor", remedy, at_key=True)
+        elif isinstance(given, Growth) and name not in draft.names and given.value is None:
+            remedy = f"add `value: …` (usual range: {place.parameter.usual}), or add {name} to `factors`"
+            yield Finding(place.path, f"{name} has no value for the reference diameter", remedy, at_key=True)
 
 
 def _sections_are_given_once(draft: Draft) -> Iterator[Finding]:
@@ -148,9 +175,9 @@ def _rate_parameters_are_used(draft: Draft) -> Iterator[Finding]:
     if draft.study.solver.rate != "none":
         return
     places: dict[NodePath, str] = {("factors", i, "name"): factor.name for i, factor in draft.factors.items()}
-    places |= {("material", name): name for name in _in_material(draft)}
+    places |= {place.path: name for name, place in draft.places.items() if place.given is not None}
     for path, name in places.items():
-        if name in RATE:
+        if name.endswith(RATE):
             yield Finding(
                 path,
                 f"{name} has no effect with `rate_law: none`",
@@ -166,7 +193,7 @@ def _material_is_complete(draft: Draft) -> Iterator[Finding]:
     wrong = {name for name in PARAMETERS if not has_fields(draft.study.material, name)}  # reported already
     given = {*_in_material(draft), *wrong, *draft.names, *meant, *(RATE if draft.study.solver.rate == "none" else ())}
     for name, parameter in PARAMETERS.items():
-        if name in given:
+        if name in given or _in_all_layers(draft, name):
             continue
         message = f"the {draft.study.solver.title} solver requires `{name}` (usual range: {parameter.usual})"
         remedy = "set the parameter in the `material` section, or add the parameter to `factors`"
@@ -175,34 +202,54 @@ def _material_is_complete(draft: Draft) -> Iterator[Finding]:
         yield Finding(("material",), message, remedy)
 
 
+def _in_all_layers(draft: Draft, name: str) -> bool:
+    """Check that each layer has its own value of a parameter."""
+    layers = draft.layers
+    return bool(layers) and all(getattr(one, name) is not None or f"{one.name}_{name}" in draft.names for one in layers)
+
+
 def _tangent_stays_below_elastic(draft: Draft) -> Iterator[Finding]:
     """The tangent modulus is smaller than the elastic modulus everywhere in the ranges."""
     if not draft.kind.parameters:
         return
     for diameter in sorted({*draft.diameters.values()}):
-        tangents, elastics = ([*_values(draft, name, diameter)] for name in ("tangent_modulus", "elastic_modulus"))
-        path, tangent = max(tangents, key=itemgetter(1), default=((), 0.0))
-        elastic = min((value for _, value in elastics), default=inf)
-        if tangent >= elastic:
-            message = f"the tangent modulus ({tangent:g} MPa) is not below the elastic modulus ({elastic:g} MPa)"
-            yield Finding(path, message, "reduce `tangent_modulus`, or increase `elastic_modulus`")
-            return
+        for layer in draft.layers or (None,):
+            both = ("tangent_modulus", "elastic_modulus")
+            tangents, elastics = (values_in(draft, layer, name, diameter) for name in both)
+            path, tangent = max(tangents, key=itemgetter(1), default=((), 0.0))
+            elastic = min((value for _, value in elastics), default=inf)
+            if tangent >= elastic:
+                message = f"the tangent modulus ({tangent:g} MPa) is not below the elastic modulus ({elastic:g} MPa)"
+                yield Finding(path, message, "reduce `tangent_modulus`, or increase `elastic_modulus`")
+                return
 
 
-def _values(draft: Draft, name: str, diameter: float | None = None) -> Iterator[tuple[NodePath, float]]:
-    """Yield the values that a parameter can have, internal units, with their places in the spec.
+def values_in(
+    draft: Draft, layer: LayerSection | None, name: str, diameter: float | None = None
+) -> list[tuple[NodePath, Any]]:
+    """Return the values that a parameter can have in a layer, None for the whole stem: its own or the material's."""
+    own = [] if layer is None else [*possible_values(draft, f"{layer.name}_{name}", diameter)]
+    return own or [*possible_values(draft, name, diameter)]
+
+
+def possible_values(draft: Draft, name: str, diameter: float | None = None) -> Iterator[tuple[NodePath, Any]]:
+    """Yield the values that a parameter can have, internal units or `Relative`, with their places in the spec.
 
     Those of a growing parameter are at one diameter, or at all that the study has.
     """
+    if (place := draft.places.get(name)) is None:
+        return
     if name in _growing(draft):
-        yield from ((("material", name), value) for value in _reached(draft, name, diameter))
+        yield from ((place.path, value) for value in _reached(draft, name, diameter))
         return
     for index, factor in draft.factors.items():
-        if factor.name == name and _unit_fits(factor):
+        if factor.name == name and _unit_fits(draft, factor):
             for level in ("low", "high"):
-                yield ("factors", index, level), factor.internal(getattr(factor, level))
-    if (fixed := field_or_none(field_or_none(draft.study, "material"), name)) is not None:
-        yield ("material", name), fixed
+                value = factor.internal(getattr(factor, level))
+                is_ratio = place.parameter.relative and factor.unit == "1"
+                yield ("factors", index, level), Relative(value, is_ratio=True) if is_ratio else value
+    if isinstance(given := place.given, int | float | Relative):
+        yield place.path, given if not isinstance(given, Relative) or given.is_ratio else given.value
 
 
 def _growing(draft: Draft) -> Mapping[str, Growth]:
@@ -216,7 +263,7 @@ def _reached(draft: Draft, name: str, diameter: float | None = None) -> list[flo
     At one diameter, or at all that the study has.
     """
     growth, at = draft.growing[name], {factor.name: factor for factor in draft.factors.values()}
-    if name in at and not _unit_fits(at[name]):
+    if name in at and not _unit_fits(draft, at[name]):
         return []
     levels = [at[name].internal(end) for end in (at[name].low, at[name].high)] if name in at else [None]
     exponents: list[dict[str, float]] = [{}]
@@ -236,11 +283,12 @@ def _in_material(draft: Draft) -> tuple[str, ...]:
     return (*draft.study.material.given(), *draft.growing)
 
 
-def _unit_fits(factor: Factor) -> bool:
+def _unit_fits(draft: Draft, factor: Factor) -> bool:
+    parameter = draft.places[factor.name].parameter
     try:
-        units.parse_unit(factor.unit, EMBEDDED[factor.name].dimension)
+        units.parse_unit(factor.unit, parameter.dimension)
     except units.UnitError:
-        return False
+        return parameter.relative and factor.unit == "1"
     return True
 
 
@@ -248,11 +296,11 @@ def _exponents_are_factors(draft: Draft) -> Iterator[Finding]:
     """An exponent with a name is a factor, a pure number, and not a material parameter."""
     known = {factor.name: index for index, factor in draft.factors.items()}
     for name, growth in draft.growing.items():
-        path, exponent = ("material", name, "exponent"), growth.exponent
+        path, exponent = (*draft.places[name].path, "exponent"), growth.exponent
         if not isinstance(exponent, str):
             continue
-        if exponent in EMBEDDED:
-            pure = [factor for factor in draft.names if factor not in EMBEDDED]
+        if exponent in draft.places or exponent in EMBEDDED:
+            pure = [factor for factor in draft.names if factor not in {*EMBEDDED, *draft.places}]
             remedy = f"write a number, or the factor {listed(pure)}" if pure else "write a number, such as 0.5"
             yield Finding(path, f"the exponent cannot be the material parameter {exponent!r}", remedy)
         elif exponent not in draft.names:

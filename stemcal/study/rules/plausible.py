@@ -6,10 +6,13 @@ from itertools import combinations
 from statistics import median
 
 from stemcal.formats import counted
+from stemcal.study.model.growth import Growth, Interpolated
+from stemcal.study.model.layers import layers_at
 from stemcal.study.model.measured_targets import Target
+from stemcal.study.model.shear_test import Relative
 from stemcal.study.model.study import Study
 from stemcal.study.types import units
-from stemcal.study.types.factor import EMBEDDED, PARAMETERS, in_unit
+from stemcal.study.types.factor import PARAMETERS, in_unit
 from stemcal.study.types.field_types import Length
 from stemcal.study.types.solver_kind import ElementCounts
 from stemcal.study.types.stage_kind import STAGES
@@ -41,6 +44,7 @@ _POWERS, _FAR = (1.5, 2.5, 3.5), 3.0
 _THROUGH, _THROUGH_THIN, _THIN = 3, 4, 0.6
 # Elements of more than this share of a length do not resolve it.
 _RESOLVED = 0.6
+_MOST_SHEAR = 0.05  # of a deflection
 _LEAST_SCATTER = 3e-4  # of a mean
 _SCATTER = 0.15  # of the ratio of two mean forces, without a fall that is worth a question
 _MACHINE, _MOWER = 50.0, 1000.0  # mm/s: the fastest testing machine, the slowest mower
@@ -51,7 +55,7 @@ FALL = "the simulated values decrease by up to 10 % if the element size is reduc
 
 def doubts(study: Study) -> list[Finding]:
     """Return values that look like a wrong unit; none of them is certainly wrong."""
-    virtual, measured = (_sizes, _speeds, _rates, _tests, _mesh), (_targets, _scatters, _outliers, _falls)
+    virtual, measured = (_sizes, _speeds, _rates, _tests, _spans, _mesh), (_targets, _scatters, _outliers, _falls)
     found = (*virtual, *measured, _materials, _factors, _agreement)
     findings = [finding for of in found for finding in of(study)]
     return [*findings, *(finding for stage in STAGES.with_(study.further) for finding in stage.doubts(study))]
@@ -106,6 +110,26 @@ def _tests(study: Study) -> Iterator[Finding]:
                 yield from doubt(("tests", index, key), mm, low, high, "mm")
 
 
+def _spans(study: Study) -> Iterator[Finding]:
+    """Question a span that is too short for a stem with fibres, which is soft in shear."""
+    diameter = study.targets.calibrate_at
+    stem = layers_at(study, {}, diameter) if study.is_layered else ()
+    softness = [one.along["elastic_modulus"] / one.across["shear_modulus"] for one in stem if one.across is not None]
+    for index, test in enumerate(study.tests if softness else ()):
+        over = test.shear_over_bending(diameter, study.specimen.ratio_at(diameter), max(softness))
+        if (share := over / (1.0 + over)) > _MOST_SHEAR:
+            span = test.span.at(diameter)  # type: ignore[attr-defined]
+            enough = span * math.sqrt(over * (1.0 / _MOST_SHEAR - 1.0))
+            message = (
+                f"{100 * share:.0f} % of the deflection is due to shear (E/G = {max(softness):.3g}), so the slope also "
+                "depends on the shear modulus"
+            )
+            remedy = (
+                f"for less than {100 * _MOST_SHEAR:.0f} %, use a span of {enough:.0f} mm ({enough / diameter:.0f} d)"
+            )
+            yield Finding(("tests", index, "span"), message, remedy)
+
+
 def _mesh(study: Study) -> Iterator[Finding]:
     """Elements of more than 0.6 of a length cannot resolve it, and without the lengths the force is the mesh's."""
     mesh = study.solver.mesh
@@ -135,10 +159,11 @@ def _mesh(study: Study) -> Iterator[Finding]:
 
 def _wall(study: Study, mesh: ElementCounts) -> Iterator[Finding]:
     """Question a wall of fewer elements than its bending takes, at the thinnest stem and wall of the study."""
-    ratio, diameters = study.specimen.diameter_ratio, _conditions(study)
-    if ratio == 0.0 or (mesh.through_wall is not None and mesh.through_wall >= _THROUGH):
+    if mesh.through_wall is not None and mesh.through_wall >= _THROUGH:
         return
-    for diameter in diameters:
+    for diameter in () if study.layers else _conditions(study):
+        if (ratio := study.specimen.ratio_at(diameter)) == 0.0:
+            continue
         wall = 0.5 * diameter * (1.0 - ratio)
         elements = min(wall / mesh.element_size.at(diameter), 1e300)  # of a size near zero it overflows
         count = mesh.through_wall or max(1, math.ceil(elements - 1e-9))
@@ -235,10 +260,15 @@ def _shortfall(thin: Target, thick: Target) -> float:
 
 
 def _materials(study: Study) -> Iterator[Finding]:
-    for name, value in study.material.given().items():
-        parameter = PARAMETERS[name]
-        shown = units.from_internal(value, parameter.unit)
-        yield from doubt(("material", name), shown, *parameter.plausible, parameter.unit)
+    for place in study.places.values():
+        parameter, given, path = place.parameter, place.given, place.path
+        if isinstance(given, Relative):
+            given = None if given.is_ratio else given.value
+        if isinstance(given, Length | Interpolated):
+            for diameter in _conditions(study):
+                yield from doubt(path, given.at(diameter), *parameter.plausible, parameter.unit)
+        elif given is not None and not isinstance(given, Growth):
+            yield from doubt(path, units.from_internal(given, parameter.unit), *parameter.plausible, parameter.unit)
     for name, growth in study.material.growing().items():
         yield from doubt(("material", name, "at"), growth.at, 1, 100, "mm")
         parameter, diameters = PARAMETERS[name], _conditions(study)
@@ -256,7 +286,8 @@ def _factors(study: Study) -> Iterator[Finding]:
             meant = error.remedy if "did you mean" in error.remedy else "the levels are used without unit conversion"
             yield Finding((*path, "unit"), error.message, meant)
             continue
-        parameter = EMBEDDED.get(factor.name)
+        place = study.places.get(factor.name)
+        parameter = place.parameter if place else None
         if parameter is None or unit.dimension != parameter.dimension:
             continue
         for level in ("low", "high"):

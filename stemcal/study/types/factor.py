@@ -23,6 +23,8 @@ class Parameter(NamedTuple):
     highest: float
     highest_allowed: bool
     plausible: tuple[float, float]
+    relative: bool = False
+    """Whether a value without a unit is the ratio to the same parameter along the axis of the stem."""
 
     def outside(self, value: float) -> str | None:
         """Return the fault of `value` (in `unit`), or None if physics allows it."""
@@ -63,6 +65,15 @@ PARAMETERS: dict[str, Parameter] = {
     "strain_rate_p": Parameter("strain rate parameter P", "dimensionless", "1", 0, False, _NO_LIMIT, False, (0.1, 100)),
     "failure_strain": Parameter("failure strain", "dimensionless", "1", 0, False, _NO_LIMIT, False, (1e-3, 3)),
 }
+
+TRANSVERSE: dict[str, Parameter] = {
+    "elastic_modulus": PARAMETERS["elastic_modulus"]._replace(label="elastic modulus across the axis", relative=True),
+    "shear_modulus": PARAMETERS["elastic_modulus"]._replace(label="axial shear modulus", relative=True),
+    "poisson_ratio": PARAMETERS["poisson_ratio"]._replace(label="Poisson's ratio across the axis", highest=1),
+    "yield_stress": PARAMETERS["yield_stress"]._replace(label="yield stress across the axis", relative=True),
+    "shear_yield_stress": PARAMETERS["yield_stress"]._replace(label="axial shear yield stress", relative=True),
+}
+THICKNESS = Parameter("thickness", "length", "mm", 0, False, _NO_LIMIT, False, (0.02, 20))
 
 FRICTION = "stem_friction"  # no property of the material: it takes the place of the friction of `contact`
 _OF_STEM = Parameter("stem friction", "dimensionless", "1", 0, True, 2, True, (0.01, 1))

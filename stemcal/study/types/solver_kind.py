@@ -103,6 +103,8 @@ class SolverKind:
     gives_curve: ClassVar[bool] = False
     """Whether runs give the responses of the cutting test next to the force, such as travel and work: the details of an
     answer contain `curve` and `peak_travel`, or numbers by the names of the responses."""
+    has_layers: ClassVar[bool] = False
+    """Whether the solver simulates stems with layers and fibres."""
     writes_decks: ClassVar[bool] = False
     """Whether the solver runs a program on decks that stemcal writes."""
     own_responses: ClassVar[bool] = True

@@ -19,7 +19,7 @@ from stemcal.study.types.strict_yaml import Finding
 
 BAD = Path(__file__).parents[2] / "cases" / "bad"
 SAMPLES = {
-    "span": "56 mm", "source": "a handbook", "exponent": 1.0, "value": "0.5 MPa", "name": "demo",
+    "span": "56 mm", "thickness": "0.5 mm", "source": "a handbook", "exponent": 1.0, "value": "0.5 MPa", "name": "demo",
     "force": "10 N", "travel": "1 mm", "work": "30 mJ", "sd": "1 N", "moisture": "14 %",
     "targets": [{"diameter": "8 mm", "force": "159.2 N"}],
 }  # fmt: skip
@@ -151,6 +151,9 @@ RULES: list[tuple[str, Callable[..., object]]] = [
     (r"write a longer value", lambda one: one.write("a handbook")),
     (r"write a larger value", lambda one: positive(one)),
     (r"write a smaller value", lambda one: within(one, re.search(r"below (.*)$", one.finding.message)[1], 0.5)),
+    (r"write `time_step: (\S+ s)`", lambda one, v: one.section("solver").update(time_step=v)),
+    (r"write `transverse: \{\}` under `material`", lambda one: one.section("material").update(transverse={})),
+    (r"add a line `(\S+ mm): …`", lambda one, d: one.value.update({d: next(iter(one.value.values()))})),
     (r"write d/16", lambda one: one.write("d/16")),
     (r"write ([\d.]+(?: \w+)?)(?: \(or|$)", lambda one, v: one.write(plain(v))),
     (r"write (\w+) or \w+$", lambda one, v: one.write(v)),
@@ -215,6 +218,7 @@ OPEN = (
     "correct the value", "correct the prior", "reduce `tangent_modulus`", "copy the file", "write the path relative",
     "list at most", "write each entry on a separate line", "create a new spec",
     "use a different name for each factor", "as in `yield_stress`", "choose another name",
+    "use thinner layers", "reduce the", "smaller than the diameter",
 )  # fmt: skip
 """What only the reader can decide: which value is wrong, or a file."""
 

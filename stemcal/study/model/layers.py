@@ -1,0 +1,167 @@
+"""Layers of the stem, what a material is across its axis, and the parameters that both add to a study."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from math import sqrt
+from typing import Annotated, Any, NamedTuple
+
+from stemcal.study.model.growth import Growth, Interpolated, OverDiameter, value_at
+from stemcal.study.model.shear_test import MaterialSection, Relative, TransverseSection
+from stemcal.study.types import units
+from stemcal.study.types.factor import EMBEDDED, PARAMETERS, THICKNESS, TRANSVERSE, Parameter
+from stemcal.study.types.field_types import ColumnName, Frozen, Length, StemLength, field_or_none
+from stemcal.study.types.strict_yaml import NodePath
+
+MOST_LAYERS = 3
+
+
+class LayerSection(MaterialSection):
+    """One layer of the stem, with the material keys whose values differ from those in the `material` section.
+
+    A material parameter of a layer can be a factor: for the layer `skin`, the factor is named `skin_yield_stress`, and
+    its thickness `skin_thickness`.
+    """
+
+    name: ColumnName
+    """Name of the layer, such as `skin`; the names of its factors begin with this name."""
+    thickness: Annotated[Length | Growth | Interpolated, OverDiameter(StemLength)] | None = None
+    """Thickness of the layer; omit the key for the innermost layer. The thickness is a length, a fraction of the
+    diameter such as d/16, a power of it such as `{value: 0.5 mm, at: 8 mm, exponent: 2}`, or measured, such as
+    `{7 mm: 0.41 mm, 11 mm: 0.9 mm}`: values in between are interpolated."""
+
+
+# ---- the parameters of a study by name
+
+
+class Place(NamedTuple):
+    """Where a parameter is in a spec: its section there, None if it has none, the path of its key."""
+
+    parameter: Parameter
+    section: Frozen | None
+    path: NodePath
+
+    @property
+    def given(self) -> Any:
+        """The value in the spec, None if there is none."""
+        return field_or_none(self.section, str(self.path[-1]))
+
+
+def places(material: MaterialSection | None, layers: tuple[LayerSection, ...]) -> dict[str, Place]:
+    """Return the parameters of a stem, by the names that they have as factors."""
+    found = {name: Place(one, material, ("material", name)) for name, one in EMBEDDED.items()}
+    across = field_or_none(material, "transverse")
+    if across is not None:
+        found |= _across("transverse_", across, ("material",))
+    for index, layer in enumerate(layers):
+        for name, one in (PARAMETERS | {"thickness": THICKNESS}).items():
+            called = one._replace(label=f"{one.label} of {layer.name}")
+            found[f"{layer.name}_{name}"] = Place(called, layer, ("layers", index, name))
+        own = field_or_none(layer, "transverse")
+        if own is not None or (across is not None and "transverse" not in layer.model_fields_set):
+            found |= _across(f"{layer.name}_transverse_", own, ("layers", index))
+    return found
+
+
+def _across(prefix: str, section: TransverseSection | None, path: NodePath) -> dict[str, Place]:
+    return {f"{prefix}{name}": Place(one, section, (*path, "transverse", name)) for name, one in TRANSVERSE.items()}
+
+
+# ---- their values in a stem
+
+
+NO_RATE = {"strain_rate_c": 0.0, "strain_rate_p": 1.0}
+"""What solvers take for a yield stress without rate effect."""
+
+
+class LayerValues(NamedTuple):
+    """A layer of a stem: its thickness (mm, 0 of the innermost), the nine parameters, those across, internal length."""
+
+    thickness: float
+    along: dict[str, float]
+    across: dict[str, float] | None
+    internal_length: float
+
+    @property
+    def flaw(self) -> str | None:
+        """What makes the law across the axis impossible; None if it is possible."""
+        if self.across is None:
+            return None
+        nu, ratio = self.along["poisson_ratio"], self.across["elastic_modulus"] / self.along["elastic_modulus"]
+        if self.across["poisson_ratio"] + 2.0 * nu * nu * ratio >= 1.0:
+            return "the elastic law across the axis is not positive definite; reduce the Poisson's ratios"
+        if self.across["yield_stress"] >= 2.0 * self.along["yield_stress"]:
+            return "the yield stress across the axis must be less than twice that along the axis; reduce it"
+        return None
+
+
+def layers_at(study: Any, levels: Mapping[str, float], diameter: float) -> tuple[LayerValues, ...]:
+    """Return the layers of a stem of a `Study` from the outside, one if the spec has none; internal units."""
+    chosen = {**study.midlevels(), **levels}
+    internal = {factor.name: factor.internal(chosen[factor.name]) for factor in study.factors}
+    ratios = {one.name for one in study.factors if units.parse_unit(one.unit).dimension == "dimensionless"}
+    base, material = study.parameters(levels, diameter), study.material
+    found = []
+    for layer in study.layers or (None,):
+        prefix = "" if layer is None else f"{layer.name}_"
+        own = own_values(layer, diameter, internal)
+        along = {**base, **own, **(NO_RATE if study.solver.rate == "none" else {})}
+        length = material if layer is None or "internal_length" not in layer.model_fields_set else layer
+        across = [("transverse_", material.transverse)]
+        if layer is not None and "transverse" in layer.model_fields_set:
+            across = [*across, (f"{prefix}transverse_", layer.transverse)] if layer.transverse is not None else []
+        elif layer is not None:
+            across.append((f"{prefix}transverse_", None))
+        thickness = layer and value_at(layer.thickness, diameter, internal.get(f"{prefix}thickness"), internal)
+        fibrous = any(section is not None for _, section in across)
+        values = _resolved(across, internal, ratios, along) if fibrous else None
+        found.append(LayerValues(thickness or 0.0, along, values, length.internal_length.at(diameter)))
+    return tuple(found)
+
+
+def own_values(layer: LayerSection | None, diameter: float, internal: Mapping[str, float]) -> dict[str, float]:
+    """Return the parameters that a layer has for itself, from its keys and from levels of factors, internal units."""
+    if layer is None:
+        return {}
+    each = {
+        name: value_at(getattr(layer, name), diameter, internal.get(f"{layer.name}_{name}"), internal)
+        for name in PARAMETERS
+    }
+    return {name: value for name, value in each.items() if value is not None}
+
+
+def _resolved(
+    sections: list[tuple[str, TransverseSection | None]],
+    internal: Mapping[str, float],
+    ratios: set[str],
+    along: Mapping[str, float],
+) -> dict[str, float]:
+    """Return the properties across the axis in MPa; later sections and factors replace earlier ones."""
+    given: dict[str, Any] = {}
+    for prefix, section in sections:
+        for name in TRANSVERSE:
+            if (value := field_or_none(section, name)) is not None:
+                given[name] = value
+            if (called := f"{prefix}{name}") in internal:
+                level = internal[called]
+                given[name] = level if name == "poisson_ratio" else Relative(level, called in ratios)
+    return across_from(given, along)
+
+
+def across_from(given: Mapping[str, Any], along: Mapping[str, float]) -> dict[str, float]:
+    """Return the properties across the axis in MPa, with the defaults of those that are not given.
+
+    1/G = 1/E + (1 + 2ν)/E_T is de Saint-Venant's estimate, exact for an isotropic material.
+    """
+    E, nu, sigma = along["elastic_modulus"], along["poisson_ratio"], along["yield_stress"]
+    E_t = given["elastic_modulus"].of(E) if "elastic_modulus" in given else E
+    across = given["yield_stress"].of(sigma) if "yield_stress" in given else sigma
+    estimate = 1.0 / (1.0 / E + (1.0 + 2.0 * nu) / E_t)
+    shear, shear_yield = given.get("shear_modulus"), given.get("shear_yield_stress")
+    return {
+        "elastic_modulus": E_t,
+        "shear_modulus": estimate if shear is None else shear.of(E),
+        "poisson_ratio": given.get("poisson_ratio", nu),
+        "yield_stress": across,
+        "shear_yield_stress": across / sqrt(3.0) if shear_yield is None else shear_yield.of(sigma),
+    }

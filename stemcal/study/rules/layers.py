@@ -1,0 +1,225 @@
+"""Rules on layers, fibres, and a geometry that follows the stem diameter."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from math import sqrt
+from operator import itemgetter
+from typing import Any
+
+from stemcal.study.model.growth import Interpolated, value_at
+from stemcal.study.model.layers import MOST_LAYERS, LayerSection
+from stemcal.study.model.shear_test import Relative
+from stemcal.study.rules import Draft
+from stemcal.study.rules.factors import possible_values, values_in
+from stemcal.study.types.strict_yaml import Finding, NodePath
+
+# Elements through a layer, at least; and the mass that an element of it may be given for the time step, times its own.
+_ELEMENTS, _MOST_MASS = 3, 100.0
+
+
+def _solver_has_layers(draft: Draft) -> Iterator[Finding]:
+    """Layers and fibres are for a solver that simulates them, also where the study is refined."""
+    there = draft.study.there
+    if draft.kind.has_layers and not there.kind.writes_decks:
+        return
+    sections: dict[NodePath, object] = {
+        ("layers",): draft.study.layers,
+        ("material", "transverse"): draft.study.material.transverse,
+    }
+    for path, section in sections.items():
+        if section:
+            message = f"the {there.solver.title} solver does not simulate layers and fibres"
+            yield Finding(path, message, "remove this key, or use only the embedded solver", at_key=True)
+
+
+def _layers_are_complete(draft: Draft) -> Iterator[Finding]:
+    """There are two or three, with different names; all but the innermost have a thickness."""
+    layers, seen = draft.study.layers, set[str]()
+    if len(layers) == 1:
+        message = "one layer is not enough"
+        yield Finding(("layers",), message, f"remove this key, or list 2 to {MOST_LAYERS} layers from the outside")
+    for index, layer in enumerate(layers):
+        path: NodePath = ("layers", index)
+        if layer.name in seen:
+            yield Finding(
+                (*path, "name"), f"another layer has the name {layer.name!r}", "use a different name for each layer"
+            )
+        if layer.name.endswith("transverse"):
+            message = f"a layer cannot be named {layer.name!r}, because its factors would be those across the axis"
+            yield Finding((*path, "name"), message, "choose another name")
+        seen.add(layer.name)
+        given = layer.thickness is not None or f"{layer.name}_thickness" in draft.names
+        if index + 1 < len(layers) and not given:
+            message = f"the layer {layer.name!r} has no thickness"
+            remedy = f"add a line `thickness: …`, or add the factor `{layer.name}_thickness`"
+            yield Finding(path, message, remedy)
+        elif index + 1 == len(layers) > 1 and given:
+            message = "the thickness of the innermost layer follows from those of the others"
+            if layer.thickness is not None:
+                yield Finding((*path, "thickness"), message, "remove this key", at_key=True)
+            for at, factor in draft.factors.items():
+                if factor.name == f"{layer.name}_thickness":
+                    yield Finding(("factors", at, "name"), message, "remove this factor")
+
+
+def _bore_is_given_once(draft: Draft) -> Iterator[Finding]:
+    """The bore is a diameter or a ratio, and smaller than each stem."""
+    specimen = draft.study.specimen
+    if {"bore", "diameter_ratio"} <= specimen.model_fields_set:
+        message = "`diameter_ratio` also sets the bore"
+        yield Finding(("specimen", "bore"), message, "remove this key, or `diameter_ratio`", at_key=True)
+    key = "diameter_ratio" if specimen.bore is None else "bore"
+    for diameter in _diameters(draft):
+        if _is_covered(getattr(specimen, key), diameter) and not 0.0 <= (ratio := specimen.ratio_at(diameter)) < 1.0:
+            message = f"at a diameter of {diameter:g} mm, the bore is {ratio * diameter:.3g} mm"
+            yield Finding(("specimen", key), message, "use a bore smaller than the diameter")
+            return
+
+
+def _measured_values_cover_the_diameters(draft: Draft) -> Iterator[Finding]:
+    """What was measured per diameter is known at each diameter of the study."""
+    specimen = draft.study.specimen
+    given: dict[NodePath, object] = {("specimen", key): getattr(specimen, key) for key in ("diameter_ratio", "bore")}
+    given |= {("layers", i, "thickness"): layer.thickness for i, layer in enumerate(draft.layers)}
+    for path, value in given.items():
+        beyond = [f"{d:g} mm" for d in _diameters(draft) if not _is_covered(value, d)]
+        if isinstance(value, Interpolated) and beyond:
+            message = f"the value is measured at {value.range} only, but the study also uses {', '.join(beyond)}"
+            remedy = f"add a line `{beyond[0]}: …`, or use a power of the diameter"
+            yield Finding(path, message, remedy)
+
+
+def _layers_fit_the_wall(draft: Draft) -> Iterator[Finding]:
+    """The layers leave room for the innermost one at each diameter, and are not too thin for the time step."""
+    specimen, outer = draft.study.specimen, draft.study.layers[:-1]
+    for diameter in _diameters(draft) if outer else ():
+        each = [_thickness(draft, index, layer, diameter) for index, layer in enumerate(outer)]
+        ratio = specimen.bore if specimen.bore is not None else specimen.diameter_ratio
+        if not all(each) or not _is_covered(ratio, diameter):
+            return  # reported already
+        wall, most = 0.5 * diameter * (1.0 - specimen.ratio_at(diameter)), [max(one)[0] for one in each]
+        if sum(most) >= wall:
+            message = (
+                f"at a diameter of {diameter:g} mm, the layers are {sum(most):.3g} mm thick, but the wall {wall:.3g} mm"
+            )
+            yield Finding(max(each[0])[1], message, "use thinner layers, or a smaller bore")
+            return
+        for layer, values in zip(outer, each, strict=True):
+            if (least := _least_thickness(draft, layer, diameter)) > min(values)[0]:
+                message = (
+                    f"at a diameter of {diameter:g} mm, the layer is {min(values)[0]:.3g} mm thick, but {_ELEMENTS} "
+                    f"elements with the time step of the solver require {least:.2g} mm"
+                )
+                step = draft.study.solver.time_step * min(values)[0] / least  # type: ignore[attr-defined]
+                yield Finding(
+                    min(values)[1], message, f"write `time_step: {0.95 * step:.2g} s` in the `solver` section"
+                )
+                return
+
+
+def _least_thickness(draft: Draft, layer: LayerSection, diameter: float) -> float:
+    """Return the thickness at which elements would be given 100 times their mass for the time step, mm.
+
+    Of an element h the stable step is h √(ρ/C), with C = E as a lower bound.
+    """
+    solver = draft.study.solver
+    if (step := getattr(solver, "time_step", None)) is None:
+        return 0.0
+    moduli = [value for _, value in values_in(draft, layer, "elastic_modulus", diameter)]
+    densities = [value for _, value in values_in(draft, layer, "density", diameter)]
+    if not moduli or not densities:
+        return 0.0
+    speed = sqrt(max(moduli) / (min(densities) * solver.mass_scaling))  # type: ignore[attr-defined]
+    return float(_ELEMENTS * speed * step / sqrt(_MOST_MASS))
+
+
+def _thickness(draft: Draft, index: int, layer: LayerSection, diameter: float) -> list[tuple[float, NodePath]]:
+    """Return the values that the thickness of a layer can have at a diameter, mm, with their places."""
+    if not _is_covered(layer.thickness, diameter):
+        return []
+    found = []
+    for at, factor in draft.factors.items():
+        if factor.name == f"{layer.name}_thickness":
+            levels = {level: factor.internal(getattr(factor, level)) for level in ("low", "high")}
+            found += [(value_at(layer.thickness, diameter, mm, {}), ("factors", at, key)) for key, mm in levels.items()]
+    if not found:
+        found = [(value_at(layer.thickness, diameter, None, {}), ("layers", index, "thickness"))]
+    return [(value, path) for value, path in found if value is not None]
+
+
+def _is_covered(value: object, diameter: float) -> bool:
+    return not isinstance(value, Interpolated) or value.covers(diameter)
+
+
+def _diameters(draft: Draft) -> list[float]:
+    """Return the diameters that the study simulates: of the targets, and the specimen's if the spec has it."""
+    written = "outer_diameter" in draft.study.specimen.model_fields_set
+    all_ = draft.diameters
+    targets = {d for path, d in all_.items() if path[0] == "targets"}
+    return sorted(targets | {d for path, d in all_.items() if path[0] == "specimen" and (written or not targets)})
+
+
+# ---- laws that a material can have
+
+
+def _laws_are_possible(draft: Draft) -> Iterator[Finding]:
+    """Across the axis, the elastic energy is positive and the yield surface is closed, for all levels."""
+    for layer in draft.study.layers or (None,):
+        prefix = "" if layer is None else f"{layer.name}_"
+        if f"{prefix}transverse_yield_stress" not in draft.places:
+            continue
+        for diameter in _diameters(draft):
+            found = [*_stiffness(draft, layer, diameter), *_surface(draft, layer, diameter)]
+            yield from found
+            if found:
+                return
+
+
+def _surface(draft: Draft, layer: LayerSection | None, diameter: float) -> Iterator[Finding]:
+    """Hill's surface is closed if the yield stress across is below twice that along the axis."""
+    for path, ratio in _ratios(draft, layer, "yield_stress", diameter)[-1:]:
+        if ratio >= 2.0:
+            message = f"the yield stress across the axis is {ratio:.3g} times that along the axis"
+            yield Finding(
+                path, message, "reduce the yield stress across the axis to less than twice that along the axis"
+            )
+
+
+def _stiffness(draft: Draft, layer: LayerSection | None, diameter: float) -> Iterator[Finding]:
+    """The elastic law is positive definite if ν_TT + 2 ν² E_T/E < 1."""
+    axial = max((value for _, value in values_in(draft, layer, "poisson_ratio", diameter)), default=0.0)
+    path, plane = max(
+        _across(draft, layer, "poisson_ratio", diameter), key=itemgetter(1), default=(("material",), axial)
+    )
+    ratios = _ratios(draft, layer, "elastic_modulus", diameter)
+    path, ratio = ratios[-1] if ratios else (path, 1.0)
+    if plane + 2.0 * axial * axial * ratio >= 1.0:
+        message = (
+            f"the elastic law is not positive definite (Poisson's ratio {axial:g} along the axis and {plane:g} across, "
+            f"modulus ratio {ratio:.3g})"
+        )
+        yield Finding(path, message, "reduce the Poisson's ratios or the modulus across the axis")
+
+
+def _ratios(draft: Draft, layer: LayerSection | None, name: str, diameter: float) -> list[tuple[NodePath, float]]:
+    """Return the largest ratio that a stress across the axis can have to that along it, with its place; or nothing."""
+    along = [value for _, value in values_in(draft, layer, name, diameter)]
+    each = [
+        (path, value.value if isinstance(value, Relative) else value / min(along))
+        for path, value in _across(draft, layer, name, diameter)
+        if isinstance(value, Relative) or along
+    ]
+    return sorted(each, key=lambda one: one[1])[-1:]
+
+
+def _across(draft: Draft, layer: LayerSection | None, name: str, diameter: float) -> list[tuple[NodePath, Any]]:
+    own = [] if layer is None else [*possible_values(draft, f"{layer.name}_transverse_{name}", diameter)]
+    return own or [*possible_values(draft, f"transverse_{name}", diameter)]
+
+
+RULES: tuple[Callable[[Draft], Iterator[Finding]], ...] = (
+    _solver_has_layers, _layers_are_complete, _bore_is_given_once, _measured_values_cover_the_diameters,
+    _layers_fit_the_wall, _laws_are_possible,
+)  # fmt: skip
+"""The rules of this file."""
