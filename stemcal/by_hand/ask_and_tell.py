@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from stemcal.by_hand.awaited import advance, awaited_runs
+from stemcal.by_hand.awaited import advance_study, awaited_runs
 from stemcal.by_hand.entering import record_results, require_sheet
 from stemcal.by_hand.run_sheet import fields_of, rows_from_mappings
 from stemcal.runs.study_folder import StudyFolder, place_of
@@ -20,7 +20,7 @@ class AskAndTell:
         """Return the runs without results."""
         require_sheet(study)
         with StudyFolder(place_of(study.name, out)) as folder:
-            waiting = advance(study, folder)
+            waiting = advance_study(study, folder)
             runs = [] if waiting is None else awaited_runs(study, folder, waiting)
         fields = fields_of(study.by_hand)
         empty = ("response", "origin")

@@ -14,7 +14,7 @@ from stemcal.stages.stage import stage_called, stages_of
 from stemcal.study.model.study import Study
 
 
-def advance(study: Study, folder: StudyFolder) -> Waiting | None:
+def advance_study(study: Study, folder: StudyFolder) -> Waiting | None:
     """Take a study through its stages as far as its results allow; return what it waits for, None at the end.
 
     Raises

@@ -11,8 +11,8 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
-from stemcal.by_hand.awaited import advance, enterable_runs
-from stemcal.by_hand.likely import columns_of, misplaced_value, require_likely
+from stemcal.by_hand.awaited import advance_study, enterable_runs
+from stemcal.by_hand.likely import likely_columns, misplaced_value, require_likely
 from stemcal.by_hand.row_checks import RowRefused, by_name, first_of, meant_run, result_in
 from stemcal.by_hand.run_sheet import FAILED, STUDY, WHEN, WHO, Filled, narrow, run_name
 from stemcal.errors import StemcalError, UsageError
@@ -86,7 +86,7 @@ def record_results(study: Study, folder: StudyFolder, sheet: Sequence[Filled], *
     requests = _enterable(study, folder, rows) if sheet else {}
     solver, runs, refused = make_solver(seen), by_name(requests.values()), list[RowRefused]()
     results = _by_run(seen, solver, runs, rows, refused)
-    columns = columns_of(seen, _answers(folder, requests, results))
+    columns = likely_columns(seen, _answers(folder, requests, results))
     refused += [found for row in sheet if (found := misplaced_value(seen, columns, runs, row)) is not None]
     names: dict[str, list[str]] = {"taken": [], "known": [], "replaced": []}
     for key, (first, *others) in results.items():
@@ -114,7 +114,7 @@ def _enterable(study: Study, folder: StudyFolder, rows: Sequence[Filled]) -> dic
     with suppress(StemcalError):
         if not rows:
             return enterable_runs(study, folder, None)
-        waiting = advance(study, folder)
+        waiting = advance_study(study, folder)
     return enterable_runs(study, folder, waiting) if rows else {}
 
 

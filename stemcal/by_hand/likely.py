@@ -6,7 +6,7 @@ from dataclasses import replace
 from math import log
 from statistics import median
 
-from stemcal.by_hand.row_checks import RowRefused, other_level, values_of
+from stemcal.by_hand.row_checks import RowRefused, other_level, values_in_row
 from stemcal.by_hand.run_sheet import RUN, STUDY, Filled, entered_responses, field_of, narrow
 from stemcal.measured.headings import as_number
 from stemcal.solvers.protocol import Answer, Request
@@ -24,7 +24,7 @@ Columns = Mapping[tuple[float, str], Mapping[str, float]]
 """The known values of each response at each condition, by the key of the run; those of targets have none."""
 
 
-def columns_of(study: Study, answers: Iterable[tuple[str, Request, Answer]]) -> Columns:
+def likely_columns(study: Study, answers: Iterable[tuple[str, Request, Answer]]) -> Columns:
     """Return the values of runs, and of the measured means, which runs are to reproduce."""
     found: dict[tuple[float, str], dict[str, float]] = defaultdict(dict)
     first, *_ = names = [response.name for response in entered_responses(study)]
@@ -34,7 +34,7 @@ def columns_of(study: Study, answers: Iterable[tuple[str, Request, Answer]]) -> 
             if mean is not None:
                 found[target.condition, name][""] = mean
     for key, request, answer in answers:
-        for name, value in values_of(study, answer).items():
+        for name, value in values_in_row(study, answer).items():
             found[request.condition, name][key] = value
     return found
 
@@ -67,7 +67,7 @@ def require_likely(study: Study, columns: Columns, key: str, row: Filled, reques
     if CONFIRMED in row.remark.casefold():
         return
     for response in entered_responses(study) if answer.ok else ():
-        value = values_of(study, answer)[response.name]
+        value = values_in_row(study, answer)[response.name]
         known = columns.get((request.condition, response.name), {})
         others = [other for run, other in known.items() if run != key]
         if len(others) >= fewest and is_far(value, others):

@@ -105,7 +105,7 @@ def result_in(study: Study, row: Filled) -> Answer:
     return Answer("ok", values[first], details={RESPONSES: {name: values[name] for name in others}} if others else {})
 
 
-def values_of(study: Study, answer: Answer) -> dict[str, float]:
+def values_in_row(study: Study, answer: Answer) -> dict[str, float]:
     """Return the value of each response of a result, by its name; nothing of a run that failed."""
     if answer.response is None:
         return {}

@@ -5,7 +5,7 @@ import io
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from stemcal.by_hand.awaited import advance, awaited_runs
+from stemcal.by_hand.awaited import advance_study, awaited_runs
 from stemcal.by_hand.entering import Entered, record_results
 from stemcal.by_hand.run_sheet import filled, sheet_text
 from stemcal.runs.study_folder import StudyFolder
@@ -61,7 +61,7 @@ def _run(name: str) -> tuple[str, int]:
 def awaited(study: Study, folder: StudyFolder) -> Cells:
     """Return the sheet of what a study waits for, its heading first; nothing at the end."""
     with folder:
-        waiting = advance(study, folder)
+        waiting = advance_study(study, folder)
         runs = [] if waiting is None else awaited_runs(study, folder, waiting)
     return cells_of(sheet_text(study, [(run, {}) for run in runs])) if runs else []
 
