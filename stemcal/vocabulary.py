@@ -181,6 +181,17 @@ class Vocabulary:
         return (self.response, self.condition) == (FORCE, DIAMETER)
 
     @property
+    def of_logarithm(self) -> Vocabulary:
+        """The names where the first response is replaced by its logarithm.
+
+        >>> CUTTING.of_logarithm.response.symbol
+        'ln F'
+        """
+        first = self.response
+        logarithm = Variable(f"ln_{first.name}", f"Logarithm of the {first.long}", f"ln {first.symbol}", "1")
+        return replace(self, responses=(logarithm, *self.responses[1:]))
+
+    @property
     def headings(self) -> dict[str, str | None]:
         """What columns of condition and response are headed; None for one that is left out.
 

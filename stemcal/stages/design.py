@@ -24,7 +24,8 @@ class Design:
     """The runs of a stage: `coded` is (n, k) over the factors of `coding`, `levels` holds every factor.
 
     Of a program with chance in it they are the design `replicates` times over. `order` is that of the model that they
-    are fitted with: 1 for main effects, 2 for a quadratic surface.
+    are fitted with: 1 for main effects, 2 for a quadratic surface. `conditions` are those of the rows, where the
+    condition is the last of the factors that vary; `held` are factors at their centre.
     """
 
     stage: str
@@ -34,6 +35,8 @@ class Design:
     levels: tuple[Mapping[str, float], ...]
     replicates: int = 0
     order: int = 2
+    conditions: tuple[float, ...] = ()
+    held: tuple[str, ...] = ()
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -42,17 +45,18 @@ class Design:
 
     def requests(self, condition: float) -> list[Request]:
         """Return a request per row."""
-        times = self.replicates
+        times, conditions = self.replicates, self.conditions or (condition,) * len(self.levels)
         return [
             # replicates are numbered from 1, those of a deterministic program 0
-            Request(self.stage, row, levels, condition, replicate=times and 1 + row * times // len(self.levels))
-            for row, levels in enumerate(self.levels)
+            Request(self.stage, row, levels, at, replicate=times and 1 + row * times // len(self.levels))
+            for row, (levels, at) in enumerate(zip(self.levels, conditions, strict=True))
         ]
 
     def repeated(self, times: int) -> Design:
         """Return the design with its replicates as rows; the design itself for 0."""
         coded = np.tile(self.coded, (times or 1, 1))
-        return replace(self, coded=coded, levels=self.levels * (times or 1), replicates=times)
+        levels, conditions = self.levels * (times or 1), self.conditions * (times or 1)
+        return replace(self, coded=coded, levels=levels, replicates=times, conditions=conditions)
 
 
 @dataclass(frozen=True)
@@ -80,7 +84,8 @@ def runs_of(design: Design, requests: Sequence[Request], outcomes: Sequence[Outc
         DesignRun(
             run=request.row + 1,
             levels=dict(request.levels),
-            coded=dict(zip(design.names, coded, strict=True)),
+            coded={**dict.fromkeys(design.held, 0.0), **dict(zip(design.names, coded, strict=True))},
+            condition=request.condition if design.conditions else None,
             replicate=request.replicate or None,
             outcome=outcome,
         )

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
+from math import log
+
+import numpy as np
 
 from stemcal.doe.calibration.likelihood import Fit, Prior, fit
 from stemcal.doe.calibration.observations import Observation
 from stemcal.doe.calibration.region import Region
 from stemcal.doe.coding import Array, Coding
 from stemcal.doe.regression.anova import AnovaRow, Coefficient
+from stemcal.doe.regression.section import AnySurface, Bend, Growing, Place, Section, fit_whole
 from stemcal.doe.regression.surface import Surface, fit_surface
 from stemcal.runs.record import Outcome
 from stemcal.stages.result import CodedScale, DesignRun, DesignRuns, StageResult
@@ -59,7 +63,7 @@ def measured_of(target: Target, responses: Sequence[str], naming: Vocabulary = C
 
 
 def fit_over(
-    measured: Sequence[Measured], surfaces: Sequence[Surface], region: Region, priors: Sequence[Prior] = ()
+    measured: Sequence[Measured], surfaces: Sequence[AnySurface], region: Region, priors: Sequence[Prior] = ()
 ) -> Fit:
     """Fit measured means, each with its surface, and priors within a region."""
     observations = [
@@ -145,11 +149,37 @@ class AtCondition(Spread):
     responses: dict[str, FitSummary] | None = absent()
 
 
+@dataclass(frozen=True)
+class ConditionAxis:
+    """The condition as the last coordinate of one surface over factors and conditions.
+
+    Coded it is (ln d − center)/half_step if `logarithmic`, (d − center)/half_step otherwise. `at` is the condition of
+    the calibration. `growing` contains exponent and reference condition of the factors that are a power of the
+    condition, where the exponent is a factor, too. `logarithms` are the responses whose logarithm is the quadratic.
+    `left_out_percent` are the errors of the runs of each response and of its logarithm, each predicted without it.
+    """
+
+    name: str
+    center: float
+    half_step: float
+    logarithmic: bool
+    at: float
+    growing: dict[str, tuple[str, float]]
+    logarithms: tuple[str, ...] = ()
+    left_out_percent: dict[str, tuple[float | None, float | None]] = field(default_factory=dict)
+    bend: Bend | None = None
+
+    def coded(self, condition: float) -> float:
+        """Return a condition in coded units."""
+        return ((log(condition) if self.logarithmic else condition) - self.center) / self.half_step
+
+
 class Surfaces(StageResult):
     """A result with a surface of each response over the coded factors: what later stages solve, fit and step on.
 
     A factor is coded as in `factors`; `radius` is how far from the centre the surfaces may be used, in coded units.
-    The runs of `design` gave the first response at the calibration, those of `conditions` all responses elsewhere.
+    The runs of `design` gave the first response at the calibration, those of `conditions` all responses elsewhere. With
+    `over` there is one surface over factors and conditions, whose runs in `design` gave all responses.
     """
 
     names: tuple[str, ...]
@@ -159,6 +189,7 @@ class Surfaces(StageResult):
     design: DesignRuns
     coefficients: Rows[Coefficient]
     conditions: Rows[AtCondition]
+    over: ConditionAxis | None
     deterministic: bool
 
     @cached_property
@@ -170,9 +201,44 @@ class Surfaces(StageResult):
         )
 
     @cached_property
-    def fitted(self) -> Surface:
-        """The surface, fitted to the runs that the result lists."""
-        return self.refitted(self.design.runs)
+    def fitted(self) -> AnySurface:
+        """The surface at the calibration, fitted to the runs that the result lists."""
+        return self.refitted(self.design.runs) if self.over is None else self.section(self.over.at)
+
+    def section(
+        self, condition: float, response: str = FIRST, further: Sequence[tuple[float, Array, float]] = ()
+    ) -> Section:
+        """Return the section of the surface over factors and conditions, fitted to its runs and `further` ones.
+
+        `further` has the condition, the coded factors and the response of each.
+        """
+        assert self.over is not None
+        axis, shared, runs = self.over, self.axes, self.design.runs
+        coded = [[run.coded[name] for name in shared] for run in runs]
+        coded += [self._place(where).z(x)[0].tolist() for where, x, _ in further]
+        values = np.array([run.number(response) for run in runs] + [value for *_, value in further])
+        terms = [row.term for row in self.coefficients]
+        whole = fit_whole(coded, values, shared, terms, response in axis.logarithms)
+        whole = replace(whole, deterministic=True) if self.deterministic else whole
+        return Section(whole, self._place(condition), response in axis.logarithms)
+
+    @property
+    def axes(self) -> tuple[str, ...]:
+        """The coordinates of the surface: the factors; with `over` without exponents, the condition last."""
+        if self.over is None:
+            return self.names
+        exponents = {exponent for exponent, _ in self.over.growing.values()}
+        return (*(name for name in self.names if name not in exponents), self.over.name)
+
+    def _place(self, condition: float) -> Place:
+        """Return where the surface over factors and conditions is seen at a condition."""
+        assert self.over is not None
+        places = {name: j for j, name in enumerate(self.names)}
+        growing = tuple(
+            Growing(places[name], places[exponent], log(condition / at))
+            for name, (exponent, at) in self.over.growing.items()
+        )
+        return Place(self.scales, self.over.coded(condition), growing)
 
     def refitted(self, answered: Sequence[Answered], further: Further = (), response: str = FIRST) -> Surface:
         """Fit a surface of the same terms to a response of these runs, in the design's order, and `further` points."""
@@ -197,8 +263,10 @@ class Surfaces(StageResult):
 # ---- their fit
 
 
-def fitted_surfaces(study: Study, surface: Surfaces, further: Sequence[tuple[Array, Array]] = ()) -> list[Surface]:
+def fitted_surfaces(study: Study, surface: Surfaces, further: Sequence[tuple[Array, Array]] = ()) -> list[AnySurface]:
     """Return the surface of every measured mean, in their order; `further` are points and the responses there."""
+    if surface.over is not None:
+        return _sections(measured_means(study), surface, further)
     if not study.joint_targets and not further:
         return [surface.fitted]
     at = {part.condition: part.runs for part in surface.conditions}
@@ -207,6 +275,23 @@ def fitted_surfaces(study: Study, surface: Surfaces, further: Sequence[tuple[Arr
             at[mean.condition] if at else surface.design.runs, [(x, float(y[i])) for x, y in further], mean.response
         )
         for i, mean in enumerate(measured_means(study))
+    ]
+
+
+def _sections(means: Sequence[Measured], surface: Surfaces, further: Sequence[tuple[Array, Array]]) -> list[AnySurface]:
+    """Return a section of the surface of its response for every measured mean."""
+    return [
+        surface.section(
+            mean.condition,
+            mean.response,
+            [
+                (other.condition, x, float(y[i]))
+                for x, y in further
+                for i, other in enumerate(means)
+                if other.response == mean.response
+            ],
+        )
+        for mean in means
     ]
 
 

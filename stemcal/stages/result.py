@@ -59,11 +59,15 @@ class CodedScale:
 
 @dataclass(frozen=True, kw_only=True)
 class DesignRun(Spread):
-    """One run of a design, numbered from 1: the level of every factor, the varied ones coded, and what came of it."""
+    """One run of a design, numbered from 1: the level of every factor, the varied ones coded, and what came of it.
+
+    `condition` is that of a run of a design over factors and conditions.
+    """
 
     run: int
     levels: dict[str, float]
     coded: dict[str, float]
+    condition: float | None = absent()
     replicate: int | None = absent()
     outcome: Outcome = inline()
 
@@ -87,12 +91,12 @@ class DesignRuns:
     @property
     def varied(self) -> tuple[str, ...]:
         """The factors that vary."""
-        return tuple(self.runs[0].coded) if self.runs else ()
+        return tuple(name for name in self.runs[0].coded if name in self.runs[0].levels) if self.runs else ()
 
     def table(self) -> Table:
         """Return levels and response of every run, as a table solver reads them."""
-        replicate = ["replicate"] if self.runs and self.runs[0].replicate is not None else []
-        return Table.of(["run", *self.varied, *replicate, "response"], self.runs)
+        more = [name for name in ("condition", "replicate") if self.runs and getattr(self.runs[0], name) is not None]
+        return Table.of(["run", *self.varied, *more, "response"], self.runs)
 
 
 @dataclass(frozen=True)

@@ -115,7 +115,8 @@ def second_time(study: Study, requests: Sequence[Request]) -> list[Request]:
     known = study.kind.of_spec_alone or not repeats_itself(study)
     if known or not requests or stage_called(requests[0].stage).needs(study) is not None:
         return []
-    if requests[0].condition != study.targets.calibrate_at:
+    conditions = {request.condition for request in requests}
+    if len(conditions) == 1 and study.targets.calibrate_at not in conditions:
         return []
     return [requests[0], replace(requests[0], replicate=1)]
 

@@ -72,14 +72,20 @@ def _profile(fit: Fit, j: int, name: str, wider: Fit) -> Profile:
             last = _held_at(fit, j, float(values[i]), last, cloud)
             rise[i] = fit.rise(last)
 
-    def crossing(inside: int, outside: int) -> float:
-        def beyond(v: float) -> float:
-            return fit.rise(_held_at(fit, j, v, fit.best, cloud)) - allowed
+    def beyond(v: float) -> float:
+        return fit.rise(_held_at(fit, j, v, fit.best, cloud)) - allowed
 
+    def crossing(inside: int, outside: int) -> float:
+        if beyond(values[inside]) > 0.0:  # its point was found from a neighbour only
+            return float(values[inside])
         return float(brentq(beyond, values[inside], values[outside], xtol=1e-6))
 
     kept = np.flatnonzero(rise <= allowed)
     first, final = int(kept[0]), int(kept[-1])
+    while first > 0 and beyond(values[first - 1]) <= 0.0:  # the walk ended in a worse valley
+        first -= 1
+    while final < len(values) - 1 and beyond(values[final + 1]) <= 0.0:
+        final += 1
     bottom = crossing(first, first - 1) if first > 0 else low
     top = crossing(final, final + 1) if final < len(values) - 1 else high
     around = wider.region.cloud(_CLOUD)

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from stemcal.doe.calibration.region import Objective, Region, coordinate, extremes, optimise, squared_distance
 from stemcal.doe.coding import Array
+from stemcal.doe.regression.section import AnySurface
 from stemcal.doe.regression.surface import Surface
 from stemcal.errors import TargetUnreachable, UsageError
 
@@ -121,7 +122,7 @@ def solve_target(
 
 
 def assess_point(
-    surface: Surface,
+    surface: AnySurface,
     coded: ArrayLike,
     low: ArrayLike | None = None,
     high: ArrayLike | None = None,

@@ -30,7 +30,8 @@ import numpy as np
 
 from stemcal.doe.calibration.observations import Errors, Observation, errors_of
 from stemcal.doe.calibration.region import Objective, Region, optimise
-from stemcal.doe.coding import Array, term_columns, term_gradient
+from stemcal.doe.coding import Array
+from stemcal.doe.regression.section import Surfaces
 from stemcal.errors import UsageError
 
 LEVEL = 0.05
@@ -83,9 +84,9 @@ class Fit:
         return np.array([o.measured for o in self.observations])
 
     @cached_property
-    def beta(self) -> Array:
-        """Coefficients of the surfaces, a row per observation."""
-        return np.array([o.surface.beta for o in self.observations])
+    def surfaces(self) -> Surfaces:
+        """The surface of each observation."""
+        return Surfaces([o.surface for o in self.observations])
 
     @property
     def df(self) -> int:
@@ -94,7 +95,7 @@ class Fit:
 
     def predict(self, points: Array) -> Array:
         """Return ŷ, (points, observations)."""
-        return np.asarray(term_columns(points) @ self.beta.T)
+        return self.surfaces.predict(points)
 
     def errors_percent(self, x: Array) -> Array:
         """Return 100·(measured − ŷ)/measured at one point."""
@@ -107,9 +108,9 @@ class Fit:
 
     def slopes(self, x: Array) -> Array:
         """Return −∂r/∂x at one point, (observations and priors, factors)."""
-        of_data = self.beta @ term_gradient(x)
+        of_data = self.surfaces.slopes(x)
         if not self.priors:
-            return np.asarray(of_data)
+            return of_data
         rows = np.zeros((len(self.priors), self.region.k))
         for row, prior in zip(rows, self.priors, strict=True):
             row[prior.j] = prior.slope
@@ -253,11 +254,8 @@ class Fit:
         for mine, contrasts, common, separate, chance in self.errors.surfaces:
             here = [a for a, i in enumerate(mine.tolist()) if i in place]
             if here:
-                fewer = replace(
-                    contrasts, maps=contrasts.maps[here], runs=contrasts.runs[here], scale=contrasts.scale[here]
-                )
                 there = np.array([place[int(mine[a])] for a in here])
-                surfaces.append((there, fewer, common, separate, chance[:, here]))
+                surfaces.append((there, contrasts.only(here), common, separate, chance[:, here]))
         laboratory = self.errors.laboratory[:, np.array(kept)[:, None], kept]
         errors = replace(self.errors, laboratory=laboratory, surfaces=tuple(surfaces))
         draws = self.draws[:, np.array(rows)[:, None], rows]

@@ -15,12 +15,16 @@ Surfaces
     the runs say z = Qᵀy of it, cov z = σ_c² QᵢᵀQⱼ + [i = j](σ_u² 1 + σ_E² Qᵀ R⁻¹ Q), σ_E² the scatter of a run and R
     the runs of each point. ln σ_c and ln σ_u are even between `FINEST` and `COARSEST` beforehand. Without residual
     degrees of freedom that is all that is known.
+
+Sections of one surface over factors and conditions
+    Its errors at several conditions are correlated by the weights aᵢ of the runs in its predictions: the covariance is
+    σ_u²([i = j] + aᵢᵀaⱼ) + σ_E² aᵢᵀR⁻¹aⱼ, σ_c = 0. Of a surface of ln y they are relative to ŷ.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -28,6 +32,7 @@ from numpy.typing import NDArray
 
 from stemcal.doe.coding import Array, term_columns
 from stemcal.doe.regression.least_squares import same_points
+from stemcal.doe.regression.section import AnySurface, Section
 from stemcal.doe.regression.surface import Surface
 from stemcal.errors import UsageError
 from stemcal.vocabulary import FIRST
@@ -126,10 +131,23 @@ class Contrasts:
     noise: Array
     pure: Array
     pure_df: Array
+    sections: tuple[Section, ...] = ()
 
     @classmethod
-    def of(cls, surfaces: Sequence[Surface]) -> Contrasts:
-        """Compare each surface with its runs."""
+    def of(cls, surfaces: Sequence[AnySurface]) -> Contrasts:
+        """Compare each surface with its runs; sections of one surface have the same runs."""
+        sections = tuple(s for s in surfaces if isinstance(s, Section))
+        if not sections:
+            return cls._of_each([s for s in surfaces if isinstance(s, Surface)])
+        found, m = cls._of_each([sections[0].whole]), len(sections)
+        if sections[0].logarithm:
+            size = found.scale[0]
+            found = replace(found, scale=np.ones(1), z=size * found.z, pure=size**2 * found.pure)
+        maps, runs, scale = (np.repeat(part, m, axis=0) for part in (found.maps, found.runs, found.scale))
+        return replace(found, maps=maps, runs=runs, scale=scale, sections=sections)
+
+    @classmethod
+    def _of_each(cls, surfaces: Sequence[Surface]) -> Contrasts:
         point = same_points(np.vstack([s.design for s in surfaces]))
         places = np.split(point, np.cumsum([len(s.design) for s in surfaces])[:-1])
         count, p = int(point.max()) + 1, len(surfaces[0].beta)
@@ -160,11 +178,17 @@ class Contrasts:
         """Residual degrees of freedom of all surfaces, without those of repeated runs."""
         return len(self.z)
 
+    def only(self, kept: Sequence[int]) -> Contrasts:
+        """Return what the same runs say of some of the surfaces."""
+        parts = {name: getattr(self, name)[kept] for name in ("maps", "runs", "scale")}
+        return replace(self, **parts, sections=tuple(self.sections[i] for i in kept) if self.sections else ())
+
     def by_chance(self, uniform: Uniforms) -> Array:
         """Return draws of σ_E², the scatter of single runs, (draws, m); zero where no run was repeated."""
         if not np.any(self.pure > 0.0):
-            return np.zeros((uniform.draws, len(self.pure)))
-        return variances(np.where(self.pure_df > 0.0, self.pure, np.nan), self.pure_df, uniform)
+            return np.zeros((uniform.draws, len(self.scale)))
+        found = variances(np.where(self.pure_df > 0.0, self.pure, np.nan), self.pure_df, uniform)
+        return np.repeat(found, len(self.sections), axis=1) if self.sections else found
 
     def missed(self, chance: Array, uniform: Uniforms) -> tuple[Array, Array]:
         """Return draws of σ_c² and σ_u², (draws,) each; a single surface has no common part."""
@@ -175,7 +199,7 @@ class Contrasts:
         most = max(COARSEST, 3.0 * float(np.sqrt(np.max(z2, initial=0.0))))
         grid = np.linspace(np.log(FINEST), np.log(most), _STEPS)
         separate = np.exp(2.0 * grid)
-        common = np.zeros(1) if len(self.scale) == 1 else separate
+        common = np.zeros(1) if len(self.scale) == 1 or self.sections else separate
         v = common[:, None, None] * np.maximum(values, 0.0) + separate[:, None] + noise
         c, u = _drawn(-0.5 * (np.log(v) + z2 / v).sum(axis=2), uniform)
         shift = 2.0 * (grid[1] - grid[0])
@@ -186,8 +210,30 @@ class Contrasts:
 
         With a the weights of the runs in φᵀβ̂, Kᵢⱼ = 1 + aᵢᵀaⱼ and Nᵢ = aᵢᵀR⁻¹aᵢ.
         """
-        a = self.maps @ term_columns(point)[0]
+        a = self._weights(point)
         return 1.0 + a @ a.T, (a**2 / np.maximum(self.runs, 1.0)).sum(axis=1)
+
+    def _weights(self, point: Array) -> Array:
+        """Return the weights a of the points of the runs in each prediction, (m, points)."""
+        if not self.sections:
+            return np.asarray(self.maps @ term_columns(point)[0])
+        each = np.vstack([term_columns(section.place.z(point)) for section in self.sections])
+        return np.asarray(np.einsum("mpt,mt->mp", self.maps, each))
+
+    def covariance(self, point: Array, common: Array, separate: Array, chance: Array) -> Array:
+        """Return draws of the covariance of the errors at a point, (draws, m, m)."""
+        k, n = self.leverages(point)
+        diagonal, scale = np.arange(len(k)), self.scale
+        if self.sections:
+            a = self._weights(point)
+            part = separate[:, None, None] * (np.eye(len(a)) + a @ a.T)
+            part += chance[:, :1, None] * ((a / np.maximum(self.runs, 1.0)) @ a.T)
+            if self.sections[0].logarithm:
+                scale = np.array([float(section.predict(point)[0]) for section in self.sections])
+        else:
+            part = common[:, None, None] * k
+            part[:, diagonal, diagonal] += separate[:, None] * np.diag(k) + chance * n
+        return np.asarray(part * np.outer(scale, scale))
 
 
 Scatter = Literal["measured", "pooled", "misfit", "surface"]
@@ -205,7 +251,7 @@ class Observation:
     one covariance matrix, in which they are uncorrelated.
     """
 
-    surface: Surface
+    surface: AnySurface
     measured: float
     sd: float | None = None
     n: int | None = None
@@ -230,11 +276,7 @@ class Errors:
         """Return draws of V at a point, (draws, m, m)."""
         found = self.laboratory.copy()
         for mine, contrasts, common, separate, chance in self.surfaces:
-            k, n = contrasts.leverages(x)
-            part = common[:, None, None] * k
-            diagonal = np.arange(len(mine))
-            part[:, diagonal, diagonal] += separate[:, None] * np.diag(k) + chance * n
-            found[:, mine[:, None], mine] += part * np.outer(contrasts.scale, contrasts.scale)
+            found[:, mine[:, None], mine] += contrasts.covariance(x, common, separate, chance)
         return found
 
 

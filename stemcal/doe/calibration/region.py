@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stemcal.doe.coding import Array
-from stemcal.doe.regression.surface import Surface
+from stemcal.doe.regression.section import AnySurface
 from stemcal.errors import UsageError
 
 _ROUNDING = 1e-9
@@ -108,7 +108,7 @@ def coordinate(j: int, sign: float, k: int) -> Objective:
     return Objective(lambda x: sign * float(x[j]), lambda x: direction, lambda points: sign * points[:, j])
 
 
-def height(surface: Surface, sign: float) -> Objective:
+def height(surface: AnySurface, sign: float) -> Objective:
     """Make sign·ŷ small."""
     return Objective(
         lambda x: sign * float(surface.predict(x)[0]),
@@ -122,7 +122,7 @@ def squared_distance() -> Objective:
     return Objective(lambda x: float(x @ x), lambda x: 2.0 * x, lambda points: np.sum(points**2, axis=1))
 
 
-def extremes(surface: Surface, region: Region) -> tuple[Array, Array]:
+def extremes(surface: AnySurface, region: Region) -> tuple[Array, Array]:
     """Return the points of the region where ŷ is least and greatest."""
     cloud = region.cloud(_CLOUD)
     lowest = optimise(height(surface, 1.0), cloud, region)[0]

@@ -133,6 +133,12 @@ class Surface:
         """Interval of one further run: ŷ ± t·s·√(own + φᵀ(XᵀX)⁻¹φ), own = `own_scatter`, from 0 to 1."""
         return self._interval(coded, level, self.own_scatter)
 
+    def moved(self, coded: ArrayLike, response: float) -> "Surface":
+        """Return the surface moved up or down to a response at a point."""
+        beta = self.beta.copy()
+        beta[0] += response - float(self.predict(coded)[0])
+        return replace(self, beta=beta)
+
     def _interval(self, coded: ArrayLike, level: float, extra: float) -> Array:
         t = t_quantile(level, self.df) if self.df else np.nan
         s2 = np.nan if self.mean_square is None else self.mean_square

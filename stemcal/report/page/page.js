@@ -105,12 +105,23 @@ const product = (a, b) => {
   for (let i = 0; i < a.length; i++) sum += a[i] * b[i];
   return sum;
 };
-const predict = ({ beta, covariance, own, t }, x) => {
-  const phi = terms(x), y = product(phi, beta);
+// A surface over factors and conditions: its coordinates at one condition; exponents are in those of what grows.
+const coordinates = ({ shared, growing, condition }, x) => [...shared.map(j => {
+  const { start, rate, exponent } = growing[j] ?? { start: 0, rate: 0, exponent: j };
+  return (start + x[j]) * Math.exp(rate * x[exponent]) - start;
+}), condition];
+const predict = ({ beta, covariance, own, t, place }, x) => {
+  const phi = terms(place ? coordinates(place, x) : x), y = product(phi, beta);
+  if (place?.logarithm) return exponential({ beta, covariance, own, t, place: { ...place, logarithm: false } }, x);
   if (t === null) return { y, half: 0 };
   const variance = Math.max(0, product(phi, covariance.map(row => product(row, phi))));
   const half = t * Math.sqrt(own + variance), ofMean = t * Math.sqrt(variance);
   return { y, half, mean: [y - ofMean, y + ofMean], run: [y - half, y + half] };
+};
+
+const exponential = (surface, x) => {
+  const { y, half, mean, run } = predict(surface, x), of = Math.exp;
+  return { y: of(y), half: of(y) * half, mean: mean?.map(of), run: run?.map(of) };
 };
 
 // ---- drawing

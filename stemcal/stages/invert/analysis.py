@@ -61,7 +61,7 @@ def solve(study: Study, head: Head, surface: Surfaces) -> InvertResult:
     coding, target = surface.scales, study.calibration_target
     region, unit = surface.region, study.naming.response.unit_suffix
     ends, rule = (region.low, region.high, region.radius), study.of(InvertOptions).rule
-    found = solve_target(surface.fitted, target.response, *ends, rule, unit)
+    found = solve_target(surface.refitted(surface.design.runs), target.response, *ends, rule, unit)
     whole = replace(fit_of_study(study, surface), best=np.array(found.point.coded))
     known = _certainty_of(study, coding, whole, "single")
     point, natural = Point.of(found.point, coding), coding.to_natural(np.array(found.ranges).T).T.tolist()

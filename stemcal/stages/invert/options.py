@@ -142,7 +142,29 @@ def _growth_is_seen(draft: Draft) -> Iterator[Finding]:
             yield Finding(("material", name, "at"), message, remedy)
 
 
-InvertOptions.rules = (_joint_conditions_measured, _responses_measured, _rule_uses_priors, _growth_is_seen)
+def _surface_over_conditions(draft: Draft) -> Iterator[Finding]:
+    """A surface over conditions has several fitted ones, and a solver that simulates at any condition."""
+    if draft.study.of(RsmOptions).over == "factors":
+        return
+    path, remedy = ("rsm", "over"), "remove `over`"
+    wanted, measured = draft.study.of(InvertOptions).conditions, {one.condition for one in draft.study.targets.means}
+    if len(measured if wanted == "all" else wanted or ()) < 2:
+        condition = "condition" if draft.naming.condition is None else draft.naming.condition.noun
+        message = f"the parameters are fitted at one {condition} only"
+        yield Finding(path, message, "write `diameters: all` in the `invert` section, or remove `over`")
+    if draft.tests:
+        yield Finding(path, "laboratory tests are not simulated at further conditions", remedy)
+    if draft.kind.answers == "looks_up":
+        yield Finding(path, "a table contains no runs at further conditions", remedy)
+
+
+InvertOptions.rules = (
+    _joint_conditions_measured,
+    _responses_measured,
+    _rule_uses_priors,
+    _growth_is_seen,
+    _surface_over_conditions,
+)
 
 
 def fitted_together(study: Study) -> tuple[Target, ...]:

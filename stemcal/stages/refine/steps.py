@@ -25,7 +25,7 @@ from stemcal.doe.calibration.likelihood import Fit
 from stemcal.doe.calibration.region import Region
 from stemcal.doe.coding import Array
 from stemcal.doe.comparison import error_percent
-from stemcal.doe.regression.surface import Surface
+from stemcal.doe.regression.section import AnySurface
 from stemcal.runs.record import Outcome
 from stemcal.stages.fitting import Surfaces, fit_over, fitted_surfaces, measured_means, priors_of
 from stemcal.stages.invert.result import InvertResult
@@ -118,7 +118,7 @@ class SurfaceSteps:
                 predicted[mean.condition] = float(surface.predict(coded)[0]), interval
         return PointToTry(levels, how, coded, predicted)
 
-    def _refitted(self) -> list[Surface]:
+    def _refitted(self) -> list[AnySurface]:
         """Return the surface of every measured mean, fitted to the design and the points so far."""
         return fitted_surfaces(self.study, self.surface, [(t.coded, t.responses) for t in self.trials])
 
@@ -145,13 +145,13 @@ def nearest_trial(trials: Sequence[Trial], target: float) -> Trial:
 
 
 def next_trial(
-    surface: Surface, target: float, region: Region, trials: Sequence[Trial], radius: float
+    surface: AnySurface, target: float, region: Region, trials: Sequence[Trial], radius: float
 ) -> tuple[Array, How, float]:
     """Return the next point, how it was found, and the radius that it was sought within.
 
     Parameters
     ----------
-    surface : Surface
+    surface : Surface or Section
         Fitted to all points, the trials included.
     trials : sequence of Trial
         In the order they were simulated; one at least.
@@ -168,7 +168,7 @@ def next_trial(
     return toward(surface, shifted, region, best.coded, radius), "surface", radius
 
 
-def toward(surface: Surface, level: float, region: Region, start: Array, radius: float) -> Array:
+def toward(surface: AnySurface, level: float, region: Region, start: Array, radius: float) -> Array:
     """Go from `start` to the nearest point with ŷ = level, as far as the radius and the region allow.
 
     Newton steps along the gradient, x ← x + (level − ŷ)·∇ŷ/|∇ŷ|², drawn back into the region after each.
@@ -207,13 +207,10 @@ def _between(best: Trial, other: Trial, target: float) -> Array:
 # ---- several responses together
 
 
-def through(fit: Fit, surfaces: Sequence[Surface], trial: Trial) -> Fit:
+def through(fit: Fit, surfaces: Sequence[AnySurface], trial: Trial) -> Fit:
     """Take these surfaces, each moved up or down to pass through a trial; the weights stay."""
-    moved = []
-    for surface, observation, response in zip(surfaces, fit.observations, trial.responses, strict=True):
-        beta = surface.beta.copy()
-        beta[0] += response - float(surface.predict(trial.coded)[0])
-        moved.append(replace(observation, surface=replace(surface, beta=beta)))
+    each = zip(surfaces, fit.observations, trial.responses.tolist(), strict=True)
+    moved = (replace(one, surface=surface.moved(trial.coded, response)) for surface, one, response in each)
     return replace(fit, observations=tuple(moved))
 
 

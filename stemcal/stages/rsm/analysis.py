@@ -14,6 +14,7 @@ from stemcal.doe import designs
 from stemcal.doe.coding import Coding
 from stemcal.doe.regression.backward_elimination import ReductionStep, reduce_surface
 from stemcal.doe.regression.canonical import canonical_analysis
+from stemcal.doe.regression.section import relative_percent
 from stemcal.doe.regression.surface import Surface, fit_surface
 from stemcal.errors import RunsFailed, UsageError
 from stemcal.formats import counted, series
@@ -23,10 +24,11 @@ from stemcal.runs.record import lower_bound_notes
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers.protocol import Solver
 from stemcal.stages.design import Asked, Design, given_design, runs_of
-from stemcal.stages.fitting import AtCondition, ConditionRun, FactorCoding, FitSummary
+from stemcal.stages.fitting import AtCondition, ConditionAxis, ConditionRun, FactorCoding, FitSummary
 from stemcal.stages.fresh import read_fresh
 from stemcal.stages.result import CodedScale, DesignRun, DesignRuns, Head, StageResult
-from stemcal.stages.rsm.options import RsmOptions, surface_factors
+from stemcal.stages.rsm import over
+from stemcal.stages.rsm.options import RsmOptions, dimensions, surface_factors
 from stemcal.stages.rsm.result import RsmResult
 from stemcal.stages.stage import stage_called
 from stemcal.stages.work import Work, a_stage, repeats_itself
@@ -53,26 +55,31 @@ def rsm(work: Work, head: Head) -> RsmResult:
     requests = design.requests(study.targets.calibrate_at)
     outcomes = work.outcomes(requests)
     runs = runs_of(design, requests, outcomes)
+    axis = over.axis_of(study, names) if design.conditions else None
     with reasons_given(requests, outcomes):
-        fit, reduction = _fit_terms(study, design, runs.runs)
-    factors = zip(map(study.factor, names), design.coding.centre, design.coding.half_step, strict=True)
+        axis = axis and over.scaled(axis, study, design, runs.runs)
+        fit, reduction = _fit_terms(study, design, runs.runs, axis)
+    scales = _coding(study, names, coding)
+    factors = zip(map(study.factor, names), scales.centre, scales.half_step, strict=True)
     entries = [FactorCoding(f.name, at, half, f.symbol, f.label, f.unit, f.low, f.high) for f, at, half in factors]
     result = RsmResult(
         head=head,
-        names=design.names,
+        names=scales.names,
         factors=Rows(entries),
         coding={e.factor: CodedScale(e.center, e.half_step) for e in entries},
-        fixed={name: level for name, level in study.midlevels().items() if name not in design.names},
-        radius=study.of(RsmOptions).radius(len(design.names)),
+        fixed={name: level for name, level in study.midlevels().items() if name not in names},
+        radius=study.of(RsmOptions).radius(dimensions(study, names)),
         design=runs,
         anova=fit.anova,
         **{name: getattr(fit, name) for name in _TOLD},
         reduction=reduction,
-        canonical=canonical_analysis(fit, design.coding),
+        canonical=canonical_analysis(fit, design.coding) if axis is None else None,
+        over=axis,
         deterministic=repeats_itself(study),
         pure_error=_pure_error_of(runs, Wording(study.naming), study.solver.repeats > 0),
     )
-    conditions = Rows(_at_condition(work, target, result, design) for target in study.joint_targets)
+    targets = study.joint_targets if axis is None else ()
+    conditions = Rows(_at_condition(work, target, result, design) for target in targets)
     notes = (*chosen, *fit.notes, *lower_bound_notes(outcomes), *_notes(result))
     return replace(result, conditions=conditions, notes=notes)
 
@@ -87,16 +94,20 @@ def _notes(result: RsmResult) -> Iterator[Note]:
         yield Note("reduction", "caution", removed if result.reduction else "Backward elimination removed no terms.")
     if (repeats := result.pure_error) is not None and (repeats.kind == "scatter" or repeats.remedy):
         yield repeats
+    if result.over is not None:
+        yield from over.notes_of(result.over, Wording(result.naming))
 
 
 def _fit_terms(
-    study: Study, design: Design, runs: Sequence[DesignRun]
+    study: Study, design: Design, runs: Sequence[DesignRun], axis: ConditionAxis | None
 ) -> tuple[Surface, tuple[ReductionStep, ...] | None]:
     """Fit the surface to runs as the spec chooses; returns it, and the terms removed if some were to be."""
-    given, names = (design.coded, [run.number(FIRST) for run in runs], design.names), Wording(study.naming)
-    if study.of(RsmOptions).reduce == "none":
-        return fit_surface(*given, written=names), None
-    return reduce_surface(*given, _KEPT_P, names)
+    logarithm, values = axis is not None and FIRST in axis.logarithms, np.array([run.number(FIRST) for run in runs])
+    given, names = (design.coded, np.log(values) if logarithm else values, design.names), Wording(study.naming)
+    names = Wording(study.naming.of_logarithm) if logarithm else names
+    reduced = study.of(RsmOptions).reduce == "backward"
+    fit, steps = reduce_surface(*given, _KEPT_P, names) if reduced else (fit_surface(*given, written=names), None)
+    return replace(fit, cv_percent=relative_percent(fit)) if logarithm else fit, steps
 
 
 # ---- the factors, before and after what comes before the surface is known
@@ -130,7 +141,8 @@ def foresee(study: Study, solver: Solver, folder: StudyFolder | None) -> Asked:
     else:
         design = study_design(study, solver, *_factors(study, solver, before)[:2])
     known = given is not None or not undecided
-    conditions = [study.targets.calibrate_at, *(target.condition for target in study.joint_targets)]
+    joint = () if design.conditions else study.joint_targets
+    conditions = [study.targets.calibrate_at, *(target.condition for target in joint)]
     requests = [request for condition in dict.fromkeys(conditions) for request in design.requests(condition)]
     text = (
         f"The plan assumes {len(design.names)} factors for the response surface because the screening has not yet "
@@ -175,26 +187,27 @@ def _summary(
 def study_design(
     study: Study, solver: Solver, names: Sequence[str], found: Mapping[str, CodedScale] = MappingProxyType({})
 ) -> Design:
-    """Return the design of the spec over the named factors, or the rows the solver has.
+    """Return the design of the spec over the named factors, or the rows the solver has."""
+    options, coding, given = study.of(RsmOptions), _coding(study, names, found), solver.given_design("rsm")
+    if given is not None:
+        return given_design("rsm", study, coding, given)
+    if options.over == "conditions":
+        return over.over_design(study, coding).repeated(study.solver.repeats)
+    coded = designs.surface_runs(len(names), options.chosen())
+    once = Design("rsm", options.design, coding, coded, coding.runs(coded, study.midlevels()))
+    return once.repeated(study.solver.repeats)
 
-    The coding of a factor is that of the spec, else the one `found` by a climb, else the outermost runs are at low and
-    high.
-    """
+
+def _coding(study: Study, names: Sequence[str], found: Mapping[str, CodedScale]) -> Coding:
+    """Return the coding of the spec, else `found` by a climb, else with the outermost runs at the ends."""
     options, factors = study.of(RsmOptions), [study.factor(name) for name in names]
-    ranged = Coding.from_ranges(
-        names, [f.low for f in factors], [f.high for f in factors], reach=options.reach(len(names))
-    )
+    reach = options.reach(dimensions(study, names))
+    ranged = Coding.from_ranges(names, [f.low for f in factors], [f.high for f in factors], reach=reach)
     own = {name: (scale.center, scale.half_step) for name, scale in found.items()}
     own |= {name: options.coded(name) for name in options.coding}
     each = zip(names, ranged.centre, ranged.half_step, strict=True)
     pairs = [own.get(name, (centre, half_step)) for name, centre, half_step in each]
-    coding = Coding(tuple(names), tuple(centre for centre, _ in pairs), tuple(half for _, half in pairs))
-    given = solver.given_design("rsm")
-    if given is None:
-        coded = designs.surface_runs(len(names), options.chosen())
-        once = Design("rsm", options.design, coding, coded, coding.runs(coded, study.midlevels()))
-        return once.repeated(study.solver.repeats)
-    return given_design("rsm", study, coding, given)
+    return Coding(tuple(names), tuple(centre for centre, _ in pairs), tuple(half for _, half in pairs))
 
 
 # ---- what repeated runs show

@@ -83,13 +83,15 @@ def observed_predicted(rsm: RsmResult) -> Figure:
     """Return simulated forces against what the surface predicts for them."""
     runs = [(run.response, run.coded) for run in rsm.design.runs if run.response is not None]
     observed, predicted = [response for response, _ in runs], [float(rsm.response_at(coded)) for _, coded in runs]
+    if rsm.over is not None:  # runs at several conditions, of the response or its logarithm
+        observed, predicted = ([getattr(row, name) for row in rsm.runs_diagnostics] for name in ("response", "fitted"))
     with new_figure() as figure:
         axes = figure.add_subplot()
         ends = [min(observed + predicted), max(observed + predicted)]
         axes.plot(ends, ends, color=FAINT, linestyle="--")
         axes.plot(predicted, observed, "o", color=BLUE, alpha=0.85)
-        axes.set_xlabel(literal(rsm.naming.response.headed("predicted by the surface")))
-        axes.set_ylabel(literal(rsm.naming.response.headed("simulated")))
+        axes.set_xlabel(literal(rsm.regressed.response.headed("predicted by the surface")))
+        axes.set_ylabel(literal(rsm.regressed.response.headed("simulated")))
     return figure
 
 
@@ -105,7 +107,7 @@ def diagnostics(rsm: RsmResult) -> Figure:
         _normal_plot(normal, residuals)
         over.axhline(0, color=FAINT, linewidth=1)
         over.plot([row.fitted for row in rows], residuals, "o", color=BLUE, markersize=4)
-        over.set_xlabel(literal(rsm.naming.response.headed("predicted")))
+        over.set_xlabel(literal(rsm.regressed.response.headed("predicted")))
         over.set_ylabel("studentised residual")
         influence.bar([row.run for row in rows], [row.cooks_distance or 0.0 for row in rows], color=BLUE, width=0.7)
         influence.axhline(1.0, color=ORANGE, linestyle="--", linewidth=1)

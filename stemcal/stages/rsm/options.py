@@ -94,6 +94,10 @@ class RsmOptions(Frozen):
         ),
     ] = "significant"
     """The factors of the response surface: `significant` (in the screening), `strongest 3`, or a list of names."""
+    over: Literal["factors", "conditions"] = "factors"
+    """With `conditions`, a joint fit has one design and one response surface over the factors and the diameter or other
+    condition. With two factors, this design has 15 runs instead of 9 runs at each fitted diameter. By default, each
+    fitted diameter has a response surface."""
     centre_points: Annotated[Whole, Field(ge=0, le=100)] = 6
     """Number of runs at the centre. Repeated runs of a deterministic solver add no information."""
     alpha: Annotated[
@@ -147,6 +151,26 @@ class RsmOptions(Frozen):
         return surface_design(self.design).radius(k, self.chosen())
 
 
+def growing_with(study: Study, names: Sequence[str]) -> dict[str, tuple[str, float]]:
+    """Return exponent and reference diameter of each of the named factors that grows by another named factor.
+
+    Of the two only the value at a diameter affects the response, unless the exponent is that of several parameters.
+    """
+    growing = study.material.growing()
+    exponents = [growth.exponent for growth in growing.values()]
+    return {
+        name: (str(growth.exponent), growth.at)
+        for name, growth in growing.items()
+        if name in names and growth.exponent in names and exponents.count(growth.exponent) == 1
+    }
+
+
+def dimensions(study: Study, names: Sequence[str]) -> int:
+    """Return the number of coordinates of the surface of these factors."""
+    over = study.of(RsmOptions).over == "conditions"
+    return len(names) + (1 - len(growing_with(study, names)) if over else 0)
+
+
 MOST_CCD_FACTORS = 8
 LATIN_HYPERCUBE = "latin-hypercube"
 
@@ -183,7 +207,7 @@ def _surface_design_takes_factors(draft: Draft) -> Iterator[Finding]:
     """The design of the surface exists for its factors and has enough runs for a quadratic."""
     rsm, known = draft.study.of(RsmOptions), len(draft.names)
     listed, (fewest, most) = not isinstance(rsm.factors, str), factors_taken(rsm.design)
-    k = len(rsm.factors) if listed else rsm.strongest or known
+    k = dimensions(draft.study, rsm.factors) if listed else (rsm.strongest or known) + (rsm.over == "conditions")
     if rsm.strongest:
         most = min(most, MOST_CCD_FACTORS, known)
     if (k < fewest and (fewest > 2 or rsm.strongest)) or (k > most and (listed or rsm.strongest)):

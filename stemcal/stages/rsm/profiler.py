@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from stemcal.doe.regression.least_squares import t_quantile
-from stemcal.doe.regression.surface import Surface
+from stemcal.doe.regression.section import AnySurface, Section
 from stemcal.formats import unit_written
 from stemcal.stages.fitting import FactorCoding, Measured, fitted_surfaces, measured_means
 from stemcal.stages.rsm.result import RsmResult
@@ -59,8 +59,9 @@ def _factor(rsm: RsmResult, entry: FactorCoding, values: Mapping[str, float]) ->
     }
 
 
-def _surface(study: Study, mean: Measured, fit: Surface) -> dict[str, Any]:
+def _surface(study: Study, mean: Measured, surface: AnySurface) -> dict[str, Any]:
     """Return a surface with its error and runs, and what was measured; `error` is the 95 % half-width of that."""
+    fit = surface.whole if isinstance(surface, Section) else surface
     known, s2 = fit.mean_square is not None and fit.df > 0, fit.mean_square or 0.0
     command = f"stemcal simulate SPEC --diameter {mean.condition:g}"
     simulated = study.naming.is_cutting and study.kind.simulates_stems
@@ -71,12 +72,31 @@ def _surface(study: Study, mean: Measured, fit: Surface) -> dict[str, Any]:
         "covariance": (s2 * fit.unscaled_covariance).tolist() if known else None,
         "own": s2 * fit.own_scatter if known else None,
         "t": t_quantile(0.95, fit.df) if known else None,
-        "runs": [[*x, y] for x, y in zip(fit.design.tolist(), fit.response.tolist(), strict=True)],
+        **_where(surface),
         "measured": mean.value,
         "sd": mean.sd or 0.0,
         "error": _half_width(mean),
         "simulate": command if simulated and mean.response == FIRST else "",
     }
+
+
+def _where(surface: AnySurface) -> dict[str, Any]:
+    """Return the runs; of a surface over factors and conditions, whose runs are elsewhere, how it is seen here."""
+    if not isinstance(surface, Section):
+        points = zip(surface.design.tolist(), surface.response.tolist(), strict=True)
+        return {"runs": [[*x, y] for x, y in points]}
+    place = surface.place
+    centre, half = place.coding.centre, place.coding.half_step
+    growing = {
+        each.factor: {
+            "start": centre[each.factor] / half[each.factor],
+            "rate": each.log_ratio * half[each.exponent],
+            "exponent": each.exponent,
+        }
+        for each in place.growing
+    }
+    seen = {"shared": place.shared, "growing": growing, "condition": place.condition, "logarithm": surface.logarithm}
+    return {"runs": [], "place": seen}
 
 
 def _half_width(mean: Measured) -> float:

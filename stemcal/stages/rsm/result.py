@@ -17,11 +17,11 @@ from stemcal.doe.regression.canonical import CanonicalForm
 from stemcal.drawing.table import Table
 from stemcal.notes import Note
 from stemcal.runs.record import Outcome
-from stemcal.stages.fitting import AtCondition, FactorCoding, Surfaces
+from stemcal.stages.fitting import AtCondition, ConditionAxis, FactorCoding, Surfaces
 from stemcal.stages.result import CodedScale, DesignRuns, Head, Interval
 from stemcal.storage.rows import Rows
 from stemcal.storage.typed import absent, inline, to_json
-from stemcal.vocabulary import Wording
+from stemcal.vocabulary import FIRST, Vocabulary, Wording
 
 _ANOVA = ("source", "sum_of_squares", "df", "mean_square", "f", "p", "stars")
 _BESIDE = ("value", "standard_error", "low", "high")
@@ -60,23 +60,30 @@ class RsmResult(Surfaces):
     reduction: tuple[ReductionStep, ...] | None = None
     canonical: CanonicalForm | None = None
     conditions: Rows[AtCondition] = absent(Rows())
+    over: ConditionAxis | None = absent()
     pure_error: Note | None = None
     deterministic: bool = absent(False)
     notes: tuple[Note, ...] = ()
 
     # ---- the fit
 
+    @property
+    def regressed(self) -> Vocabulary:
+        """How the quadratic names responses: where it is of the logarithm, the first of them is that."""
+        return self.naming.of_logarithm if self.over is not None and FIRST in self.over.logarithms else self.naming
+
     def response_at(self, coded: Mapping[str, Any]) -> Any:
-        """Evaluate the surface where the factors have these coded values, numbers or arrays; N."""
+        """Evaluate the surface at the calibration where the factors have these coded values, numbers or arrays; N."""
         values = np.broadcast_arrays(*(np.asarray(coded[name], dtype=float) for name in self.names))
         points = np.column_stack([value.ravel() for value in values])
-        return (term_columns(points) @ self.beta).reshape(values[0].shape)
+        found = self.fitted.predict(points) if self.over is not None else term_columns(points) @ self.beta
+        return np.asarray(found).reshape(values[0].shape)
 
     @cached_property
     def beta(self) -> Array:
         """Coefficients of every term of the full quadratic, zero where a term is not there."""
         known = {row.term: row.value for row in self.coefficients}
-        return np.array([known.get(term, 0.0) for term in term_names(self.names)])
+        return np.array([known.get(term, 0.0) for term in term_names(self.axes)])
 
     def predict(self, levels: Mapping[str, float]) -> Assessment:
         """Return the force at these levels (units of the spec; other factors are passed over) with its intervals."""
@@ -104,7 +111,13 @@ class RsmResult(Surfaces):
 
     def symbols(self) -> dict[str, str]:
         """Return the symbol of every factor, its name where it has none."""
-        return {entry.factor: entry.symbol or entry.factor for entry in self.factors}
+        found = {entry.factor: entry.symbol or entry.factor for entry in self.factors}
+        condition = self.naming.condition
+        return (
+            found
+            if self.over is None or condition is None
+            else {**found, self.over.name: condition.symbol or condition.name}
+        )
 
     def _tables(self) -> dict[str, Table]:
         """Return the analysis of variance with the coefficients next to it, and the runs."""

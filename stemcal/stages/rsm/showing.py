@@ -1,6 +1,6 @@
 """How a response surface is shown: analysis of variance, coefficients, fit and shape; its design; its figures."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -31,9 +31,10 @@ class RsmShowing(Showing[RsmResult]):
         """Return sentences on the surface and its runs; copies of a deterministic run do not count."""
         responses = [run.response for run in result.design.runs if run.response is not None]
         count = len(result.runs_diagnostics)
+        of = "" if result.regressed == result.naming else f" of the {result.regressed.response.long}"
         text = (
-            f"A quadratic response surface in {names.factors(result.names)} was fitted to {count} runs with responses "
-            f"from {names.quantity(min(responses))} to {names.quantity(max(responses))}."
+            f"A quadratic response surface{of} in {names.factors(result.axes)} was fitted to {count} runs with "
+            f"responses from {names.quantity(min(responses))} to {names.quantity(max(responses))}."
         )
         copies = len(responses) - count
         if result.deterministic and copies > 0:
@@ -43,7 +44,8 @@ class RsmShowing(Showing[RsmResult]):
 
     def tables(self, result: RsmResult, names: Wording) -> list[Table]:
         shape = [canonical_table(result, result.canonical, names)] if result.canonical else []
-        first = [anova_shown(result), _coefficient_table(result, names), _fit_table(result), *shape]
+        coefficients = _coefficient_table(result, replace(names, naming=result.regressed))
+        first = [anova_shown(result), coefficients, _fit_table(result), *shape]
         return [*first, *_further_tables(result, names), *_fits_table(result, names)]
 
     def figures(self, result: RsmResult, setting: Setting) -> list[Plot]:
@@ -138,9 +140,22 @@ def _coefficient_table(stage: RsmResult, names: Wording) -> Table:
     coded = (
         f"{entry.symbol or entry.factor} = ({entry.factor} − {short(entry.center)}) / {short(entry.half_step)}"
         for entry in stage.factors
+        if entry.factor in stage.axes
     )
-    foot = equation(stage.coefficients, symbols, response), "; ".join(coded)
+    foot = equation(stage.coefficients, symbols, response), "; ".join([*coded, *_coded_condition(stage, names)])
     return Table.of(columns, stage.coefficients, "Response surface in coded units", foot, detail=True)
+
+
+def _coded_condition(stage: RsmResult, names: Wording) -> Iterator[str]:
+    """Yield how the condition is coded, and at which exponent the factors that grow are."""
+    if (axis := stage.over) is None:
+        return
+    symbol = stage.symbols()[axis.name]
+    value = f"ln {axis.name}" if axis.logarithmic else axis.name
+    yield f"{symbol} = ({value} − {short(axis.center)}) / {short(axis.half_step)}"
+    for name, (exponent, at) in axis.growing.items():
+        middle = short(stage.factor(exponent).center)
+        yield f"{name} is multiplied by ({axis.name} / {names.conditions([at])})^({exponent} − {middle})"
 
 
 def _fit_table(stage: RsmResult) -> Table:

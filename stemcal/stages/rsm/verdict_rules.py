@@ -284,6 +284,21 @@ def rough_response(evidence: Evidence) -> Iterator[Note]:
         yield Note("rough_response", "warning", text, advice.to_smooth(evidence.study, surface, levels))
 
 
+@ranked(Rank.MODEL)
+def bent_over_conditions(evidence: Evidence) -> Iterator[Note]:
+    """Yield that one surface over factors and conditions does not follow the response over the condition."""
+    surface = evidence.of(RsmResult)
+    if surface is None or surface.over is None or surface.over.bend is None or not surface.over.bend.found:
+        return
+    condition = surface.over.name
+    text = (
+        f"The response surface does not follow the {evidence.names.response.long} over the {condition}: terms of third "
+        f"and fourth order in the {condition} would change it by {surface.over.bend.percent:.1f} % (root mean square)."
+    )
+    remedy = Remedy(f"Fit a response surface at each {condition}.", "rsm: {over: factors}")
+    yield Note("bent_over_conditions", "warning", text, remedy)
+
+
 RULES = (
     undeclared_scatter,
     reversed_sign,
@@ -293,4 +308,5 @@ RULES = (
     out_of_reach,
     sign_against_expectation,
     rough_response,
+    bent_over_conditions,
 )

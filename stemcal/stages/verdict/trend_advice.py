@@ -13,7 +13,7 @@ import numpy as np
 
 from stemcal.doe.calibration.region import Region
 from stemcal.doe.coding import Array, Coding
-from stemcal.doe.regression.surface import Surface
+from stemcal.doe.regression.section import AnySurface
 from stemcal.notes import Note, Remedy
 from stemcal.power_law import PowerLaw, fit_power_law
 from stemcal.stages.fitting import Surfaces, fitted_surfaces, measured_means
@@ -51,7 +51,7 @@ class Fitted:
 
     diameters: Array
     measured: Array
-    surfaces: Sequence[Surface]
+    surfaces: Sequence[AnySurface]
     coding: Coding
     region: Region
     at: float

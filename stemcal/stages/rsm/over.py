@@ -1,0 +1,83 @@
+"""One design and one surface over the factors and the conditions that are fitted together."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from math import exp, log
+
+import numpy as np
+
+from stemcal.doe import designs
+from stemcal.doe.coding import Array, Coding
+from stemcal.doe.regression.section import bend_of, fit_whole, left_out_percent
+from stemcal.notes import Note
+from stemcal.stages.design import Design
+from stemcal.stages.fitting import ConditionAxis
+from stemcal.stages.result import DesignRun
+from stemcal.stages.rsm.options import RsmOptions, dimensions, growing_with
+from stemcal.study.model.study import Study
+from stemcal.vocabulary import FIRST, Wording
+
+
+def axis_of(study: Study, names: Sequence[str]) -> ConditionAxis:
+    """Return the coding of the condition: the outermost runs are at the least and greatest condition that is fitted."""
+    fitted = [target.condition for target in study.joint_targets]
+    low, high, logarithmic = min(fitted), max(fitted), min(fitted) > 0.0
+    if logarithmic:
+        low, high = log(low), log(high)
+    half_step = 0.5 * (high - low) / study.of(RsmOptions).reach(dimensions(study, names))
+    name = study.naming.condition.name if study.naming.condition is not None else "condition"
+    at = study.targets.calibrate_at
+    return ConditionAxis(name, 0.5 * (low + high), half_step, logarithmic, at, growing_with(study, names))
+
+
+def over_design(study: Study, coding: Coding) -> Design:
+    """Return the design over factors and condition; exponents of factors that grow are at their centre."""
+    options, axis = study.of(RsmOptions), axis_of(study, coding.names)
+    held = [exponent for exponent, _ in axis.growing.values()]
+    varied = [j for j, name in enumerate(coding.names) if name not in held]
+    coded = designs.surface_runs(len(varied) + 1, options.chosen())
+    values = (axis.center + axis.half_step * coded[:, -1]).tolist()
+    conditions = tuple(float(f"{exp(value) if axis.logarithmic else value:.4g}") for value in values)
+    coded[:, -1] = [axis.coded(condition) for condition in conditions]
+    levels = np.zeros((len(coded), len(coding.names)))
+    levels[:, varied] = coded[:, :-1]
+    whole = Coding(
+        (*(coding.names[j] for j in varied), axis.name),
+        (*(coding.centre[j] for j in varied), axis.center),
+        (*(coding.half_step[j] for j in varied), axis.half_step),
+    )
+    each = coding.runs(levels, study.midlevels())
+    return Design("rsm", options.design, whole, coded, each, conditions=conditions, held=tuple(held))
+
+
+def scaled(axis: ConditionAxis, study: Study, design: Design, runs: Sequence[DesignRun]) -> ConditionAxis:
+    """Return the axis with the responses whose logarithm is the better quadratic, by the errors of left-out runs."""
+    errors, logarithms = {}, []
+    for name in study.fitted_responses:
+        values = np.array([run.number(name) for run in runs])
+        plain = _left_out(design, values, logarithm=False)
+        logged = _left_out(design, values, logarithm=True) if np.nanmin(values, initial=np.inf) > 0.0 else None
+        errors[name] = plain, logged
+        logarithms += [name] if logged is not None and (plain is None or logged < plain) else []
+    values = np.array([run.number(FIRST) for run in runs])
+    logarithm = FIRST in logarithms
+    bend = bend_of(fit_whole(design.coded, values, design.names, None, logarithm), logarithm)
+    return replace(axis, logarithms=tuple(logarithms), left_out_percent=errors, bend=bend)
+
+
+def _left_out(design: Design, values: Array, logarithm: bool) -> float | None:
+    return left_out_percent(fit_whole(design.coded, values, design.names, None, logarithm), logarithm)
+
+
+def notes_of(axis: ConditionAxis, names: Wording) -> Iterator[Note]:
+    """Yield how the response is transformed, and that it bends over the condition as no quadratic does."""
+    plain, logged = axis.left_out_percent[FIRST]
+    if plain is not None and logged is not None:
+        chosen = f"the logarithm of the {names.response.long}" if FIRST in axis.logarithms else names.response.long
+        text = (
+            f"The response surface is a quadratic of {chosen}: when each run in turn is left out, its error is "
+            f"{plain:.2g} % for the {names.response.long} and {logged:.2g} % for its logarithm (root mean square)."
+        )
+        yield Note("response_scale", "info", text)
