@@ -149,7 +149,7 @@ def test_the_report_states_the_logarithm_and_the_coding(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("over", ["rsm: {over: conditions}\n", OVER.replace("diameters: all", "")])
 def test_one_condition_is_refused(tmp_path: Path, over: str) -> None:
-    with pytest.raises(SpecError, match=r"rsm\.over"):
+    with pytest.raises(SpecError, match=r"invert\.diameters.*rsm\.over"):
         spec(tmp_path, TWO_FACTORS + over)
 
 

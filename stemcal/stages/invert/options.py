@@ -146,16 +146,16 @@ def _surface_over_conditions(draft: Draft) -> Iterator[Finding]:
     """A surface over conditions has several fitted ones, and a solver that simulates at any condition."""
     if draft.study.of(RsmOptions).over == "factors":
         return
-    path, remedy = ("rsm", "over"), "remove `over`"
+    remedy = "remove `rsm.over`"
     wanted, measured = draft.study.of(InvertOptions).conditions, {one.condition for one in draft.study.targets.means}
     if len(measured if wanted == "all" else wanted or ()) < 2:
         condition = "condition" if draft.naming.condition is None else draft.naming.condition.noun
-        message = f"the parameters are fitted at one {condition} only"
-        yield Finding(path, message, "write `diameters: all` in the `invert` section, or remove `over`")
+        message = f"`rsm.over` requires several fitted values of the {condition}"
+        yield Finding(("invert", "diameters"), message, "write `diameters: all`, or remove `rsm.over`")
     if draft.tests:
-        yield Finding(path, "laboratory tests are not simulated at further conditions", remedy)
+        yield Finding(("tests",), "`rsm.over` has runs at other diameters than those of laboratory tests", remedy)
     if draft.kind.answers == "looks_up":
-        yield Finding(path, "a table contains no runs at further conditions", remedy)
+        yield Finding(("solver", "kind"), "a table does not contain the runs that `rsm.over` requires", remedy)
 
 
 InvertOptions.rules = (
