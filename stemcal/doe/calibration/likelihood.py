@@ -31,7 +31,7 @@ import numpy as np
 from stemcal.doe.calibration.observations import Errors, Observation, errors_of
 from stemcal.doe.calibration.region import Objective, Region, optimise
 from stemcal.doe.coding import Array
-from stemcal.doe.regression.section import Surfaces
+from stemcal.doe.regression.section import SeveralSurfaces
 from stemcal.errors import UsageError
 
 LEVEL = 0.05
@@ -84,9 +84,9 @@ class Fit:
         return np.array([o.measured for o in self.observations])
 
     @cached_property
-    def surfaces(self) -> Surfaces:
+    def surfaces(self) -> SeveralSurfaces:
         """The surface of each observation."""
-        return Surfaces([o.surface for o in self.observations])
+        return SeveralSurfaces([o.surface for o in self.observations])
 
     @property
     def df(self) -> int:

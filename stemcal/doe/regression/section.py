@@ -130,7 +130,7 @@ class Section:
 AnySurface = Surface | Section
 
 
-class Surfaces:
+class SeveralSurfaces:
     """Several surfaces over the same factors, evaluated together."""
 
     def __init__(self, each: Sequence[AnySurface]) -> None:

@@ -55,7 +55,7 @@ def rsm(work: Work, head: Head) -> RsmResult:
     requests = design.requests(study.targets.calibrate_at)
     outcomes = work.outcomes(requests)
     runs = runs_of(design, requests, outcomes)
-    axis = over.axis_of(study, names) if design.conditions else None
+    axis = over.condition_axis(study, names) if design.conditions else None
     with reasons_given(requests, outcomes):
         axis = axis and over.scaled(axis, study, design, runs.runs)
         fit, reduction = _fit_terms(study, design, runs.runs, axis)

@@ -20,7 +20,7 @@ from stemcal.study.model.study import Study
 from stemcal.vocabulary import FIRST, Wording
 
 
-def axis_of(study: Study, names: Sequence[str]) -> ConditionAxis:
+def condition_axis(study: Study, names: Sequence[str]) -> ConditionAxis:
     """Return the coding of the condition: the outermost runs are at the least and greatest condition that is fitted."""
     fitted = [target.condition for target in study.joint_targets]
     low, high, logarithmic = min(fitted), max(fitted), min(fitted) > 0.0
@@ -34,7 +34,7 @@ def axis_of(study: Study, names: Sequence[str]) -> ConditionAxis:
 
 def over_design(study: Study, coding: Coding) -> Design:
     """Return the design over factors and condition; exponents of factors that grow are at their centre."""
-    options, axis = study.of(RsmOptions), axis_of(study, coding.names)
+    options, axis = study.of(RsmOptions), condition_axis(study, coding.names)
     held = [exponent for exponent, _ in axis.growing.values()]
     varied = [j for j, name in enumerate(coding.names) if name not in held]
     coded = designs.surface_runs(len(varied) + 1, options.chosen())
