@@ -5,11 +5,15 @@ from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 import workflow
+import yaml
 from edits import accepted, merged
 from fakes import TWO_FACTORS, SpecSolver, make_study
+from planting import Law
+from planting import judged as planted
 
 from stemcal.by_hand.options import SheetSolver
 from stemcal.cutting import result as cutting_result
@@ -19,6 +23,7 @@ from stemcal.runs.executors import InlineExecutor
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers.options import EmbeddedSolver
 from stemcal.solvers.protocol import Answer, Request
+from stemcal.stages.invert import verdict_rules as invert_rules
 from stemcal.stages.result import Judged
 from stemcal.stages.results import fresh_results
 from stemcal.stages.rsm.result import RsmResult
@@ -31,6 +36,7 @@ from stemcal.stages.verdict.result import Verdict
 from stemcal.stages.verdict.verdict_rules import Rank, verdict_of
 from stemcal.study.model.study import Study
 from stemcal.study.reading import load_study
+from stemcal.study.types.factor import PriorKnowledge
 from stemcal.study.types.solver_kind import SOLVERS
 from stemcal.vocabulary import Wording
 
@@ -315,3 +321,50 @@ def test_what_is_not_determined_comes_before_the_formula(tmp_path: Path, judged:
     assert prediction.conditions == (7.0,) and prediction.better == "formula"
     assert prediction.formula.worst_held_out_percent < 0.1 < 2.0 < prediction.worst_percent
     assert prediction.formula.standard_error_percent == pytest.approx(0.1, rel=1e-3)
+
+
+def test_the_values_of_all_doubts_are_final_at_once(tmp_path: Path) -> None:
+    """Inertia of 8 % at one run and 12.5 % at another: both get a fifth of 40 µs, as hourglass energy does."""
+    study = make_study(tmp_path)
+    every = [Doubt("inertia", 1, 8.0, 8.0, fitted=True), Doubt("inertia", 4, 12.5), Doubt("hourglass", 2, 16.0)]
+    edits = [yaml.safe_load(for_physics(study, doubt, every).edit)["solver"] for doubt in every]
+    assert [edit["time_step"] for edit in edits] == ["8 us"] * 3
+    assert edits[0] == edits[1] and edits[0]["mass_scaling"] == pytest.approx(study.solver.mass_scaling / 25.0)
+    assert yaml.safe_load(for_physics(study, every[0]).edit)["solver"]["time_step"] == "12 us"
+
+
+def test_recorded_runs_that_reach_the_target_name_the_factor_to_vary(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """F = 100 + 2a + 20b + 15b²: over a alone 98 to 102 N, but half of the screening runs gave 133 and 137 N."""
+    text = TWO_FACTORS + "targets: [{diameter: 8 mm, force: 130 N}]\nrsm: {factors: [yield_stress]}\n"
+    verdict, _ = planted(tmp_path, text, Law(p=2.0, q=20.0, r=15.0), monkeypatch)
+    reason = verdict.reasons[0]
+    assert reason.kind == "out_of_reach" and reason.remedy.edit == "rsm: {factors: [yield_stress, failure_strain]}"
+    assert {133.0, 137.0, 115.0, 100.0} <= set(numbers(reason.text))
+    after, results = planted(tmp_path / "b", merged(text, reason.remedy.edit), Law(p=2.0, q=20.0, r=15.0), monkeypatch)
+    assert results.calibrated and not after.has("out_of_reach")
+
+
+def test_a_prior_that_exists_is_not_advised_and_the_publication_is(tmp_path: Path) -> None:
+    """Of two factors that no measurement separates, the one without a prior; with both, how to publish them."""
+    known = SimpleNamespace(
+        not_identified=("yield_stress", "failure_strain"),
+        share={"yield_stress": 0.9, "failure_strain": 0.8},
+        loosest={"yield_stress": -1.5, "failure_strain": 0.02},
+        units={"yield_stress": "MPa", "failure_strain": "1"},
+    )
+    base = make_study(tmp_path)
+    prior = PriorKnowledge(mean=15.0, sd=1.0, source="a paper")
+
+    def advised(*with_prior: str) -> Remedy:
+        factors = tuple(f.model_copy(update={"prior": prior if f.name in with_prior else None}) for f in base.factors)
+        one = base.targets.model_copy(update={"means": base.targets.means[:1]})
+        study = base.model_copy(update={"factors": factors, "targets": one})
+        return invert_rules._to_identify(SimpleNamespace(study=study, of=lambda _kind: None), known)
+
+    assert "prior for yield_stress" in advised().text
+    assert "prior for failure_strain" in advised("yield_stress").text
+    last = advised("yield_stress", "failure_strain")
+    assert "prior" not in last.text and "publish" in last.text and last.edit is None
+    assert "1.5 MPa" in last.text and "0.02" in last.text

@@ -221,17 +221,27 @@ def _refine_more(budget: int | None) -> Remedy:
 def _to_identify(evidence: Evidence, known: Certainty) -> Remedy:
     """Return the remedy for undetermined factors: other data, or a prior of the least certain one."""
     study = evidence.study
-    widest = max(known.not_identified or known.share, key=lambda name: known.share[name])
-    measure = (
-        f"measure another response, perform another kind of test, or add a prior for {widest} from the literature."
-    )
+    free = list(known.not_identified or known.share)
+    without = [name for name in free if study.factor(name).prior is None]
+    widest = max(without or free, key=lambda name: known.share[name])
+    prior = f", or add a prior for {widest} from the literature" if without else ""
+    measure = f"measure another response{',' if prior else ' or'} perform another kind of test{prior}."
     returned = study.naming.further if study.kind.gives_curve else study.naming.others
     left_out = [named.name for named in returned if named.name not in study.fitted_responses]
     if any(_within_reach(evidence, name) for name in left_out):
         return advice.fit_all(study, "responses", f"If {widest} remains undetermined, {measure}")
     if len(study.targets.means) > max(len(study.joint_targets), 1) and not chose_conditions(study):
         return advice.fit_all(study, "conditions", f"If {widest} remains undetermined, {measure}")
-    return Remedy(measure[:1].upper() + measure[1:])
+    return Remedy(f"{measure[:1].upper()}{measure[1:]} {_to_publish(known)}")
+
+
+def _to_publish(known: Certainty) -> str:
+    """Return how to report factors that the measurements do not determine."""
+    curve = ""
+    if len(known.loosest) > 1:
+        changes = series(change(name, size, known.units[name]) for name, size in known.loosest.items())
+        curve = f", and the sets that fit equally well: they change together ({changes})"
+    return f"Without new data, publish the 95 % confidence intervals instead of single values{curve}."
 
 
 def _within_reach(evidence: Evidence, response: str) -> bool:

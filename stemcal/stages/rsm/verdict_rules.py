@@ -6,6 +6,7 @@ from collections import Counter, defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from math import isfinite
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -238,12 +239,57 @@ def out_of_reach(evidence: Evidence) -> Iterator[Note]:
     if surface is None or study.joint_targets or evidence.results.calibrated:
         return
     target, (low, high), names = study.calibration_target.response, advice.reach(surface), evidence.names
-    if not low <= target <= high:
-        text = (
-            f"The measured {names.response.long} of {names.quantity(target, 'g')} is out of reach: the factor ranges "
-            f"allow only {names.quantities((low, high))}."
-        )
-        yield Note("out_of_reach", "error", text, advice.to_reach(study, surface, target))
+    if low <= target <= high:
+        return
+    measured = f"The measured {names.response.long} of {names.quantity(target, 'g')} is out of reach"
+    if (elsewhere := _reached_by_others(evidence, surface, target)) is not None:
+        text, remedy = elsewhere
+        surface_only = f"the response surface allows only {names.quantities((low, high))}"
+        yield Note("out_of_reach", "error", f"{measured} of the varied factors: {surface_only}. {text}", remedy)
+        return
+    text = f"{measured}: the factor ranges allow only {names.quantities((low, high))}."
+    yield Note("out_of_reach", "error", text, advice.to_reach(study, surface, target))
+
+
+def _reached_by_others(evidence: Evidence, surface: RsmResult, target: float) -> tuple[str, Remedy] | None:
+    """Return recorded runs on the other side of the target, and the factor to vary as well; None without either."""
+    study, names = evidence.study, evidence.names
+    others = [factor for factor in study.factors if factor.name not in surface.names]
+    runs = [run for run in map(_screened, evidence.records) if run is not None and _applies(study, *run)]
+    values = [value for *_, value in runs]
+    centre = float(surface.fitted.predict(np.zeros((1, len(surface.names))))[0])
+    side = 1.0 if target > centre else -1.0
+    beyond = sorted(value for value in values if side * value >= side * target)
+    if not beyond or not others:
+        return None
+
+    def effect(name: str, middle: float) -> float:
+        ends = [[v for levels, _, v in runs if (levels.get(name, middle) - middle) * up > 0.0] for up in (1.0, -1.0)]
+        return abs(float(np.mean(ends[0]) - np.mean(ends[1]))) if all(ends) else 0.0
+
+    most = max(others, key=lambda factor: effect(factor.name, factor.centre)).name
+    ends, mean = names.quantities((beyond[0], beyond[-1])), float(np.mean(values))
+    text = (
+        f"{counted(len(beyond), 'recorded run')} gave {ends} with other levels of {series(f.name for f in others)}. "
+        f"The mean of these stages is {names.quantity(mean)}, and the response at the centre {names.quantity(centre)}; "
+        "the difference is curvature."
+    )
+    every = f"rsm: {{factors: [{', '.join((*surface.names, most))}]}}"
+    return text, Remedy(f"Vary {most} in the response surface as well: `{every}`.", every)
+
+
+def _screened(record: Mapping[str, Any]) -> tuple[Mapping[str, float], float, float] | None:
+    """Return levels, condition and response of a run of the screening that did not fail."""
+    request = record["request"]
+    if request["stage"] != "screen" or record["response"] is None:
+        return None
+    return request["levels"], float(request.get("condition") or 0.0), float(record["response"])
+
+
+def _applies(study: Study, levels: Mapping[str, float], condition: float, _response: float) -> bool:
+    """Return whether a run was at the condition of the calibration and within the present ranges."""
+    within = (f.low <= levels.get(f.name, f.centre) <= f.high for f in study.factors)
+    return condition == study.calibration_target.condition and all(within)
 
 
 @ranked(Rank.MODEL)

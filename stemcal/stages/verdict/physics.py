@@ -1,8 +1,8 @@
 """How many of a study's runs have doubtful physics, according to their records, and what would correct it."""
 
 from collections import defaultdict
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from math import inf
 from typing import Any, Literal
 
@@ -116,22 +116,41 @@ _INPUT: dict[DoubtKind, str] = {
 }
 
 
-def for_physics(study: Study, doubt: Doubt) -> Remedy:
-    """Return the remedy that brings a doubtful value below its limit."""
+def for_physics(study: Study, doubt: Doubt, every: Sequence[Doubt] = ()) -> Remedy:
+    """Return the remedy that brings a doubtful value below its limit.
+
+    With `every` doubt of the study the values are final: of the worst of this kind, with a time step for all kinds.
+    """
     solver = study.solver
+    worst = [one.worst or 0.0 for one in (doubt, *every) if one.kind == doubt.kind]
+    doubt = replace(doubt, worst=max(worst) if doubt.worst is not None else None)
+    part = min(_part_of_step(one) for one in (doubt, *every))
     if not study.kind.simulates_stems:
         return Remedy(f"Use {_INPUT[doubt.kind]} in the solver input.")
     match doubt.kind:
         case "inertia":
-            return _inertia(solver, doubt.worst or 0.0)
+            return _inertia(solver, doubt.worst or 0.0, part)
         case "hourglass":
-            return _hourglass(solver, doubt.worst or 0.0)
+            return _hourglass(solver, doubt.worst or 0.0, part)
         case "drift":
-            return _half_the_step(solver)
+            return _half_the_step(solver, part)
         case "stroke":
             ((key, value),) = study.loading.longer(2.0).written.items()
             edit = _edit("loading", **{key: value})
             return Remedy(f"Set `{key}: {value}` under `loading` to double the stroke.", edit)
+
+
+def _part_of_step(doubt: Doubt) -> float:
+    """Return the part of a fixed time step that brings a doubt below its limit."""
+    worst = doubt.worst or 0.0
+    match doubt.kind:
+        case "inertia":
+            return _SAFELY * LIMITS["inertia"] / worst
+        case "hourglass" if (finer := worst / LIMITS["hourglass"]) ** 4 <= _MOST_TIMES:
+            return 1.0 / finer
+        case "drift":
+            return 0.5
+    return 1.0
 
 
 def _edit(section: str, **values: str) -> str:
@@ -149,7 +168,7 @@ def _in_solver(values: Mapping[str, str], effect: str) -> Remedy:
     return Remedy(f"Set {keys} under `solver` {effect}", _edit("solver", **values))
 
 
-def _inertia(solver: Any, worst: float) -> Remedy:
+def _inertia(solver: Any, worst: float, part: float) -> Remedy:
     """Return mass scaling and time step at which the oscillation that the blade excites is well below the limit.
 
     A body of stiffness k and mass m that is struck at the speed V oscillates with the force V √(k m): the share falls
@@ -158,8 +177,8 @@ def _inertia(solver: Any, worst: float) -> Remedy:
     limit = LIMITS["inertia"]
     swing = _SAFELY * limit / worst
     scaling = outwards(max(solver.mass_scaling * swing**2, 1.0), False)
-    values = {"mass_scaling": f"{scaling:g}", **_time_step(solver, swing)}
-    times = outwards(1.0 / swing, True)
+    values = {"mass_scaling": f"{scaling:g}", **_time_step(solver, part)}
+    times = outwards(1.0 / part, True)
     return _in_solver(
         values,
         f"to reduce the contribution of inertia to below {limit:g} % of the force in most runs. The runs then take "
@@ -167,10 +186,10 @@ def _inertia(solver: Any, worst: float) -> Remedy:
     )
 
 
-def _half_the_step(solver: Any) -> Remedy:
+def _half_the_step(solver: Any, part: float) -> Remedy:
     """Return half the safety factor; a fixed time step, which adds mass, has to be halved as well."""
     safety = outwards(0.5 * solver.time_step_safety, False)
-    values = {"time_step_safety": f"{safety:g}", **_time_step(solver, 0.5)}
+    values = {"time_step_safety": f"{safety:g}", **_time_step(solver, part)}
     return _in_solver(values, "to halve the time step.")
 
 
@@ -181,7 +200,7 @@ def _time_step(solver: Any, part: float) -> dict[str, str]:
     return {"time_step": f"{outwards(1e6 * solver.time_step * part, False):g} us"}
 
 
-def _hourglass(solver: Any, worst: float) -> Remedy:
+def _hourglass(solver: Any, worst: float, part: float) -> Remedy:
     """Return elements so fine that hourglass energy, which falls at least with their size, is below the limit.
 
     Elements finer by a are a³ in number, and their steps 1/a as long; a fixed time step has to follow.
@@ -194,7 +213,7 @@ def _hourglass(solver: Any, worst: float) -> Remedy:
             f"{finer:.1f} times the limit)."
         )
     new = f"d/{np.ceil(finer * size.divisor):g}" if size.divisor else f"{outwards(size.mm / finer, False):g} mm"
-    values = {"element_size": new, **_time_step(solver, 1.0 / finer)}
+    values = {"element_size": new, **_time_step(solver, part)}
     return _in_solver(
         values,
         f"to reduce the hourglass energy to below about {limit:g} % of the internal energy. The runs then "

@@ -159,10 +159,11 @@ def physics(evidence: Evidence) -> Iterator[Note]:
     """Yield doubts about many runs, and about runs with the calibrated parameters unless most are doubtful."""
     found = evidence.physics
     severity: Severity = "error" if found.share > MAJORITY else "warning"
+    every = (*found.doubts, *found.at_solution)
     for doubt in found.doubts if found.share >= SOME else ():
         runs = f"{doubt.runs} of {counted(found.checked, 'run')}"
         text = f"The physical validity of {runs} is doubtful: {_doubtful(doubt, 'up to ')}."
-        yield Note("physics", severity, text, for_physics(evidence.study, doubt))
+        yield Note("physics", severity, text, for_physics(evidence.study, doubt, every))
     worst: dict[DoubtKind, Doubt] = {}
     for at in found.at_solution if found.share <= MAJORITY else ():
         before = worst.get(at.kind)
@@ -176,7 +177,7 @@ def physics(evidence: Evidence) -> Iterator[Note]:
                 " Hourglass energy above 10 % of the internal energy may change the force by a third, and above 20 % "
                 "by half."
             )
-        remedy = for_physics(evidence.study, at)
+        remedy = for_physics(evidence.study, at, every)
         yield Note("physics_of_solution", "error" if at.fitted and far else "warning", text, remedy)
 
 
