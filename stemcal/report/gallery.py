@@ -88,10 +88,12 @@ def _run(label: str, details: Details, on_page: bool, hollow: bool) -> list[Plot
         plots.append(Plot(f"energies-{name}", "runs", text, draw, on_page, detail=True))
     if details.shape:
         bore = " (the bore is between the walls)" if hollow else ""
+        end = "The simulation stops after the peak force, before the stem is cut through."
+        if details.severed is not None:
+            end = "The stem is cut through." if details.severed else "The stem is not cut through within the stroke."
         text = (
-            f"The {label} stem at the end of the simulation: side view and section{bore}. The simulation stops after "
-            "the peak force, before the stem is cut through. Colours show the plastic strain; failed elements are "
-            "removed. The blade and the supports are grey."
+            f"The {label} stem at the end of the simulation: side view and section{bore}. {end} "
+            "Colours show the plastic strain; failed elements are removed. The blade and the supports are grey."
         )
         name = f"fracture-{name}"
         plots.append(Plot(name, "runs", text, lambda: fracture(Shape.unpacked(details.shape)), on_page, wide=True))

@@ -40,6 +40,7 @@ class Details:
     warnings: tuple[Note, ...] = ()
     program_version: str | None = None
     break_travel: float | None = None
+    severed: bool | None = None
 
 
 @dataclass(frozen=True)

@@ -200,4 +200,23 @@ def _whole_cut_can_part(draft: Draft, solver: EmbeddedSolver) -> Iterator[Findin
 OF_EMBEDDED = (_elements_fit_stem, _whole_cut_can_part)
 OF_TEMPLATES = (_placeholders_are_known, _chance_is_declared, _run_files_differ)
 OF_COMMAND = (*OF_TEMPLATES, _placeholders_are_used, _every_response_is_read)
-OF_DECK = (_command_names_deck, _keys_are_of_the_program, _openradioss_hardens_isotropically)
+
+
+def _deck_ends_at_the_first_fracture(draft: Draft, _solver: DeckSolver) -> Iterator[Finding]:
+    """A deck has two supports, and deletes elements until the stem fractures."""
+    study = draft.study
+    for key, value, usual in (
+        (("supports", "kind"), study.supports.kind, "span"),
+        (("loading", "until"), study.loading.until, "first_fracture"),
+    ):
+        if value != usual:
+            message = f"`{value}` is not available in a deck"
+            yield Finding(key, message, f"write `{key[1]}: {usual}`, or use `solver: {{kind: embedded}}`")
+
+
+OF_DECK = (
+    _deck_ends_at_the_first_fracture,
+    _command_names_deck,
+    _keys_are_of_the_program,
+    _openradioss_hardens_isotropically,
+)

@@ -72,7 +72,8 @@ class Deck:
         Raises
         ------
         UsageError
-            If the study's solver computes no stem: its factors are then no stem material. A deck has one isotropic one.
+            If the study's solver computes no stem: its factors are then no stem material. A deck has one isotropic one,
+            two supports and a straight edge.
         """
         if study.is_layered:
             raise UsageError(
@@ -81,6 +82,11 @@ class Deck:
         if not isinstance(study.solver, EmbeddedSolver | DeckSolver):
             kind = study.solver.kind
             raise UsageError(f"a deck requires a solver of kind `embedded` or `deck`; this spec uses kind `{kind}`")
+        if study.supports.kind != "span":
+            raise UsageError(
+                f"a deck has two supports; this spec has `supports.kind: {study.supports.kind}`, which only the "
+                "embedded solver computes"
+            )
         return cls(study.at(levels), levels, diameter, form or form_of(study))
 
     @property
@@ -197,7 +203,7 @@ class Deck:
     @cached_property
     def notes(self) -> list[str]:
         """The differences of the deck from the study."""
-        return [*self._without_lengths(), *self._hardening(), *self._rate(), *self._rate_filter()]
+        return [*self._whole_cut(), *self._without_lengths(), *self._hardening(), *self._rate(), *self._rate_filter()]
 
     @property
     def _element_size(self) -> float:
@@ -212,6 +218,13 @@ class Deck:
     def _strain_rate(self) -> float:
         """The largest strain rate that the blade can drive an element at, 1/s: its speed over the shortest."""
         return self.study.loading.speed / shortest(self.parts.stem)
+
+    def _whole_cut(self) -> Iterator[str]:
+        if self.study.loading.until == "severed":
+            yield (
+                "the deck deletes elements over the whole stroke, but in the study the stem parts under the edge "
+                "(`until: severed`), so only the force up to the first fracture is comparable"
+            )
 
     def _without_lengths(self) -> Iterator[str]:
         lengths = {"edge_spread": self.edge_spread, "internal_length": self.internal_length}
