@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from itertools import pairwise
-from math import ceil, inf, pi
+from math import ceil, cos, inf, pi, radians, sin
 
 import numpy as np
 from numpy.typing import NDArray
@@ -223,7 +223,8 @@ def _blade(test: ShearTest) -> Tool:
         corners=test.blade.outline(),
         radius=test.blade.edge_radius,
         height=top + test.loading.gap,
-        speed=-test.loading.speed,
+        speed=-test.loading.speed * cos(radians(test.loading.sliding_angle)),
+        slide=test.loading.speed * sin(radians(test.loading.sliding_angle)),
         edge=0.0,
         spread=test.blade.edge_spread,
         parts=test.parts,

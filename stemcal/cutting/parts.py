@@ -104,13 +104,15 @@ class Loading:
     """Blade speed (mm/s), duration (s) and the gap at the start between edge and stem (mm).
 
     `until` first_fracture: elements that fail are deleted, and the test ends when the force has dropped. severed: the
-    stem parts on the plane under the edge, and the test ends when it is in two parts.
+    stem parts on the plane under the edge, and the test ends when it is in two parts. At a
+    `sliding_angle` θ (degrees) the edge closes in at cos θ of the speed and slides along itself at sin θ.
     """
 
     speed: float = 100.0 / 60.0
     duration: float = 0.5
     gap: float = 0.001
     until: Until = "first_fracture"
+    sliding_angle: float = 0.0
 
 
 @dataclass(frozen=True)

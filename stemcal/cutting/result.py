@@ -1,6 +1,7 @@
 """From a solver's history to what a shear test is made for: the force curve, its peak, and whether to trust it."""
 
 from dataclasses import dataclass
+from math import cos, radians, sin
 from typing import Any
 
 import numpy as np
@@ -35,12 +36,14 @@ class ForceHistory:
 
     Forces in N, energies in mJ, time in s, travel of the blade from first touch in mm. `force` is that on the blade,
     `supports` the filtered one on what carries the stem: they differ by its inertia. `contact` is the sum of what the
-    blade's edge, its flanks, the supports and friction hold back of the blade's work.
+    blade's edge, its flanks, the supports and friction hold back of the blade's work. The force is along the travel;
+    `along_edge` is what resists the sliding of an oblique edge along itself.
     """
 
     time: Array
     travel: Array
     force: Array
+    along_edge: Array
     force_filtered: Array
     kinetic: Array
     internal: Array
@@ -136,12 +139,16 @@ def force_history(loading: Loading, how: Discretisation, history: History, scale
     The force is that on the first tool; without tools that of the ends that are driven, work over travel.
     """
     tools = history.force.shape[1] > 0
+    angle = radians(loading.sliding_angle)
     force = scale * (history.force[:, 0, 2] if tools else _driving_force(loading, history))
+    along_edge = scale * history.force[:, 0, 1] if angle else np.zeros_like(force)
+    force = force * cos(angle) - along_edge * sin(angle) if angle else force
     carried = -scale * history.force[:, 1:, 2].sum(axis=1) if tools else force
     return ForceHistory(
         time=history.time,
-        travel=loading.speed * history.time - loading.gap,
+        travel=loading.speed * history.time - loading.gap / cos(angle),
         force=force,
+        along_edge=-along_edge,
         force_filtered=moving_mean(force, filter_rows(loading, how)),
         kinetic=scale * history.kinetic,
         internal=scale * history.internal,

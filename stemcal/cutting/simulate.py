@@ -11,6 +11,7 @@ from stemcal.cutting.end_state import shape_of
 from stemcal.cutting.parts import (
     SHARES,
     ShearTest,
+    Symmetry,
 )
 from stemcal.cutting.result import (
     BreakWatch,
@@ -59,7 +60,7 @@ def shear(test: ShearTest, inspect: Inspect | None = None) -> CuttingResult:
     history = simulate(model, test.loading.duration, report, look if whole else inspect)
     wall = time.perf_counter() - started
     curve = force_history(test.loading, mean_over_travel(test) if whole else how, history, scale)
-    if test.supports.kind != "span":  # the force on a clamp is not measured
+    if test.supports.kind != "span" or test.loading.sliding_angle:  # forces on a clamp and askew are not measured
         curve = replace(curve, supports=curve.force_filtered)
     broken = None if whole else break_row(curve.force_filtered, curve.deleted, how.break_drop)
     result = evaluate(curve, history, test.material, broken, len(model.mesh.hexes), wall)
@@ -73,4 +74,5 @@ def placed(test: ShearTest, shift: float) -> ShearTest:
     Erosion takes whole elements, so the force depends on where the nodes lie. A shift by s elements mirrors one by −s,
     so the midpoints of equal parts of [0, ½] represent all places.
     """
-    return replace(test, discretisation=replace(test.discretisation, symmetry="half", shift=shift))
+    symmetry: Symmetry = "none" if test.loading.sliding_angle else "half"
+    return replace(test, discretisation=replace(test.discretisation, symmetry=symmetry, shift=shift))

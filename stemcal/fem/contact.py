@@ -34,6 +34,8 @@ class Tool:
         their nodes alone.
     parts : bool
         Whether a spread edge parts the body on the plane under it (`kernels.parting`), which layers of nodes then are.
+    slide : float
+        Its velocity along y, mm/s: an oblique edge slides along itself.
     """
 
     corners: tuple[tuple[float, float], ...]
@@ -44,6 +46,7 @@ class Tool:
     spread: float = 0.0
     faces: bool = False
     parts: bool = False
+    slide: float = 0.0
 
     def __post_init__(self) -> None:
         """Refuse a polygon that is not convex and counter-clockwise."""
@@ -102,6 +105,7 @@ def tool_arrays(tools: tuple[Tool, ...], nodes: int) -> ToolArrays:
         radius=np.array([tool.radius for tool in tools], dtype=float),
         height=np.array([tool.height for tool in tools], dtype=float),
         speed=np.array([tool.speed for tool in tools], dtype=float),
+        slide=np.array([tool.slide for tool in tools], dtype=float),
         edge=np.array([tool.edge or 0.0 for tool in tools], dtype=float),
         spread=np.array([0.0 if tool.edge is None else tool.spread for tool in tools], dtype=float),
         reach=np.array(

@@ -228,7 +228,9 @@ def shear_test(study: Study, levels: Mapping[str, float], diameter: float) -> Sh
             edge_spread=blade.edge_spread.at(diameter),
         ),
         supports=Supports(**dict(study.supports)),
-        loading=Loading(study.loading.speed, study.loading.duration_at(diameter), GAP, study.loading.until),
+        loading=Loading(
+            study.loading.speed, study.loading.duration_at(diameter), GAP, study.loading.until, blade.sliding_angle
+        ),
         contact=Contact(contact.static_friction, contact.dynamic_friction, contact.decay, contact.penalty, DAMPING),
         discretisation=_discretisation(study, diameter),
     )
@@ -265,11 +267,12 @@ def _length_written(length: Length, diameter: float) -> str:
 def _discretisation(study: Study, diameter: float) -> Discretisation:
     """Return the mesh at a stem diameter (mm)."""
     solver = _options(study).at_speed(study.loading.speed)
+    over_nodes = solver.edge_over == "nodes"
     mirrored = study.blade.bevel == "both" and study.supports.kind == "span"
     return Discretisation(
         element_size=solver.element_size.at(diameter),
         through_wall=solver.elements_through_wall,
-        symmetry="quarter" if mirrored and solver.edge_over == "nodes" else "half",
+        symmetry="none" if study.blade.sliding_angle else "quarter" if mirrored and over_nodes else "half",
         edge_over=solver.edge_over,
         hourglass=solver.hourglass,
         integration=Integration(

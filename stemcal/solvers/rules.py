@@ -183,6 +183,9 @@ def _whole_cut_can_part(draft: Draft, solver: EmbeddedSolver) -> Iterator[Findin
     if study.supports.kind == "span" and solver.edge_over == "elements":
         message = "`until: severed` requires a row of nodes under the edge, where the stem parts"
         yield Finding(("solver", "edge_over"), message, "write `edge_over: nodes`")
+    if study.blade.bevel == "one":
+        message = "`until: severed` is not available for a blade with one bevel: its side force bends the cut sideways"
+        yield Finding(("blade", "bevel"), message, "write `bevel: both`, or `until: first_fracture` under `loading`")
     lengths = {
         ("blade", "edge_spread"): study.blade.edge_spread,
         ("material", "internal_length"): study.material.internal_length,
@@ -202,16 +205,22 @@ OF_TEMPLATES = (_placeholders_are_known, _chance_is_declared, _run_files_differ)
 OF_COMMAND = (*OF_TEMPLATES, _placeholders_are_used, _every_response_is_read)
 
 
+def written(value: str | float) -> str:
+    """Return an angle with its unit, a word as it is."""
+    return value if isinstance(value, str) else f"{value:g} deg"
+
+
 def _deck_ends_at_the_first_fracture(draft: Draft, _solver: DeckSolver) -> Iterator[Finding]:
     """A deck has two supports, and deletes elements until the stem fractures."""
     study = draft.study
     for key, value, usual in (
         (("supports", "kind"), study.supports.kind, "span"),
         (("loading", "until"), study.loading.until, "first_fracture"),
+        (("blade", "sliding_angle"), study.blade.sliding_angle, 0.0),
     ):
         if value != usual:
-            message = f"`{value}` is not available in a deck"
-            yield Finding(key, message, f"write `{key[1]}: {usual}`, or use `solver: {{kind: embedded}}`")
+            message = f"`{key[1]}: {written(value)}` is not available in a deck"
+            yield Finding(key, message, f"write `{key[1]}: {written(usual)}`, or use `solver: {{kind: embedded}}`")
 
 
 OF_DECK = (

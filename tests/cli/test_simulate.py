@@ -24,7 +24,7 @@ def known_result() -> CuttingResult:
     zeros = np.zeros_like(time)
     names = (
         *("kinetic", "internal", "hourglass", "eroded", "contact", "contact_edge", "contact_flanks"),
-        *("contact_supports", "contact_friction", "supports", "external", "balance", "deleted", "parted"),
+        *("contact_supports", "contact_friction", "supports", "external", "balance", "deleted", "parted", "along_edge"),
     )
     history = ForceHistory(time=time, travel=travel, force=force, force_filtered=force, **dict.fromkeys(names, zeros))
     return CuttingResult(

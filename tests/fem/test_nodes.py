@@ -48,9 +48,9 @@ def test_nodes_move_as_the_formula_says() -> None:
     sums = state.ledger.node_sums
     kinetic = energy_within(body, KICK)
     by_source, contact_held = body.pushes.force.copy(), np.zeros(KINDS)
-    take(body, KICK, state.tools.speed, contact_held)
+    take(body, KICK, state.tools, contact_held)
     kick_and_drift(body, KICK, DRIFT, sums, 0, len(sums))
-    leave(body, KICK, state.tools.speed, contact_held)
+    leave(body, KICK, state.tools, contact_held)
     round_off = 1e-14 * np.abs(new).max()
     np.testing.assert_allclose(body.v, new, rtol=0.0, atol=round_off)
     np.testing.assert_allclose(body.x, x + DRIFT * new, rtol=0.0, atol=round_off)
@@ -71,7 +71,7 @@ def test_kinetic_energy_gains_the_work_done() -> None:
     state = shaken()
     body, count = state.body, len(state.body.x)
     f, v, mass = body.f[:count].copy(), body.v.copy(), body.mass[:, None]
-    contact_held, still = np.zeros(KINDS), np.zeros(1)
+    contact_held, still = np.zeros(KINDS), state.tools._replace(speed=np.zeros(1))
     take(body, KICK, still, contact_held)
     kick_and_drift(body, KICK, DRIFT, state.ledger.node_sums, 0, len(state.ledger.node_sums))
     leave(body, KICK, still, contact_held)

@@ -32,6 +32,7 @@ class ToolArrays(NamedTuple):
     radius: Array  # (T,) how far the polygon is swollen
     height: Array  # (T,) current z of the tool's own origin, changes
     speed: Array  # (T,) its velocity along z
+    slide: Array  # (T,) its velocity along y
     edge: Array  # (T,) x of its edge
     spread: Array  # (T,) distance from its edge within which its nodes are the edge's, 0 without a spread edge
     reach: Array  # (T,) how far next to its edge it meets faces, 0 without a spread edge
@@ -183,7 +184,7 @@ def push_nodes_out(
             if depth <= 0.0:
                 old[:] = 0.0
                 continue
-            relative = (v[n, 0], v[n, 1], v[n, 2] - tools.speed[t])
+            relative = (v[n, 0], v[n, 1] - tools.slide[t], v[n, 2] - tools.speed[t])
             force, spring = contact_force(
                 depth, (nx, 0.0, nz), relative, (old[0], old[1], old[2]), mass[n], dt0, dt, friction
             )
@@ -297,7 +298,7 @@ def push_skin_out(
                     old[:] = 0.0
                     continue
                 weight = (0.5 if s % ALONG in (0, ALONG - 1) else 1.0) / (AROUND * (ALONG - 1))
-                mass, u, w, uz = 0.0, 0.0, 0.0, -tools.speed[t]
+                mass, u, w, uz = 0.0, 0.0, -tools.slide[t], -tools.speed[t]
                 for corner in range(4):
                     node, share = tools.skin[f, corner], shape[corner]
                     mass += 4.0 * weight * share * tools.skin_mass[f, corner]
@@ -367,7 +368,7 @@ def push_faces_out(
             sample_mass = corner_mass[m] / (edge.per_face * sum_of_squares(shape))
             relative = (
                 shape[0] * v[a, 0] + shape[1] * v[b, 0] + shape[2] * v[c, 0] + shape[3] * v[d, 0],
-                shape[0] * v[a, 1] + shape[1] * v[b, 1] + shape[2] * v[c, 1] + shape[3] * v[d, 1],
+                shape[0] * v[a, 1] + shape[1] * v[b, 1] + shape[2] * v[c, 1] + shape[3] * v[d, 1] - tools.slide[t],
                 shape[0] * v[a, 2] + shape[1] * v[b, 2] + shape[2] * v[c, 2] + shape[3] * v[d, 2] - tools.speed[t],
             )
             # a face whose middle is under the edge stays on one side in spite of round-off

@@ -242,6 +242,7 @@ def _move_tools(tools: Floats, ledger: Floats, kick: float, dt: float) -> float:
         for i in range(3):
             ledger.impulse[t, i] += kick * tools.force[t, i]
         ledger.external_work[0] -= kick * tools.force[t, 2] * tools.speed[t]
+        ledger.external_work[0] -= kick * tools.force[t, 1] * tools.slide[t]
         tools.height[t] += dt * tools.speed[t]
         fastest = max(fastest, abs(tools.speed[t]))
     return fastest
@@ -284,7 +285,7 @@ def _kick_by_contact(until: float, body: Floats, tools: Floats, clock: Floats, l
     kick = _mean_step(clock)
     if clock.time[0] + clock.step[0] >= until:
         ledger.kinetic[0] = kinetic_energy_within(body, kick)
-    take_pushes(body, kick, tools.speed, ledger.held)
+    take_pushes(body, kick, tools, ledger.held)
 
 
 @kernel
@@ -292,7 +293,7 @@ def finish_step(body: Floats, tools: Floats, clock: Floats, ledger: Floats) -> i
     """Do what follows the motion of the nodes: books, tools, time; returns why the march must end, or GOING_ON."""
     dt, kick = clock.step[0], _mean_step(clock)
     work, fastest = add_chunks(ledger.node_sums)
-    leave_pushes(body, kick, tools.speed, ledger.held)
+    leave_pushes(body, kick, tools, ledger.held)
     ledger.external_work[0] += work
     clock.reach[0] += dt * (fastest + _move_tools(tools, ledger, kick, dt))
     clock.time[0] += dt

@@ -149,7 +149,7 @@ def push(pushes: Any, source: int, n: int, i: int, force: float) -> None:
 
 
 @kernel
-def take_pushes(body: Any, kick: float, speed: Array, held: Array) -> None:
+def take_pushes(body: Any, kick: float, tools: Any, held: Array) -> None:
     """Advance the velocities of what contact touches under its forces.
 
     What contact holds back, ½ kick·f·(V − v) with the tools' speed V and the velocities before, is added to `held`
@@ -157,7 +157,7 @@ def take_pushes(body: Any, kick: float, speed: Array, held: Array) -> None:
     """
     pushes = body.pushes
     for s in range(pushes.force.shape[0]):
-        held[s] += 0.5 * kick * _power_held(body, s, speed)
+        held[s] += 0.5 * kick * _power_held(body, s, tools)
     for s in range(pushes.force.shape[0]):
         for m in range(pushes.many[s]):
             n = pushes.nodes[s, m]
@@ -166,23 +166,24 @@ def take_pushes(body: Any, kick: float, speed: Array, held: Array) -> None:
 
 
 @kernel
-def _power_held(body: Any, source: int, speed: Array) -> float:
+def _power_held(body: Any, source: int, tools: Any) -> float:
     """Return f·(V − v) summed over what a source pushes: the power that does not reach the nodes."""
-    pushes, power = body.pushes, 0.0
+    pushes, power, t = body.pushes, 0.0, source % tools.speed.shape[0]
     for m in range(pushes.many[source]):
         n, force = pushes.nodes[source, m], pushes.force[source]
-        power += force[n, 2] * speed[source % speed.shape[0]]
+        power += force[n, 2] * tools.speed[t]
+        power += force[n, 1] * tools.slide[t]
         for i in range(3):
             power -= force[n, i] * body.v[n, i]
     return power
 
 
 @kernel
-def leave_pushes(body: Any, kick: float, speed: Array, held: Array) -> None:
+def leave_pushes(body: Any, kick: float, tools: Any, held: Array) -> None:
     """Forget the contact forces, once what they hold back with the velocities of now is added to `held`."""
     pushes = body.pushes
     for s in range(pushes.force.shape[0]):
-        held[s] += 0.5 * kick * _power_held(body, s, speed)
+        held[s] += 0.5 * kick * _power_held(body, s, tools)
         for m in range(pushes.many[s]):
             n = pushes.nodes[s, m]
             for i in range(3):

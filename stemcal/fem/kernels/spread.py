@@ -338,7 +338,7 @@ def _common_give(edge: Floats, j: int, other: int, inverse_mass: Array) -> float
 @kernel
 def push_spread_edge(edge: Floats, tools: Floats, body: Floats, kick: float, dt: float, friction: Floats) -> None:
     """Add to `body.pushes` the forces that keep the surface under the rows from rising above the edge."""
-    speed, tip = tools.speed[edge.tool], tools.height[edge.tool]
+    speed, slide, tip = tools.speed[edge.tool], tools.slide[edge.tool], tools.height[edge.tool]
     _foresee(edge, body, kick)
     for j in range(edge.sizes.shape[0]):
         if edge.sizes[j] == 0:
@@ -350,8 +350,8 @@ def push_spread_edge(edge: Floats, tools: Floats, body: Floats, kick: float, dt:
     _solve_rows(edge, kick)
     for p in range(edge.pairs.shape[0]):
         j, across = edge.pairs[p, 0], edge.pairs[p, 1]
-        first = _rub(edge, j, speed, kick, friction)
-        second = _rub(edge, across, speed, kick, friction)
+        first = _rub(edge, j, slide, speed, kick, friction)
+        second = _rub(edge, across, slide, speed, kick, friction)
         _impart(edge, body, j, first, kick)
         if across >= 0:
             _impart(edge, body, across, second, kick)
@@ -466,11 +466,11 @@ def _change_row(edge: Floats, j: int, change: float, kick: float) -> None:
 
 
 @inlined
-def _rub(edge: Floats, j: int, speed: float, kick: float, friction: Floats) -> Floats:
+def _rub(edge: Floats, j: int, slide: float, speed: float, kick: float, friction: Floats) -> Floats:
     """Give a row the friction that stops its mean slip, or as much as Coulomb's law allows; returns what is new."""
     if j < 0 or not _bears(edge, j):
         return 0.0, 0.0, 0.0, 0.0
-    slip = (0.0, 0.0, -speed)
+    slip = (0.0, -slide, -speed)
     nx, ny = edge.slope[j, 0], edge.slope[j, 1]
     for k in range(edge.sizes[j]):
         n, shape = edge.nodes[j, k], edge.shape[j, k]

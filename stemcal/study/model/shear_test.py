@@ -64,6 +64,9 @@ class BladeSection(Frozen):
     """Bevel of the edge: on both sides (`both`) or on one side (`one`)."""
     edge_radius: SizeOrZero = 0.1
     """Radius of the edge; 0 mm for a sharp edge."""
+    sliding_angle: Annotated[float, Quantity("angle", at_least=0, below=60)] = 0.0
+    """Angle between the travel of the blade and the normal to its edge, 0° for a straight cut. An oblique edge slides
+    along itself during the cut."""
     edge_spread: StemLengthOrZero = Length(divisor=9.5)
     """Half-width of the zone over which the contact force of the edge is spread: a length, or a fraction of the
     diameter such as d/9.5. The calibrated failure strain depends on this half-width. With 0 mm, the force depends on
