@@ -1,7 +1,7 @@
 """Coverage of the 95 % intervals of parameters and response surfaces in simulated studies.
 
 python benchmarks/interval_coverage.py [studies] [seed] [laboratory] [rough] [unequal] [laws] [failed] [hypercube]
-                                       [replicates] [solution] [priors] [surfaces] [fields]
+                                       [replicates] [solution] [priors] [surfaces] [fields] [conditions]
 
 The first number is the number of studies per row, 200 by default, which gives a sampling error of ± 3 %. The second
 number is the random seed. All rows except `solution`, `surfaces` and `fields` simulate studies of two parameters and
@@ -21,6 +21,9 @@ the forces.
 products of powers, sums of hyperbolic tangents), or with a rough but repeatable response. The row gives the coverage of
 the mean and of one further run at points of the region. `fields`: error variance of ŷ for Gaussian fields with several
 correlation lengths in half-steps, in units of the mean s², relative to h and to 1 + h: medians over the region.
+
+`conditions`: one surface over one to three factors and the diameter, from one composite design. The rows give the least
+coverage of a factor, and that of each measured mean by the interval predicted from the other diameters.
 """
 
 from __future__ import annotations
@@ -34,12 +37,13 @@ import numpy as np
 from scipy.stats.qmc import LatinHypercube
 
 from stemcal.doe.box_behnken import box_behnken
-from stemcal.doe.calibration.confidence_intervals import _CLOUD, _held_at
+from stemcal.doe.calibration.confidence_intervals import _CLOUD, _held_at, left_out_intervals
 from stemcal.doe.calibration.likelihood import Fit, Prior, fit
 from stemcal.doe.calibration.observations import Observation
 from stemcal.doe.calibration.region import Region
-from stemcal.doe.coding import Array, term_columns
-from stemcal.doe.composite import central_composite
+from stemcal.doe.coding import Array, Coding, term_columns
+from stemcal.doe.composite import axial_distance, central_composite
+from stemcal.doe.regression.section import Place, Section, fit_whole, left_out_percent
 from stemcal.doe.regression.surface import Surface, fit_surface
 from stemcal.errors import StemcalError
 
@@ -393,7 +397,94 @@ def _correlation(a: Array, b: Array, length: float) -> Array:
     return np.asarray(np.exp(-0.5 * np.sum((a[:, None] - b[None]) ** 2, axis=2) / length**2))
 
 
+# ---- one surface over factors and diameters
+
+
+def exact_power(k: int, random: np.random.Generator) -> Law:
+    """F = 100·(d/8)^p·Π(1 + sᵢxᵢ)^eᵢ·(1 + s_k x_k)^(g·ln(d/8)), constants drawn."""
+    s, e = random.uniform(0.12, 0.3, k), np.array([0.8, 0.3, -0.4])[:k] * random.uniform(0.7, 1.3, k)
+    p, g = random.uniform(1.8, 2.6), random.uniform(0.2, 0.5)
+    return lambda x, d: float(
+        100.0 * (d / 8) ** p * np.prod((1.0 + s * x) ** e) * (1.0 + s[-1] * x[-1]) ** (g * np.log(d / 8))
+    )
+
+
+def crossed(k: int, random: np.random.Generator) -> Law:
+    """F = 100·(d/8)^(p + gx)·exp(bx + c·x₁x_k), constants drawn."""
+    b, g = np.array([0.25, 0.12, 0.1])[:k] * random.uniform(0.7, 1.3, k), random.uniform(-0.2, 0.2, k)
+    p, c = random.uniform(1.8, 2.6), random.uniform(-0.08, 0.08)
+    return lambda x, d: float(100.0 * (d / 8) ** (p + g @ x) * np.exp(b @ x + c * x[0] * x[-1]))
+
+
+def two_mechanisms(k: int, random: np.random.Generator) -> Law:
+    """F = a·(1 + s₁x₁)·(d/8)^2.4 + (100 − a)·(1 + s₂x₂)^0.7·(1 + s_k x_k)^(−0.5)·(d/8)^1.6, constants drawn."""
+    s, share = random.uniform(0.12, 0.3, k), random.uniform(30.0, 70.0)
+
+    def law(x: Array, d: float) -> float:
+        u = 1.0 + s * x
+        other = (u[-1] ** -0.5 if k > 1 else 1.0) * (u[1] ** 0.7 if k > 2 else 1.0)
+        return float(share * u[0] * (d / 8) ** 2.4 + (100.0 - share) * other * (d / 8) ** 1.6)
+
+    return law
+
+
+OVER_LAWS = {"power": exact_power, "crossed": crossed, "two mechanisms": two_mechanisms}
+SITUATIONS: dict[str, dict[str, float]] = {
+    "two factors": {},
+    "one factor": {"k": 1},
+    "three factors": {"k": 3},
+    "rough by 0.4 %": {"rough": 0.004},
+    "rough by 2 %": {"rough": 0.02},
+    "3 specimens": {"n": 3},
+    "one diameter with cv × 3": {"odd": 1},
+    "a failed run": {"failed": 1},
+}
+
+
+def of_one_surface(
+    kind: str, random: np.random.Generator, k: int = 2, rough: float = 0.0, n: int = 6, odd: int = 0, failed: int = 0
+) -> Planted:
+    """Plant a study whose surface of the response, or of its logarithm, is over k factors and the diameter."""
+    law, reach = OVER_LAWS[kind](k, random), axial_distance(k + 1)
+    design = central_composite(k + 1, 1)
+    design = np.delete(design, random.choice(len(design) - 1, failed, replace=False), axis=0)
+    middle, half = np.log(77.0) / 2.0, np.log(11.0 / 7.0) / 2.0 / reach
+    runs = np.array([law(z[:-1], float(np.exp(middle + half * z[-1]))) for z in design])
+    runs *= np.exp(rough * random.standard_normal(len(runs)))
+    names = [f"x{j}" for j in range(k)]
+    fits = {log: fit_whole(design, runs, [*names, "d"], None, log) for log in (True, False)}
+    logarithm = min(fits, key=lambda log: left_out_percent(fits[log], log) or 0.0)
+    coding = Coding(tuple(names), (0.0,) * k, (1.0,) * k)
+    places = [Place(coding, float((np.log(d) - middle) / half)) for d in DIAMETERS]
+    truth = random.uniform(-0.9, 0.9, k)
+    variation = SAME * np.where(odd * (np.arange(5) == random.integers(5)), 3.0, 1.0)
+    true = np.array([law(truth, d) for d in DIAMETERS]) * np.exp(rough * random.standard_normal(5))
+    broken = true[:, None] * (1.0 + variation[:, None] * random.standard_normal((5, n)))
+    means = zip(places, broken.mean(axis=1).tolist(), broken.std(axis=1, ddof=1).tolist(), strict=True)
+    seen = [Observation(Section(fits[logarithm], place, logarithm), mean, sd, n) for place, mean, sd in means]
+    return Planted(seen, truth, Region(np.full(k, -reach), np.full(k, reach), None))
+
+
+def condition_rows(studies: int) -> None:
+    """Print studies of one surface over factors and diameters."""
+    print("one surface over factors and diameters         factors  left out  rejects, %")
+    for kind in OVER_LAWS:
+        for label, options in SITUATIONS.items():
+            held, inside, rejected = [], [], 0
+            for study in range(studies):
+                planted = of_one_surface(kind, np.random.default_rng([SEED, study]), **options)  # type: ignore[arg-type]
+                found = fit(planted.observations, planted.region)
+                held.append(holds(found, planted.truth))
+                ends = zip(left_out_intervals(found, DIAMETERS.tolist()), planted.observations, strict=True)
+                inside += [low <= mean.measured <= high for (low, high), mean in ends]
+                rejected += (found.p_value or 1.0) < 0.05
+            least, predicted = 100.0 * np.mean(held, axis=0).min(), 100.0 * np.mean(inside)
+            share = 100.0 * rejected / studies
+            print(f"{kind + ', ' + label:<46} {least:7.1f} {predicted:9.1f} {share:8.1f}", flush=True)
+
+
 ROWS: dict[str, Callable[[int], None]] = {
+    "conditions": condition_rows,
     "laboratory": laboratory_rows,
     "unequal": unequal_rows,
     "rough": rough_rows,

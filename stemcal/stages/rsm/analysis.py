@@ -144,8 +144,9 @@ def foresee(study: Study, solver: Solver, folder: StudyFolder | None) -> Asked:
     joint = () if design.conditions else study.joint_targets
     conditions = [study.targets.calibrate_at, *(target.condition for target in joint)]
     requests = [request for condition in dict.fromkeys(conditions) for request in design.requests(condition)]
+    count = len(design.names) - bool(design.conditions)
     text = (
-        f"The plan assumes {len(design.names)} factors for the response surface because the screening has not yet "
+        f"The plan assumes {count} factors for the response surface because the screening has not yet "
         "selected the factors."
     )
     return Asked("rsm", requests, known, None if known else Note("factors_assumed", "caution", text), design)
