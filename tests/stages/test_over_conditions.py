@@ -11,6 +11,7 @@ from fakes import TWO_FACTORS, FakeSolver
 from planting import judged
 
 from stemcal.errors import SpecError
+from stemcal.overview.plan import plan
 from stemcal.report.outcome import tables_of
 from stemcal.runs.executors import InlineExecutor
 from stemcal.runs.study_folder import StudyFolder
@@ -145,6 +146,16 @@ def test_the_report_states_the_logarithm_and_the_coding(tmp_path: Path) -> None:
     text = " ".join(" ".join(table.foot) for table in tables_of(rsm))
     assert "ln F = " in text and "ln diameter" in text
     assert any(note.kind == "response_scale" for note in rsm.notes)
+
+
+@pytest.mark.parametrize("text", [TWO_FACTORS, GROWING])
+def test_the_plan_states_the_runs_of_both_ways(tmp_path: Path, text: str) -> None:
+    """Two factors at four diameters: 9·4 runs, three of which one is an exponent 15·4; one surface 15 in both."""
+    three = OVER if text == TWO_FACTORS else OVER.replace("failure_strain]", "failure_strain, growth]")
+    for chosen in (three, three.replace("over: conditions, ", "")):
+        study = spec(tmp_path, text + "screen: {design: none}\n" + chosen)
+        (note,) = (note for note in plan(study).notes if note.kind == "surface_runs")
+        assert "15 runs" in note.text and ("needs 36" if text == TWO_FACTORS else "needs 60") in note.text
 
 
 @pytest.mark.parametrize("over", ["rsm: {over: conditions}\n", OVER.replace("diameters: all", "")])

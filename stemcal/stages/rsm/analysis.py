@@ -149,7 +149,9 @@ def foresee(study: Study, solver: Solver, folder: StudyFolder | None) -> Asked:
         f"The plan assumes {count} factors for the response surface because the screening has not yet "
         "selected the factors."
     )
-    return Asked("rsm", requests, known, None if known else Note("factors_assumed", "caution", text), design)
+    names = tuple(name for name in design.names if name in study.names) + design.held
+    compared = over.runs_of_both(study, names) if given is None else None
+    return Asked("rsm", requests, known, compared if known else Note("factors_assumed", "caution", text), design)
 
 
 # ---- the design run at the other diameters of a joint fit

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from math import exp, log
 
@@ -11,6 +12,8 @@ import numpy as np
 from stemcal.doe import designs
 from stemcal.doe.coding import Array, Coding
 from stemcal.doe.regression.section import bend_of, fit_whole, left_out_percent
+from stemcal.errors import UsageError
+from stemcal.formats import counted
 from stemcal.notes import Note
 from stemcal.stages.design import Design
 from stemcal.stages.fitting import ConditionAxis
@@ -50,6 +53,23 @@ def over_design(study: Study, coding: Coding) -> Design:
     )
     each = coding.runs(levels, study.midlevels())
     return Design("rsm", options.design, whole, coded, each, conditions=conditions, held=tuple(held))
+
+
+def runs_of_both(study: Study, names: Sequence[str]) -> Note | None:
+    """Return the number of runs of one design over all fitted conditions, and of a design at each of them."""
+    options, conditions = study.of(RsmOptions), {target.condition for target in study.joint_targets}
+    if len(conditions) < 2:
+        return None
+    sizes = len(names) + 1 - len(growing_with(study, names)), len(names)
+    with suppress(UsageError):  # a design has its limits
+        one, each = (len(np.unique(designs.surface_runs(k, options.chosen()), axis=0)) for k in sizes)
+        condition = study.naming.condition.noun if study.naming.condition is not None else "condition"
+        text = (
+            f"One response surface over factors and {condition} (`rsm.over: conditions`) needs {counted(one, 'run')}; "
+            f"a response surface at each of {len(conditions)} {condition}s needs {each * len(conditions)}."
+        )
+        return Note("surface_runs", "info", text)
+    return None
 
 
 def scaled(axis: ConditionAxis, study: Study, design: Design, runs: Sequence[DesignRun]) -> ConditionAxis:
