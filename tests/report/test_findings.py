@@ -35,7 +35,7 @@ def test_a_plane_has_no_stationary_point(stages: dict[str, Any], edited: Any) ->
 def test_what_the_force_leaves_open(stages: dict[str, Any]) -> None:
     """The two directions of the null space of one force, in natural units."""
     text = " ".join(printed(stages["invert"]).split())
-    assert "constrains yield_stress to between 15.35 and 19.96 MPa (46 % of the factor range)" in text
+    assert "constrains yield_stress to between ≤ 15.35 and ≥ 19.96 MPa (46 % of the factor range)" in text
     assert "hardly changes if yield_stress decreases by 0.483 MPa and failure_strain increases by 0.01." in text
 
 

@@ -241,13 +241,15 @@ def out_of_reach(evidence: Evidence) -> Iterator[Note]:
     target, (low, high), names = study.calibration_target.response, advice.reach(surface), evidence.names
     if low <= target <= high:
         return
-    measured = f"The measured {names.response.long} of {names.quantity(target, 'g')} is out of reach"
+    measured = f"The measured {names.response.long} of {names.quantity(target, 'g')}"
     if (elsewhere := _reached_by_others(evidence, surface, target)) is not None:
         text, remedy = elsewhere
         surface_only = f"the response surface allows only {names.quantities((low, high))}"
-        yield Note("out_of_reach", "error", f"{measured} of the varied factors: {surface_only}. {text}", remedy)
+        yield Note(
+            "out_of_reach", "error", f"{measured} is out of reach of the varied factors: {surface_only}. {text}", remedy
+        )
         return
-    text = f"{measured}: the factor ranges allow only {names.quantities((low, high))}."
+    text = f"{measured} is out of reach: the factor ranges allow only {names.quantities((low, high))}."
     yield Note("out_of_reach", "error", text, advice.to_reach(study, surface, target))
 
 
