@@ -371,3 +371,11 @@ def test_studies_cannot_be_changed() -> None:
     study = study_of(MINIMAL)
     with pytest.raises(ValueError, match="frozen"):
         study.specimen.length = 3.0  # type: ignore[misc]
+
+
+def test_a_blade_thinner_than_elements_is_questioned() -> None:
+    """A whole cut of 15 mm has elements of 15/16 mm: 0.75 of a blade of 1.25 mm, so that 1.2 mm is questioned."""
+    text = (CASES / "good" / "whole-cut.yaml").read_text(encoding="utf-8")
+    for thickness, questioned in ((1.2, True), (1.3, False)):
+        warned = study_of(f"{text}blade: {{thickness: {thickness} mm}}\n").warnings
+        assert any("thickness of the blade" in one for one in warned) is questioned
