@@ -17,7 +17,7 @@ import pytest
 from fakes import FakeSolver, make_study
 
 from stemcal.doe.coding import term_columns
-from stemcal.doe.designs import SURFACES
+from stemcal.doe.designs import SURFACES, SurfaceDesign, SurfaceOptions
 from stemcal.errors import SpecError, UsageError
 from stemcal.registry import Registry
 from stemcal.stages.rsm.analysis import study_design
@@ -110,6 +110,36 @@ def test_damaged_metadata_of_another_package_do_no_harm(
     assert registry(monkeypatch, tmp_path).named("sound") is not None
 
 
+class _Wrong(SurfaceDesign):
+    name = "wrong"
+
+    def __init__(self, points: Any) -> None:
+        self.returned = points
+
+    def points(self, k: int, options: SurfaceOptions) -> Any:
+        if callable(self.returned):
+            self.returned()
+        return self.returned
+
+
+@pytest.mark.parametrize(
+    ("returned", "reason"),
+    [
+        (np.array([[0.0, math.nan]]), "not finite"),
+        ([["low", "high"]], "could not convert"),
+        (np.zeros((4, 3)), r"shape \(4, 3\)"),
+        (np.zeros(4), r"shape \(4,\)"),
+        (np.zeros((0, 2)), r"shape \(0, 2\)"),
+        (None, "not finite|failed"),
+        ([[1.0, 2.0], [3.0]], "failed for 2 factors: ValueError"),
+        (sys.exit, "failed for 2 factors: SystemExit"),
+    ],
+)
+def test_a_design_that_returns_no_points_is_named(returned: Any, reason: str) -> None:
+    with pytest.raises(UsageError, match=rf"the `wrong` design cannot be used: .*({reason})"):
+        _Wrong(returned).runs(2, SurfaceOptions())
+
+
 def test_stages_that_need_each_other_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     study = make_study(tmp_path)
     assert [stage.name for stage in stages_of(study)] == ["screen", "rsm", "invert", "validate"]
@@ -157,7 +187,7 @@ def test_the_example_of_a_design_is_a_choice_where_it_is_installed(
 
 PLUGINS = ROOT / "examples" / "plugins"
 CHECKED = """
-from stemcal.doe.designs import SURFACES
+from stemcal.doe.designs import SURFACES, SurfaceDesign, SurfaceOptions
 from stemcal.stages.stage import STAGES
 from stemcal.study.model.laboratory_kind import TESTS
 from stemcal.study.types.solver_kind import SOLVERS

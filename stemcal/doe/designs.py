@@ -7,7 +7,7 @@ A new screening design is one function and one line in `SCREENING`, a new surfac
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import product
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from stemcal.doe.coding import Array, term_columns
 from stemcal.doe.composite import axial_distance, central_composite
 from stemcal.doe.factorial import fraction, plackett_burman
 from stemcal.errors import UsageError
-from stemcal.registry import Checked, Registry
+from stemcal.registry import Checked, ForeignError, Registry, contained
 
 _MOST_FOR_FIVE_LEVELS = 5
 _RUNS_PER_TERM = 2  # of a Latin hypercube whose number of runs is not given
@@ -78,7 +78,33 @@ class SurfaceDesign(Checked):
         least, most = self.factors
         if not (1 if least == 2 else least) <= k <= most:  # a spec may name a single factor
             raise UsageError(f"rsm.factors: the `{self.name}` design requires {least} to {most} factors, not {k}")
-        return np.asarray(self.points(k, options))
+        reach, radius, points = (self._checked(part, k, options) for part in (self.reach, self.radius, self.points))
+        if points.ndim != 2 or points.shape[1] != k or not len(points) or reach.ndim or radius.ndim:
+            raise self._wrong(
+                f"`points` returned an array of shape {points.shape}, `reach` and `radius` of shapes {reach.shape} and "
+                f"{radius.shape}; required are (runs, {k}) and single numbers"
+            )
+        return points
+
+    def _checked(self, part: Callable[[int, SurfaceOptions], Any], k: int, options: SurfaceOptions) -> Array:
+        """Return what a method of a design returns, as finite numbers; another package may return anything."""
+        try:
+            with contained():
+                found = np.asarray(part(k, options), dtype=float)
+        except ForeignError as error:
+            if isinstance(error.__cause__, UsageError):
+                raise error.__cause__ from None
+            raise self._wrong(f"`{part.__name__}` failed for {k} factors: {error}") from None
+        if not np.isfinite(found).all():
+            raise self._wrong(f"`{part.__name__}` returned numbers that are not finite for {k} factors")
+        return found
+
+    def _wrong(self, reason: str) -> UsageError:
+        package = SURFACES.version_of(self.name)
+        return UsageError(
+            f"rsm.design: the `{self.name}` design{f' of {package}' * bool(package)} cannot be used: {reason}. Choose "
+            "another design, or correct the package and run `stemcal.testing.check_design`"
+        )
 
     def reach(self, k: int, options: SurfaceOptions) -> float:
         """Return the coded distance of the low and high levels of a factor."""

@@ -6,19 +6,22 @@ does, but does not import the script that runs here: so a script, or a notebook,
 ended.
 """
 
+import atexit
 import gc
 import os
 import pickle
 import queue
+import select
 import signal
 import struct
 import subprocess
 import sys
 import threading
+import time
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from functools import partial
-from typing import IO, Any, TypeVar, cast
+from typing import IO, Any, NoReturn, TypeVar, cast
 
 from stemcal.processes.family import APART, GRACE_S, end_family
 from stemcal.processes.limits import RunTimedOut, next_of
@@ -27,6 +30,7 @@ LOADING_S = 3600.0  # to import what a call needs and to compile
 _LENGTH = struct.Struct("<Q")
 T = TypeVar("T")
 _BEGUN = b"begun"
+_LOOK_MS = 500  # between two looks of a guard at its worker
 
 
 class ChildDied(Exception):
@@ -88,10 +92,9 @@ class Child:
         """Close the input of the process, which then ends if it has nothing to compute."""
         with suppress(OSError):
             self._process.stdin.close()  # type: ignore[union-attr]
-        try:
+        with suppress(subprocess.TimeoutExpired):
             self._process.wait(GRACE_S)
-        except subprocess.TimeoutExpired:
-            self.kill()
+        self.kill()  # what is left of it
 
     def _listen(self) -> None:
         while (message := _taken(self._process.stdout)) is not None:
@@ -154,6 +157,9 @@ _SERVE = f"from {__name__} import serve; serve()"
 def serve() -> None:
     """Answer calls from standard input until it closes. Runs in the child."""
     source, target = _own_pipes()
+    if hasattr(os, "fork") and os.fork() == 0:  # no thread is running yet
+        _guard(source, target)
+    atexit.register(end_family, os.getpid())  # the last to run; the parent would not find what has left the session
     calls: queue.Queue[bytes | None] = queue.Queue()
     threading.Thread(target=_read, args=(source, calls), name="calls", daemon=True).start()
     with suppress(OSError):  # the caller is gone
@@ -164,6 +170,26 @@ def serve() -> None:
             calls.task_done()  # before the parent hears of it, and may close the pipe
             _put(target, answer)
     gc.freeze()  # the interpreter would search all that is loaded for garbage before it ends
+
+
+def _guard(source: IO[bytes], target: IO[bytes]) -> NoReturn:
+    """Wait until the caller or the worker is gone, then end the worker with all that it has started.
+
+    The worker itself cannot notice that its input has closed while it is in native code that keeps Python's lock.
+    """
+    worker, waiting = os.getppid(), select.poll()
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, signal.SIG_IGN)
+    target.close()  # the caller reads its end as the end of the worker
+    waiting.register(source, 0)  # the closing of a pipe is always reported
+    while os.getppid() == worker and not waiting.poll(_LOOK_MS):
+        pass
+    with suppress(Exception):
+        deadline = time.monotonic() + GRACE_S  # for a worker that has nothing to compute
+        while os.getppid() == worker and time.monotonic() < deadline:
+            time.sleep(0.05)
+        end_family(worker)
+    os._exit(0)
 
 
 def _own_pipes() -> tuple[IO[bytes], IO[bytes]]:

@@ -31,11 +31,12 @@ def end_family(pid: int, politely: bool = False) -> None:
 
 
 def _family(pid: int) -> set[psutil.Process]:
+    """Return a process, its descendants, and the members of the group or session that it leads, without this one."""
     found = {process for process in psutil.process_iter() if _is_member(process, pid)}
-    for process in list(found):
+    for leader in {pid, *(process.pid for process in found)}:  # also of this process, which is not among those found
         with suppress(psutil.Error):
-            found.update(process.children(recursive=True))
-    return found
+            found.update(psutil.Process(leader).children(recursive=True))
+    return {process for process in found if process.pid != os.getpid()}
 
 
 def _is_member(process: psutil.Process, leader: int) -> bool:

@@ -9,6 +9,7 @@ from dataclasses import replace
 
 from stemcal.errors import SimulationFailed, Waiting
 from stemcal.processes.limits import RunTimedOut, next_of
+from stemcal.registry import described
 from stemcal.runs.executors import ClusterLost, RunExecutor, WorkerDied
 from stemcal.runs.record import ACCIDENTS, TIMEOUT, Computed, Run
 from stemcal.runs.study_folder import provenance
@@ -80,5 +81,5 @@ def _ended(future: Future[Computed]) -> Computed:
         answer = Answer("failed", reason="worker_died", message=str(error))
     except Exception as error:
         logger.debug("a run raised", exc_info=error)
-        answer = Answer("failed", reason="exception", message=f"{type(error).__name__}: {error}")
+        answer = Answer("failed", reason="exception", message=described(error))
     return answer, {**provenance(), "finished": now()}

@@ -128,6 +128,8 @@ class EmbeddedSolver(SolverOptions):
 
 
 MOST_FILES = 100
+# A pattern can search for ever; Python cannot be interrupted in it.
+_READING_S = 10.0
 
 
 Argument = Annotated[str, StringConstraints(strict=True, min_length=1)]
@@ -150,6 +152,11 @@ class ProgramOptions(SolverOptions):
     time_limit: TimeLimit = 3600.0
     files: Annotated[tuple[SpecFile, ...], Field(max_length=MOST_FILES)] = ()
     """Files that are copied to each run folder."""
+
+    @property
+    def run_limit(self) -> float | None:
+        """The limit of the whole run: that of the program, with time to end it and to read its result."""
+        return 1.01 * self.time_limit + _READING_S
 
     @property
     def version(self) -> str:

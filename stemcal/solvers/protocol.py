@@ -46,6 +46,7 @@ class Request:
 
 
 NOT_RUN = "not_run"  # the reason of a run that could not be done by hand
+MOST_MESSAGE = 5000  # characters
 RESPONSES = "responses"  # among the details of an answer: further responses by name
 
 
@@ -68,8 +69,9 @@ class Answer:
         return self.status == "ok"
 
     def readable(self) -> Answer:
-        """Return it without control characters in its texts, which may come from a program."""
-        return replace(self, reason=in_a_line(self.reason), message=visible(self.message))
+        """Return it without control characters in its texts, which may come from a program, at limited length."""
+        more = "…" * (len(self.message) > MOST_MESSAGE)
+        return replace(self, reason=in_a_line(self.reason)[:100], message=visible(self.message[:MOST_MESSAGE]) + more)
 
 
 class Solver:

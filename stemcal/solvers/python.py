@@ -8,6 +8,7 @@ import sys
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from importlib.machinery import SourceFileLoader
 from numbers import Real
 from pathlib import Path
 from typing import Any
@@ -138,7 +139,7 @@ class PythonClass(Solver):
 def _number(found: object, name: str) -> float:
     if not isinstance(found, Mapping) or name not in found:
         raise SimulationFailed("no_result", f"`solve` returned no {name}; return a mapping such as {{{name!r}: 12.5}}")
-    if not isinstance(found[name], Real):
+    if not isinstance(found[name], Real) or isinstance(found[name], bool):
         raise SimulationFailed(
             "bad_result", f"the returned {name} is of type {type(found[name]).__name__}, not a number"
         )
@@ -210,13 +211,14 @@ def _object(solver: PythonClass) -> tuple[Any, frozenset[str]]:
 
 def _made(options: PythonSolver, code: str) -> Any:
     module_name = f"stemcal_solver_{code[:12]}"
-    spec = importlib.util.spec_from_file_location(module_name, options.file)
-    assert spec is not None and spec.loader is not None
+    loader = SourceFileLoader(module_name, str(options.file))  # whatever the name of the file ends with
+    spec = importlib.util.spec_from_file_location(module_name, options.file, loader=loader)
+    assert spec is not None
     module = importlib.util.module_from_spec(spec)
     sys.modules[module_name] = module
     try:
         with contained():
-            spec.loader.exec_module(module)
+            loader.exec_module(module)
             made = getattr(module, options.class_)()
             can_solve = _accepts(getattr(made, "solve", None), 3 if options.replicates else 2)
     except ForeignError as error:

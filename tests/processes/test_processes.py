@@ -6,7 +6,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -132,6 +132,57 @@ def test_what_a_killed_child_had_started_is_ended_with_it(child: Child, tmp_path
         child.call(blob_of(left_running, str(tmp_path / "pid")))
     child.kill()
     assert ended(int((tmp_path / "pid").read_text()))
+
+
+def leaving_behind(word: str) -> None:
+    """Start a process in a session of its own that ignores to be asked, as a class may do in `solve`."""
+    code = "import signal, time; signal.signal(signal.SIGTERM, signal.SIG_IGN); time.sleep(60)"
+    process = subprocess.Popen([sys.executable, "-c", code], start_new_session=True)
+    Path(word).write_text(str(process.pid))
+
+
+def computing_without_end(word: str) -> None:
+    """Stay in native code that keeps Python's lock, so that no thread of the process runs."""
+    signal.signal(signal.SIGTERM, signal.SIG_IGN)
+    leaving_behind(word)
+    sum(range(10**13))
+
+
+def wait_for(condition: Callable[[], bool], seconds: float = 20.0) -> bool:
+    end = time.monotonic() + seconds
+    while not condition() and time.monotonic() < end:
+        time.sleep(0.05)
+    return condition()
+
+
+@posix
+def test_what_a_call_has_started_is_ended_at_a_normal_end(child: Child, tmp_path: Path) -> None:
+    child.call(blob_of(leaving_behind, str(tmp_path / "pid")))
+    child.dismiss()
+    assert ended(int((tmp_path / "pid").read_text())) and ended(child.pid)
+
+
+@posix
+@pytest.mark.parametrize("call", ["computing_without_end", "leaving_behind"])
+def test_nothing_is_left_of_a_caller_that_is_killed(tmp_path: Path, call: str) -> None:
+    """The worker in native code, and a process in another session that it has started."""
+    word = tmp_path / "pid"
+    script = (
+        "import pickle, sys, time; sys.path.insert(0, sys.argv[1]); import test_processes as tests\n"
+        "child = tests.Child(); print(child.pid, flush=True)\n"
+        f"child.call(pickle.dumps((tests.{call}, (sys.argv[2],), {{}})))\n"
+        "open(sys.argv[2] + '.done', 'w').close(); time.sleep(60)"
+    )
+    line = [sys.executable, "-c", script, str(Path(__file__).parent), str(word)]
+    caller = subprocess.Popen(line, stdout=subprocess.PIPE, text=True)
+    assert caller.stdout is not None
+    worker = int(caller.stdout.readline())
+    assert wait_for(lambda: word.exists() and word.read_text().isdigit())
+    if call == "leaving_behind":
+        assert wait_for(Path(f"{word}.done").exists)
+    caller.kill()
+    caller.wait()
+    assert wait_for(lambda: ended(worker) and ended(int(word.read_text())))
 
 
 # ---- programs

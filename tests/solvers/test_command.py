@@ -12,7 +12,10 @@ from pathlib import Path
 import pytest
 
 from stemcal.errors import SpecError, UsageError
-from stemcal.solvers import make_solver
+from stemcal.runs.answer import answer_all
+from stemcal.runs.executors.local import LocalExecutor
+from stemcal.runs.study_folder import StudyFolder
+from stemcal.solvers import make_solver, options
 from stemcal.solvers.program import Command
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.study.model.study import Study
@@ -352,3 +355,13 @@ def test_a_truncated_curve_is_a_lower_bound_or_fails(tmp_path: Path, end: str, o
     answer = solved(tmp_path, TRUNCATED, result=result)
     assert (answer.ok, answer.reason) == (ok, "" if ok else "incomplete")
     assert answer.details.get("stroke_was_enough") is (False if ok else None)
+
+
+def test_a_pattern_that_searches_for_ever_ends_with_the_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(options, "_READING_S", 1.0)
+    program = "open('log.txt', 'w').write('a' * 40 + '!')"
+    study = study_of(tmp_path / "spec", program, result="{file: log.txt, pattern: '(a+)+$'}", limit="1 s")
+    solver = Command(study).placed(tmp_path / "work")
+    with StudyFolder(tmp_path / "out") as folder, LocalExecutor(1, study.solver.run_limit) as executor:
+        [answer] = answer_all([REQUEST], solver, folder, executor, quorum=0.0)
+    assert answer.reason == "timeout"

@@ -121,6 +121,18 @@ def test_no_code_of_a_class_ends_or_garbles_a_command(
     assert command != "check" or files == set(tmp_path.rglob("*"))
 
 
+def test_the_file_may_have_any_name_and_a_flag_is_no_number(tmp_path: Path) -> None:
+    study = study_of(tmp_path, SOLVER.replace('levels["yield_stress"] * condition', "True"))
+    assert make_solver(study).solve(REQUEST).reason == "bad_result"
+    (tmp_path / "m.txt").write_text(SOLVER, encoding="utf-8")
+    spec = tmp_path / "mine.yaml"
+    spec.write_text(spec.read_text("utf-8").replace("mine.py", "m.txt"), encoding="utf-8")
+    assert make_solver(load_study(spec)).solve(REQUEST).response == 120.0
+    (tmp_path / "m.txt").write_text("not a class", encoding="utf-8")
+    with pytest.raises(UsageError, match=r"m\.txt: the class Mine cannot be loaded: SyntaxError"):
+        make_solver(load_study(spec)).prepare()
+
+
 def test_runs_of_other_code_are_other_runs(tmp_path: Path) -> None:
     keys = [Run.of(make_solver(study_of(tmp_path, code)), REQUEST).key for code in (SOLVER, SOLVER, SOLVER + "# new\n")]
     assert keys[0] == keys[1] != keys[2]
