@@ -140,7 +140,7 @@ def _style(style: str) -> str:
 def shorter_path(text: str) -> str:
     """Return a text with its numbers to a tenth, as a path with no blanks around its commands.
 
-    >>> rounded("M 10.04 20 L 13.333 20.96 z")
+    >>> shorter_path("M 10.04 20 L 13.333 20.96 z")
     'M10 20L13.3 21z'
     """
     tenths = re.sub(r"-?\d+\.\d+", lambda number: f"{float(number[0]):.1f}".removesuffix(".0"), text)

@@ -206,7 +206,7 @@ def test_verify_sees_a_changed_table_and_a_version_that_it_does_not_know(failed:
     content = json.loads(path.read_text("utf-8")) | {"schema_version": 99}
     path.write_text(sealed({name: part for name, part in content.items() if name != "sha256"}), encoding="utf-8")
     result = failed("status", "--verify")
-    assert result.exit_code == 1 and "screen.json has schema version 99, but version 2 is required" in result.stderr
+    assert result.exit_code == 1 and "screen.json has schema version 99, but version 3 is required" in result.stderr
 
 
 def test_report_leaves_out_a_damaged_stage_and_says_so(failed: Known) -> None:

@@ -60,7 +60,7 @@ def test_its_mesh_is_where_that_of_the_first_is(tmp_path: Path) -> None:
     study = _study(tmp_path, "", solver="  replicates: 2\n")
     request = Request("rsm", 0, study.midlevels(), 8.0, replicate=2)
     solver = Embedded(study)
-    ((_, again),), first = solver._beside(request), solver._test(request)
+    ((_, again),), first = solver._laboratory_tests(request), solver._test(request)
     assert isinstance(again, ShearTest)
     assert again.discretisation == first.discretisation and 0.25 <= first.discretisation.shift < 0.5
 

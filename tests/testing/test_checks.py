@@ -199,7 +199,8 @@ STAGES: list[tuple[Mapping[str, Any], str]] = [
 
 @pytest.mark.parametrize(("members", "found"), STAGES)
 def test_the_fault_of_a_stage_is_found(members: Mapping[str, Any], found: str) -> None:
-    stage = type("Stage", (Climb,), dict(members))
+    # the parts of a stage are in the package of its class
+    stage = type("Stage", (Climb,), {"__module__": Climb.__module__, **members})
     assert failing(stage(), "python.yaml") == {found} - {""}
 
 

@@ -69,7 +69,7 @@ def _written(given: str, named: Variable) -> float:
 def as_written(value: float, unit: str) -> float:
     """Return an internal value in a unit as people write it: 0.25 is 25 %, not 25.000000000000004 %.
 
-    >>> from_internal(0.07, "%"), from_internal(2.0, "N")
+    >>> as_written(0.07, "%"), as_written(2.0, "N")
     (7.0, 2.0)
     """
     internal = units.INTERNAL[units.parse_unit(unit).dimension] == units.parse_unit(unit).name
