@@ -112,16 +112,12 @@ const coordinates = ({ shared, growing, condition }, x) => [...shared.map(j => {
 }), condition];
 const predict = ({ beta, covariance, own, t, place }, x) => {
   const phi = terms(place ? coordinates(place, x) : x), y = product(phi, beta);
-  if (place?.logarithm) return exponential({ beta, covariance, own, t, place: { ...place, logarithm: false } }, x);
-  if (t === null) return { y, half: 0 };
+  const of = place?.logarithm ? Math.exp : value => value;
+  if (t === null) return { y: of(y), half: 0 };
   const variance = Math.max(0, product(phi, covariance.map(row => product(row, phi))));
-  const half = t * Math.sqrt(own + variance), ofMean = t * Math.sqrt(variance);
-  return { y, half, mean: [y - ofMean, y + ofMean], run: [y - half, y + half] };
-};
-
-const exponential = (surface, x) => {
-  const { y, half, mean, run } = predict(surface, x), of = Math.exp;
-  return { y: of(y), half: of(y) * half, mean: mean?.map(of), run: run?.map(of) };
+  const between = half => [of(y - half), of(y + half)];
+  const mean = between(t * Math.sqrt(variance)), run = between(t * Math.sqrt(own + variance));
+  return { y: of(y), half: (run[1] - run[0]) / 2, mean, run };
 };
 
 // ---- drawing
