@@ -126,6 +126,13 @@ def positive(one: Typed) -> None:
 
 
 RULES: list[tuple[str, Callable[..., object]]] = [
+    (r"reduce `(height|clearance)`", lambda one, key: one.section("supports").update({key: "15 mm"})),
+    (r"increase `height`", lambda one: one.section("supports").update(height="30 mm")),
+    (r"add `clearance: 1 mm`", lambda one: one.section("supports").update(clearance="1 mm")),
+    (r"write `kind: span`", lambda one: (one.write("span"), one.parent.pop("height", None))),
+    (r"remove `height`", lambda one: one.parent.pop("height")),
+    (r"write (\w+), \w+ or \w+$", lambda one, v: one.write(v)),
+    (r"write `bevel: both`", lambda one: one.write("both")),
     (r'write "([^"]+)"', lambda one, text: one.write(text)),
     (r"write `until: (\w+)`", lambda one, v: one.section("loading").update(until=v)),
     (r"write `edge_over: nodes`", lambda one: one.write("nodes")),
