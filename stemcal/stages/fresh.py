@@ -36,7 +36,7 @@ CODE = "stemcal"  # among the inputs: version and hash of the code
 _SHORT = 16
 _PROBED = frozenset({"stage", "row", "levels", "condition"})  # of the probe, not of the solver
 # The sections of the spec that determine a virtual shear test at given levels, and what in them does not.
-_TEST = ("specimen", "blade", "supports", "loading", "contact", "material", "solver")
+_TEST = ("specimen", "layers", "blade", "supports", "loading", "contact", "material", "solver")
 _NO_INPUT = frozenset({"solver.threads", "solver.time_limit"})
 
 

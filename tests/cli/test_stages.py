@@ -15,7 +15,7 @@ def test_run_leaves_every_file_and_shows_the_result(finished: tuple[Path, Any]) 
         suffix = "html" if name == "report" else "json"
         assert (folder / f"{name}.{suffix}").is_file()
     assert "18.37" in result.stdout
-    assert "15.35 to 19.96" in result.stdout
+    assert "≤ 15.35 to ≥ 19.96" in result.stdout
     assert "Largest held-out error: 7.83 %" in " ".join(result.stdout.split())
     assert "Screening: 12/12 runs" in result.stderr
     assert "12/12" not in result.stdout

@@ -62,7 +62,7 @@ def test_the_range_to_cite_is_that_of_the_page_and_only_of_a_calibrated_study(
     parameters = tables["Simulation parameters"]
     assert parameters.heads == ("Symbol", "Parameter", "Value", "95 % confidence interval")
     assert parameters.cells[0] == ("X1", "Density (kg/m³)", "1100", "fixed")
-    assert parameters.cells[3] == ("X4", "Yield stress (MPa)", "18.37", "15.35 to 19.96")
+    assert parameters.cells[3] == ("X4", "Yield stress (MPa)", "18.37", "≤ 15.35 to ≥ 19.96")
     assert set(cited_ranges(results).values()) < {row[3] for row in parameters.cells}
     doubted = {table.title: table for table in study_tables(replayed[0], results, holds=False)}
     assert {row[3] for row in doubted["Simulation parameters"].cells} == {"calibrated", "fixed"}

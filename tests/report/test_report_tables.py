@@ -67,7 +67,7 @@ def test_equation_has_the_sign_of_the_data(stages: dict[str, Any]) -> None:
 
 def test_calibration_with_ranges(stages: dict[str, Any]) -> None:
     text = printed(stages["invert"])
-    assert cells(text, "yield_stress") == ["yield_stress", "18.37", "15.35", "to", "19.96", "1.134"]
+    assert cells(text, "yield_stress") == ["yield_stress", "18.37", "≤", "15.35", "to", "≥", "19.96", "1.134"]
     assert "147.1 to 171.3" in " ".join(text.split())
     assert "yield_stress 17.63 to 18.96" in " ".join(text.split())
 

@@ -18,6 +18,7 @@ from stemcal.formats import counted, minus, series
 from stemcal.notes import Note, Remedy
 from stemcal.stages.fitting import fitted_surfaces, measured_means
 from stemcal.stages.rsm.result import RsmResult
+from stemcal.stages.screen.result import ScreenResult
 from stemcal.stages.stage import stages_of
 from stemcal.stages.verdict import advice
 from stemcal.stages.verdict.verdict_rules import Evidence, Rank, ranked
@@ -283,7 +284,7 @@ def _reached_by_others(evidence: Evidence, surface: RsmResult, target: float) ->
 def _screened(record: Mapping[str, Any]) -> tuple[Mapping[str, float], float, float] | None:
     """Return levels, condition and response of a run of the screening that did not fail."""
     request = record["request"]
-    if request["stage"] != "screen" or record["response"] is None:
+    if request["stage"] != ScreenResult.name or record["response"] is None:
         return None
     return request["levels"], float(request.get("condition") or 0.0), float(record["response"])
 

@@ -85,7 +85,7 @@ def section_places() -> dict[str, str]:
     """Return the places of the keys of each class of the model in a spec.
 
     >>> [section_places()[name] for name in ("TargetRow", "Growth")]
-    ['targets[]', 'material.*']
+    ['targets[]', 'specimen.*']
     """
     found: dict[str, tuple[str, list[str]]] = {}
     for path, name in _classes():
