@@ -188,7 +188,7 @@ def simulate_levels(
         Folder for about 50 frames to be looked at in ParaView.
     """
     warm(study.is_layered)
-    diameter = study.specimen.outer_diameter if diameter is None else diameter
+    diameter = study.stem_at(levels, study.specimen.outer_diameter if diameter is None else diameter)
     if section is None:
         sheared = shear_test(study, levels, diameter)
         return shear(sheared, _frame_writer(frames, sheared))
@@ -206,12 +206,17 @@ def test_of(study: Study, section: LaboratorySection, levels: Mapping[str, float
     """Return a test in addition to the study's shear test: a further one, or one of another kind."""
     if isinstance(section, PieceSection):
         return laboratory_test(section, shear_test(study, levels, diameter))
-    return shear_test(study.cut_as(section, diameter), levels, diameter)
+    diameter = study.stem_at(levels, diameter)
+    return _shear_test(study.at(levels).cut_as(section, diameter), levels, diameter)
 
 
 def shear_test(study: Study, levels: Mapping[str, float], diameter: float) -> ShearTest:
     """Return the shear test of a study at given levels (units of the spec) and stem diameter (mm)."""
-    study = study.at(levels)
+    return _shear_test(study.at(levels), levels, study.stem_at(levels, diameter))
+
+
+def _shear_test(study: Study, levels: Mapping[str, float], diameter: float) -> ShearTest:
+    """Return the shear test of a study whose sections are final; the material is at the levels."""
     blade, contact = study.blade, study.contact
     *outer, inner = layers_at(study, levels, diameter)
     thicknesses = tuple(layer.thickness for layer in outer)

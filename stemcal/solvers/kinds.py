@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from stemcal.errors import UsageError
 from stemcal.solvers import rules
 from stemcal.solvers.options import CommandSolver, DeckSolver, EmbeddedSolver, PythonSolver
-from stemcal.study.types.factor import EMBEDDED, PARAMETERS
+from stemcal.study.types.factor import EMBEDDED, IN_DECKS
 from stemcal.study.types.solver_kind import SolverKind
 
 if TYPE_CHECKING:
@@ -54,7 +54,7 @@ class DeckKind(SolverKind):
     name, options = "deck", DeckSolver
     starts_program = writes_decks = gives_curve = True
     own_responses = False
-    parameters = PARAMETERS
+    parameters = IN_DECKS
     rules = rules.OF_DECK
 
     def make(self, study: Study) -> Solver:

@@ -47,11 +47,12 @@ class DeckProgram(Program[DeckSolver]):
 
     def _determining(self, request: Request) -> dict[str, Any]:
         """Return all the deck is written from."""
-        dump = self.study.model_dump(mode="json")
+        study, stem = self.study.at(request.levels), self.study.stem_at(request.levels, request.condition)
+        dump = study.model_dump(mode="json")
         return {
             "options": self.options.model_dump(mode="json", exclude=_APART),
             "model": {name: dump[name] for name in _SECTIONS},
-            "material": self.study.parameters(request.levels, request.condition),
+            "material": self.study.parameters(request.levels, stem),
         }
 
     def _write(self, folder: Path, request: Request) -> None:
@@ -70,7 +71,7 @@ class DeckProgram(Program[DeckSolver]):
     def _run(self, folder: Path, request: Request) -> Answer:
         options, place = self.options, self.study.source.parent
         modes = self.study.targets.modes_at(request.condition)
-        peak = partial(peak_answer, options=options, loading=self.study.loading, modes=modes)
+        peak = partial(peak_answer, options=options, loading=self.study.at(request.levels).loading, modes=modes)
         if self._is_lsdyna:
             return lsdyna.run(folder, options, place, peak)
         return openradioss.run(folder, options, place, peak, self._deck(request))

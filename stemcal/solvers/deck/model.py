@@ -82,13 +82,14 @@ class Deck:
         if not isinstance(study.solver, EmbeddedSolver | DeckSolver):
             kind = study.solver.kind
             raise UsageError(f"a deck requires a solver of kind `embedded` or `deck`; this spec uses kind `{kind}`")
+        diameter, study = study.stem_at(levels, diameter), study.at(levels)
         for key, other in (
             (f"supports.kind: {study.supports.kind}", study.supports.kind != "span"),
             (f"blade.sliding_angle: {study.blade.sliding_angle:g} deg", study.blade.sliding_angle != 0.0),
         ):
             if other:
                 raise UsageError(f"`{key}` is not available in a deck, only in the embedded solver")
-        return cls(study.at(levels), levels, diameter, form or form_of(study))
+        return cls(study, levels, diameter, form or form_of(study))
 
     @property
     def solver(self) -> EmbeddedSolver | DeckSolver:

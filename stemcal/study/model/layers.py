@@ -9,7 +9,7 @@ from typing import Annotated, Any, NamedTuple
 from stemcal.study.model.growth import Growth, Interpolated, OverDiameter, value_at
 from stemcal.study.model.shear_test import MaterialSection, Relative, TransverseSection
 from stemcal.study.types import units
-from stemcal.study.types.factor import EMBEDDED, PARAMETERS, THICKNESS, TRANSVERSE, Parameter
+from stemcal.study.types.factor import EMBEDDED, PARAMETERS, SETTINGS, THICKNESS, TRANSVERSE, Parameter
 from stemcal.study.types.field_types import ColumnName, Frozen, Length, StemLength, field_or_none
 from stemcal.study.types.strict_yaml import NodePath
 
@@ -49,7 +49,7 @@ class Place(NamedTuple):
 
 def places(material: MaterialSection | None, layers: tuple[LayerSection, ...]) -> dict[str, Place]:
     """Return the parameters of a stem, by the names that they have as factors."""
-    found = {name: Place(one, material, ("material", name)) for name, one in EMBEDDED.items()}
+    found = stem_places(EMBEDDED, material)
     across = field_or_none(material, "transverse")
     if across is not None:
         found |= _across("transverse_", across, ("material",))
@@ -61,6 +61,13 @@ def places(material: MaterialSection | None, layers: tuple[LayerSection, ...]) -
         if own is not None or (across is not None and "transverse" not in layer.model_fields_set):
             found |= _across(f"{layer.name}_transverse_", own, ("layers", index))
     return found
+
+
+def stem_places(parameters: Mapping[str, Parameter], material: MaterialSection | None) -> dict[str, Place]:
+    """Return parameters of the whole stem, and settings of its test, with their places."""
+    found = {name: Place(one, material, ("material", name)) for name, one in parameters.items()}
+    settings = {name: Place(one.parameter, None, (one.section, name)) for name, one in SETTINGS.items()}
+    return found | {name: place for name, place in settings.items() if name in parameters}
 
 
 def _across(prefix: str, section: TransverseSection | None, path: NodePath) -> dict[str, Place]:

@@ -33,7 +33,7 @@ from stemcal.study.model.shear_test import (
     SpecimenSection,
     SupportsSection,
 )
-from stemcal.study.types.factor import FRICTION, MOST_FACTORS, PARAMETERS, Factor, OwnQuantity
+from stemcal.study.types.factor import FRICTION, MOST_FACTORS, PARAMETERS, SETTINGS, Factor, OwnQuantity
 from stemcal.study.types.field_types import Frozen, StudyName, Title
 from stemcal.study.types.named import naming_of
 from stemcal.study.types.solver_kind import AnySolver, SolverKind, kind_of, usual_solver
@@ -234,11 +234,26 @@ class Study(StudyForm):
         return {**innermost, **self.material.given(), **varied, **(NO_RATE if self.solver.rate == "none" else {})}
 
     def at(self, levels: Mapping[str, float]) -> Study:
-        """Return the study whose coefficient of friction, at any speed, is the level of `stem_friction`."""
-        if (friction := self._internal(levels).get(FRICTION)) is None:
-            return self
+        """Return the study whose settings that are factors, and friction at any speed, have their levels."""
+        chosen = self._internal(levels) if self.kind.parameters else {}
+        study = self.with_settings({name: value for name, value in chosen.items() if name in self.kind.parameters})
+        if (friction := chosen.get(FRICTION)) is None:
+            return study
         given = {"static_friction": friction, "dynamic_friction": friction, "decay": 0.0}
-        return self.model_copy(update={"contact": self.contact.model_copy(update=given)})
+        return study.model_copy(update={"contact": study.contact.model_copy(update=given)})
+
+    def with_settings(self, values: Mapping[str, float]) -> Study:
+        """Return the study with other values of settings of the test (internal units); other names are ignored."""
+        changes: dict[str, dict[str, float]] = {}
+        for name in values.keys() & SETTINGS.keys():
+            changes.setdefault(SETTINGS[name].section, {})[name] = values[name]
+        sections = {name: getattr(self, name).model_copy(update=new) for name, new in changes.items()}
+        return self.model_copy(update=sections) if sections else self
+
+    def stem_at(self, levels: Mapping[str, float], condition: float) -> float:
+        """Return the diameter of the stem in mm: the level of `outer_diameter`, or the condition if it is no factor."""
+        is_factor = "outer_diameter" in self.names and bool(self.kind.parameters)
+        return self._internal(levels)["outer_diameter"] if is_factor else condition
 
     def cut_as(self, test: LaboratorySection, diameter: float) -> Study:
         """Return the study whose own shear test is a further one, of kind `cutting`, at a stem diameter in mm."""

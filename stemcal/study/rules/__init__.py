@@ -10,12 +10,13 @@ from dataclasses import dataclass, field
 from stemcal.formats import did_you_mean
 from stemcal.study.model.growth import Growth
 from stemcal.study.model.laboratory_kind import LaboratorySection
-from stemcal.study.model.layers import LayerSection, Place, places
+from stemcal.study.model.layers import LayerSection, Place, places, stem_places
 from stemcal.study.model.study import Study
 from stemcal.study.types.factor import PARAMETERS, Factor
 from stemcal.study.types.field_types import field_or_none
 from stemcal.study.types.solver_kind import SolverKind
 from stemcal.study.types.strict_yaml import Finding, NodePath
+from stemcal.study.types.units import fits
 from stemcal.vocabulary import CUTTING, DIAMETER, Vocabulary
 
 
@@ -49,9 +50,7 @@ class Draft:
         material = field_or_none(self.study, "material")
         if self.kind.has_layers:
             return places(material, self.layers)
-        return {
-            name: Place(one, material, ("material", name)) for name, one in (self.kind.parameters or PARAMETERS).items()
-        }
+        return stem_places(self.kind.parameters or PARAMETERS, material)
 
     @property
     def growing(self) -> dict[str, Growth]:
@@ -68,6 +67,9 @@ class Draft:
         if self.naming.condition == DIAMETER and (targets := field_or_none(self.study, "targets")):
             for target in targets.means:
                 found["targets", target.row, "diameter"] = target.condition
+        for index, factor in self.factors.items() if self.kind.parameters else ():
+            if factor.name == "outer_diameter" and fits(factor.unit, "length"):
+                found |= {("factors", index, end): factor.internal(getattr(factor, end)) for end in ("low", "high")}
         return found
 
     def unknown_factor(self, path: NodePath, name: str, at_key: bool = True) -> Finding:

@@ -12,7 +12,7 @@ from stemcal.study.model.shear_test import Relative
 from stemcal.study.model.study import Study
 from stemcal.study.rules import Draft
 from stemcal.study.types import units
-from stemcal.study.types.factor import EMBEDDED, FRICTION, PARAMETERS, Factor, in_unit
+from stemcal.study.types.factor import EMBEDDED, FRICTION, PARAMETERS, SETTINGS, Factor, in_unit
 from stemcal.study.types.field_types import field_or_none, has_fields
 from stemcal.study.types.strict_yaml import Finding, NodePath
 
@@ -123,15 +123,20 @@ def wrong_levels(study: Study, levels: Mapping[str, float], diameter: float | No
     if diameter is not None and diameter > _WIDEST:
         yield f"diameter: {diameter:g} mm is not a plausible stem diameter; use at most {_WIDEST:g} mm"
         return
-    given = study.parameters(levels, diameter)
-    around = {factor.name: factor.internal(levels[factor.name]) for factor in study.factors if factor.name == FRICTION}
+    if "outer_diameter" in study.names:
+        own, usual = study.stem_at(levels, 0.0), (study.specimen.outer_diameter, study.targets.calibrate_at)
+        if diameter not in (None, own, *usual):
+            yield f"diameter: {diameter:g} mm, but `outer_diameter` is a factor; set the level of the factor"
+        diameter = own
+    given, around_stem = study.parameters(levels, diameter), (FRICTION, *SETTINGS)
+    around = {one.name: one.internal(levels[one.name]) for one in study.factors if one.name in around_stem}
     growing = [name for name, place in study.places.items() if isinstance(place.given, Growth)]
     for name, value in (given | around | _levels_of_layers(study, levels)).items():
         parameter = study.places[name].parameter
         shown = units.from_internal(value, parameter.unit)
         if name in (*study.names, *growing) and (wrong := parameter.outside(shown)):
             yield f"{name} ({in_unit(shown, parameter.unit)}) {wrong}; the usual range for plants is {parameter.usual}"
-    diameter = study.targets.calibrate_at if diameter is None else diameter
+    diameter, study = study.targets.calibrate_at if diameter is None else diameter, study.at(levels)
     stem = layers_at(study, levels, diameter)
     if sum(layer.thickness for layer in stem) >= 0.5 * diameter * (1.0 - study.specimen.ratio_at(diameter)):
         yield f"the layers are thicker than the wall at a diameter of {diameter:g} mm; use thinner layers"
@@ -161,6 +166,11 @@ def _material_is_given_once(draft: Draft) -> Iterator[Finding]:
 
 def _sections_are_given_once(draft: Draft) -> Iterator[Finding]:
     """What a factor varies in a section has no fixed value there, and the stroke is set once."""
+    for name in settings_varied(draft):
+        section = field_or_none(draft.study, SETTINGS[name].section)
+        if section is not None and name in section.model_fields_set:
+            path = (SETTINGS[name].section, name)
+            yield Finding(path, f"{name} is also a factor", "remove this key, or remove the factor", at_key=True)
     for key in ("static_friction", "dynamic_friction", "decay") if FRICTION in draft.names else ():
         if key in draft.study.contact.model_fields_set:
             message = f"this value is set by the `{FRICTION}` factor"
@@ -168,6 +178,30 @@ def _sections_are_given_once(draft: Draft) -> Iterator[Finding]:
     if {"duration", "stroke"} <= draft.study.loading.model_fields_set:
         message = "`duration` also sets the stroke"
         yield Finding(("loading", "stroke"), message, "remove `duration` or `stroke`", at_key=True)
+
+
+def settings_varied(draft: Draft) -> dict[str, int]:
+    """Return the index in the spec of each setting of the test that is a factor, and whose unit is right."""
+    known, each = SETTINGS.keys() & draft.kind.parameters.keys(), draft.factors.items()
+    return {factor.name: index for index, factor in each if factor.name in known and _unit_fits(draft, factor)}
+
+
+def _settings_act(draft: Draft) -> Iterator[Finding]:
+    """A setting that is a factor has an effect, and no other part of the test follows from it by a slip."""
+    study, settings = draft.study, settings_varied(draft)
+    if "speed" in settings and study.loading.chosen_stroke is None:
+        message = f"the stroke ({study.loading.duration:g} s times the speed) would follow the factor `speed`"
+        yield Finding(("loading",), message, "set `stroke: d/2` instead of `duration`")
+    if "height" in settings and study.supports.kind == "span":
+        path: NodePath = ("factors", settings["height"], "name")
+        yield Finding(path, "`height` has no effect with two supports", "remove this factor, or add `kind: clamped`")
+    if "diameter_ratio" in settings and study.specimen.bore is not None:
+        message = "`bore` also sets the diameter ratio, which is a factor"
+        yield Finding(("specimen", "bore"), message, "remove this key, or remove the factor", at_key=True)
+    if "outer_diameter" in settings and len(study.targets.means) > 1:
+        path = ("factors", settings["outer_diameter"], "name")
+        message = f"the diameters of {len(study.targets.means)} targets also set the diameter of the stem"
+        yield Finding(path, message, "remove this factor, or keep one target")
 
 
 def _rate_parameters_are_used(draft: Draft) -> Iterator[Finding]:
@@ -189,7 +223,7 @@ def _material_is_complete(draft: Draft) -> Iterator[Finding]:
     """The solver has a value for each of its nine parameters."""
     if not draft.kind.parameters or not draft.names:
         return
-    meant = {nearest(name, PARAMETERS) for name in draft.names}
+    meant = {nearest(name, PARAMETERS) for name in draft.names if name not in SETTINGS}
     wrong = {name for name in PARAMETERS if not has_fields(draft.study.material, name)}  # reported already
     given = {*_in_material(draft), *wrong, *draft.names, *meant, *(RATE if draft.study.solver.rate == "none" else ())}
     for name, parameter in PARAMETERS.items():
@@ -285,11 +319,7 @@ def _in_material(draft: Draft) -> tuple[str, ...]:
 
 def _unit_fits(draft: Draft, factor: Factor) -> bool:
     parameter = draft.places[factor.name].parameter
-    try:
-        units.parse_unit(factor.unit, parameter.dimension)
-    except units.UnitError:
-        return parameter.relative and factor.unit == "1"
-    return True
+    return units.fits(factor.unit, parameter.dimension) or (parameter.relative and factor.unit == "1")
 
 
 def _exponents_are_factors(draft: Draft) -> Iterator[Finding]:
@@ -325,7 +355,7 @@ def _wrong_exponent(factor: Factor) -> tuple[str, str] | None:
 
 RULES: tuple[Callable[[Draft], Iterator[Finding]], ...] = (
     _names_differ, _ranges_rise, _priors_fit, _factors_are_known, _values_are_physical, _material_is_given_once,
-    _sections_are_given_once, _rate_parameters_are_used, _material_is_complete,
+    _sections_are_given_once, _settings_act, _rate_parameters_are_used, _material_is_complete,
     _exponents_are_factors, _tangent_stays_below_elastic,
 )  # fmt: skip
 """The rules of this file."""

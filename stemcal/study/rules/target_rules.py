@@ -1,16 +1,20 @@
 """Rules on what was measured, and on laboratory tests besides cutting."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
+from itertools import product
 from math import isclose
 
 from stemcal.formats import listed
 from stemcal.responses import responses_in
 from stemcal.study.rules import Draft
+from stemcal.study.rules.factors import settings_varied
 from stemcal.study.types.named import CHANCE
 from stemcal.study.types.strict_yaml import Finding, NodePath
 from stemcal.vocabulary import DIAMETER, FIRST, FORCE, Wording
 
+_OTHER = {"low": "high", "high": "low"}
+Rule = Callable[[Draft], Iterator[Finding]]
 _OF_ROWS = ("test", "sd", "n", "curves")
 
 
@@ -71,12 +75,12 @@ def _clamp_is_in_place(draft: Draft) -> Iterator[Finding]:
     """The clamp is beside the blade and the fixed knife, and the cut is on the specimen."""
     supports, blade, length = draft.study.supports, draft.study.blade, draft.study.specimen.length
     if supports.kind == "span":
-        if "height" in supports.model_fields_set:
+        if "height" in supports.model_fields_set and "height" not in draft.names:
             message = "`height` has no effect with two supports"
             yield Finding(("supports", "height"), message, "remove `height`, or add `kind: clamped`", at_key=True)
         return
     half_blade, knife = (0.5 if blade.bevel == "both" else 1.0) * blade.thickness, supports.kind == "counter_edge"
-    if knife and "clearance" not in supports.model_fields_set:
+    if knife and "clearance" not in {*supports.model_fields_set, *draft.names}:
         yield Finding(("supports", "kind"), "`counter_edge` requires `clearance`", "add `clearance: 1 mm`")
     elif knife and half_blade + supports.clearance + supports.fillet_radius >= supports.height:
         message = f"the fixed knife ({supports.clearance:g} mm from the blade) is beyond the clamp"
@@ -95,6 +99,35 @@ def _edge_fits_blade(draft: Draft) -> Iterator[Finding]:
     if draft.study.blade.edge_radius > draft.study.blade.thickness / 2:
         message = f"the edge radius of {draft.study.blade.edge_radius:g} mm exceeds half the thickness of the blade"
         yield Finding(("blade", "edge_radius"), message, f"use a radius below {draft.study.blade.thickness / 2:g} mm")
+
+
+_OF_SECTIONS = (_stem_reaches_over_supports, _clamp_is_in_place, _edge_fits_blade)
+
+
+def _at_ends(rule: Rule) -> Rule:
+    """Return a rule for all combinations of the ends of the settings of the test that are factors."""
+
+    def checked(draft: Draft) -> Iterator[Finding]:
+        settings, reported = settings_varied(draft), set[NodePath]()
+
+        def found(ends: Mapping[str, str]) -> set[Finding]:
+            varied = {name: draft.factors[settings[name]] for name in ends}
+            values = {name: factor.internal(getattr(factor, ends[name])) for name, factor in varied.items()}
+            return {*rule(replace(draft, study=draft.study.with_settings(values)))}
+
+        if not settings:
+            yield from rule(draft)
+        for chosen in product(("low", "high"), repeat=len(settings)) if settings else ():
+            ends = dict(zip(settings, chosen, strict=True))
+            for finding in found(ends):
+                causes = [name for name, end in ends.items() if finding not in found({**ends, name: _OTHER[end]})]
+                name = next(iter(causes), next(iter(settings)))
+                path: NodePath = ("factors", settings[name], ends[name])
+                if path not in reported:
+                    reported.add(path)
+                    yield Finding(path, finding.message, "reduce `high`" if ends[name] == "high" else "increase `low`")
+
+    return checked
 
 
 def _friction_falls(draft: Draft) -> Iterator[Finding]:
@@ -178,7 +211,7 @@ def _further_cuts_are_possible(draft: Draft) -> Iterator[Finding]:
     """A further cutting test keeps the rules of the first, with what it changes."""
     for index, test in draft.tests.items():
         changed = replace(draft, study=draft.study.model_copy(update=test.in_place_of(draft.study)))
-        for rule in (_stem_reaches_over_supports, _clamp_is_in_place, _edge_fits_blade):
+        for rule in _OF_SECTIONS:
             for finding in set(rule(changed)).difference(rule(draft)):
                 yield finding._replace(path=("tests", index, *finding.path))
 
@@ -208,8 +241,8 @@ def _test_targets_need_forces(draft: Draft) -> Iterator[Finding]:
             seen.append(means.diameter)
 
 
-RULES: tuple[Callable[[Draft], Iterator[Finding]], ...] = (
-    _names_are_free, _conditions_differ, _stem_reaches_over_supports, _clamp_is_in_place, _edge_fits_blade,
+RULES: tuple[Rule, ...] = (
+    _names_are_free, _conditions_differ, *map(_at_ends, _OF_SECTIONS),
     _friction_falls, _tests_are_simulated, _curves_are_simulated, _tests_differ, _tests_have_what_they_need,
     _further_cuts_are_possible, _tests_fit_the_stem, _test_targets_need_forces,
     _own_names_are_of_programs,

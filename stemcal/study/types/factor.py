@@ -77,7 +77,36 @@ THICKNESS = Parameter("thickness", "length", "mm", 0, False, _NO_LIMIT, False, (
 
 FRICTION = "stem_friction"  # no property of the material: it takes the place of the friction of `contact`
 _OF_STEM = Parameter("stem friction", "dimensionless", "1", 0, True, 2, True, (0.01, 1))
-EMBEDDED = {**PARAMETERS, FRICTION: _OF_STEM}
+
+
+class Setting(NamedTuple):
+    """A setting of the test that may be a factor: the section whose key has the name of the factor."""
+
+    section: str
+    parameter: Parameter
+    in_decks: bool = True
+
+
+def _length(label: str, *plausible: float, zero: bool = False) -> Parameter:
+    low, high = plausible
+    return Parameter(label, "length", "mm", 0, zero, _NO_LIMIT, False, (low, high))
+
+
+SETTINGS: dict[str, Setting] = {
+    "edge_angle": Setting("blade", Parameter("edge angle", "angle", "deg", 0, False, 180, False, (5, 90))),
+    "sliding_angle": Setting(
+        "blade", Parameter("sliding angle", "angle", "deg", 0, True, 60, False, (0, 45)), in_decks=False
+    ),
+    "edge_radius": Setting("blade", _length("edge radius", 1e-3, 2, zero=True)),
+    "thickness": Setting("blade", _length("blade thickness", 0.1, 20)),
+    "speed": Setting("loading", Parameter("blade speed", "speed", "mm/s", 0, False, _NO_LIMIT, False, (1e-3, 2e4))),
+    "clearance": Setting("supports", _length("clearance", 0.1, 500)),
+    "height": Setting("supports", _length("cutting height", 1, 2000), in_decks=False),
+    "outer_diameter": Setting("specimen", _length("outer diameter", 1, 100)),
+    "diameter_ratio": Setting("specimen", Parameter("diameter ratio", "dimensionless", "1", 0, True, 1, False, (0, 1))),
+}
+IN_DECKS = {**PARAMETERS, **{name: one.parameter for name, one in SETTINGS.items() if one.in_decks}}
+EMBEDDED = {**PARAMETERS, **{name: one.parameter for name, one in SETTINGS.items()}, FRICTION: _OF_STEM}
 
 MOST_FACTORS = 100
 
@@ -106,9 +135,11 @@ class Factor(Frozen):
     """One parameter to calibrate, with its search range."""
 
     name: FactorName
-    """Name of the factor in tables and files. The `embedded` and `deck` solvers accept nine material parameters as
-    factors; the `embedded` solver also accepts the coefficient of friction `stem_friction`. With the other solvers, any
-    name is allowed."""
+    """Name of the factor in tables and files. The `embedded` and `deck` solvers accept nine material parameters and
+    nine settings of the test, which have the names of their keys: `edge_angle`, `sliding_angle`, `edge_radius`,
+    `thickness` (of the blade), `speed`, `clearance`, `height`, `outer_diameter` and `diameter_ratio`. Decks have neither
+    `sliding_angle` nor `height`. The `embedded` solver also accepts
+    the coefficient of friction `stem_friction`. With the other solvers, any name is allowed."""
     symbol: Symbol
     """Symbol of the factor in tables and equations; by default X1 for the first factor, X2 for the second, and so
     on."""

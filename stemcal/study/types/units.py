@@ -81,6 +81,15 @@ def convert(value: float, unit: str, dimension: str | None = None) -> float:
     return value * known.numerator / known.denominator
 
 
+def fits(unit: str, dimension: str) -> bool:
+    """Check that a unit exists and has a dimension."""
+    try:
+        parse_unit(unit, dimension)
+    except UnitError:
+        return False
+    return True
+
+
 def from_internal(value: float, unit: str) -> float:
     """Convert an internal value back to `unit`."""
     known = parse_unit(unit)

@@ -190,6 +190,10 @@ RULES: list[tuple[str, Callable[..., object]]] = [
             {one.parent["name"]: one.data["factors"].pop(one.finding.path[1])["low"]}))),
     (r"remove `screen.design: none`", lambda one: one.data.pop("screen")),
     (r"list the factors, as in `factors: (\[.*\])`", lambda one, v: one.write(plain(v))),
+    (r"set `stroke: d/2` instead of `duration`",
+     lambda one: (one.value.pop("duration", None), one.value.update(stroke="d/2"))),
+    (r"reduce `high`", lambda one: one.write(one.parent["low"] * 1.1)),
+    (r"increase `low`", lambda one: one.write(one.parent["high"] * 0.9)),
     (r"remove `duration`", lambda one: one.remove()),
     (r"remove `edge_spread: 0 mm`", lambda one: one.remove()),
     (r"remove the parameter", lambda one: one.at(one.finding.path[:-2]).pop(one.finding.path[-2])
