@@ -137,9 +137,9 @@ class Factor(Frozen):
     name: FactorName
     """Name of the factor in tables and files. The `embedded` and `deck` solvers accept nine material parameters and
     nine settings of the test, which have the names of their keys: `edge_angle`, `sliding_angle`, `edge_radius`,
-    `thickness` (of the blade), `speed`, `clearance`, `height`, `outer_diameter` and `diameter_ratio`. Decks have neither
-    `sliding_angle` nor `height`. The `embedded` solver also accepts
-    the coefficient of friction `stem_friction`. With the other solvers, any name is allowed."""
+    `thickness` (of the blade), `speed`, `clearance`, `height`, `outer_diameter` and `diameter_ratio`. Decks
+    have neither `sliding_angle` nor `height`. The `embedded` solver also accepts the coefficient of friction
+    `stem_friction`. With the other solvers, any name is allowed."""
     symbol: Symbol
     """Symbol of the factor in tables and equations; by default X1 for the first factor, X2 for the second, and so
     on."""

@@ -16,7 +16,8 @@ from stemcal.study.types.factor import SETTINGS
 
 SPEC = Path(__file__).parents[2] / "cases" / "good" / "settings.yaml"
 LEVELS = {
-    "edge_angle": (25.0, "25 deg"), "sliding_angle": (20.0, "20 deg"), "edge_radius": (0.2, "0.2 mm"), "thickness": (2.0, "2 mm"),
+    "edge_angle": (25.0, "25 deg"), "sliding_angle": (20.0, "20 deg"),
+    "edge_radius": (0.2, "0.2 mm"), "thickness": (2.0, "2 mm"),
     "speed": (0.5, "500 mm/s"), "clearance": (12.0, "12 mm"), "outer_diameter": (8.5, "8.5 mm"),
     "diameter_ratio": (0.45, 0.45), "height": (12.0, "12 mm"),
 }  # fmt: skip
@@ -28,7 +29,7 @@ def both(folder: Path, name: str) -> tuple[Study, dict[str, float], Study]:
     if name == "height":
         data["supports"] = {"kind": "clamped"}
     strength = data["factors"][-1]
-    varied = {"name": name, "unit": LEVELS[name][1].split()[-1], "low": 10, "high": 20}
+    varied = {"name": name, "unit": "deg" if "angle" in name else "mm", "low": 10, "high": 20}
     varied = next((one for one in data["factors"] if one["name"] == name), varied)
     level, written = LEVELS[name]
     fixed = {**data, "factors": [strength]}
