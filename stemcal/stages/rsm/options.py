@@ -14,7 +14,8 @@ from stemcal.doe.designs import SURFACES
 from stemcal.formats import series
 from stemcal.notes import Note
 from stemcal.stages.screen.options import ScreenOptions
-from stemcal.study.types.factor import MOST_FACTORS, PARAMETERS
+from stemcal.study.types import units
+from stemcal.study.types.factor import MOST_FACTORS, Factor, in_unit
 from stemcal.study.types.field_types import Frozen, Number, Whole, complain
 from stemcal.study.types.strict_yaml import Finding
 
@@ -230,7 +231,7 @@ def _runs_are_used(draft: Draft) -> Iterator[Finding]:
 
 
 def _coding_fits(draft: Draft) -> Iterator[Finding]:
-    """`rsm.coding` has keys for factors, is within their ranges and keeps the corners physical."""
+    """`rsm.coding` has keys for factors, is within their ranges and keeps the runs physical."""
     coding = draft.study.of(RsmOptions).coding
     yield from (draft.unknown_factor(("rsm", "coding", name), name) for name in coding if name not in draft.names)
     for factor in draft.factors.values():
@@ -249,8 +250,25 @@ def _coding_fits(draft: Draft) -> Iterator[Finding]:
                 f"{factor.high:g})"
             )
             yield Finding(path, message, f"choose a centre near {factor.centre:g}")
-        elif factor.name in draft.kind.parameters and factor.name in PARAMETERS and low <= 0:
-            yield Finding((*path, 0), f"{low:g} is not above 0", "write a larger value")
+        else:
+            yield from _unphysical_runs(draft, factor)
+
+
+def _unphysical_runs(draft: Draft, factor: Factor) -> Iterator[Finding]:
+    """Find corners and, if the number of factors is certain, axial points beyond the bounds of a parameter."""
+    rsm, parameter = draft.study.of(RsmOptions), draft.kind.parameters.get(factor.name)
+    if parameter is None or not units.fits(factor.unit, parameter.dimension):
+        return
+    k = 0 if isinstance(rsm.factors, str) or factor.name not in rsm.factors else dimensions(draft.study, rsm.factors)
+    has_axes = rsm.design == "central-composite" and 1 <= k <= MOST_CCD_FACTORS
+    reach, (centre, half_step) = rsm.reach(k) if has_axes else 1.0, rsm.coded(factor.name)
+    for end, sign in enumerate("−+"):
+        level = centre + (2 * end - 1) * reach * half_step
+        shown = units.from_internal(factor.internal(level), parameter.unit)
+        if wrong := parameter.outside(shown):
+            message = f"the value at coded {sign}{reach:.3g} ({in_unit(shown, parameter.unit)}) {wrong}"
+            other = rsm.coding[factor.name][1 - end]
+            yield Finding(("rsm", "coding", factor.name, end), message, f"write a value closer to {other:g}")
 
 
 RsmOptions.rules = (

@@ -12,7 +12,7 @@ from stemcal.study.model.measured_targets import Target
 from stemcal.study.model.shear_test import Relative
 from stemcal.study.model.study import Study
 from stemcal.study.types import units
-from stemcal.study.types.factor import PARAMETERS, in_unit
+from stemcal.study.types.factor import PARAMETERS, SETTINGS, in_unit
 from stemcal.study.types.field_types import Length
 from stemcal.study.types.solver_kind import ElementCounts
 from stemcal.study.types.stage_kind import STAGES
@@ -20,17 +20,15 @@ from stemcal.study.types.strict_yaml import Finding, NodePath
 from stemcal.vocabulary import DIAMETER, FIRST, FORCE, TRAVEL
 
 _RANGES: dict[tuple[str, str], tuple[float, float, str]] = {
-    ("specimen", "outer_diameter"): (1, 100, "mm"),
+    (one.section, name): (*one.parameter.plausible, one.parameter.unit)
+    for name, one in SETTINGS.items()
+    if one.parameter.unit != "1"
+} | {
     ("specimen", "length"): (5, 1000, "mm"),
     ("blade", "width"): (1, 500, "mm"),
-    ("blade", "thickness"): (0.1, 50, "mm"),
-    ("blade", "edge_angle"): (5, 120, "deg"),
-    ("blade", "edge_radius"): (1e-3, 2, "mm"),
     ("blade", "edge_spread"): (0.05, 10, "mm"),
     ("material", "internal_length"): (0.05, 20, "mm"),
-    ("supports", "clearance"): (0.1, 500, "mm"),
     ("supports", "fillet_radius"): (0.01, 50, "mm"),
-    ("loading", "speed"): (0.01, 1e5, "mm/s"),
     ("loading", "duration"): (1e-5, 1000, "s"),
     ("loading", "stroke"): (0.01, 500, "mm"),
     ("solver", "element_size"): (0.05, 10, "mm"),

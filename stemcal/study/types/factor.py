@@ -93,13 +93,13 @@ def _length(label: str, *plausible: float, zero: bool = False) -> Parameter:
 
 
 SETTINGS: dict[str, Setting] = {
-    "edge_angle": Setting("blade", Parameter("edge angle", "angle", "deg", 0, False, 180, False, (5, 90))),
+    "edge_angle": Setting("blade", Parameter("edge angle", "angle", "deg", 0, False, 180, False, (5, 120))),
     "sliding_angle": Setting(
-        "blade", Parameter("sliding angle", "angle", "deg", 0, True, 60, False, (0, 45)), in_decks=False
+        "blade", Parameter("sliding angle", "angle", "deg", 0, True, 60, False, (0, 60)), in_decks=False
     ),
     "edge_radius": Setting("blade", _length("edge radius", 1e-3, 2, zero=True)),
-    "thickness": Setting("blade", _length("blade thickness", 0.1, 20)),
-    "speed": Setting("loading", Parameter("blade speed", "speed", "mm/s", 0, False, _NO_LIMIT, False, (1e-3, 2e4))),
+    "thickness": Setting("blade", _length("blade thickness", 0.1, 50)),
+    "speed": Setting("loading", Parameter("blade speed", "speed", "mm/s", 0, False, _NO_LIMIT, False, (0.01, 1e5))),
     "clearance": Setting("supports", _length("clearance", 0.1, 500)),
     "height": Setting("supports", _length("cutting height", 1, 2000), in_decks=False),
     "outer_diameter": Setting("specimen", _length("outer diameter", 1, 100)),
@@ -137,9 +137,9 @@ class Factor(Frozen):
     name: FactorName
     """Name of the factor in tables and files. The `embedded` and `deck` solvers accept nine material parameters and
     nine settings of the test, which have the names of their keys: `edge_angle`, `sliding_angle`, `edge_radius`,
-    `thickness` (of the blade), `speed`, `clearance`, `height`, `outer_diameter` and `diameter_ratio`. Decks
-    have neither `sliding_angle` nor `height`. The `embedded` solver also accepts the coefficient of friction
-    `stem_friction`. With the other solvers, any name is allowed."""
+    `thickness` (of the blade), `speed`, `clearance`, `height`, `outer_diameter` and `diameter_ratio`. Decks have
+    neither `sliding_angle` nor `height`. `bevel` cannot be a factor because it is a word, not a range. The `embedded`
+    solver also accepts the coefficient of friction `stem_friction`. With the other solvers, any name is allowed."""
     symbol: Symbol
     """Symbol of the factor in tables and equations; by default X1 for the first factor, X2 for the second, and so
     on."""

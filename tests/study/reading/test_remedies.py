@@ -156,6 +156,7 @@ RULES: list[tuple[str, Callable[..., object]]] = [
         if one.finding.path[0] == "factors" else {"width": "10 mm"})),
     (r"write a row such as", lambda one: one.write(SAMPLES["targets"])),
     (r"write a longer value", lambda one: one.write("a handbook")),
+    (r"write a value closer to (\S+)", lambda one, v: one.write(0.5 * (one.value + float(v)))),
     (r"write a larger value", lambda one: positive(one)),
     (r"write a smaller value", lambda one: within(one, re.search(r"below (.*)$", one.finding.message)[1], 0.5)),
     (r"write `time_step: (\S+ s)`", lambda one, v: one.section("solver").update(time_step=v)),
