@@ -143,18 +143,18 @@ def test_runs_of_other_code_are_other_runs(tmp_path: Path) -> None:
 
 IMPORTING = """
 import json
-import law
+import law_of_mine
 from pathlib import Path
 from rules import tough as t
 class Mine:
     def solve(self, levels, condition):
         from late.deep import one
         factor = json.loads((Path(__file__).parent / "data.json").read_text())
-        return {"force": law.K * t.K * one.K * factor}
+        return {"force": law_of_mine.K * t.K * one.K * factor}
 """
 MODULES = {
-    "law.py": "from constants import *\n",
-    "constants.py": "K = 2.0\n",
+    "law_of_mine.py": "from constants_of_mine import *\n",
+    "constants_of_mine.py": "K = 2.0\n",
     "rules/__init__.py": "",
     "rules/tough.py": "from . import tables\nfrom .tables import K\n",
     "rules/tables.py": "K = 3.0\n",
