@@ -56,6 +56,20 @@ def say_text(text: str) -> None:
         print(text, flush=True)
 
 
+EXIT_CODES = {
+    0: ("done", "success"),
+    1: ("fault", "system error (disk, memory), damaged file or internal error"),
+    2: ("wrong", "invalid spec or command line"),
+    3: ("runs_failed", "runs failed"),
+    4: ("unreachable", "the target is out of reach"),
+    5: ("in_use", "another process is using the study folder"),
+    6: ("waiting", "results of manual runs are pending"),
+    130: ("interrupted", "interrupted by Ctrl-C"),
+    143: ("terminated", "terminated by SIGTERM"),
+}
+"""The exit codes: the `status` in the JSON envelope, and what each means."""
+
+
 @dataclass
 class _Envelope:
     """The JSON that a command prints at its end: `{command, status, result, notes}`."""
@@ -72,7 +86,6 @@ class _Envelope:
         """Print it on stdout, in ASCII so that every terminal can show it; a number that is none becomes null."""
         if not self.command:
             return
-        from stemcal.cli.exit_codes import EXIT_CODES
         from stemcal.storage.canonical import jsonable
 
         status = EXIT_CODES.get(code, EXIT_CODES[1])[0]

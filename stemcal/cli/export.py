@@ -87,6 +87,7 @@ def figures(
 
     Example: [bold]stemcal export figures configs/smoke.yaml contour --format pdf --width 90[/bold]
     """
+    from stemcal.drawing.table import Column, Table
     from stemcal.report.gallery import gallery, write_as
     from stemcal.report.records import read_records
 
@@ -94,7 +95,12 @@ def figures(
     records = read_records(results, folder)
     plots = gallery(study, results, records)
     if names == ["list"]:
-        _list(plots, records, as_json)
+        named = {plot.name: plot.caption for plot in plots}
+        named |= dict.fromkeys(films(records), "Animation of the cut (GIF).")
+        if as_json:
+            say_json({"figures": named})
+        else:
+            say_tables(Table((Column("name", "Figure"), Column("caption", "Content")), tuple(named.items())))
         return
     drawn = [chosen(plots, name) for name in names or ["all"] if not name.startswith(ANIMATION)]
     kinds = ["svg", "png"] if kind is None else [kind]
@@ -112,18 +118,6 @@ def _print_paths(paths: list[str], as_json: bool) -> None:
         say_json({"files": paths})
     else:
         say(*paths)
-
-
-def _list(plots: list[Plot], records: Records, as_json: bool) -> None:
-    """Show the names and the content of the figures."""
-    from stemcal.drawing.table import Column, Table
-
-    named = {plot.name: plot.caption for plot in plots}
-    named |= dict.fromkeys(films(records), "Animation of the cut (GIF).")
-    if as_json:
-        say_json({"figures": named})
-    else:
-        say_tables(Table((Column("name", "Figure"), Column("caption", "Content")), tuple(named.items())))
 
 
 def chosen(plots: list[Plot], name: str) -> list[Plot]:

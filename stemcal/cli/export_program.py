@@ -54,12 +54,16 @@ def export_deck(
     """
     from stemcal.solvers.deck import Deck, DeckForm, deck_text
     from stemcal.solvers.deck.keywords import form_of
+    from stemcal.study.reading.messages import typed_size
 
     study = study_or_exit(spec)
     chosen = _program_of(study, path, program)
     study, levels = _calibrated(study, chosen, out)
     levels = chosen_levels(study, levels, settings or [])
-    at = _diameter(study, diameter)
+    at = study.specimen.outer_diameter if diameter is None else typed_size(diameter, "--diameter")
+    size = 0.0 if study.solver.mesh is None else study.solver.mesh.element_size.at(at)
+    if at < 2 * size:
+        raise UsageError(f"--diameter {at:g}: less than twice the element size of {size:g} mm; use a larger diameter")
     require_material(study, levels, at)
     if not path.absolute().parent.is_dir():
         raise UsageError(f"{path}: the folder {path.parent} does not exist; create the folder first")
@@ -80,18 +84,18 @@ def export_deck(
 def _program_of(study: Study, path: Path, asked: str | None) -> Literal["lsdyna", "openradioss"]:
     """Return the program that the deck is for; raise `UsageError` if it is unknown."""
     own = study.solver.program_name if study.kind.writes_decks else None
-    found = asked or ("openradioss" if path.suffix == RADIOSS else own)
-    if found == "lsdyna" and path.suffix == RADIOSS:
+    chosen = asked or ("openradioss" if path.suffix == RADIOSS else own)
+    if chosen == "lsdyna" and path.suffix == RADIOSS:
         raise UsageError(f"{path}: LS-DYNA cannot read {RADIOSS} files; name the deck {path.stem}.k")
-    if own is not None and found != own:
+    if own is not None and chosen != own:
         raise UsageError(
-            f"--for {found}: the study is calibrated for {own}, and the calibrated values do not apply to {found}. Use "
-            f"`--for {own}`, or calibrate for {found}: write `solver: {{kind: deck, program: {found}}}` and run "
+            f"--for {chosen}: the study is calibrated for {own}, and the calibrated values do not apply to {chosen}. "
+            f"Use `--for {own}`, or calibrate for {chosen}: write `solver: {{kind: deck, program: {chosen}}}` and run "
             "`stemcal run SPEC`"
         )
-    if found is None:
+    if chosen is None:
         raise UsageError(f"{path}: the target program is unknown; add `--for lsdyna` or `--for openradioss`")
-    return "lsdyna" if found == "lsdyna" else "openradioss"
+    return "lsdyna" if chosen == "lsdyna" else "openradioss"
 
 
 def _calibrated(study: Study, program: str, out: Path | None) -> tuple[Study, dict[str, float]]:
@@ -112,20 +116,6 @@ def _calibrated(study: Study, program: str, out: Path | None) -> tuple[Study, di
             return study, {**study.midlevels(), **results.parameters}
     warn("The study is not calibrated yet, so factors not specified with `--set` have mid-range values.")
     return study, dict(study.midlevels())
-
-
-def _diameter(study: Study, given: str | None) -> float:
-    """Return the diameter of the stem, mm."""
-    from stemcal.study.reading.messages import typed_size
-
-    chosen = study.specimen.outer_diameter if given is None else typed_size(given, "--diameter")
-    mesh = study.solver.mesh
-    size = 0.0 if mesh is None else mesh.element_size.at(chosen)
-    if chosen < 2 * size:
-        raise UsageError(
-            f"--diameter {chosen:g}: less than twice the element size of {size:g} mm; use a larger diameter"
-        )
-    return chosen
 
 
 def _files(deck: Deck, path: Path, text: str) -> dict[Path, str]:
@@ -194,10 +184,10 @@ def export_material(
             most = f"Use at most {_COARSEST * at:g} mm."
             raise UsageError(f"--element-size: {size:g} mm is too large for a stem diameter of {at:g} mm. {most}")
         work = Work(study, session.folder, session.executor, session.watch, make_solver(study))
-        found = strain_of(work, size)
+        strain = strain_of(work, size)
     if not as_json:
-        say_tables(strain_table(found))
-    written = _written(study, found, program, folder)
+        say_tables(strain_table(strain))
+    written = _written(study, strain, program, folder)
     if as_json:
         say_json(written)
     elif not quiet:
@@ -205,18 +195,22 @@ def export_material(
             note(f"wrote {folder / name}")
 
 
-def _written(study: Study, found: SizedStrain, program: str, folder: Path) -> dict[str, Any]:
-    """Write the files; return what material.json holds."""
+def _written(study: Study, strain: SizedStrain, program: str, folder: Path) -> dict[str, Any]:
+    """Write the files; return the content of material.json."""
     from stemcal.report.records import spec_hash
+    from stemcal.solvers.deck import Deck, DeckForm
     from stemcal.solvers.deck.writer import material_text
-    from stemcal.stages.element_size import material_lines, not_valid
+    from stemcal.solvers.embedded import meshed_as
+    from stemcal.stages.element_size import material_lines, not_valid, without_lengths
     from stemcal.version import __version__
 
-    if not found.valid:
-        raise RunsFailed(f"export material: {not_valid(found)}")
+    if not strain.valid:
+        raise RunsFailed(f"export material: {not_valid(strain)}")
     make_folder(folder)
-    deck = _deck_of_card(study, found, program)
-    files = {"material.k": material_text(deck, material_lines(study, found))}
+    form = DeckForm("lsdyna" if program == "lsdyna" else "openradioss")
+    sized = meshed_as(without_lengths(study), strain.element_size)
+    deck = Deck.of(sized, strain.levels, strain.condition, form)
+    files = {"material.k": material_text(deck, material_lines(study, strain))}
     content = {
         "schema_version": 2,
         "stage": "material",
@@ -224,20 +218,10 @@ def _written(study: Study, found: SizedStrain, program: str, folder: Path) -> di
         "spec_sha256": spec_hash(study),
         "stemcal_version": __version__,
         "program": program,
-        "parameters": found.levels,
-        **{name: value for name, value in to_json(found).items() if name != "levels"},
+        "parameters": strain.levels,
+        **{name: value for name, value in to_json(strain).items() if name != "levels"},
         "files": [*files, "material.json"],
     }
     for name, text in (files | {"material.json": json.dumps(content, indent=2) + "\n"}).items():
         write_atomic(folder / name, text)
     return content
-
-
-def _deck_of_card(study: Study, found: SizedStrain, program: str) -> Deck:
-    """Return the shear test with the elements and the failure strain there, whose card is written."""
-    from stemcal.solvers.deck import Deck, DeckForm
-    from stemcal.solvers.embedded import meshed_as
-    from stemcal.stages.element_size import without_lengths
-
-    form = DeckForm("lsdyna" if program == "lsdyna" else "openradioss")
-    return Deck.of(meshed_as(without_lengths(study), found.element_size), found.levels, found.condition, form)

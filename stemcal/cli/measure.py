@@ -70,8 +70,7 @@ def diameters(
         typer.Option(metavar="COLUMN,...", help="Name or number of the diameter column.", show_default="by name"),
     ] = None,
     label_column: Annotated[
-        str | None,
-        typer.Option(metavar="COLUMN,...", help="Columns that name a stem, or none: one stem per row."),
+        str | None, typer.Option(metavar="COLUMN,...", help="Columns that name a stem, or none: one stem per row.")
     ] = None,
     encoding: Encoding = None,
     separator: Separator = None,
@@ -92,11 +91,15 @@ def diameters(
     from stemcal.report import curves as figures
 
     form = Form(encoding, separator, decimal, sheet)
-    found = measure_diameters(file, form, _numbers(grades), step, diameter_column, label_column)
-    content = {"schema_version": 3, "stage": "measure-diameters", **to_json(found)}
+    try:
+        nominal = [float(part) for part in grades.split(",")] if grades else []
+    except ValueError:
+        raise UsageError(f"--grades {grades}: write diameters in mm separated by commas, such as 7,8,9,10,11") from None
+    stems = measure_diameters(file, form, nominal, step, diameter_column, label_column)
+    content = {"schema_version": 3, "stage": "measure-diameters", **to_json(stems)}
     if out:
-        _leave_files(out, content, Table.of_rows(found.stems), {"diameters": figures.diameter_histogram(found)})
-    _show(content, found.synthetic, tables.diameter_tables(found), found.notes, as_json, quiet, "")
+        _leave_files(out, content, Table.of_rows(stems.stems), {"diameters": figures.diameter_histogram(stems)})
+    _show(content, stems.synthetic, tables.diameter_tables(stems), stems.notes, as_json, quiet)
 
 
 @app.command()
@@ -195,12 +198,13 @@ def tests(
 
     form = Form(encoding, separator, decimal, sheet)
     how = CurveOptions(form, force_column, displacement_column, force_unit, displacement_unit, preload)
-    found = measure_tests(study_or_exit(spec), folder, how, exclude or [])
-    section = "\n  - ".join(["targets:", *(row for rows in found.targets.values() for row in rows)])
-    content = {"schema_version": 2, "stage": "measure-tests", "means": to_json(found.means), "targets": found.targets}
+    measured = measure_tests(study_or_exit(spec), folder, how, exclude or [])
+    section = "\n  - ".join(["targets:", *(row for rows in measured.targets.values() for row in rows)])
+    means = to_json(measured.means)
+    content = {"schema_version": 2, "stage": "measure-tests", "means": means, "targets": measured.targets}
     if write:
-        _rewrite(spec, lambda text: with_rows(text, found.targets))
-    _show(content, found.synthetic, [tests_table(found)], found.notes, as_json, quiet, section)
+        _rewrite(spec, lambda text: with_rows(text, measured.targets))
+    _show(content, measured.synthetic, [tests_table(measured)], measured.notes, as_json, quiet, section)
     if write and not quiet:
         note(f"wrote the targets of the tests to {spec}; check the spec with `stemcal check {spec}`")
 
@@ -220,14 +224,6 @@ def _rewrite(spec: Path, change: Callable[[str], str]) -> None:
     text = change(before)
     read_study(text.encode("utf-8"), spec)
     write_atomic(spec, text)
-
-
-def _numbers(text: str | None) -> list[float]:
-    """Return numbers separated by commas."""
-    try:
-        return [float(part) for part in text.split(",")] if text else []
-    except ValueError:
-        raise UsageError(f"--grades {text}: write diameters in mm separated by commas, such as 7,8,9,10,11") from None
 
 
 def _leave_files(
@@ -252,18 +248,18 @@ def _leave_files(
 def _show(
     content: object,
     synthetic: bool,
-    found: Iterable[Table],
+    tables: Iterable[Table],
     notes: Iterable[Note],
     as_json: bool,
     quiet: bool,
-    yaml: str,
+    yaml: str = "",
 ) -> None:
     if as_json:
         say_json(content)
     else:
-        say_tables(*found)
+        say_tables(*tables)
         say_whole(*([yaml] if yaml else []))
     if synthetic:
         warn("the files are marked as synthetic; do not publish their values as measurements")
-    for one in [] if quiet else notes:
-        note(f"note: {one}")
+    for remark in [] if quiet else notes:
+        note(f"note: {remark}")

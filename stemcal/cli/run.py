@@ -10,16 +10,18 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stemcal.cli.console import note, say, say_json, say_whole, warn
+from stemcal.cli.console import note, say, say_json, say_tables, say_whole, warn
 from stemcal.cli.session import AsJson, ExecutorName, Out, Quiet, Session, Spec, Workers, finished_work, opened
-from stemcal.errors import TargetUnreachable, UsageError
+from stemcal.errors import RunsFailed, TargetUnreachable, UsageError
 from stemcal.stages.stage import Stage
 from stemcal.storage.plain import read_plain
 
 if TYPE_CHECKING:
+    from stemcal.runs.study_folder import StudyFolder
     from stemcal.stages.result import StageResult
+    from stemcal.stages.results import Results
+    from stemcal.stages.verdict.result import Verdict
     from stemcal.study.model.study import Study
-
 
 Until = Annotated[
     str | None,
@@ -46,81 +48,125 @@ def run(
 
     Example: [bold]stemcal run configs/smoke.yaml --out runs/first --workers 2[/bold]
     """
+    from stemcal.formats import counted
+    from stemcal.stages.stage import stages_of
+
     with opened(spec, out, workers, executor, quiet) as work:
-        _require_stage(work.study, until)
+        names = [stage.name for stage in stages_of(work.study)]
+        if until is not None and until not in names:
+            raise UsageError(
+                f"--until {until[:40]}: the study has no stage with this name; use one of {', '.join(names)}"
+            )
         if not quiet:
             note(f"Report: {work.folder.path / 'report.html'}, updated after each stage")
         if retry:
-            _compute_again(work)
+            from stemcal.overview.status import retry as repeated
+
+            entries = work.continued(lambda: repeated(work.study, work.folder, work.executor, work.watch))
+            note(f"repeated {counted(len(entries), 'failed run')}")
+            if failed := sum(entry.status == "failed" for entry in entries):
+                again = "failed again; `stemcal status SPEC --failed` lists the failed runs"
+                warn(f"{failed} of {len(entries)} runs {again}")
         work.foresee()
         show = _go_through(work, until)
     show(as_json, quiet)
 
 
-def _require_stage(study: Study, name: str | None) -> None:
-    """Refuse the name of a stage that this study does not have."""
-    from stemcal.stages.stage import stages_of
-
-    names = [stage.name for stage in stages_of(study)]
-    if name is not None and name not in names:
-        raise UsageError(f"--until {name[:40]}: the study has no stage with this name; use one of {', '.join(names)}")
-
-
-def _compute_again(work: Session) -> None:
-    """Compute the failed runs again; warn of those that failed again."""
-    from stemcal.formats import counted
-    from stemcal.overview.status import retry
-
-    entries = work.continued(lambda: retry(work.study, work.folder, work.executor, work.watch))
-    failed = sum(entry.status == "failed" for entry in entries)
-    note(f"repeated {counted(len(entries), 'failed run')}")
-    if failed:
-        warn(f"{failed} of {len(entries)} runs failed again; `stemcal status SPEC --failed` lists the failed runs")
-
-
 def _go_through(work: Session, until: str | None = None) -> Callable[..., None]:
     """Take an open study through its stages and draw its page; return what shows it once the study is closed."""
-    from stemcal.cli.show import show_run
-    from stemcal.report.redraw import draw
-    from stemcal.stages.fresh import make_all
+    from stemcal.report.redraw import draw, draw_words
+    from stemcal.stages.fresh import finished, make_all
     from stemcal.stages.results import fresh_results
+    from stemcal.stages.stage import stages_of
     from stemcal.stages.verdict.verdict_rules import verdict_of
 
+    study, folder = work.study, work.folder
     unreachable: TargetUnreachable | None = None
     made: list[StageResult] = []
-    work.folder.remember_spec(work.study.source)
+    last, before = stages_of(study)[-1].name, finished(study, folder)
+
+    def draw_so_far(result: StageResult) -> None:
+        if result.name != last and not before:  # the whole page follows the last stage
+            draw_words(study, folder)
+
+    folder.remember_spec(study.source)
     try:
-        made = work.continued(
-            lambda: make_all(work.study, work.folder, work.executor, work.watch, done=_showing(work), until=until)
-        )
+        made = work.continued(lambda: make_all(study, folder, work.executor, work.watch, done=draw_so_far, until=until))
     except TargetUnreachable as error:
         unreachable = error
     work.watch.busy("drawing the report")
-    results = fresh_results(work.study, work.folder, made)
-    verdict = verdict_of(work.study, work.folder, results)
-    page = draw(work.study, work.folder, results, verdict)
+    results = fresh_results(study, folder, made)
+    verdict = verdict_of(study, folder, results)
+    page = draw(study, folder, results, verdict)
 
     def show(as_json: bool, quiet: bool) -> None:
-        show_run(work.study, results, verdict, page, work.folder, as_json, quiet)
+        _show_run(study, results, verdict, page, folder, as_json, quiet)
         if unreachable is not None:
             raise unreachable
 
     return show
 
 
-def _showing(work: Session) -> Callable[[StageResult], None]:
-    """Return a function that writes the page after each stage but the last, which the whole page follows."""
-    from stemcal.report.redraw import draw_words
-    from stemcal.stages.fresh import finished
-    from stemcal.stages.stage import stages_of
+def _show_run(
+    study: Study, results: Results, verdict: Verdict, page: Path, folder: StudyFolder, as_json: bool, quiet: bool
+) -> None:
+    """Print the findings of a study, notes, its verdict, a table, and the place of the page; or all stages as JSON.
 
-    last, before = stages_of(work.study)[-1].name, finished(work.study, work.folder)
+    Leaves with exit code 3 if runs failed.
+    """
+    from stemcal.vocabulary import Wording
 
-    def show(result: StageResult) -> None:
-        if result.name != last and not before:
-            draw_words(work.study, work.folder)
+    if as_json:
+        from stemcal.stages.verdict.words import verdict_json
 
-    return show
+        stages = {result.name: result.to_json() for result in results.done}
+        say_json({**stages, **verdict_json(verdict, Wording(study.naming)), "report": str(page)})
+    else:
+        _show_findings(results, verdict, folder, quiet)
+    failed = _warn_of_failed(*results.done)
+    if not as_json:
+        from stemcal.report.terminal import final_tables
+        from stemcal.stages.verdict.words import lines
+
+        say(*lines(verdict, Wording(study.naming)), "")
+        say_tables(*final_tables(study, results, verdict.holds))
+        say_whole(f"Report: {page}")
+    if failed:
+        raise typer.Exit(RunsFailed.exit_code)
+
+
+def _show_findings(results: Results, verdict: Verdict, folder: StudyFolder, quiet: bool) -> None:
+    """Print the identifiability and the most important notes, without those that the verdict repeats below."""
+    from stemcal.drawing.showing import names_of
+    from stemcal.formats import counted
+    from stemcal.report.outcome import KNOWN, MOST, notes_of_all, read_first, shortened, showing_of
+    from stemcal.report.records import read_records, run_warnings
+    from stemcal.report.terminal import spoken
+
+    for result in results.done:
+        say_tables(*(shortened(result, table) for table in showing_of(result).findings(result, names_of(result))))
+        say(*spoken(result, verdict.holds))
+    if quiet:
+        return
+    warnings = run_warnings(read_records(results, folder), verdict)
+    found = read_first([*(("runs", one) for one in warnings), *notes_of_all(results, verdict.holds)])
+    notes = [f"note: {title}: {one}" for title, one in found if one.kind != KNOWN]
+    note("\n".join(notes[:MOST]))
+    if len(notes) > MOST:
+        note(f"{counted(len(notes) - MOST, 'more note')} in the report")
+
+
+def _warn_of_failed(*results: StageResult) -> bool:
+    """Count the failed runs of each stage with their reasons; returns whether there are any."""
+    from stemcal.report.outcome import failures_of
+
+    failed = [text for result in results if (text := failures_of(result))]
+    for text in failed:
+        warn(text)
+    return bool(failed)
+
+
+# ---- one stage
 
 
 def command_of(stage: Stage[Any], example: str = "configs/smoke.yaml") -> Callable[..., None]:
@@ -134,7 +180,6 @@ def command_of(stage: Stage[Any], example: str = "configs/smoke.yaml") -> Callab
         as_json: AsJson = False,
         quiet: Quiet = False,
     ) -> None:
-        from stemcal.cli.show import show_stage
         from stemcal.stages.fresh import make
         from stemcal.stages.verdict.verdict_rules import verdict_of
 
@@ -143,11 +188,36 @@ def command_of(stage: Stage[Any], example: str = "configs/smoke.yaml") -> Callab
                 work.foresee(stage.name)
             result = work.continued(lambda: make(stage, work.study, work.folder, work.executor, work.watch))
             verdict = verdict_of(work.study, work.folder)
-        show_stage(result, verdict, work.folder, as_json, quiet)
+        _show_stage(result, verdict, work.folder, as_json, quiet)
 
     command.__name__ = stage.name
     command.__doc__ = f"{cleandoc(stage.help)}\n\nExample: [bold]stemcal {stage.name} {example}[/bold]"
     return command
+
+
+def _show_stage(result: StageResult, verdict: Verdict, folder: StudyFolder, as_json: bool, quiet: bool) -> None:
+    """Print a stage's tables (or its JSON) on stdout, warnings and notes on stderr; leave with 3 if runs failed.
+
+    If the finished stages show that the study is not calibrated, no interval is shown.
+    """
+    from stemcal.report.outcome import KNOWN, shown_notes
+    from stemcal.report.records import read_records, run_warnings
+    from stemcal.report.terminal import stage_tables
+    from stemcal.stages.verdict.words import opening
+
+    if as_json:
+        say_json(result.to_json())
+    else:
+        say(*stage_tables(result, verdict.may_hold))
+    if not quiet:
+        for remark in shown_notes(result, verdict.may_hold):
+            note(f"note: {remark}")
+        if not verdict.holds and any(remark.kind == KNOWN for remark in shown_notes(result, holds=True)):
+            note(f"note: {opening(verdict)}")
+    for warning in run_warnings(read_records(result, folder)):
+        warn(str(warning))
+    if _warn_of_failed(result):
+        raise typer.Exit(RunsFailed.exit_code)
 
 
 def report(
@@ -204,15 +274,15 @@ def enter(
         raise UsageError(f"{sheet}: {error.strerror}; specify the path of the run sheet") from None
     with opened(spec, out, None, "local", quiet, entered=sheet) as work:
         rows, reason = filled(content, sheet.name, work.study.by_hand), replace.strip()
-        found = record_results(work.study, work.folder, rows, replace_because=reason)
+        entered = record_results(work.study, work.folder, rows, replace_because=reason)
         if as_json:
             refused = [
-                {"kind": one.kind, "place": one.place, "run": one.run, "text": str(one)} for one in found.refused
+                {"kind": row.kind, "place": row.place, "run": row.run, "text": str(row)} for row in entered.refused
             ]
-            say_json({"schema_version": 1, "stage": "enter", **vars(found), "refused": refused})
+            say_json({"schema_version": 1, "stage": "enter", **vars(entered), "refused": refused})
         else:
-            say(found.summary())
-        found.require_all()
+            say(entered.summary())
+        entered.require_all()
         show = _go_through(work)
     if not as_json:
         show(False, quiet)

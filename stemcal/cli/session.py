@@ -17,8 +17,7 @@ from stemcal.formats import counted
 Spec = Annotated[Path, typer.Argument(metavar="SPEC", help="Spec of the study (YAML file).", show_default=False)]
 
 Out = Annotated[
-    Path | None,
-    typer.Option("--out", "-o", metavar="DIR", help="Study folder.", show_default="runs/<study name>"),
+    Path | None, typer.Option("--out", "-o", metavar="DIR", help="Study folder.", show_default="runs/<study name>")
 ]
 
 Workers = Annotated[
@@ -151,7 +150,11 @@ def opened(
         pool = stack.enter_context(make_executor(study.solver.run_limit))
         folder = stack.enter_context(StudyFolder(place_of(study.name, out)))
         watch = stack.enter_context(make_watch(None if quiet else stderr(), study.naming))
-        sheet = _own_sheet(study, folder)
+        sheet = None
+        if study.by_hand.kind.answers == "asks_people":
+            from stemcal.by_hand.own_sheet import OwnSheet
+
+            sheet = OwnSheet(study, folder)
         try:
             if sheet is not None and not (entered and sheet.path.exists() and sheet.path.samefile(entered)):
                 sheet.enter_saved()
@@ -162,26 +165,12 @@ def opened(
                 raise
             stage, awaited = waiting.stage, sheet.write_sheet(waiting)
             folder.remember_spec(study.source)
-    _await(sheet, awaited, stage, spec)
-    raise typer.Exit(Waiting.exit_code)
-
-
-def _own_sheet(study: Study, folder: StudyFolder) -> OwnSheet | None:
-    """Return the sheet of the study folder, None if no runs are done by hand."""
-    if study.by_hand.kind.answers != "asks_people":
-        return None
-    from stemcal.by_hand.own_sheet import OwnSheet
-
-    return OwnSheet(study, folder)
-
-
-def _await(sheet: OwnSheet, awaited: int, stage: str, spec: Path) -> None:
-    """Print what a study waits for, and where the sheet is that was replaced."""
     to_do = f"Waiting for {counted(awaited, 'result')} from the {stage} stage. Fill in {sheet.path}. Then run"
     if not awaited:
         to_do = f"All results in {sheet.path} are recorded. To continue, run"
     earlier = f". The previous sheet is {sheet.earlier}" if sheet.earlier else ""
     await_(f"{to_do} `stemcal run {spec}`{earlier}")
+    raise typer.Exit(Waiting.exit_code)
 
 
 def existing_folder(study: Study, out: Path | None) -> StudyFolder:

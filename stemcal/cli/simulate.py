@@ -72,7 +72,7 @@ def simulate(
     at = study.specimen.outer_diameter if diameter is None else typed_size(diameter, "--diameter")
     levels = chosen_levels(study, study.midlevels(), settings or [])
     require_material(study, levels, at)
-    _check_outputs(study, csv_file, figure, {"--frames": frames})
+    _check_outputs(study, csv_file, figure, frames)
 
     if not study.kind.simulates_stems and test in (None, CUTTING):
         at = study.targets.calibrate_at if diameter is None else at
@@ -98,7 +98,15 @@ def simulate(
         rows = zip(*(column.tolist() for column in columns.values()), strict=True)
         write_atomic(csv_file, csv_text([columns, *rows], newline="\r\n"))
     if figure:
-        _write_figure(result, figure, of_blade=cuts)
+        from stemcal.drawing.style import save
+        from stemcal.report.curves import force_travel
+        from stemcal.report.records import RunCurve
+
+        history = result.history
+        forces = {"contact force": history.force, "filtered": history.force_filtered}
+        travel = tuple(history.travel.tolist())
+        curves = {name: RunCurve(travel, tuple(f.tolist()), result.break_travel) for name, f in forces.items()}
+        save(force_travel(curves, highlighted=["filtered"], of_blade=cuts), figure)
     if as_json:
         say_json(summary(result, at, test or CUTTING, [named.name for named in study.naming.further]))
     else:
@@ -137,17 +145,12 @@ def require_material(study: Study, levels: Mapping[str, float], diameter: float)
         raise UsageError("\n".join(wrong))
 
 
-def _check_outputs(study: Study, csv_file: Path | None, figure: Path | None, others: Mapping[str, object]) -> None:
+def _check_outputs(study: Study, csv_file: Path | None, figure: Path | None, frames: Path | None) -> None:
     """Refuse before the long computation what would fail after it."""
-    given = [name for name, value in {**others, "--figure": figure}.items() if value is not None]
-    if given and not study.kind.simulates_stems:
-        these = "this option" if len(given) == 1 else "these options"
-        raise UsageError(f"{', '.join(given)}: available only with `solver: {{kind: embedded}}`; omit {these}")
-    for path in (csv_file, figure):
-        if path and not path.parent.is_dir():
-            raise UsageError(f"{path}: the folder {path.parent} does not exist; create the folder first")
-    if figure and figure.suffix.lower() not in (".png", ".svg", ".pdf"):
-        raise UsageError(f"--figure {figure}: the name must end in .png, .svg or .pdf")
+    options = [name for name, path in {"--frames": frames, "--figure": figure}.items() if path is not None]
+    if options and not study.kind.simulates_stems:
+        these = "this option" if len(options) == 1 else "these options"
+        raise UsageError(f"{', '.join(options)}: available only with `solver: {{kind: embedded}}`; omit {these}")
 
 
 def _test_called(study: Study, test: str | None) -> LaboratorySection | None:
@@ -167,31 +170,14 @@ def summary(result: CuttingResult, diameter: float, test: str = CUTTING, measure
     from stemcal.responses import CUT, ForceTravel, responses_in
 
     numbers = {name: value for name, value in vars(result).items() if isinstance(value, bool | int | float)}
-    warnings = to_json(result.warnings)
     if isinstance(result, LaboratoryResult):
         responses = result.responses
     else:
         curve = result.history.travel, result.history.force_filtered
         cut = ForceTravel(*curve, result.peak_force, result.peak_travel, diameter, CUT, vars(result))
-        found = responses_in(CUT, measured=measured)
-        responses = {one.name: value for one in found if (value := one.value(cut)) is not None}
-    head = {"test": test, "responses": responses}
-    return {**head, **numbers, "warnings": warnings}
-
-
-def _write_figure(result: CuttingResult, path: Path, of_blade: bool) -> None:
-    from stemcal.drawing.style import save
-    from stemcal.report.curves import force_travel
-    from stemcal.report.records import RunCurve
-
-    history = result.history
-    curves = {
-        "contact force": RunCurve(tuple(history.travel.tolist()), tuple(history.force.tolist()), result.break_travel),
-        "filtered": RunCurve(
-            tuple(history.travel.tolist()), tuple(history.force_filtered.tolist()), result.break_travel
-        ),
-    }
-    save(force_travel(curves, highlighted=["filtered"], of_blade=of_blade), path)
+        table = responses_in(CUT, measured=measured)
+        responses = {one.name: value for one in table if (value := one.value(cut)) is not None}
+    return {"test": test, "responses": responses, **numbers, "warnings": to_json(result.warnings)}
 
 
 def _one_run(

@@ -36,12 +36,20 @@ def init(
     """
     stem = Path(name).name.removesuffix(".yaml").removesuffix(".yml")
     path = Path(name).with_name(f"{stem}.yaml")
-    _write_new(path, spec_text(stem, full))
+    text = spec_text(stem, full)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with path.open("x", encoding="utf-8", newline="\n") as file:
+            file.write(text)
+    except FileExistsError:
+        raise UsageError(f"{path} already exists; choose another name or delete the file first") from None
+    except OSError as error:
+        raise UsageError(f"{path}: {error.strerror}; choose another folder") from None
     say_whole(str(path))
-    given = f'"{path}"' if " " in str(path) else path
+    typed = f'"{path}"' if " " in str(path) else path
     note("edit the file, then run:")
     for verb in ("check", "run"):
-        note(f"  stemcal {verb} {given}")
+        note(f"  stemcal {verb} {typed}")
 
 
 def spec_text(name: str, full: bool = False) -> str:
@@ -53,18 +61,6 @@ def spec_text(name: str, full: bool = False) -> str:
     text = files("stemcal.cli").joinpath("study.yaml").read_text(encoding="utf-8")
     text = text.replace("@NAME@", json.dumps(name, ensure_ascii=False), 1)
     return text if full else text[: text.index(MORE)]
-
-
-def _write_new(path: Path, text: str) -> None:
-    """Write a file; raise `UsageError` if there is one of that name, or none can be written."""
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with path.open("x", encoding="utf-8", newline="\n") as file:
-            file.write(text)
-    except FileExistsError:
-        raise UsageError(f"{path} already exists; choose another name or delete the file first") from None
-    except OSError as error:
-        raise UsageError(f"{path}: {error.strerror}; choose another folder") from None
 
 
 # ---- check

@@ -34,23 +34,19 @@ def split(texts: Sequence[str], separator: str) -> list[Line]:
     lines = []
     for text in texts:
         remark = text.lstrip().startswith("#")
-        lines.append(Line(text, _cells_of(text.lstrip("# ") if remark else text, separator), remark))
+        content = text.lstrip("# ") if remark else text
+        if separator == " ":
+            cells = content.split()
+        elif '"' in content:  # a quoted cell may hold the separator
+            try:
+                cells = next(csv.reader([content], delimiter=separator, skipinitialspace=True), [])
+            except csv.Error:  # a cell of more than 131,072 characters holds no number
+                cells = content.split(separator)
+        else:
+            cells = content.split(separator)
+        filled = [cell.strip().strip('"').strip() for cell in cells] if content.strip() else []
+        lines.append(Line(text, filled, remark))
     return lines
-
-
-def _cells_of(text: str, separator: str) -> list[str]:
-    if not text.strip():
-        return []
-    if separator == " ":
-        cells = text.split()
-    elif '"' in text:  # a quoted cell may hold the separator
-        try:
-            cells = next(csv.reader([text], delimiter=separator, skipinitialspace=True), [])
-        except csv.Error:  # a cell of more than 131,072 characters holds no number
-            cells = text.split(separator)
-    else:
-        cells = text.split(separator)
-    return [cell.strip().strip('"').strip() for cell in cells]
 
 
 def decoded_table(content: bytes, encoding: str | None, path: Path) -> tuple[str, str]:
@@ -75,13 +71,7 @@ def decoded_table(content: bytes, encoding: str | None, path: Path) -> tuple[str
 
 
 def is_workbook(content: bytes, source: object) -> bool:
-    """Check for an Excel workbook, independent of the file name.
-
-    Raises
-    ------
-    UsageError
-        If it is a table that spreadsheet programs open and this module does not read.
-    """
+    """Check for an Excel workbook, independent of the file name; raise `UsageError` for another kind of spreadsheet."""
     if content[:100].removeprefix(b"\xef\xbb\xbf").lstrip().lower().startswith(_OTHERS):
         raise UsageError(f"{source} is in a spreadsheet format that stemcal cannot read; save the file as .xlsx or CSV")
     return content.startswith(_MODERN)
@@ -95,13 +85,7 @@ def require_size(source: str, rows: int, cells: int) -> None:
 
 
 def sheets(content: bytes, source: str) -> dict[str, list[Line]]:
-    """Return the lines of every sheet of a workbook by its title.
-
-    Raises
-    ------
-    UsageError
-        If the file is damaged, no workbook of Excel's, or too large.
-    """
+    """Return the lines of every sheet of an Excel workbook by its title; raise `UsageError` if they cannot be read."""
     import openpyxl
 
     try:
@@ -119,7 +103,7 @@ def sheets(content: bytes, source: str) -> dict[str, list[Line]]:
             for row in sheet.iter_rows(values_only=True):
                 rows, cells = rows + 1, cells + len(row)
                 require_size(source, rows, cells)
-                lines.append(_line([_written(value) for value in row]))
+                lines.append(_line(row))
         return found
     except UsageError:
         raise
@@ -130,16 +114,10 @@ def sheets(content: bytes, source: str) -> dict[str, list[Line]]:
         ) from None
 
 
-def _written(value: object) -> str:
-    """Return the content of a cell as text; a whole number has no decimal mark."""
-    if value is None:
-        return ""
-    return str(int(value)) if isinstance(value, float) and value.is_integer() else str(value)
-
-
-def _line(row: Sequence[str]) -> Line:
-    """Return a row of a sheet without the empty cells at its end."""
-    cells = [cell.strip() for cell in row]
+def _line(row: Sequence[object]) -> Line:
+    """Return a row of a sheet without the empty cells at its end; a whole number has no decimal mark."""
+    values = [int(value) if isinstance(value, float) and value.is_integer() else value for value in row]
+    cells = ["" if value is None else str(value).strip() for value in values]
     while cells and not cells[-1]:
         cells.pop()
     return Line(" ".join(filter(None, cells)), cells, len(cells) == 1 and cells[0].startswith("#"))

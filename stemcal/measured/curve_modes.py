@@ -79,23 +79,17 @@ class CurveModes:
 
     def at_shares(self, travel: Array, force: Array) -> Array:
         """Return the force of a curve at the shares u* of its travel, (G,), N."""
-        return np.asarray(self._on_grid(travel, force)[:-1] * self.force * np.sqrt(len(_SHARES)))
-
-    def _on_grid(self, travel: Array, force: Array) -> Array:
-        """Return w of a curve from where it passes the preload, as measured ones begin."""
-        return on_grid(*from_preload(travel, force), self.force, self.travel)
+        shape = _on_grid(*from_preload(travel, force), self.force, self.travel)
+        return np.asarray(shape[:-1] * self.force * np.sqrt(len(_SHARES)))
 
     def scores(self, travel: Array, force: Array) -> list[float]:
         """Return the score of each mode of a curve, N."""
-        shapes = (
-            self._on_grid(travel, force)
-            - np.array(self.centre)
-            - np.array(self.along_force) * (float(force.max()) - self.force)
-        )
-        return [float(score) for score in self.force * (1.0 + np.array(self.weights) @ shapes)]
+        shape = _on_grid(*from_preload(travel, force), self.force, self.travel)
+        r = shape - np.array(self.centre) - np.array(self.along_force) * (float(force.max()) - self.force)
+        return [float(score) for score in self.force * (1.0 + np.array(self.weights) @ r)]
 
 
-def on_grid(travel: Array, force: Array, mean_force: float, mean_travel: float) -> Array:
+def _on_grid(travel: Array, force: Array, mean_force: float, mean_travel: float) -> Array:
     """Return w (G + 1,) of a curve that begins at travel 0; raise `UsageError` if it has no rise."""
     top = _top(force)
     if top == 0:
@@ -116,7 +110,7 @@ def modes_of(curves: Sequence[Curve], stiffness: float | None = None, most: int 
     forces = np.array([float(force.max()) for _, force in curves])
     mean_force = float(forces.mean())
     mean_travel = float(np.mean([travel[_top(force)] for travel, force in curves]))
-    w, n = np.array([on_grid(*curve, mean_force, mean_travel) for curve in curves]), len(curves)
+    w, n = np.array([_on_grid(*curve, mean_force, mean_travel) for curve in curves]), len(curves)
     centre, apart = w.mean(axis=0), forces - mean_force
     along_force = apart @ (w - centre) / float(apart @ apart) if apart.any() else np.zeros_like(centre)
     r = w - centre - np.outer(apart, along_force)

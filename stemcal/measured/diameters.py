@@ -91,15 +91,15 @@ def measure_diameters(
         there = f"{counted(len(values), 'stem')}, {counted(len(set(values)), 'diameter')}"
         raise UsageError(f"{path}: {there}; a distribution requires at least three stems of different diameters")
     summary = summarise(values)
-    shared = graded(values, summary, sorted(grades) or proposed_grades(values, step), step)
+    grades_of_stems = _graded(values, summary, sorted(grades) or _proposed_grades(values, step), step)
     return Diameters(
         source=path.name,
         stems=Rows(map(_MeasuredStem, stems, values)),
         readings=sum(map(len, stems.values())),
         summary=summary,
         normality=shapiro_wilk(values),
-        grades=shared,
-        share_percent=sum(grade.share_percent for grade in shared),
+        grades=grades_of_stems,
+        share_percent=sum(grade.share_percent for grade in grades_of_stems),
         synthetic=table.synthetic,
         notes=notes,
     )
@@ -123,10 +123,9 @@ def _check_grades(grades: Sequence[float], step: float) -> None:
 
 def _columns(table: TextTable, given: str | None, label: str | None) -> tuple[list[int], list[int]]:
     """Return the columns that name the stems, none if each row is one, and those of their diameters."""
-    if label is None:
-        labels = [found] if (found := _label_column(table)) is not None else []
-    else:
-        labels = [] if label == NONE else given_columns(table, label, "labels")
+    labels = _label_columns(table) if label is None else []
+    if label is not None and label != NONE:
+        labels = given_columns(table, label, "labels")
     columns = given_columns(table, given, "diameters") if given else []
     columns = columns or [i for i in _reading_columns(table, labels) if i not in labels]
     return [i for i in labels if i not in columns], columns
@@ -189,20 +188,18 @@ def checked_diameter(value: float, place: str) -> float:
     return value
 
 
-def _label_column(table: TextTable) -> int | None:
-    """Return the column that names the stems: by its name, or because it counts them or holds words."""
+def _label_columns(table: TextTable) -> list[int]:
+    """Return the column that names the stems, if any: by its name, or because it counts them or holds words."""
     names = table.columns if table.headed else ()
-    named = [index for index, name in enumerate(names) if is_called(name, LABEL)]
-    if named:
-        return named[0]
+    if named := [index for index, name in enumerate(names) if is_called(name, LABEL)]:
+        return named[:1]
     counts = [table.number(row, 0) for row in range(len(table.rows))] == [row + 1.0 for row in range(len(table.rows))]
-    return 0 if len(table.columns) > 1 and (counts or _words(table, 0)) else None
+    return [0] if len(table.columns) > 1 and (counts or _words(table, 0)) else []
 
 
 def _reading_columns(table: TextTable, labels: Sequence[int]) -> list[int]:
     """Return the columns called diameters, or the only one of numbers next to the labels if none has a heading."""
-    named = matching(table, DIAMETER, MILLIMETRES)
-    if named:
+    if named := matching(table, DIAMETER, MILLIMETRES):
         return named
     numeric = [i for i in range(len(table.columns)) if i not in labels and not _words(table, i)]
     if len(numeric) == 1 and not table.headed:
@@ -213,15 +210,14 @@ def _reading_columns(table: TextTable, labels: Sequence[int]) -> list[int]:
     )
 
 
-def proposed_grades(values: Sequence[float], step: float = 1.0) -> list[float]:
+def _proposed_grades(values: Sequence[float], step: float = 1.0) -> list[float]:
     """Return the fewest neighbouring grades, whole multiples of `step`, that hold 95 % of the stems.
 
-    >>> proposed_grades([7.2, 8.1, 8.3, 9.0, 9.4, 10.8, 6.9, 8.8, 7.9, 9.9])
+    >>> _proposed_grades([7.2, 8.1, 8.3, 9.0, 9.4, 10.8, 6.9, 8.8, 7.9, 9.9])
     [7.0, 8.0, 9.0, 10.0, 11.0]
     """
-    numbers = sorted(
-        math.floor(value / step + 0.5) for value in values
-    )  # half up, so that limits fall alike everywhere
+    # half up, so that limits fall alike everywhere
+    numbers = sorted(math.floor(value / step + 0.5) for value in values)
     needed = math.ceil(SHARE * len(numbers))
     spans = [(numbers[i + needed - 1] - numbers[i], numbers[i]) for i in range(len(numbers) - needed + 1)]
     centre = float(np.mean(numbers))
@@ -231,15 +227,15 @@ def proposed_grades(values: Sequence[float], step: float = 1.0) -> list[float]:
     return [(first + offset) * step for offset in range(width + 1)]
 
 
-def graded(values: Sequence[float], fit: Summary, grades: Sequence[float], step: float) -> Rows[Grade]:
+def _graded(values: Sequence[float], fit: Summary, grades: Sequence[float], step: float) -> Rows[Grade]:
     """Return every grade with the share of stems in it, counted and by the fitted normal distribution."""
     from scipy.special import ndtr
 
     sd = fit.sd or 0.0
-    found = []
+    rows = []
     for diameter in grades:
         low, high = diameter - step / 2, diameter + step / 2
         count = sum(low <= value < high for value in values)
         fitted = float(100.0 * (ndtr((high - fit.mean) / sd) - ndtr((low - fit.mean) / sd)))
-        found.append(Grade(diameter, low, high, count, 100.0 * count / len(values), fitted))
-    return Rows(found)
+        rows.append(Grade(diameter, low, high, count, 100.0 * count / len(values), fitted))
+    return Rows(rows)

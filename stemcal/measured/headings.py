@@ -145,35 +145,10 @@ MILLIMETRES = {
     "毫米": 1.0, "厘米": 10.0, "微米": 0.001, "мм": 1.0, "см": 10.0, "м": 1000.0, "мкм": 0.001,
 }  # fmt: skip
 # other content of a line of units, next to the columns that are wanted
+# other content of a line of units, next to the columns that are wanted
 _OTHER_UNITS = (
-    *(
-        "s",
-        "sec",
-        "sek",
-        "second",
-        "seconds",
-        "sekunden",
-        "ms",
-        "min",
-        "h",
-        "days",
-        "cycles",
-        "Hz",
-        "deg",
-        "rad",
-        "秒",
-        "毫秒",
-        "分",
-        "с",
-        "сек",
-        "мс",
-        "мин",
-        "ч",
-        "초",
-        "분",
-        "sn",
-        "dk",
-    ),
+    *("s", "sec", "sek", "second", "seconds", "sekunden", "ms", "min", "h", "days", "cycles", "Hz", "deg", "rad", "秒"),
+    *("毫秒", "分", "с", "сек", "мс", "мин", "ч", "초", "분", "sn", "dk"),
     *("%", "Pa", "kPa", "MPa", "GPa", "МПа", "V", "mV", "J", "mJ", "C", "°C", "1", "-"),
     *("N·m", "Nm", "N/s", "kN/s", "mV/V", "mm/mm", "mm/s", "mm/min", "N/mm", "N/mm2", "N/mm²", "mm2", "mm²", "strain"),
 )
@@ -188,12 +163,12 @@ _UNIT = rf"[{_LETTER}][{_LETTER}0-9/²]{{0,7}}"
 _EASTERN = r"\u2e80-\u9fff\uac00-\ud7a3"
 
 
-def bare_unit(cell: str) -> str | None:
+def _bare_unit(cell: str) -> str | None:
     """Return the unit of a cell that holds nothing else: ``N``, ``[mm]``, ``(s)``; an empty cell has none.
 
-    >>> bare_unit("[mm]"), bare_unit("N"), bare_unit(""), bare_unit("Sec"), bare_unit("Force (N)"), bare_unit("Weg")
-    ('mm', 'N', '', 'Sec', None, None)
-    >>> bare_unit("Newton(s)")
+    >>> [_bare_unit(cell) for cell in ("[mm]", "N", "", "Sec", "Force (N)", "Weg")]
+    ['mm', 'N', '', 'Sec', None, None]
+    >>> _bare_unit("Newton(s)")
     'Newton'
     """
     cell = _narrow(cell)
@@ -214,7 +189,7 @@ def _unit_in(name: str) -> str:
     ['', '', '', 'dyn', 's']
     """
     name = _narrow(name)
-    if unit := bare_unit(name):
+    if unit := _bare_unit(name):
         return unit
     if match := re.search(rf"[\[(]\s*({_UNIT})\s*[\])]\s*$", name):
         return match[1]
@@ -238,23 +213,23 @@ def _narrow(text: str) -> str:
 def _columns_named(cells: Sequence[str]) -> int:
     """Count the cells that name a quantity or a specimen and are no units."""
     words = (*FORCE, *TRAVEL, *DIAMETER, *LABEL)
-    return sum(not bare_unit(cell) and is_called(cell, words) for cell in cells)
+    return sum(not _bare_unit(cell) and is_called(cell, words) for cell in cells)
 
 
-def is_unit_row(cells: Sequence[str], every: bool = False) -> bool:
+def _is_unit_row(cells: Sequence[str], every: bool = False) -> bool:
     """Test whether at least half of the filled cells, or `every` one, are units and none names a quantity.
 
-    >>> is_unit_row(["d", "kN"]), is_unit_row(["", "kN", "mm", "mm"]), is_unit_row(["kN", "Weg"])
+    >>> _is_unit_row(["d", "kN"]), _is_unit_row(["", "kN", "mm", "mm"]), _is_unit_row(["kN", "Weg"])
     (True, True, False)
     """
-    filled = [cell for cell in cells if cell not in _NUMBERS and bare_unit(cell) != ""]
-    units = sum(bool(bare_unit(cell)) for cell in filled)
+    filled = [cell for cell in cells if cell not in _NUMBERS and _bare_unit(cell) != ""]
+    units = sum(bool(_bare_unit(cell)) for cell in filled)
     return 0 < len(filled) <= (1 if every else 2) * units and not _columns_named(filled)
 
 
 def is_heading(cells: Sequence[str]) -> bool:
     """Test whether a line that may hold numbers is a heading or a line of units."""
-    return _columns_named(cells) > 0 or is_unit_row(cells)
+    return _columns_named(cells) > 0 or _is_unit_row(cells)
 
 
 def units_in(cells: Sequence[str]) -> list[str]:
@@ -275,7 +250,7 @@ def names_and_units(above: Sequence[Sequence[str]], width: int) -> tuple[tuple[s
     unit unknown: both are returned, as one text.
     """
     rows = [(*cells, *[""] * (width - len(cells))) for cells in above]
-    units = next((i for i, cells in enumerate(rows) if is_unit_row(cells, every=i > 0)), None)
+    units = next((i for i, cells in enumerate(rows) if _is_unit_row(cells, every=i > 0)), None)
     headings = [i for i in range(len(rows)) if i != units or len(rows) == 1]
     if not headings:
         return tuple(f"column {number + 1}" for number in range(width)), ("",) * width, 0
@@ -283,13 +258,11 @@ def names_and_units(above: Sequence[Sequence[str]], width: int) -> tuple[tuple[s
     named = tuple(_unit_in(name) for name in rows[heading])
     if units is None:
         return rows[heading], named, heading + 1
-    below = [bare_unit(cell) or cell for cell in rows[units]]
-    return rows[heading], tuple(map(_agreed, below, named)), max(heading, units) + 1
-
-
-def _agreed(below: str, named: str) -> str:
-    """Return the unit of a column from the line of units and from its name."""
-    return f"{below} or {named}" if below and named and below.casefold() != named.casefold() else below or named
+    below = [_bare_unit(cell) or cell for cell in rows[units]]
+    agreed = tuple(
+        f"{b} or {n}" if b and n and b.casefold() != n.casefold() else b or n for b, n in zip(below, named, strict=True)
+    )
+    return rows[heading], agreed, max(heading, units) + 1
 
 
 def millimetres_in(text: str) -> float | None:

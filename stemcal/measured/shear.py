@@ -110,19 +110,24 @@ def measure_shear(
     """
     listed = index or {}
     repeated = {stem for stem, count in Counter(path.stem for path in files).items() if count > 1}
-    found = tuple(s for path in files for s in _specimens(path, path.stem in repeated, how, listed))
-    names = [s.name for s in found]
+    tested = tuple(s for path in files for s in _specimens(path, path.stem in repeated, how, listed))
+    names = [s.name for s in tested]
     if unknown := set(exclude) - set(names):
         raise UsageError(f"--exclude {quoted(min(unknown))}: no such specimen; {did_you_mean(min(unknown), names)}")
-    specimens = tuple(s for s in found if s.name not in exclude)
+    specimens = tuple(s for s in tested if s.name not in exclude)
     if not specimens:
         raise UsageError("--exclude: all specimens are excluded; remove one of the `--exclude` options")
-    diameters = sorted({s.grade for s in specimens})
-    grades = tuple(_grade(d, [s for s in specimens if s.grade == d]) for d in diameters)
+    grades = []
+    for nominal in sorted({s.grade for s in specimens}):
+        curves = [s.curve for s in specimens if s.grade == nominal]
+        force = summarise([curve.max_force for curve in curves])
+        travel = summarise([curve.travel_at_max for curve in curves])
+        work = summarise([curve.work_to_max for curve in curves])
+        grades.append(_GradeForces(diameter=nominal, summary=force, travel=travel, work=work))
     law = fit_power_law([s.diameter for s in specimens], [s.curve.max_force for s in specimens])
     excluded = [Note("excluded", "info", f"Specimen {name} is excluded by `--exclude`.") for name in exclude]
-    notes = (*excluded, *_not_there(listed, files, found))
-    return ShearTests(specimens, grades, law, any(s.curve.synthetic for s in specimens), notes)
+    notes = (*excluded, *_not_there(listed, files, tested))
+    return ShearTests(specimens, tuple(grades), law, any(s.curve.synthetic for s in specimens), notes)
 
 
 def _not_there(index: Mapping[str, object], files: Sequence[Path], specimens: Sequence[TestedSpecimen]) -> list[Note]:
@@ -141,18 +146,15 @@ def find_files(folder: Path) -> list[Path]:
         return [folder]
     if not folder.is_dir():
         raise UsageError(f"{folder} does not exist; pass a folder of force–travel files or a single file")
-    files = sorted(filter(_is_specimens, folder.rglob("*")), key=_by_number)
+    files = [path for path in folder.rglob("*") if path.suffix.lower() in _SUFFIXES and path.is_file()]
+    # neither an index nor a temporary file of Excel and others
+    own = ("index", "specimens")
+    files = [path for path in files if path.stem.lower() not in own and not path.name.startswith(("~$", "."))]
     if not files:
         raise UsageError(
             f"{folder}: no files with the extension {listed(_SUFFIXES)} found; add files from the testing machine"
         )
-    return files
-
-
-def _is_specimens(path: Path) -> bool:
-    """Check for a file of a machine, not an index or a temporary file of Excel and others."""
-    aside = path.stem.lower() in ("index", "specimens") or path.name.startswith(("~$", ".", "._"))
-    return path.suffix.lower() in _SUFFIXES and not aside and path.is_file()
+    return sorted(files, key=_by_number)
 
 
 def _by_number(path: Path) -> list[tuple[bool, float, str]]:
@@ -224,16 +226,6 @@ def _named_grade(path: Path) -> float | None:
     return next((found for text in (path.stem, path.parent.name) if (found := millimetres_in(text)) is not None), None)
 
 
-def _grade(diameter: float, specimens: Sequence[TestedSpecimen]) -> _GradeForces:
-    curves = [specimen.curve for specimen in specimens]
-    return _GradeForces(
-        diameter=diameter,
-        summary=summarise([curve.max_force for curve in curves]),
-        travel=summarise([curve.travel_at_max for curve in curves]),
-        work=summarise([curve.work_to_max for curve in curves]),
-    )
-
-
 # ---- the rows of a spec's targets
 
 
@@ -242,20 +234,18 @@ def target_rows(tests: ShearTests, work: bool = False) -> list[str]:
 
     Each row has the travel at the maximum, and with `work` the work up to it.
     """
-    made_up = ["# SYNTHETIC data, not measured"] if tests.synthetic else []
-    return [*made_up, *(_row(grade, work) for grade in tests.grades)]
+    rows = ["# SYNTHETIC data, not measured"] if tests.synthetic else []
+    for grade in tests.grades:
+        means = {"force": (grade.summary, "N"), "travel": (grade.travel, "mm")}
+        if work:
+            means |= {"work": (grade.work, "mJ")}
+        rows.append(row_of(grade.diameter, means, grade.summary.n, _short))
+    return rows
 
 
 def section_of(rows: Sequence[str]) -> str:
     """Return the section `targets` with these rows as YAML."""
     return "".join(["targets:\n", *(f"  {row if row.startswith('#') else f'- {row}'}\n" for row in rows)])
-
-
-def _row(grade: _GradeForces, work: bool) -> str:
-    means = {"force": (grade.summary, "N"), "travel": (grade.travel, "mm")}
-    if work:
-        means |= {"work": (grade.work, "mJ")}
-    return row_of(grade.diameter, means, grade.summary.n, _short)
 
 
 def row_of(

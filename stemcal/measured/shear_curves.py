@@ -6,7 +6,7 @@ do not show what they contain are never guessed, and a choice among columns is r
 
 import math
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import ClassVar
@@ -16,16 +16,7 @@ from numpy.typing import NDArray
 
 from stemcal.errors import UsageError
 from stemcal.formats import counted
-from stemcal.measured.headings import (
-    FORCE,
-    MILLIMETRES,
-    NEWTONS,
-    TRAVEL,
-    folded,
-    is_missing,
-    millimetres_in,
-    quoted,
-)
+from stemcal.measured.headings import FORCE, MILLIMETRES, NEWTONS, TRAVEL, folded, is_missing, millimetres_in, quoted
 from stemcal.measured.tables import Form, TextTable, columns_of, given_columns, matching, read_tables, scale_of
 from stemcal.notes import Note, Remedy
 
@@ -188,17 +179,6 @@ def _are_alike(table: TextTable, columns: Sequence[int]) -> bool:
     return len(roots) == 1 and len({table.units[i] for i in columns}) == 1
 
 
-def _diameters_over(table: TextTable, pairs: Sequence[tuple[int, int]]) -> list[float | None]:
-    """Return the diameter (mm) above the columns of every specimen, or in the heading of its force."""
-    found, begin = [], 0
-    for pair in pairs:
-        above = [label for label in table.labels[begin : max(pair) + 1] if label]
-        over = millimetres_in(above[-1]) if above else None
-        found.append(millimetres_in(table.columns[pair[1]]) if over is None and len(pairs) > 1 else over)
-        begin = max(pair) + 1
-    return found
-
-
 _STATED = re.compile(
     r"(?:diameter|durchmesser|диаметр|çap|直径|직경)\D{0,20}?(\d+(?:[.,]\d+)?)\s*(mm|cm)?", re.IGNORECASE
 )
@@ -211,15 +191,21 @@ def _curves_of(
     table: TextTable, pairs: Sequence[tuple[int, int]], how: CurveOptions, notes: Sequence[Note], several: bool
 ) -> list[ShearCurve]:
     """Return the curves of one table; `several`: whether other tables are in the same file."""
-    numbers = [str(number) if len(pairs) > 1 else "" for number in range(1, len(pairs) + 1)]
     sheet, stated = table.sheet if several else "", None
-    if len(pairs) == 1 and (found := next(filter(None, map(_STATED.search, table.preamble)), None)) is not None:
-        stated = float(found[1].replace(",", ".")) * (10.0 if found[2] == "cm" else 1.0)
+    if len(pairs) == 1 and (match := next(filter(None, map(_STATED.search, table.preamble)), None)) is not None:
+        stated = float(match[1].replace(",", ".")) * (10.0 if match[2] == "cm" else 1.0)
     curves: list[ShearCurve] = []
-    for pair, number, over in zip(pairs, numbers, _diameters_over(table, pairs), strict=True):
-        curve = _curve(table, *pair, how, [] if curves else list(notes))
-        label = " ".join(filter(None, (sheet, number)))
+    begin = 0
+    for number, pair in enumerate(pairs, 1):
+        above = [label for label in table.labels[begin : max(pair) + 1] if label]
+        begin = max(pair) + 1
+        # the diameter above the columns of the specimen, in the heading of its force, or in the title of its sheet
+        over = millimetres_in(above[-1]) if above else None
+        if over is None and len(pairs) > 1:
+            over = millimetres_in(table.columns[pair[1]])
         over = millimetres_in(sheet) if over is None else over
+        curve = _curve(table, *pair, how, [] if curves else list(notes))
+        label = " ".join(filter(None, (sheet, str(number) if len(pairs) > 1 else "")))
         curves.append(replace(curve, diameter=stated, label=label, over=over))
     return curves
 
@@ -237,13 +223,17 @@ def _curve(table: TextTable, across: int, up: int, how: CurveOptions, notes: lis
         raise UsageError(
             f"{table.source}: the curve has only {counted(len(rows.rows), 'point')}; use a file with at least 5 points"
         )
-    force = np.array(rows.numbers(up)) * scale_of(table, up, NEWTONS, "N", how.force_unit, "--force-unit")
-    travel = np.array(rows.numbers(across)) * scale_of(
-        table, across, MILLIMETRES, "mm", how.displacement_unit, "--displacement-unit"
-    )
-    notes += _assumed(
-        table, {"force": (up, how.force_unit, "N"), "displacement": (across, how.displacement_unit, "mm")}
-    )
+    wanted = {
+        "force": (up, NEWTONS, "N", how.force_unit),
+        "displacement": (across, MILLIMETRES, "mm", how.displacement_unit),
+    }
+    scaled = []
+    for what, (column, known, unit, given) in wanted.items():
+        scaled.append(np.array(rows.numbers(column)) * scale_of(table, column, known, unit, given, f"--{what}-unit"))
+        if not (given or table.units[column]):
+            text = f"The file states no unit for the {what}; {unit} is assumed."
+            notes.append(Note("unit_assumed", "caution", text, Remedy(f"If the unit differs, use `--{what}-unit`.")))
+    force, travel = scaled
     notes += omitted
     if -force.min() > force.max():
         force = -force
@@ -255,14 +245,6 @@ def _curve(table: TextTable, across: int, up: int, how: CurveOptions, notes: lis
         notes.append(Note("largest_at_end", "warning", text))
     travel = np.abs(travel[begin:] - travel[begin])
     return ShearCurve(table.source, travel, force[begin:], begin, None, table.synthetic, tuple(notes))
-
-
-def _assumed(table: TextTable, columns: Mapping[str, tuple[int, str | None, str]]) -> Iterator[Note]:
-    """Yield a note for each column whose unit neither the file nor an option states."""
-    for what, (column, given, unit) in columns.items():
-        if not (given or table.units[column]):
-            text = f"The file states no unit for the {what}; {unit} is assumed."
-            yield Note("unit_assumed", "caution", text, Remedy(f"If the unit differs, use `--{what}-unit`."))
 
 
 def _usable(table: TextTable, *columns: int) -> tuple[TextTable, list[Note]]:

@@ -83,13 +83,7 @@ class TextTable:
         return as_number(cell, self.form.decimal or ".")
 
     def numbers(self, column: int) -> list[float]:
-        """Return a column of numbers.
-
-        Raises
-        ------
-        UsageError
-            Naming the line of the first cell that is none.
-        """
+        """Return a column of numbers; raise `UsageError` with the row of the first cell that is none."""
         values = []
         for row, cells in enumerate(self.rows, 1):
             value = self.as_number(cells[column])
@@ -157,22 +151,9 @@ def _of_text(content: bytes, path: Path, form: Form) -> TextTable:
     rows = text.count("\n") + 1
     require_size(str(path), rows, rows + max(map(text.count, (";", ",", "\t"))))
     texts = text.splitlines()
-    separator, decimal = max(
-        _candidates(form, texts),
-        key=lambda pair: _score(split(texts[:_PROBED], pair[0]), pair[1], ragged=pair[0] != " "),
-    )
-    table = _table(split(texts, separator), Form(encoding, separator, decimal), str(path), ragged=separator != " ")
-    if not table.rows:
-        raise UsageError(
-            f"{path}: no numeric rows found; describe the format with `--separator`, `--decimal` and `--encoding`"
-        )
-    return table
-
-
-def _candidates(form: Form, texts: Sequence[str]) -> list[tuple[str, str]]:
-    """Return the ways of splitting to be tried; a comma can be both marks only where numbers are quoted."""
     separators = [_named(form.separator, SEPARATORS, "--separator")] if form.separator else list(SEPARATORS.values())
     decimals = [_named(form.decimal, DECIMALS, "--decimal")] if form.decimal else list(DECIMALS.values())
+    # a comma can be both marks only where numbers are quoted
     quoted = any('"' in text for text in texts[:_PROBED])
     ways = [(s, d) for s in separators for d in decimals if s != d or quoted]
     if not ways:
@@ -180,7 +161,13 @@ def _candidates(form: Form, texts: Sequence[str]) -> list[tuple[str, str]]:
             "--decimal comma --separator comma: a comma can be both the decimal mark and the separator only if the "
             "numbers are in quotes; remove one of the options"
         )
-    return ways
+    separator, decimal = max(ways, key=lambda way: _score(split(texts[:_PROBED], way[0]), way[1], ragged=way[0] != " "))
+    table = _table(split(texts, separator), Form(encoding, separator, decimal), str(path), ragged=separator != " ")
+    if not table.rows:
+        raise UsageError(
+            f"{path}: no numeric rows found; describe the format with `--separator`, `--decimal` and `--encoding`"
+        )
+    return table
 
 
 def _named(given: str, known: dict[str, str], option: str) -> str:
@@ -334,23 +321,16 @@ def matching(table: TextTable, words: Sequence[str], known: Collection[str] = ()
 
 
 def scale_of(
-    table: TextTable,
-    column: int,
-    known: dict[str, float],
-    default: str,
-    given: str | None = None,
-    option: str = "",
+    table: TextTable, column: int, known: dict[str, float], default: str, given: str | None = None, option: str = ""
 ) -> float:
     """Return the factor that turns a column into `default` (N or mm); `option` is the one that gives its unit.
 
-    Raises
-    ------
-    UsageError
-        If the unit is unknown, or the column has none while the lines above the data name another one.
+    Raises `UsageError` if the unit is unknown, or the column has none while the lines above the data name another one.
     """
     stated, where = given or table.units[column], f"{table.source}: column {quoted(table.columns[column])}"
     how = f"specify the unit with `{option}`" if option else "write the unit in its heading"
-    if not stated and (others := _other_units(table, known, default)):
+    others = [unit for unit in dict.fromkeys(table.stated) if known.get(unit, known[default]) != known[default]]
+    if not stated and others:
         raise UsageError(f"{where} has no unit, but the lines above the data contain {', '.join(others)}; {how}")
     unit = stated or default
     for name, factor in known.items():
@@ -359,35 +339,25 @@ def scale_of(
     raise UsageError(f"{where}: unknown unit {quoted(unit)}; {how}, one of {', '.join(known)}")
 
 
-def _other_units(table: TextTable, known: dict[str, float], default: str) -> list[str]:
-    """Return the units above the data that would scale a column in another way than `default`."""
-    return [unit for unit in dict.fromkeys(table.stated) if known.get(unit, known[default]) != known[default]]
-
-
 def given_columns(table: TextTable, given: str, what: str) -> list[int]:
     """Return the columns of one name, or of several numbers (from 1) or names between commas."""
-    parts = [given] if given in table.columns else [part.strip() for part in given.split(",")]
-    return [_given_column(table, part, what) for part in parts]
-
-
-def _given_column(table: TextTable, given: str, what: str) -> int:
-    if given in table.columns:
-        return table.columns.index(given)
-    if given.isascii() and given.isdigit() and 1 <= int(given[:6]) <= len(table.columns):
-        return int(given) - 1
-    raise UsageError(
-        f"{table.source}: the table has no column {quoted(given)} for {what}; its columns are {columns_of(table)}"
-    )
+    columns = []
+    for part in [given] if given in table.columns else [part.strip() for part in given.split(",")]:
+        if part in table.columns:
+            columns.append(table.columns.index(part))
+        elif part.isascii() and part.isdigit() and 1 <= int(part[:6]) <= len(table.columns):
+            columns.append(int(part) - 1)
+        else:
+            there = f"its columns are {columns_of(table)}"
+            raise UsageError(f"{table.source}: the table has no column {quoted(part)} for {what}; {there}")
+    return columns
 
 
 def columns_of(table: TextTable) -> str:
     """Return the names of the columns; of columns without names the range of their numbers."""
-    names = table.columns[:_MOST_SHOWN]
-    listed = [quoted(name) if table.headed else f"{name} ({_range(table, i)})" for i, name in enumerate(names)]
-    more = len(table.columns) - len(names)
+    listed = [quoted(name) for name in table.columns[:_MOST_SHOWN]]
+    for column, name in enumerate(() if table.headed else table.columns[:_MOST_SHOWN]):
+        values = [value for row in range(len(table.rows)) if (value := table.number(row, column)) is not None]
+        listed[column] = f"{name} ({min(values):g} to {max(values):g})" if values else f"{name} (no numbers)"
+    more = len(table.columns) - len(listed)
     return ", ".join(listed) + (f" and {more} more" if more else "")
-
-
-def _range(table: TextTable, column: int) -> str:
-    values = [value for row in range(len(table.rows)) if (value := table.number(row, column)) is not None]
-    return f"{min(values):g} to {max(values):g}" if values else "no numbers"

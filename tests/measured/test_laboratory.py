@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from stemcal.errors import UsageError
-from stemcal.measured.diameters import measure_diameters, proposed_grades
+from stemcal.measured.diameters import measure_diameters, _proposed_grades
 from stemcal.measured.shear import find_files, measure_shear, read_index, section_of, target_rows
 from stemcal.measured.shear_curves import CurveOptions, contact_begins, read_curves
 
@@ -77,8 +77,8 @@ def test_wrong_diameters_are_named(tmp_path: Path, text: str, words: str) -> Non
 
 def test_grades_are_the_fewest_that_hold_95_percent() -> None:
     values = [7.0] * 10 + [8.0] * 40 + [9.0] * 40 + [10.0] * 9 + [3.0]
-    assert proposed_grades(values) == [7.0, 8.0, 9.0, 10.0]
-    assert proposed_grades(values, step=2.0) == [8.0, 10.0]
+    assert _proposed_grades(values) == [7.0, 8.0, 9.0, 10.0]
+    assert _proposed_grades(values, step=2.0) == [8.0, 10.0]
 
 
 def test_preload_is_trimmed_and_travel_counted_from_there(tmp_path: Path) -> None:
