@@ -15,13 +15,7 @@ from stemcal.study.model.study import Study
 
 
 def advance_study(study: Study, folder: StudyFolder) -> Waiting | None:
-    """Take a study through its stages as far as its results allow; return what it waits for, None at the end.
-
-    Raises
-    ------
-    StemcalError
-        Any error of a stage that further results cannot correct.
-    """
+    """Take a study through its stages as far as its results allow; return what it waits for, None at the end."""
     try:
         for stage in stages_of(study):
             make(stage, study, folder, InlineExecutor(), watch_nothing)

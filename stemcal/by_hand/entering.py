@@ -9,16 +9,17 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any, Literal
 
-from stemcal.by_hand.awaited import advance_study, enterable_runs
+from stemcal.by_hand.awaited import advance_study, awaited_runs, enterable_runs
 from stemcal.by_hand.likely import likely_columns, misplaced_value, require_likely
 from stemcal.by_hand.row_checks import RowRefused, by_name, first_of, meant_run, result_in
-from stemcal.by_hand.run_sheet import FAILED, STUDY, WHEN, WHO, Filled, narrow, run_name
+from stemcal.by_hand.run_sheet import FAILED, STUDY, WHEN, WHO, Filled, fields_of, narrow, rows_from_mappings, run_name
 from stemcal.errors import StemcalError, UsageError
 from stemcal.runs.answer import keep
 from stemcal.runs.record import Run, is_final
-from stemcal.runs.study_folder import StudyFolder, provenance
+from stemcal.runs.study_folder import StudyFolder, place_of, provenance
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import RESPONSES, Answer, Request, Solver
 from stemcal.storage.log import now
@@ -67,16 +68,8 @@ def record_results(study: Study, folder: StudyFolder, sheet: Sequence[Filled], *
     """Record the results of a sheet; the folder must be locked.
 
     Correct rows are accepted even if others are rejected. A row without a name is recorded with that of the user.
-
-    Parameters
-    ----------
-    replace_because : str
-        Why results may replace others; empty: they may not.
-
-    Raises
-    ------
-    UsageError
-        If the study's solver is no sheet, or a row is of another study.
+    Results replace others only with a reason, `replace_because`. Raises `UsageError` if the study's solver is no sheet,
+    or a row is of another study.
     """
     require_sheet(study)
     seen, rows = study.by_hand, [row for row in sheet if not row.is_empty]
@@ -87,7 +80,7 @@ def record_results(study: Study, folder: StudyFolder, sheet: Sequence[Filled], *
     solver, runs, refused = make_solver(seen), by_name(requests.values()), list[RowRefused]()
     results = _by_run(seen, solver, runs, rows, refused)
     columns = likely_columns(seen, _answers(folder, requests, results))
-    refused += [found for row in sheet if (found := misplaced_value(seen, columns, runs, row)) is not None]
+    refused += [wrong for row in sheet if (wrong := misplaced_value(seen, columns, runs, row)) is not None]
     names: dict[str, list[str]] = {"taken": [], "known": [], "replaced": []}
     for key, (first, *others) in results.items():
         if other := next((one for one in others if not _agree(one.answer, first.answer)), None):
@@ -139,14 +132,6 @@ def require_sheet(study: Study) -> None:
         )
 
 
-def _user_name() -> str:
-    """Return the name of the user, nothing if the system has none."""
-    try:
-        return getpass.getuser()
-    except (OSError, KeyError, ImportError):
-        return ""
-
-
 def _by_run(
     study: Study,
     solver: Solver,
@@ -155,7 +140,7 @@ def _by_run(
     refused: list[RowRefused],
 ) -> dict[str, list[_Result]]:
     """Return the rows that are right by themselves by the keys of their runs; the others are added to `refused`."""
-    found: dict[str, list[_Result]] = {}
+    results: dict[str, list[_Result]] = {}
     for row in sheet:
         try:
             if row.broken:
@@ -165,8 +150,8 @@ def _by_run(
         except RowRefused as one:
             refused.append(one)
             continue
-        found.setdefault(Run.of(solver, request).key, []).append(result)
-    return found
+        results.setdefault(Run.of(solver, request).key, []).append(result)
+    return results
 
 
 def _second_result(row: Filled, other: Filled) -> RowRefused:
@@ -224,7 +209,11 @@ def _shown(answer: Answer) -> str:
 def _record(key: str, result: _Result, solver: Solver, folder: StudyFolder, because: str) -> None:
     """Save a result with who entered it and when; an earlier one is in the log."""
     before, filled, time = folder.peek(key), result.filled, now()
-    origin: dict[str, Any] = {"entered": time, "entered_by": filled.origin.get(WHO) or _user_name()}
+    who = filled.origin.get(WHO, "")
+    if not who:
+        with suppress(OSError, KeyError, ImportError):  # of a system that has no name of the user
+            who = getpass.getuser()
+    origin: dict[str, Any] = {"entered": time, "entered_by": who}
     origin |= {name: text for name, text in (("done", filled.origin.get(WHEN)), ("remark", filled.remark)) if text}
     if before is not None:
         values = {"before": _shown(_answer_in(before)), "now": _shown(result.answer)}
@@ -232,3 +221,31 @@ def _record(key: str, result: _Result, solver: Solver, folder: StudyFolder, beca
         folder.log("result_replaced", key=key, run=filled.run, reason=because, **values)
     answer = replace(result.answer, details={**result.answer.details, **origin})
     keep(Run.of(solver, result.request), (answer, {**provenance(), "finished": time}), folder)
+
+
+# ---- from Python
+
+
+class AskAndTell:
+    """Lists the pending runs in a study folder and records their results; see `Study.ask` and `Study.tell`."""
+
+    def ask(self, study: Study, out: str | Path | None) -> list[dict[str, Any]]:
+        """Return the runs without results."""
+        require_sheet(study)
+        with StudyFolder(place_of(study.name, out)) as folder:
+            waiting = advance_study(study, folder)
+            runs = [] if waiting is None else awaited_runs(study, folder, waiting)
+        fields = fields_of(study.by_hand)
+        empty = ("response", "origin")
+        return [{one.name: None if one.kind in empty else one.asked(run) for one in fields} for run in runs]
+
+    def tell(
+        self, study: Study, rows: Sequence[Mapping[str, Any]], out: str | Path | None, *, replace: str = ""
+    ) -> int:
+        """Record results; return how many were accepted."""
+        require_sheet(study)
+        with StudyFolder(place_of(study.name, out)) as folder:
+            sheet = rows_from_mappings(rows, study.by_hand)
+            entered = record_results(study, folder, sheet, replace_because=replace)
+        entered.require_all()
+        return len(entered.taken) + len(entered.replaced)

@@ -26,26 +26,26 @@ Columns = Mapping[tuple[float, str], Mapping[str, float]]
 
 def likely_columns(study: Study, answers: Iterable[tuple[str, Request, Answer]]) -> Columns:
     """Return the values of runs, and of the measured means, which runs are to reproduce."""
-    found: dict[tuple[float, str], dict[str, float]] = defaultdict(dict)
+    columns: dict[tuple[float, str], dict[str, float]] = defaultdict(dict)
     first, *_ = names = [response.name for response in entered_responses(study)]
     for target in study.targets.means:
         for name in names:
             mean, _ = target.mean_of(FIRST if name == first else name)
             if mean is not None:
-                found[target.condition, name][""] = mean
+                columns[target.condition, name][""] = mean
     for key, request, answer in answers:
         for name, value in values_in_row(study, answer).items():
-            found[request.condition, name][key] = value
-    return found
+            columns[request.condition, name][key] = value
+    return columns
 
 
-def is_far(value: float, others: Sequence[float]) -> bool:
+def _is_far(value: float, others: Sequence[float]) -> bool:
     """Whether a value is so far from others, one at least, that a slip of the point or of the column is likely.
 
     |ln v − median| > ln 3 + 2.5 s, with s the robust standard deviation of the others' logarithms.
 
     >>> heaps = [28.2, 25.9, 30.6, 31.0, 27.4]
-    >>> [is_far(value, heaps) for value in (295.0, 2.95, -29.5, 35.0)]
+    >>> [_is_far(value, heaps) for value in (295.0, 2.95, -29.5, 35.0)]
     [True, True, True, False]
     """
     if min(others) <= 0.0 <= max(others):  # no scale but their largest size
@@ -70,7 +70,7 @@ def require_likely(study: Study, columns: Columns, key: str, row: Filled, reques
         value = values_in_row(study, answer)[response.name]
         known = columns.get((request.condition, response.name), {})
         others = [other for run, other in known.items() if run != key]
-        if len(others) >= fewest and is_far(value, others):
+        if len(others) >= fewest and _is_far(value, others):
             low, high = (f"{end:.4g}{response.unit_suffix}" for end in (min(others), max(others)))
             text = (
                 f"{row.run}: is {response.name} = {value:.6g}{response.unit_suffix} correct? The other values are "
@@ -86,7 +86,13 @@ def misplaced_value(
     if not row.is_empty:
         return None
     own = runs.get(row.run_name, ())
-    names = [*_changed_level(study, own, row), *_result_among_remarks(study, columns, own, row)]
+    given = row.with_levels_given()
+    single = [(name, replace(given, levels={name: text})) for name, text in given.levels.items()]
+    changed = [[name for name, one in single if other_level(study, run, one) is not None] for run in own]
+    nearest = min(changed, key=len, default=[])
+    # the level with another number, if it is the only one that differs from those of a run
+    names = nearest if len(nearest) == 1 and _number(row.levels[nearest[0]]) is not None else []
+    names = [*names, *_result_among_remarks(study, columns, own, row)]
     if not own and _number(row.run) is not None:
         names.append(RUN)
     if not names:
@@ -100,15 +106,6 @@ def misplaced_value(
     return RowRefused(row, "wrong_column", text)
 
 
-def _changed_level(study: Study, runs: Sequence[Request], row: Filled) -> list[str]:
-    """Return the level with another number, if it is the only one that differs from those of a run."""
-    given = row.with_levels_given()
-    single = [(name, replace(given, levels={name: text})) for name, text in given.levels.items()]
-    changed = [[name for name, one in single if other_level(study, run, one) is not None] for run in runs]
-    nearest = min(changed, key=len, default=[])
-    return nearest if len(nearest) == 1 and _number(row.levels[nearest[0]]) is not None else []
-
-
 def _result_among_remarks(study: Study, columns: Columns, runs: Sequence[Request], row: Filled) -> list[str]:
     """Return the columns for people that contain a number like the results: no date, no staff number."""
     places = {(run.condition, response.name) for run in runs for response in entered_responses(study)}
@@ -117,7 +114,7 @@ def _result_among_remarks(study: Study, columns: Columns, runs: Sequence[Request
     return [
         name
         for name, number in numbers.items()
-        if number is not None and any(not is_far(number, others) for others in known)
+        if number is not None and any(not _is_far(number, others) for others in known)
     ]
 
 

@@ -4,7 +4,6 @@ from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
 
 from stemcal.by_hand.awaited import awaited_runs, enterable_runs
 from stemcal.by_hand.entering import record_results
@@ -57,18 +56,15 @@ class OwnSheet:
     def enter_saved(self) -> bool:
         """Enter the results that were saved since the last call; return whether any is new.
 
-        Raises
-        ------
-        UsageError
-            If rows are rejected; the sheet stays where it is.
+        Raises `UsageError` if rows are rejected; the sheet stays where it is.
         """
         content = self._saved(self.path)
         if content is None or content == self._entered:
             return False
-        found = record_results(self.study, self.folder, filled(content, str(self.path), self.study.by_hand))
-        found.require_all()
+        entered = record_results(self.study, self.folder, filled(content, str(self.path), self.study.by_hand))
+        entered.require_all()
         self._entered = content
-        return bool(found.taken or found.replaced)
+        return bool(entered.taken or entered.replaced)
 
     def write_sheet(self, waiting: Waiting) -> int:
         """Write a sheet with the results that were entered and a row for each awaited run; return their number.
@@ -115,12 +111,12 @@ class OwnSheet:
     def _remarks(self, runs: Sequence[Request]) -> list[dict[str, str | float]]:
         """Return person, date and remark of each run in the present sheet that has no result yet."""
         study, solver, named = self.study.by_hand, make_solver(self.study.by_hand), by_name(runs)
-        found: dict[str, dict[str, str | float]] = {}
+        remarks: dict[str, dict[str, str | float]] = {}
         for row in filled(self._entered, str(self.path), study) if self._entered else []:
             with suppress(RowRefused):
                 cells = {name: text for name, text in row.origin.items() if name != STUDY and row.is_empty}
-                found[Run.of(solver, meant_run(study, named, row)).key] = {**cells}
-        return [found.get(Run.of(solver, run).key, {}) for run in runs]
+                remarks[Run.of(solver, meant_run(study, named, row)).key] = {**cells}
+        return [remarks.get(Run.of(solver, run).key, {}) for run in runs]
 
 
 def _entered(study: Study, folder: StudyFolder, awaited: Sequence[Request]) -> Iterator[SheetRow]:
@@ -129,17 +125,14 @@ def _entered(study: Study, folder: StudyFolder, awaited: Sequence[Request]) -> I
     left = by_key(solver, awaited)
     for key, run in enterable_runs(study, folder, None).items():
         record = folder.peek(key) if key not in left else None
-        if record is not None and "entered" in record["details"]:
-            yield run, _known(study.by_hand, record)
-
-
-def _known(study: Study, record: dict[str, Any]) -> dict[str, str | float]:
-    """Return the cells of a record for the columns of the sheet."""
-    details, first = record["details"], entered_responses(study)[0].name
-    cells = {WHO: details.get("entered_by", ""), WHEN: details.get("done", ""), REMARK: details.get("remark", "")}
-    if record["status"] != "ok":
-        return cells | {REMARK: f"{FAILED}: {record['message']}"}
-    return {**cells, first: record[FIRST], **details.get(RESPONSES, {})}
+        if record is None or "entered" not in (details := record["details"]):
+            continue
+        cells = {WHO: details.get("entered_by", ""), WHEN: details.get("done", ""), REMARK: details.get("remark", "")}
+        if record["status"] == "ok":
+            first = entered_responses(study.by_hand)[0].name
+            yield run, {**cells, first: record[FIRST], **details.get(RESPONSES, {})}
+        else:
+            yield run, {**cells, REMARK: f"{FAILED}: {record['message']}"}
 
 
 def _named(study: Study, runs: Sequence[Request]) -> Iterator[tuple[str, Request]]:

@@ -1,6 +1,8 @@
 """Judge one row of a sheet: which run it means, and its result, or why it is refused."""
 
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
+from math import nan
 
 from stemcal.by_hand.run_sheet import FAILED, REPLICATE, Filled, entered_responses, run_name
 from stemcal.errors import UsageError
@@ -36,10 +38,10 @@ def first_of(problems: Sequence[str]) -> list[str]:
 
 def by_name(runs: Iterable[Request]) -> dict[str, list[Request]]:
     """Return runs by their names; those at several conditions and replicates share one."""
-    found: dict[str, list[Request]] = {}
+    named: dict[str, list[Request]] = {}
     for run in runs:
-        found.setdefault(run_name(run), []).append(run)
-    return found
+        named.setdefault(run_name(run), []).append(run)
+    return named
 
 
 def meant_run(study: Study, runs: Mapping[str, Sequence[Request]], row: Filled) -> Request:
@@ -67,7 +69,12 @@ def other_level(study: Study, run: Request, row: Filled) -> RowRefused | None:
     if (at := study.naming.condition) is not None:
         asked.append((at.name, run.condition, _LEVEL * abs(run.condition), at.unit))
     for name, level, near, unit in asked:
-        if not _is_level(row, name, level, near, unit):
+        if name not in row.levels:  # a level without a column is not judged
+            continue
+        given = nan
+        with suppress(Unread):
+            given = number_in(row.levels[name], row.decimal, row.units.get(name, unit), unit)
+        if not abs(given - level) <= near:
             message = (
                 f"{row.run} was requested at {name} = {level:.6g}{Variable('', '', '', unit).unit_suffix}, but the row "
                 f"has {row.levels[name]!r}; copy the row from the sheet, or repeat the run at the requested levels"
@@ -76,21 +83,10 @@ def other_level(study: Study, run: Request, row: Filled) -> RowRefused | None:
     return None
 
 
-def _is_level(row: Filled, name: str, asked: float, near: float, unit: str) -> bool:
-    """Whether a level is that which was asked for; a level without a column is not judged."""
-    if name not in row.levels:
-        return True
-    try:
-        return abs(number_in(row.levels[name], row.decimal, row.units.get(name, unit), unit) - asked) <= near
-    except Unread:
-        return False
-
-
 def result_in(study: Study, row: Filled) -> Answer:
     """Return the result of a row: a value of every response, or why the run gave none."""
     failures = {text for text in (*row.values.values(), row.remark) if text.casefold().startswith(FAILED)}
-    given = {name: text for name, text in row.values.items() if text and text not in failures}
-    if failures and given:
+    if failures and any(text and text not in failures for text in row.values.values()):
         message = f"{row.run} has a value but is marked as failed; delete the value or the word `failed`"
         raise RowRefused(row, "failed_with_value", message)
     if failures:
@@ -101,7 +97,17 @@ def result_in(study: Study, row: Filled) -> Answer:
             )
             raise RowRefused(row, "no_reason", message)
         return Answer("failed", reason=NOT_RUN, message=reason)
-    first, *others = values = {one.name: _value(row, one) for one in entered_responses(study)}
+    values: dict[str, float] = {}
+    for response in entered_responses(study):
+        if not (text := row.values.get(response.name, "")):
+            message = f"{row.run} has no {response.name}; add this value, or write `failed: REASON`"
+            raise RowRefused(row, "incomplete", message)
+        unit = row.units.get(response.name, response.unit)
+        try:
+            values[response.name] = number_in(text, row.decimal, unit, response.unit)
+        except Unread as why:
+            raise RowRefused(row, "unreadable", f"{row.run}, {response.name}: {why}, or `failed: REASON`") from None
+    first, *others = values
     return Answer("ok", values[first], details={RESPONSES: {name: values[name] for name in others}} if others else {})
 
 
@@ -110,17 +116,6 @@ def values_in_row(study: Study, answer: Answer) -> dict[str, float]:
     if answer.response is None:
         return {}
     return {entered_responses(study)[0].name: answer.response, **answer.details.get(RESPONSES, {})}
-
-
-def _value(row: Filled, response: Variable) -> float:
-    text = row.values.get(response.name, "")
-    if not text:
-        message = f"{row.run} has no {response.name}; add this value, or write `failed: REASON`"
-        raise RowRefused(row, "incomplete", message)
-    try:
-        return number_in(text, row.decimal, row.units.get(response.name, response.unit), response.unit)
-    except Unread as why:
-        raise RowRefused(row, "unreadable", f"{row.run}, {response.name}: {why}, or `failed: REASON`") from None
 
 
 # ---- a cell as a number in the unit that is wanted
@@ -132,10 +127,7 @@ def number_in(cell: str, decimal: str, heading: str, wanted: str) -> float:
     >>> number_in("12,5", ".", "N", "N"), number_in("12.5", ".", "kN", "N"), number_in("1,234", ",", "N", "N")
     (12.5, 12500.0, 1.234)
 
-    Raises
-    ------
-    Unread
-        If there is none, or not in this unit, or if a single mark before three digits, 1,234, is ambiguous.
+    Raises `Unread` if there is none, or not in this unit, or if a single mark before three digits, 1,234, is ambiguous.
     """
     other = _OTHER[decimal]
     first, second = as_number(cell, decimal), as_number(cell, other)

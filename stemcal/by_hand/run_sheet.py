@@ -11,7 +11,7 @@ from typing import Any, Literal, Self
 
 from stemcal.errors import UsageError
 from stemcal.formats import counted, did_you_mean, listed
-from stemcal.measured.cells import Line, decoded_table, is_workbook
+from stemcal.measured.cells import decoded_table, is_workbook
 from stemcal.measured.cells import sheets as tables_of
 from stemcal.solvers.protocol import Request
 from stemcal.storage.plain import MIB
@@ -51,10 +51,6 @@ class Field:
             return run.levels[self.name]
         cells: dict[Kind, str | float] = {"run": run_name(run), "condition": run.condition, "replicate": run.replicate}
         return cells.get(self.kind, self.content)
-
-    def text(self, cell: str | float) -> str:
-        """Return a cell as the sheet has it."""
-        return cell if isinstance(cell, str) else f"{cell:.{_DIGITS}g}"
 
 
 def run_name(request: Request) -> str:
@@ -98,7 +94,8 @@ def sheet_text(study: Study, rows: Sequence[SheetRow]) -> str:
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow([field.heading for field in fields])
     for run, known in rows:
-        writer.writerow([field.text(known.get(field.name, field.asked(run))) for field in fields])
+        cells = [known.get(field.name, field.asked(run)) for field in fields]
+        writer.writerow([cell if isinstance(cell, str) else f"{cell:.{_DIGITS}g}" for cell in cells])
     return "\ufeff" + text.getvalue()
 
 
@@ -160,17 +157,14 @@ def narrow(text: str) -> str:
 def filled(content: bytes, source: str, study: Study, *, partial: bool = False) -> list[Filled]:
     """Return the rows of a sheet, CSV or workbook; a `partial` one need not have columns for what is asked.
 
-    Raises
-    ------
-    UsageError
-        If it is neither, or has not the columns of this study.
+    Raises `UsageError` if it is neither, or lacks columns of this study.
     """
     if len(content) > MAX_BYTES:
         raise UsageError(
             f"{source} is larger than {MAX_BYTES // MIB} MiB; save the worksheet with the runs as a separate file"
         )
     if is_workbook(content, source):
-        return _of_workbook(content, source, study, partial)
+        return _of_lines(_lines_of_workbook(content, source), source, study, partial)
     text = decoded_table(content, None, Path(source))[0]
     if "\0" in text:
         raise UsageError(f"{source} is not a text file; save the sheet as .xlsx or CSV")
@@ -180,16 +174,13 @@ def filled(content: bytes, source: str, study: Study, *, partial: bool = False) 
 def rows_from_mappings(rows: Sequence[Mapping[str, Any]], study: Study) -> list[Filled]:
     """Return rows that a program has filled in: values by the names of columns; ``failed`` is why a run failed.
 
-    Raises
-    ------
-    UsageError
-        If one is no mapping, has no name or a key that is no column.
+    Raises `UsageError` if one is no mapping, has no name or a key that is no column.
     """
     fields = fields_of(study)
     lines = [(0, [one.heading for one in fields])]
     lines += [(number, _cells(row, f"row {number}", fields)) for number, row in enumerate(rows, 1)]
-    found = _of_lines(lines, "row", study, partial=True)
-    return [replace(row.with_levels_given(), place=row.place.replace(":", " ")) for row in found]
+    filled_rows = _of_lines(lines, "row", study, partial=True)
+    return [replace(row.with_levels_given(), place=row.place.replace(":", " ")) for row in filled_rows]
 
 
 def _cells(row: object, place: str, fields: Sequence[Field]) -> list[str]:
@@ -211,36 +202,34 @@ def _cells(row: object, place: str, fields: Sequence[Field]) -> list[str]:
 Lines = Sequence[tuple[int, Sequence[str]]]
 
 
-def _of_workbook(content: bytes, source: str, study: Study, partial: bool) -> list[Filled]:
-    """Return the one sheet of a workbook that has a heading."""
-    tables = [(title, _filled_up(rows)) for title, rows in tables_of(content, source).items()]
-    sheets = [(title, lines) for title, lines in tables if _head(lines) is not None]
+def _lines_of_workbook(content: bytes, source: str) -> Lines:
+    """Return the rows of the sheet that has a heading, by number and all of one width; none without such a sheet."""
+    sheets: list[tuple[str, Lines]] = []
+    for title, rows in tables_of(content, source).items():
+        width = max((len(row.cells) for row in rows), default=0)
+        lines = [(number, [*row.cells, *[""] * (width - len(row.cells))]) for number, row in enumerate(rows, 1)]
+        if _head(lines) is not None:
+            sheets.append((title, lines))
     if len(sheets) > 1:
         titles = listed([title for title, _ in sheets])
         raise UsageError(
             f"{source}: several worksheets have a `{RUN}` heading ({titles}); keep only one of these worksheets"
         )
-    return _of_lines(sheets[0][1] if sheets else [], source, study, partial)
-
-
-def _filled_up(rows: Sequence[Line]) -> Lines:
-    """Return the rows of a sheet by number, all of one width."""
-    width = max((len(row.cells) for row in rows), default=0)
-    return [(number, [*row.cells, *[""] * (width - len(row.cells))]) for number, row in enumerate(rows, 1)]
+    return sheets[0][1] if sheets else []
 
 
 def _split(text: str, source: str) -> Lines:
     """Return line number and cells, split at the mark that gives the heading most columns."""
-    found: list[Lines] = []
+    ways: list[Lines] = []
     for separator in (",", ";", "\t"):
         reader = csv.reader(text.splitlines(keepends=True), delimiter=separator, strict=True)
         try:
-            found.append([(reader.line_num, cells) for cells in islice(reader, MAX_ROWS + 1)])
+            ways.append([(reader.line_num, cells) for cells in islice(reader, MAX_ROWS + 1)])
         except csv.Error as error:
             raise UsageError(
                 f"{source}:{reader.line_num}: the line is not valid CSV ({error}); correct the line"
             ) from None
-    return max(found, key=lambda lines: 0 if (head := _head(lines)) is None else len(lines[head][1]))
+    return max(ways, key=lambda lines: 0 if (head := _head(lines)) is None else len(lines[head][1]))
 
 
 def _head(lines: Lines) -> int | None:
@@ -294,7 +283,9 @@ def _columns(head: Sequence[str], source: str, study: Study, partial: bool) -> t
     fields, places, units = fields_of(study), {}, {}
     wanted = {one.name.casefold(): one for one in fields}
     for i, cell in enumerate(head):
-        title, unit = _parted(narrow(cell))
+        heading = narrow(cell)
+        match = _HEADING.fullmatch(heading)
+        title, unit = (match[1], match[2].strip()) if match else (heading, "")
         column = wanted.get(title.casefold())
         if column is not None and column in places:
             raise UsageError(f"{source}: two columns have the heading {column.heading!r}; delete one of the columns")
@@ -308,16 +299,6 @@ def _columns(head: Sequence[str], source: str, study: Study, partial: bool) -> t
             f"{source}: no column has the heading {listed(missing)}; use the headings of the sheet that stemcal wrote"
         )
     return places, units
-
-
-def _parted(heading: str) -> tuple[str, str]:
-    """Return the title of a column and its unit.
-
-    >>> _parted("force (N)"), _parted("force")
-    (('force', 'N'), ('force', ''))
-    """
-    match = _HEADING.fullmatch(heading)
-    return (match[1], match[2].strip()) if match else (heading, "")
 
 
 def _of(cells: Sequence[str], columns: Mapping[Field, int], *kinds: Kind) -> dict[str, str]:

@@ -8,7 +8,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from stemcal.by_hand.ask_and_tell import AskAndTell
+from stemcal.by_hand.entering import AskAndTell
 from stemcal.errors import UsageError
 from stemcal.formats import did_you_mean
 from stemcal.overview.foresight import Demand, demand_of, demand_of_one, left_to_run, warnings_before

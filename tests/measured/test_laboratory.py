@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from stemcal.errors import UsageError
-from stemcal.measured.diameters import measure_diameters, _proposed_grades
+from stemcal.measured.diameters import _proposed_grades, measure_diameters
 from stemcal.measured.shear import find_files, measure_shear, read_index, section_of, target_rows
 from stemcal.measured.shear_curves import CurveOptions, contact_begins, read_curves
 
