@@ -25,6 +25,8 @@ class AxialSection(PieceSection):
     ends: Literal["held", "lubricated"] = "held"
     """Ends of the specimen: a `held` end cannot expand; a `lubricated` end can expand around its fixed centre."""
 
+    across_axis = False
+
 
 class CompressionSection(AxialSection):
     """Compression along the axis."""

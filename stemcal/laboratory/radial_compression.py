@@ -26,6 +26,7 @@ class RadialSection(PieceSection):
 
     kind: Literal["radial-compression"] = "radial-compression"
 
+    across_axis = True
     usual_size = Length(divisor=64.0)
 
     def room(self, diameter: float) -> float:

@@ -29,6 +29,7 @@ class BendingSection(PieceSection):
     radius: Size = 5.0
     """Radius of the nose and of the supports."""
 
+    across_axis = False
     usual_size = Length(divisor=12.0)
     plausible: ClassVar[Mapping[str, tuple[float, float]]] = {
         "radius": (0.1, 100.0),

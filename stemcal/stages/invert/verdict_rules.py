@@ -12,6 +12,7 @@ from stemcal.stages.invert.options import chose_conditions
 from stemcal.stages.invert.result import Certainty, Contradicted, InvertResult, JointFitted
 from stemcal.stages.stage import calibrating
 from stemcal.stages.verdict import advice, words
+from stemcal.stages.verdict.direction_advice import direction_reason
 from stemcal.stages.verdict.trend_advice import for_trend, trend_reason
 from stemcal.stages.verdict.verdict_rules import BEYOND_DOUBT, Evidence, Rank, ranked
 from stemcal.study.model.study import Study
@@ -20,6 +21,14 @@ from stemcal.vocabulary import Wording
 MISSED_PERCENT = 2.0
 _SAME_SIDE = 0.25  # of the largest error, up to which one to the other side is none
 _NEAR_RADIUS, _NEAR_END = 0.98, 0.01
+
+
+@ranked(Rank.TREND)
+def anisotropy(evidence: Evidence) -> Iterator[Note]:
+    """Yield the elastic moduli along and across the axis if the fitted slopes require both of an isotropic model."""
+    surface, found = evidence.of(Surfaces), evidence.of(InvertResult)
+    if surface is not None and found is not None:
+        yield from direction_reason(evidence, surface, found.point.solution)
 
 
 @ranked(Rank.TREND)
@@ -44,7 +53,7 @@ def conflict(evidence: Evidence) -> Iterator[Note]:
     """Yield a measured mean that contradicts the others, or that the fit misses if no scatter is known."""
     found = evidence.of(InvertResult)
     joint = found.joint if found is not None else None
-    if found is None or joint is None or found.priors:
+    if found is None or joint is None or found.priors or any(anisotropy(evidence)):
         return
     apart, missed = joint.contradiction, joint.max_abs_error_percent > evidence.equivalent_percent
     if apart is not None:
@@ -112,7 +121,7 @@ def on_the_edge(evidence: Evidence) -> Iterator[Note]:
     surface, found = evidence.of(Surfaces), evidence.of(InvertResult)
     if surface is None or found is None:
         return
-    if found.joint is not None and any(conflict(evidence)):
+    if found.joint is not None and (any(conflict(evidence)) or any(anisotropy(evidence))):
         return  # the rule on the conflict has the remedy
     place = evidence.results.parameters
     coded = surface.scales.to_coded([place[name] for name in surface.names]).tolist()
@@ -148,7 +157,7 @@ def misfit(evidence: Evidence) -> Iterator[Note]:
     joint = found.joint if found is not None else None
     if found is None or joint is None or joint.p is None or joint.misfit is None or joint.p >= 0.05:
         return
-    if joint.contradiction is not None and not found.priors:
+    if (joint.contradiction is not None and not found.priors) or any(anisotropy(evidence)):
         return  # the conflict names it
     beyond = bool(found.priors) and joint.p < BEYOND_DOUBT
     times, p = joint.misfit / joint.df, signed_probability(joint.p)
@@ -203,7 +212,8 @@ def target_missed(evidence: Evidence) -> Iterator[Note]:
     severity: Severity = "error" if len(far) == len(fitted) or evidence.mostly_off else "warning"
     remedy = _refine_more(options.budget if options is not None else None)
     if evidence.study.joint_targets:  # no further run reconciles measurements that contradict each other
-        remedy = next((reason.remedy for reason in conflict(evidence) if reason.remedy), remedy)
+        reasons = [*anisotropy(evidence), *conflict(evidence)]
+        remedy = next((reason.remedy for reason in reasons if reason.remedy), remedy)
     text = f"{words.miss(worst, evidence.names)}, although this measurement was included in the fit."
     yield Note("target_missed", severity, text, remedy)
 
@@ -281,4 +291,4 @@ def no_better_than_formula(evidence: Evidence) -> Iterator[Note]:
         yield from advice.formula_reason(found)
 
 
-RULES = (trend, conflict, target_missed, misfit, not_identified, on_the_edge, no_better_than_formula)
+RULES = (anisotropy, trend, conflict, target_missed, misfit, not_identified, on_the_edge, no_better_than_formula)

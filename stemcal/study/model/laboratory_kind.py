@@ -48,6 +48,8 @@ class LaboratorySection(Frozen):
 
     is_further_cut: ClassVar[bool] = False
     """Whether the test is a further cutting test, simulated in the same way as the cutting test of the spec."""
+    across_axis: ClassVar[bool | None] = None
+    """Whether the slope depends on the elastic modulus across the axis of the stem or along it; None if on neither."""
     usual: ClassVar[tuple[str, ...]] = ("slope", "force", "work")
     """The responses that a calibration uses if all were measured."""
     plausible: ClassVar[Mapping[str, tuple[float, float]]] = {"stroke": (0.01, 500.0)}
