@@ -2,6 +2,7 @@
 
 import functools
 import os
+import signal
 import subprocess
 import sys
 from collections.abc import Callable, Generator
@@ -16,6 +17,12 @@ ROOT = TESTS.parent
 sys.path.insert(0, str(TESTS))
 
 SIMULATING = {"cutting", "fem", "laboratory", "verification"}
+
+
+def pytest_configure() -> None:
+    """Raise Ctrl-C where the caller ignores it, as shells do for jobs in the background; children inherit that."""
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def pytest_sessionstart(session: pytest.Session) -> None:

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import json
 import logging
-import os
 from collections.abc import Iterable
 from contextlib import AbstractContextManager, nullcontext, suppress
 from dataclasses import dataclass, field
-from typing import IO, TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any
 
 from rich.console import Console, ConsoleOptions, RenderableType
 from rich.segment import Segment
 from rich.text import Text
 
+from stemcal.processes.outputs import drop
 from stemcal.storage.encodings import visible
 
 if TYPE_CHECKING:
@@ -146,12 +146,6 @@ def waiting(what: str, quiet: bool) -> AbstractContextManager[object]:
     """Show on a terminal that something is being computed."""
     console = stderr()
     return console.status(what) if console.is_terminal and not quiet else nullcontext()
-
-
-def drop(stream: IO[str]) -> None:
-    """Have all that is written to a stream from now on go nowhere."""
-    with suppress(OSError, ValueError):
-        os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
 def _labelled(label: str, colour: str, text: str, whole: bool) -> None:

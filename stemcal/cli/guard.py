@@ -1,7 +1,7 @@
 """Errors become exit codes here, and nowhere else.
 
-A reader that has gone (``stemcal run … | head``) is none, nor is an output that is closed: what it would have read is
-dropped. One that a full disk refuses ends the command.
+A closed pipe (``stemcal run … | head``) is not an error, nor is a standard error that cannot be written: the text is
+dropped. A standard output that a full disk refuses ends the command.
 """
 
 import io
@@ -11,13 +11,15 @@ import tempfile
 import traceback
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from datetime import UTC, datetime
 from typing import NoReturn
 
 import typer
 
-from stemcal.cli.console import drop, envelope, fail
+from stemcal.cli.console import envelope, fail
 from stemcal.errors import SpecError, StemcalError
 from stemcal.processes.interrupts import Terminated, heard, raise_noted
+from stemcal.processes.outputs import drop, lossy_stderr
 from stemcal.registry import described
 
 RESUMES = "finished runs are kept; run the same command again to resume"
@@ -79,16 +81,24 @@ def _unexpected(error: BaseException) -> str:
     return line
 
 
-def steady_streams() -> None:
-    """Open closed outputs as the null device, and replace characters that an output cannot encode."""
+def steady_surroundings() -> None:
+    """Make what a command inherits usable: outputs, and variables of the environment that libraries would refuse.
+
+    Closed outputs are opened as the null device, and characters that an output cannot encode are replaced.
+    """
+    os.environ["MPLBACKEND"] = "agg"  # figures go to files
+    try:
+        datetime.fromtimestamp(int(os.environ.get("SOURCE_DATE_EPOCH", "0")), UTC)
+    except (ValueError, OverflowError, OSError):
+        del os.environ["SOURCE_DATE_EPOCH"]
     for descriptor in (0, 1, 2):  # in order: otherwise the next opened file would become an output
         with suppress(OSError):
             os.fstat(descriptor)
             continue
         os.open(os.devnull, os.O_RDWR)
-    for stream in (sys.stdout, sys.stderr):
-        if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors="replace")
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="replace")
+    lossy_stderr()
 
 
 def flush_all() -> None:

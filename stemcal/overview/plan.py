@@ -4,9 +4,10 @@ The time of a run is estimated from the recorded runs of this machine, or else b
 """
 
 import socket
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
-from itertools import islice
+from collections import defaultdict
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import chain, islice
 from math import ceil
 from statistics import fmean
 from typing import Literal
@@ -59,8 +60,8 @@ class _PlannedStage:
 class Plan:
     """What a study would run.
 
-    `seconds` are those of one core for the runs, known from `source` (with `recorded_runs`); `elapsed` is
-    what the study takes with `workers`, runs that are decided one by one counted as usual.
+    `seconds` are those of one core for the runs, known from `source` (with `recorded_runs`); those of each test are in
+    `tests`. `elapsed` is what the study takes with `workers`, runs that are decided one by one counted as usual.
     """
 
     schema_version: int
@@ -75,6 +76,7 @@ class Plan:
     recorded_runs: int = 0
     workers: int = 1
     elapsed: float | None = None
+    tests: Mapping[str, float] = field(default_factory=dict)
 
 
 def plan(
@@ -107,7 +109,19 @@ def plan(
         costs.recorded,
         workers,
         None if costs.of is None else overhead(solver) + elapsed(spent, workers),
+        _by_test(left, solver, costs),
     )
+
+
+def _by_test(left: Iterable[Sequence[Request]], solver: Solver, costs: _Costs) -> dict[str, float]:
+    """Return the seconds of each test of the runs left on one core; nothing if the solver has one test only."""
+    found: dict[str, float] = defaultdict(float)
+    cost = costs.of or (lambda _request: 0.0)
+    for request in chain.from_iterable(left):
+        each = solver.cost_by_test(request)
+        for name, share in each.items():
+            found[name] += cost(request) * share / sum(each.values())
+    return dict(found)
 
 
 def _count(part: Asked, left: Sequence[Request], solver: Solver, costs: _Costs) -> _PlannedStage:
@@ -148,13 +162,23 @@ def total(found: Plan) -> list[str]:
             "guess": " (rough estimate)",
             "recorded": f" (estimated from {counted(found.recorded_runs, 'recorded run')} on this machine)",
         }.get(found.source, "")
-        lines.append(f"On one core, the runs take {duration(found.seconds)}{source}.")
+        lines.append(f"On one core, the runs take {duration(found.seconds)}{source}{_of_tests(found.tests)}.")
     if found.elapsed is not None and found.to_run:
         workers = counted(found.workers, "worker")
         lines.append(f"The whole study takes about {duration(found.elapsed)} with {workers}.")
     if found.memory:
         lines.append(f"One run needs about {in_bytes(found.memory)} of memory.")
     return lines
+
+
+def _of_tests(seconds: Mapping[str, float]) -> str:
+    """Return the time of each of several tests, with its part of the whole.
+
+    >>> _of_tests({"cutting": 30.0, "bending": 570.0})
+    ': cutting 30 s (5 %), bending 10 min (95 %)'
+    """
+    parts = [f"{name} {duration(each)} ({each / sum(seconds.values()):.0%})" for name, each in seconds.items()]
+    return f": {', '.join(parts)}".replace("%", " %") if len(parts) > 1 else ""
 
 
 # ---- what runs cost

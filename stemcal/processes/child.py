@@ -25,6 +25,7 @@ from typing import IO, Any, NoReturn, TypeVar, cast
 
 from stemcal.processes.family import APART, GRACE_S, end_family
 from stemcal.processes.limits import RunTimedOut, next_of
+from stemcal.processes.outputs import lossy_stderr
 
 LOADING_S = 3600.0  # to import what a call needs and to compile
 _LENGTH = struct.Struct("<Q")
@@ -200,6 +201,8 @@ def _own_pipes() -> tuple[IO[bytes], IO[bytes]]:
     os.close(nothing)
     with suppress(OSError):
         os.dup2(2, 1)
+    lossy_stderr()
+    sys.stdout = sys.stderr
     return source, target
 
 

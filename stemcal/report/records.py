@@ -1,6 +1,7 @@
 """What is taken from the records of the runs: curves, pictures, where and when they were computed."""
 
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -69,8 +70,10 @@ def read_records(results: Results | StageResult, folder: StudyFolder) -> dict[st
         for label, outcome in result.runs():
             content = folder.peek(outcome.key) if outcome.key else None
             if content is not None:
-                details, made = content["details"], content.get("provenance", {})
-                found[label] = _RunRecord(content["key"], from_json(Details, details), made, pictured)
+                details = Details()
+                with suppress(ValueError):  # of a curve or a picture that is none, only the response is used
+                    details = from_json(Details, content["details"])
+                found[label] = _RunRecord(content["key"], details, content["provenance"], pictured)
     return found
 
 

@@ -36,7 +36,19 @@ _MOST_NOTE = 1 << 16  # bytes
 SCHEMA_VERSION = 3  # of stage files
 RECORD_VERSION = 4
 _KEY = re.compile(r"[0-9a-f]{32}")
-_RECORDED = ("identity", "request", "status", "response", "reason", "message", "details", "provenance")
+_RECORDED: dict[str, Any] = {
+    **dict.fromkeys(("identity", "request", "details", "provenance"), dict),
+    **dict.fromkeys(("status", "reason", "message"), str),
+    "response": float | int | None,
+}
+_WITHIN: dict[str, dict[str, Any]] = {
+    "request": {"stage": str, "row": int, "levels": dict, "condition": float | int | None},
+    "details": {
+        **dict.fromkeys(("curve", "responses"), dict | None),
+        **dict.fromkeys(("time_limit", "peak_force", "peak_travel", "added_mass_percent"), float | int | None),
+    },
+}
+"""The types of the entries of a record, and of those that are read from its parts."""
 _LOCK_PATIENCE_S = 0.2  # longer than `StudyFolder.holder` needs to look
 
 
@@ -263,6 +275,10 @@ def _problem_of(record: Mapping[str, Any], key: str) -> str:
         return f"has record version {version!r:.20}; this version of stemcal requires {RECORD_VERSION}"
     if missing := [name for name in _RECORDED if name not in record]:
         return f"is not a valid run record: it does not contain {', '.join(missing)}"
+    parts = [record, *(record[name] for name in _WITHIN if isinstance(record[name], dict))]
+    for part, kinds in zip(parts, (_RECORDED, *_WITHIN.values()), strict=False):
+        if wrong := [name for name, kind in kinds.items() if name in part and not isinstance(part[name], kind)]:
+            return f"is not a valid run record: {', '.join(f'`{name}` is {part[name]!r:.20}' for name in wrong)}"
     status, response = record["status"], record["response"]
     if status not in ("ok", "failed") or (status == "ok") != (response is not None):
         return f"is not a valid run record: the status {status!r:.20} contradicts the response {response!r:.20}"

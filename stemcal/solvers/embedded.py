@@ -107,8 +107,12 @@ class Embedded(Solver):
 
     def cost_estimate(self, request: Request) -> float:
         """Return roughly how many seconds a request takes on one core."""
-        laboratory = (test for _, test in self._laboratory_tests(request))
-        return sum(map(seconds, (*laboratory, self._test(request))))
+        return sum(self.cost_by_test(request).values())
+
+    def cost_by_test(self, request: Request) -> dict[str, float]:
+        """Return the seconds of each test of a run."""
+        further = {section.name: seconds(test) for section, test in self._laboratory_tests(request)}
+        return {"cutting": seconds(self._test(request)), **further}
 
     def memory_estimate(self, request: Request) -> float:
         """Return roughly how many bytes a process needs for a request."""

@@ -130,6 +130,10 @@ class Solver:
         """Return the approximate seconds of a run on one core; None if unknown."""
         return None
 
+    def cost_by_test(self, _request: Request) -> dict[str, float]:
+        """Return the approximate seconds of each test of a run on one core; nothing if unknown."""
+        return {}
+
     def memory_estimate(self, _request: Request) -> float | None:
         """Return the bytes that a process needs for a run; None if unknown."""
         return None

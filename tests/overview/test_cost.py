@@ -7,10 +7,17 @@ from pathlib import Path
 import pytest
 from fakes import FakeSolver, make_study
 
-from stemcal.overview.plan import costs_of, elapsed, overhead, plan
+from stemcal.overview.plan import costs_of, elapsed, overhead, plan, total
 from stemcal.runs.record import Run
 from stemcal.runs.study_folder import StudyFolder
+from stemcal.solvers import make_solver
+from stemcal.solvers.cost import seconds
+from stemcal.solvers.embedded import shear_test
+from stemcal.solvers.laboratory_runs import laboratory_test
 from stemcal.solvers.protocol import Answer, Request
+from stemcal.study.reading import load_study
+
+CONFIGS = Path(__file__).parents[2] / "configs"
 
 
 def asked(row: int, diameter: float = 8.0) -> Request:
@@ -62,3 +69,20 @@ def test_the_runs_of_a_refinement_elsewhere_are_counted(tmp_path: Path) -> None:
     (note,) = (note for note in found.notes if note.kind == "decided_later")
     alone = plan(make_study(tmp_path), None, FakeSolver(), 1)
     assert "at most 6 runs in" in note.text and found.elapsed == alone.elapsed
+
+
+def test_each_test_has_its_time(tmp_path: Path) -> None:
+    """A bending test of a long span takes most of a run; the tests add up to the run, and to the study."""
+    study = load_study(CONFIGS / "three-tests.yaml")
+    solver, request = make_solver(study), Request("rsm", 0, study.midlevels(), 8.0)
+    each = solver.cost_by_test(request)
+    assert list(each) == ["cutting", "bending", "pull"]
+    assert sum(each.values()) == pytest.approx(solver.cost_estimate(request))
+    tests = dict(zip(("bending", "pull"), study.tests, strict=True))
+    sheared = shear_test(study, request.levels, 8.0)
+    assert each["cutting"] == pytest.approx(seconds(sheared))
+    assert each["pull"] == pytest.approx(seconds(laboratory_test(tests["pull"], sheared)))
+    found = plan(study, workers=1)
+    assert found.seconds is not None and sum(found.tests.values()) == pytest.approx(found.seconds)
+    assert found.tests["bending"] > found.tests["pull"] > 0.0
+    assert "bending" in " ".join(total(found))

@@ -180,3 +180,11 @@ def test_calling_the_python_face_starts_no_thread_and_sets_no_handler(
     results = stemcal.calibrate(study, out=tmp_path / "out", workers=1, progress=False)
     assert results.figure("contour") and results.verdict and stemcal.open_results(tmp_path / "out")
     assert (state(), started) == (before, [])
+
+
+@pytest.mark.skipif(os.name == "nt", reason="shells differ")
+def test_these_tests_end_where_interrupts_are_ignored() -> None:
+    """As in a job that a shell has put in the background."""
+    line = f"trap '' INT; exec '{sys.executable}' -m pytest -q -p no:cacheprovider '{__file__}' -k lost_one"
+    done = subprocess.run(["bash", "-c", line], capture_output=True, text=True, timeout=120, check=False)
+    assert done.returncode == 0 and "2 passed" in done.stdout, done.stdout

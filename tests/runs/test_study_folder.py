@@ -133,6 +133,18 @@ def test_a_sealed_record_of_something_else_is_set_aside(folder: StudyFolder, nam
         assert folder.load(KEY) is None and not folder.record_path(KEY).exists()
 
 
+@pytest.mark.parametrize("changed", [
+    {"details": [1]}, {"details": None}, {"identity": "x"}, {"request": []}, {"provenance": 3}, {"reason": 3},
+    {"response": "120"}, {"details": {"curve": [1]}}, {"details": {"responses": 2}}, {"details": {"time_limit": "s"}},
+    {"details": {"peak_force": [1]}}, {"request": {**record()["request"], "levels": [1]}},
+    {"request": {**record()["request"], "condition": "8"}},
+])  # fmt: skip
+def test_a_sealed_record_with_values_of_other_types_is_set_aside(folder: StudyFolder, changed: dict[str, Any]) -> None:
+    folder.save(record(**changed))
+    assert folder.load(KEY) is None and folder.keys() == []
+    assert list((folder.runs / "damaged").iterdir())
+
+
 def test_a_folder_in_the_place_of_a_record_is_set_aside(folder: StudyFolder) -> None:
     folder.record_path(KEY).mkdir()
     assert folder.examine(KEY) == (None, "is a folder")
