@@ -151,6 +151,11 @@ def _check_outputs(study: Study, csv_file: Path | None, figure: Path | None, fra
     if options and not study.kind.simulates_stems:
         these = "this option" if len(options) == 1 else "these options"
         raise UsageError(f"{', '.join(options)}: available only with `solver: {{kind: embedded}}`; omit {these}")
+    for path in (csv_file, figure):
+        if path and not path.parent.is_dir():
+            raise UsageError(f"{path}: the folder {path.parent} does not exist; create the folder first")
+    if figure and figure.suffix.lower() not in (".png", ".svg", ".pdf"):
+        raise UsageError(f"--figure {figure}: the name must end in .png, .svg or .pdf")
 
 
 def _test_called(study: Study, test: str | None) -> LaboratorySection | None:
