@@ -25,10 +25,8 @@ def box_behnken(k: int, centre_points: int = 3) -> Array:
         raise UsageError(f"Box–Behnken designs are available for 3 to 7 factors, not for {k}; use `central-composite`")
     from pyDOE3 import ff2n
 
-    rows = []
+    runs = []
     for block in _BLOCKS[k]:
-        for signs in ff2n(len(block)):
-            row = np.zeros(k)
-            row[[factor - 1 for factor in block]] = signs
-            rows.append(row)
-    return np.vstack([*rows, np.zeros((centre_points, k))])
+        runs.append(np.zeros((2 ** len(block), k)))
+        runs[-1][:, [factor - 1 for factor in block]] = ff2n(len(block))
+    return np.vstack([*runs, np.zeros((centre_points, k))])

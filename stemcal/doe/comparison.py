@@ -78,25 +78,22 @@ def compare_conditions(
 ) -> Validation:
     """Compare responses; error = 100·(measured − simulated)/measured.
 
-    Parameters
-    ----------
-    conditions : mm, or the unit of the condition
-    measured, simulated : N, or the unit of the response
-        None or NaN in `simulated` marks a failed run.
-    calibration_condition : mm, or the unit of the condition
-        The diameter, or diameters, the parameters were fitted at: no independent check.
-    scatter : sequence of (sd, n), optional
-        Standard deviation and number of specimens of each measured force, None where unknown.
-    naming : Vocabulary
-        What response and condition are: forces over stems have exponents, and are looked through for a trend.
+    None or NaN in `simulated` marks a failed run. The parameters were fitted at `calibration_condition`, one or more:
+    no independent check. `scatter` has standard deviation and number of specimens of each measured mean, None where
+    unknown. Only forces over stems (`naming`) have exponents, and are looked through for a trend.
     """
     scatter = scatter or [(None, None)] * len(conditions)
     if not len(conditions) == len(measured) == len(simulated):
         raise UsageError("validation: conditions, measured values and simulated values must be equal in number")
-    rows = tuple(
-        _row(float(d), float(m), s, calibration_condition, naming, *spread)
-        for d, m, s, spread in zip(conditions, measured, simulated, scatter, strict=True)
-    )
+    rows = []
+    for at, mean, value, (sd, n) in zip(map(float, conditions), map(float, measured), simulated, scatter, strict=True):
+        if mean <= 0.0:
+            where = f"{naming.response.text(mean)}{Wording(naming).at(at)}"
+            raise UsageError(f"validation: the measured {naming.response.long} must be positive, not {where}")
+        fitted = calibration_condition is not None and bool(np.any(np.isclose(at, calibration_condition)))
+        known = float(value) if value is not None and np.isfinite(value) else None
+        error = error_percent(mean, known)
+        rows.append(ValidationRow(at, mean, known, error, "fitted" if fitted else "held_out", sd, n))
     done = [row for row in rows if row.error_percent is not None]
     sizes = [abs(row.error_percent or 0.0) for row in done]
     held_out = [abs(row.error_percent or 0.0) for row in done if row.role == "held_out"]
@@ -105,7 +102,7 @@ def compare_conditions(
     model = fit_power_law([row.condition for row in done], [row.simulated or 0.0 for row in done]) if grows else None
     slope, notes = _error_trend(done) if grows else (None, ())
     return Validation(
-        rows=rows,
+        rows=tuple(rows),
         worst_percent=max(sizes, default=None),
         mean_abs_error_percent=float(np.mean(sizes)) if sizes else None,
         worst_held_out_percent=max(held_out, default=None),
@@ -134,29 +131,8 @@ def error_percent(measured: float, simulated: float | None) -> float | None:
     return None if simulated is None else 100.0 * (measured - simulated) / measured
 
 
-def _row(
-    condition: float,
-    measured: float,
-    simulated: float | None,
-    calibration: float | Sequence[float] | None,
-    naming: Vocabulary,
-    sd: float | None,
-    n: int | None,
-) -> ValidationRow:
-    if measured <= 0.0:
-        where = f"{naming.response.text(measured)}{Wording(naming).at(condition)}"
-        raise UsageError(f"validation: the measured {naming.response.long} must be positive, not {where}")
-    fitted = calibration is not None and bool(np.any(np.isclose(condition, calibration)))
-    role: Literal["fitted", "held_out"] = "fitted" if fitted else "held_out"
-    known = float(simulated) if simulated is not None and np.isfinite(simulated) else None
-    return ValidationRow(condition, measured, known, error_percent(measured, known), role, sd, n)
-
-
 def _error_trend(rows: Sequence[ValidationRow]) -> tuple[float | None, tuple[Note, ...]]:
-    """Return the change of the error per mm of diameter, from three diameters on.
-
-    With it comes a note where the straight line explains most of the errors' variation.
-    """
+    """Return the slope of the error over three diameters or more, with a note if it explains most of the variation."""
     d = np.array([row.condition for row in rows])
     if len(np.unique(d)) < 3:
         return None, ()
@@ -174,7 +150,6 @@ def _error_trend(rows: Sequence[ValidationRow]) -> tuple[float | None, tuple[Not
 
 
 # ---- a formula without mechanics
-
 
 _EXPONENTS = (-2.0, 8.0)
 _NORMAL = 1.96  # standard errors by which a measured mean may be off, at 95 %
@@ -237,16 +212,16 @@ def formula_left_out(forces: Sequence[Force]) -> Formula | None:
     >>> round(formula_left_out([(7.0, 49.0, None), (8.0, 64.0, None), (9.0, 81.0, None)]).exponent, 6)
     2.0
     """
-    each = [
-        formula_elsewhere([one for one in forces if one[0] != left], [one for one in forces if one[0] == left])
-        for left in {d for d, *_ in forces}
-    ]
-    turns = [one for one in each if one is not None]
+    turns = []
+    for left in {d for d, *_ in forces}:
+        others, held_out = ([force for force in forces if (force[0] == left) == out] for out in (False, True))
+        if (formula := formula_elsewhere(others, held_out)) is not None:
+            turns.append(formula)
     if not turns:
         return None
-    errors = [one.standard_error_percent for one in turns if one.standard_error_percent is not None]
+    errors = [turn.standard_error_percent for turn in turns if turn.standard_error_percent is not None]
     b = _exponent(*np.array([force[:2] for force in forces], dtype=float).T)
-    return Formula(b, max(one.worst_held_out_percent for one in turns), max(errors, default=None))
+    return Formula(b, max(turn.worst_held_out_percent for turn in turns), max(errors, default=None))
 
 
 def _exponent(d: Array, f: Array) -> float:

@@ -21,7 +21,6 @@ from stemcal.registry import Checked, ForeignError, Registry, contained
 _MOST_FOR_FIVE_LEVELS = 5
 _RUNS_PER_TERM = 2  # of a Latin hypercube whose number of runs is not given
 
-
 SCREENING: dict[str, Callable[[int, int | None], Array]] = {
     "plackett-burman": plackett_burman,
     "fractional-factorial": lambda k, runs: fraction(k, runs).design(),
@@ -53,10 +52,6 @@ class SurfaceOptions:
     alpha: str | float = "rotatable"
     runs: int | None = None
     extra_runs: int = 0
-
-    def size(self, k: int) -> int:
-        """Return the number of runs of a Latin hypercube: as given, or twice the terms of a quadratic."""
-        return self.runs if self.runs is not None else _RUNS_PER_TERM * ((k + 1) * (k + 2) // 2)
 
 
 class SurfaceDesign(Checked):
@@ -149,7 +144,8 @@ class LatinHypercube(SurfaceDesign):
     name, balanced = "latin-hypercube", False
 
     def points(self, k: int, options: SurfaceOptions) -> Array:
-        return latin_hypercube(k, options.size(k))
+        terms = (k + 1) * (k + 2) // 2  # of a quadratic
+        return latin_hypercube(k, _RUNS_PER_TERM * terms if options.runs is None else options.runs)
 
 
 SURFACES: Registry[SurfaceDesign] = Registry(
@@ -169,19 +165,16 @@ def surface_design(name: str) -> SurfaceDesign:
 
 def surface_runs(k: int, options: SurfaceOptions) -> Array:
     """Build a design for the response surface of k factors, its extra runs last."""
-    design = surface_design(options.design).runs(k, options)
-    if not options.extra_runs:
-        return design
-    return np.vstack([design, extra_runs(design, options.extra_runs, _candidates(k, options))])
-
-
-def _candidates(k: int, options: SurfaceOptions) -> Array:
-    """Return the grid of 0, ±1 and, for few factors, ±α, within the sphere where the surface may be used."""
     design = surface_design(options.design)
+    runs = design.runs(k, options)
+    if not options.extra_runs:
+        return runs
+    # candidates: the grid of 0, ±1 and, for few factors, ±α, within the sphere where the surface may be used
     reach, radius = design.reach(k, options), design.radius(k, options)
     levels = sorted({-1.0, 0.0, 1.0} | ({-reach, reach} if k <= _MOST_FOR_FIVE_LEVELS else set()))
-    points = np.array(list(product(levels, repeat=k)))
-    return np.asarray(points[np.linalg.norm(points, axis=1) <= max(radius, k**0.5) + 1e-9])
+    grid = np.array(list(product(levels, repeat=k)))
+    inside = np.linalg.norm(grid, axis=1) <= max(radius, k**0.5) + 1e-9
+    return np.vstack([runs, extra_runs(runs, options.extra_runs, grid[inside])])
 
 
 # ---- points that fill the box, and runs added to a design
@@ -195,12 +188,7 @@ def extra_runs(design: Array, count: int, candidates: Array) -> Array:
 
     They are added one by one where the variance of prediction is largest, so that |XᵀX| grows most: the first n of more
     runs are those of n runs. No point is taken twice: a deterministic solver would give the same response. Source:
-    T. J. Mitchell, Technometrics 16 (1974), 203–210.
-
-    Raises
-    ------
-    UsageError
-        If the design leaves fewer candidates.
+    T. J. Mitchell, Technometrics 16 (1974), 203–210. Raise `UsageError` if the design leaves fewer candidates.
     """
     gaps = np.abs(candidates[:, None] - design[None]).max(axis=2)
     points = candidates[gaps.min(axis=1) > _SAME_POINT]

@@ -118,18 +118,11 @@ _USUAL, _FEW = 12, 5
 
 
 def plackett_burman(k: int, runs: int | None = None) -> Array:
-    """Build a Plackett–Burman design: main effects of k ≤ N − 1 factors in N runs, N − 1 a prime.
+    """Build a Plackett–Burman design, (N, k): main effects of k ≤ N − 1 factors in N runs, N − 1 a prime.
 
-    N is the smallest usual number of runs unless `runs` is given.
-
-    A generator is shifted around and a row of all −1 added; it is + at 0 and at the squares modulo N − 1, which
-    gives the printed ones: ``++-+++---+-`` for 12 runs, ``++--++++-+-+----++-`` for 20 and
-    ``+++++-+-++--++--+-+----`` for 24.
-
-    Returns
-    -------
-    array (N, k)
-        Levels ±1; columns are balanced and mutually orthogonal.
+    N is the smallest usual number of runs unless `runs` is given. The columns are balanced and mutually orthogonal. A
+    generator is shifted around and a row of all −1 added; it is + at 0 and at the squares modulo N − 1, which gives the
+    printed ones: ``++-+++---+-`` for 12 runs, ``++--++++-+-+----++-`` for 20, ``+++++-+-++--++--+-+----`` for 24.
     """
     if k < 1:
         raise UsageError(f"screen.design: the number of factors is {k}; list at least one factor")

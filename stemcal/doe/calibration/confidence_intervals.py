@@ -91,9 +91,8 @@ def _profile(fit: Fit, j: int, name: str, wider: Fit) -> Profile:
     around = wider.region.cloud(_CLOUD)
 
     def determined(end: float, room: float) -> bool:
-        return (
-            room > _NEAR * (high - low) and wider.rise(_held_at(wider, j, end, wider.best, around)) >= _INSIDE * allowed
-        )
+        in_the_wider = wider.rise(_held_at(wider, j, end, wider.best, around))
+        return room > _NEAR * (high - low) and in_the_wider >= _INSIDE * allowed
 
     bounded = determined(bottom, bottom - low), determined(top, high - top)
     return Profile(name, values, rise, allowed, bottom, top, bounded, (top - bottom) / (high - low))
@@ -247,7 +246,11 @@ def contradiction(fit: Fit) -> _Contradiction | None:
     m = len(fit.observations)
     if m < 2 or fit.errors.scatter == "surface" or (fit.df > 0 and (fit.p_value is None or fit.p_value >= LEVEL)):
         return None
-    near = fit if fit.df > 0 else _within_reach(fit)
+    near = fit
+    if fit.df < 1:
+        within_reach = zip(fit.observations, _reached(fit).tolist(), strict=True)
+        near = replace(fit, observations=tuple(replace(o, measured=value) for o, value in within_reach))
+        near = replace(near, best=optimise(near.objective, fit.region.cloud(_CLOUD), fit.region)[0])
     excess = np.array([max(near.least - near.ignoring(i).least, 0.0) for i in range(m)])
     i = max(range(m), key=lambda j: (round(float(excess[j]), 6), j))
     ratio = (1.0 / fit.draws[:, i, i]) / (fit.weights @ (1.0 / fit.draws[:, i, i]))
@@ -275,9 +278,8 @@ def left_out_intervals(fit: Fit, groups: Sequence[object]) -> list[tuple[float, 
         others = fit.without(*members)
         for i in members:
             middle = float(fit.predict(others.best)[0, i])
-            own = (
-                others.tangents.allowed(fit.slopes(others.best)[i]) / (fit.weights @ (1.0 / fit.draws[:, i, i]))
-            ) ** 0.5
+            allowed = others.tangents.allowed(fit.slopes(others.best)[i])
+            own = (allowed / (fit.weights @ (1.0 / fit.draws[:, i, i]))) ** 0.5
             low, high = _allowed(fit, others, i)
             ends[i] = middle - np.hypot(middle - low, own), middle + np.hypot(high - middle, own)
     return [(low, high) for low, high in ends.tolist()]
@@ -314,9 +316,3 @@ def _reached(fit: Fit) -> Array:
     """Return the value nearest to each measured one that its own surface takes in the region."""
     ends = [[float(o.surface.predict(end)[0]) for end in extremes(o.surface, fit.region)] for o in fit.observations]
     return np.asarray(np.clip(fit.measured, *np.array(ends).T))
-
-
-def _within_reach(fit: Fit) -> Fit:
-    near = zip(fit.observations, _reached(fit).tolist(), strict=True)
-    moved = replace(fit, observations=tuple(replace(o, measured=value) for o, value in near))
-    return replace(moved, best=optimise(moved.objective, fit.region.cloud(_CLOUD), fit.region)[0])

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -34,17 +33,14 @@ class Assessment:
 class Calibration:
     """The solution a rule selects, and the whole set it was selected from.
 
-    `ranges` are the least and greatest coded value of each factor over {x in the region : ŷ(x) = target}; `free` are
-    the factors whose range is the region's. `second`: whether another point is as near to the centre.
+    `ranges` are the least and greatest coded value of each factor over {x in the region : ŷ(x) = target}; `reachable`
+    are the least and greatest ŷ of the region.
     """
 
-    target: float
     point: Assessment
     ranges: tuple[Interval, ...]
     reachable: Interval
     rule: str
-    free: tuple[str, ...]
-    second: bool
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +54,14 @@ class _LevelSet:
 
     def best(self, objective: Objective) -> list[Array]:
         """Return local optima over the set, best first."""
-        return optimise(objective, self.seeds, self.region, _on_level(self.surface, self.target))
+        # ŷ(x) = target as SLSQP takes it, brought to order one by the size of the surface's variation
+        surface, scale = self.surface, max(float(np.abs(self.surface.beta[1:]).max(initial=0.0)), 1e-300)
+        level = {
+            "type": "eq",
+            "fun": lambda x: (surface.predict(x)[0] - self.target) / scale,
+            "jac": lambda x: surface.gradient(x) / scale,
+        }
+        return optimise(objective, self.seeds, self.region, level)
 
     def coded_ranges(self) -> tuple[Interval, ...]:
         """Return least and greatest value of each factor over the set."""
@@ -78,21 +81,9 @@ def solve_target(
 ) -> Calibration:
     """Select one point of {x : ŷ(x) = target} and describe the whole set.
 
-    Parameters
-    ----------
-    low, high : array (k,)
-        Coded ends of the factor ranges.
-    radius : float, optional
-        Radius of the design sphere; beyond it the surface extrapolates.
-    rule : str
-        ``least_coded_distance`` or ``others_at_centre``.
-    unit : str
-        Of the target, unchanged behind a number.
-
-    Raises
-    ------
-    TargetUnreachable
-        If ŷ misses the target everywhere in the region.
+    `low` and `high` (k,) are the coded ends of the factor ranges; beyond `radius`, that of the design sphere, the
+    surface extrapolates. The `rule` is ``least_coded_distance`` or ``others_at_centre``. Raise `TargetUnreachable` if ŷ
+    misses the target everywhere in the region; `unit` is written behind its numbers.
     """
     rules = {
         "least_coded_distance": lambda solutions: solutions.best(squared_distance()),
@@ -106,19 +97,9 @@ def solve_target(
     slack = 1e-9 * abs(target)
     if not bottom - slack <= target <= top + slack:
         raise TargetUnreachable(target, bottom, top, unit)
-    found = _LevelSet(surface, target, region, _level_points(surface, target, region, ends))
-    solutions, ranges = rules[rule](found), found.coded_ranges()
-    limits = zip(surface.names, ranges, *region.bounds(), strict=True)
-    distances = [float(np.linalg.norm(x)) for x in solutions[:2]]
-    return Calibration(
-        target=float(target),
-        point=assess_point(surface, solutions[0], low, high, radius),
-        ranges=ranges,
-        reachable=(bottom, top),
-        rule=rule,
-        free=tuple(name for name, (lo, hi), a, b in limits if lo <= a + 1e-6 and hi >= b - 1e-6),
-        second=len(distances) > 1 and bool(np.isclose(distances[0], distances[1], rtol=1e-5)),
-    )
+    level_set = _LevelSet(surface, target, region, _level_points(surface, target, region, ends))
+    point = assess_point(surface, rules[rule](level_set)[0], low, high, radius)
+    return Calibration(point, level_set.coded_ranges(), (bottom, top), rule)
 
 
 def assess_point(
@@ -163,20 +144,15 @@ def _level_points(surface: Surface, target: float, region: Region, ends: tuple[A
     below, above = cloud[gap <= 0.0], cloud[gap > 0.0]
     if len(below) == 0 or len(above) == 0:  # the target is an extreme of the surface itself
         return cloud[[int(np.argmin(np.abs(gap)))]]
-    starts, stops = _pairs(below, above)
-    return _crossings(surface, target, starts, stops)
-
-
-def _pairs(below: Array, above: Array) -> tuple[Array, Array]:
-    """Pair each point with its nearest on the other side, and with a few far away: starts and stops, (m, k) each."""
     from scipy.spatial import cKDTree
 
+    # each point with its nearest on the other side, and with a few far away
     starts, stops = [below, above], [above[cKDTree(above).query(below)[1]], below[cKDTree(below).query(above)[1]]]
     longest = max(len(below), len(above))
     for shift in range(_PARTNERS):
         starts.append(below[np.arange(longest) % len(below)])
         stops.append(above[(np.arange(longest) * (2 * shift + 1) + shift) % len(above)])
-    return np.vstack(starts), np.vstack(stops)
+    return _crossings(surface, target, np.vstack(starts), np.vstack(stops))
 
 
 def _crossings(surface: Surface, target: float, starts: Array, stops: Array) -> Array:
@@ -194,16 +170,6 @@ def _crossings(surface: Surface, target: float, starts: Array, stops: Array) -> 
     nearest = np.argmin(np.abs(candidates - 0.5), axis=1)
     s = np.clip(candidates[np.arange(len(w)), nearest], 0.0, 1.0)
     return np.asarray(starts + s[:, None] * (stops - starts))
-
-
-def _on_level(surface: Surface, target: float) -> dict[str, Any]:
-    """Return ŷ(x) = target as SLSQP takes it, of order one by the size of the surface's variation."""
-    scale = max(float(np.abs(surface.beta[1:]).max(initial=0.0)), 1e-300)
-    return {
-        "type": "eq",
-        "fun": lambda x: (surface.predict(x)[0] - target) / scale,
-        "jac": lambda x: surface.gradient(x) / scale,
-    }
 
 
 def _others_at_centre(solutions: _LevelSet) -> list[Array]:

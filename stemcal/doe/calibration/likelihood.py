@@ -53,11 +53,6 @@ class Prior:
         """Return z at (m, k) coded points."""
         return np.asarray((self.centre + self.half_step * points[:, self.j] - self.mean) / self.sd)
 
-    @property
-    def slope(self) -> float:
-        """∂z/∂xⱼ."""
-        return self.half_step / self.sd
-
 
 @dataclass(frozen=True, eq=False)
 class Fit:
@@ -113,7 +108,7 @@ class Fit:
             return of_data
         rows = np.zeros((len(self.priors), self.region.k))
         for row, prior in zip(rows, self.priors, strict=True):
-            row[prior.j] = prior.slope
+            row[prior.j] = prior.half_step / prior.sd  # ∂z/∂xⱼ
         return np.vstack([of_data, rows])
 
     # ---- the misfit
@@ -150,14 +145,12 @@ class Fit:
         """Return the excess of D over its least value, that of the observations by the error of the surfaces at x."""
         here, best = self.gaps(x[None])[0], self.gaps(self.best[None])[0]
         m = len(self.observations)
-        of_data, of_priors = (
-            float(
-                here[part] @ self.precision[part, part] @ here[part]
-                - best[part] @ self.precision[part, part] @ best[part]
-            )
-            for part in (slice(m), slice(m, None))
-        )
-        return max(of_data / self.looseness(x) + of_priors, 0.0)
+
+        def excess(part: slice) -> float:
+            w = self.precision[part, part]
+            return float(here[part] @ w @ here[part] - best[part] @ w @ best[part])
+
+        return max(excess(slice(m)) / self.looseness(x) + excess(slice(m, None)), 0.0)
 
     def looseness(self, x: Array) -> float:
         """Return the variance of the observations at x over that at the solution, their mean: at least 0.1."""
@@ -202,11 +195,13 @@ class Fit:
         """Probability of a misfit at least as large; None if the misfit determines the scatter or df is zero."""
         from scipy.special import chdtrc
 
-        if self.errors.scatter == "misfit":
-            return self._p_of_priors() if self.priors else None
-        if self.df < 1:
+        if self.errors.scatter != "misfit":
+            return None if self.df < 1 else float(np.mean(chdtrc(self.df, self.tangents.misfits)))
+        if not self.priors:
             return None
-        return float(np.mean(chdtrc(self.df, self.tangents.misfits)))
+        data = fit(self.observations, self.region)  # only the data determine the scatter: p of the rise by the priors
+        rise = self.tangents.misfits - data.tangents.misfits
+        return float(data.weights @ chdtrc(len(self.priors), np.maximum(rise, 0.0)))
 
     @property
     def evidence(self) -> Array:
@@ -217,14 +212,6 @@ class Fit:
         if self.errors.scatter == "misfit" or p >= LEVEL:
             return self.tangents.evidence
         return np.full(len(self.draws), 1.0 / len(self.draws))
-
-    def _p_of_priors(self) -> float:
-        """Return the probability of the rise by the priors, where only the data determine the scatter."""
-        from scipy.special import chdtrc
-
-        data = fit(self.observations, self.region)
-        rise = self.tangents.misfits - data.tangents.misfits
-        return float(data.weights @ chdtrc(len(self.priors), np.maximum(rise, 0.0)))
 
     @cached_property
     def inverses(self) -> Array:
@@ -336,13 +323,7 @@ class Tangents:
 
 
 def fit(observations: Sequence[Observation], region: Region, priors: Sequence[Prior] = ()) -> Fit:
-    """Fit observations, each with its surface, and priors within a region.
-
-    Raises
-    ------
-    UsageError
-        If the surfaces are not over the same factors.
-    """
+    """Fit observations and priors within a region; raise `UsageError` if the surfaces are not over the same factors."""
     if len({o.surface.names for o in observations}) != 1:
         raise UsageError(
             "joint fit: the surfaces are missing or have different factors; pass surfaces with the same factors"

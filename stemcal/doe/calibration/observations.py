@@ -66,14 +66,9 @@ def _chi_squared(u: Array, df: float) -> Array:
 
 
 def variances(squared: Array, df: Array, uniform: Uniforms) -> Array:
-    """Return draws of variances σᵢ² of which estimates s² with degrees of freedom are given, (draws, m).
+    """Return draws of variances σᵢ² of which estimates s² (`squared`) with degrees of freedom are given, (draws, m).
 
-    Parameters
-    ----------
-    squared : array (m,)
-        s²; NaN where there is none, whose variance is then like that of the others.
-    df : array (m,)
-        Infinite where s² is known.
+    One without an estimate (NaN) is like the others; `df` is infinite where s² is known.
     """
     uncertain = np.isfinite(squared) & (squared > 0.0)
     known = (uncertain & np.isinf(df)) | (squared == 0.0)
@@ -83,13 +78,10 @@ def variances(squared: Array, df: Array, uniform: Uniforms) -> Array:
         shape, scale = np.zeros(uniform.draws), np.ones(uniform.draws)
     else:
         shape, scale = _alike(s2[uncertain], counted[uncertain], uniform)
-    found = np.empty((uniform.draws, len(squared)))
-    for i in range(len(squared)):
-        if known[i]:
-            found[:, i] = squared[i]
-        else:
-            found[:, i] = (shape * scale + counted[i] * s2[i]) / _chi_squared(uniform(), shape + counted[i])
-    return found
+    drawn = np.tile(squared, (uniform.draws, 1))
+    for i in np.flatnonzero(~known):
+        drawn[:, i] = (shape * scale + counted[i] * s2[i]) / _chi_squared(uniform(), shape + counted[i])
+    return drawn
 
 
 def _alike(s2: Array, df: Array, uniform: Uniforms) -> tuple[Array, Array]:
@@ -172,11 +164,6 @@ class Contrasts:
                 pure[i] = float(apart @ apart) / pure_df[i] / scale[i] ** 2
         together = np.hstack(bases)
         return cls(maps, runs, scale, np.concatenate(z), together.T @ together, np.concatenate(noise), pure, pure_df)
-
-    @property
-    def df(self) -> int:
-        """Residual degrees of freedom of all surfaces, without those of repeated runs."""
-        return len(self.z)
 
     def only(self, kept: Sequence[int]) -> Contrasts:
         """Return what the same runs say of some of the surfaces."""
@@ -270,7 +257,7 @@ class Errors:
     @property
     def surface_error_known(self) -> bool:
         """Whether the surfaces of every kind have residual degrees of freedom, or were shown exact by none."""
-        return all(contrasts.df > 0 for _, contrasts, *_ in self.surfaces)
+        return all(len(contrasts.z) > 0 for _, contrasts, *_ in self.surfaces)
 
     def at(self, x: Array) -> Array:
         """Return draws of V at a point, (draws, m, m)."""
@@ -339,5 +326,4 @@ def _of_specimens(observations: Sequence[Observation], factors: float, uniform: 
         for j in range(i):
             a[:, i, j] = ndtri(uniform())
     root = np.array([max(o.sd or 0.0, FINEST * o.measured) for o in observations]) * ((n - 1.0) / n) ** 0.5
-    found = np.linalg.inv(a @ a.transpose(0, 2, 1)) * np.outer(root, root)
-    return np.asarray(found)
+    return np.asarray(np.linalg.inv(a @ a.transpose(0, 2, 1)) * np.outer(root, root))

@@ -130,15 +130,7 @@ def extremes(surface: AnySurface, region: Region) -> tuple[Array, Array]:
 
 
 def optimise(objective: Objective, seeds: Array, region: Region, rule: dict[str, Any] | None = None) -> list[Array]:
-    """Search from several seeds; return the distinct local optima, best first.
-
-    Parameters
-    ----------
-    seeds : array (m, k)
-        Points that meet the constraints.
-    rule
-        A constraint, as SLSQP takes it.
-    """
+    """Search from several `seeds` (m, k), under a `rule` as SLSQP takes it; return distinct optima, best first."""
     starts = _distinct(seeds[np.argsort(objective.many(seeds), kind="stable")], _SPACING)[:_STARTS]
     ends = [search_from(start, objective, region, rule) for start in starts]
     found = [*starts[:1], *(point for point in ends if point is not None)]

@@ -146,26 +146,22 @@ def next_step(tried: Sequence[Tried], aim: float, path: SearchPath) -> Step | No
     whole, best = [one for one in tried if isfinite(one.level)], best_of(tried, aim)
     if best is None:
         low, high = path.ends
-        aside = (min(max(place, low), high) for place in _ASIDE)
-        return next((Step(place, None) for place in aside if _new(place, tried)), None)
-    step = _step(whole, best, tried[-1], aim, path)
-    return step if _new(step.place, tried) else None
+        steps = [Step(min(max(place, low), high), None) for place in _ASIDE]
+    elif not isfinite(tried[-1].level):
+        steps = [Step(0.5 * (best.place + tried[-1].place), None)]
+    else:
+        steps = [_step(whole, best, aim, path)]
+    return next((step for step in steps if all(abs(step.place - run.place) > _SAME for run in tried)), None)
 
 
-def _step(whole: Sequence[Tried], best: Tried, last: Tried, aim: float, path: SearchPath) -> Step:
-    if not isfinite(last.level):
-        return Step(0.5 * (best.place + last.place), None)
-    inline = sorted(whole, key=lambda one: one.place)
+def _step(whole: Sequence[Tried], best: Tried, aim: float, path: SearchPath) -> Step:
+    inline = sorted(whole, key=lambda run: run.place)
     sides = [pair for pair in pairwise(inline) if (pair[0].response < aim) != (pair[1].response < aim)]
     if sides:
-        nearest = min(sides, key=lambda pair: sum(abs(one.level - log(aim)) for one in pair))
+        nearest = min(sides, key=lambda pair: sum(abs(run.level - log(aim)) for run in pair))
         return Step(_between(*nearest, whole, log(aim)), aim)
     place = _beyond(whole, best, log(aim), path)
     return Step(place, exp(best.level + _slope(whole, best) * (place - best.place)))
-
-
-def _new(place: float, tried: Sequence[Tried]) -> bool:
-    return all(abs(place - one.place) > _SAME for one in tried)
 
 
 def _between(one: Tried, other: Tried, whole: Sequence[Tried], aim: float) -> float:

@@ -11,14 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stemcal.doe.coding import Array
-from stemcal.doe.regression.least_squares import (
-    NEGLIGIBLE,
-    LeastSquares,
-    f_test,
-    same_points,
-    stars,
-    t_quantile,
-)
+from stemcal.doe.regression.least_squares import NEGLIGIBLE, LeastSquares, f_test, same_points, stars, t_quantile
 
 
 @dataclass(frozen=True)
@@ -62,7 +55,7 @@ def lack_of_fit(coded: Array, fit: LeastSquares) -> LackOfFit:
     df = fit.df - pure_df
     lof = max(fit.residual_ss - pure, 0.0) if df > 0 else 0.0
     test = f_test(lof / df, df, pure / pure_df, pure_df) if df > 0 and pure_df > 0 else None
-    f, p = test if test else (None, None)
+    f, p = test or (None, None)
     return LackOfFit(lof, df, pure, pure_df, f, p, deterministic)
 
 

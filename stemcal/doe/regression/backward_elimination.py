@@ -30,10 +30,7 @@ def reduce_surface(
 ) -> tuple[Surface, tuple[ReductionStep, ...]]:
     """Remove the weakest term of a surface while its p exceeds alpha; returns the surface and the terms removed.
 
-    Raises
-    ------
-    UsageError
-        If the runs cannot estimate the full quadratic.
+    Raise `UsageError` if the runs cannot estimate the full quadratic.
     """
     points, y, chosen = np.asarray(coded, dtype=float), np.asarray(response, dtype=float), list(term_names(names))
     present = np.isfinite(y) & ~copies_of(points, y)

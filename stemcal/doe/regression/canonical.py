@@ -46,7 +46,10 @@ class CanonicalForm:
 
 def canonical_analysis(surface: Surface, coding: Coding) -> CanonicalForm:
     """Find the stationary point and the principal axes of a surface."""
-    b, b_matrix = _quadratic_form(surface)
+    k, beta = len(surface.names), surface.beta
+    b, b_matrix = beta[1 : k + 1], np.diag(beta[len(beta) - k :]).astype(float)
+    for place, (i, j) in enumerate(combinations(range(k), 2)):
+        b_matrix[i, j] = b_matrix[j, i] = 0.5 * beta[1 + k + place]
     values, axes = np.linalg.eigh(b_matrix)
     values, axes = values[::-1], axes[:, ::-1]
     axes = axes * np.where(axes[np.argmax(np.abs(axes), axis=0), range(len(b))] < 0.0, -1.0, 1.0)
@@ -62,15 +65,6 @@ def canonical_analysis(surface: Surface, coding: Coding) -> CanonicalForm:
     natural, predicted = coding.by_name(coding.to_natural(point)), float(surface.predict(point)[0])
     inside = radius <= surface.design_radius * (1.0 + 1e-9)
     return CanonicalForm(coding.by_name(point), natural, predicted, radius, inside, *described)
-
-
-def _quadratic_form(surface: Surface) -> tuple[Array, Array]:
-    """Return b and the symmetric B of a surface."""
-    k, beta = len(surface.names), surface.beta
-    b_matrix = np.diag(beta[len(beta) - k :]).astype(float)
-    for place, (i, j) in enumerate(combinations(range(k), 2)):
-        b_matrix[i, j] = b_matrix[j, i] = 0.5 * beta[1 + k + place]
-    return beta[1 : k + 1], b_matrix
 
 
 def _kind(values: Array, largest: float) -> tuple[Kind, bool]:

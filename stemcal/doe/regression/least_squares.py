@@ -23,19 +23,9 @@ ROUNDING = 1e-24
 
 @dataclass(frozen=True, eq=False)
 class LeastSquares:
-    """y = X·β + residual, with X of full column rank; Σ residual² is least.
+    """y = X·β + residual, with X = `matrix` (n, p) of full column rank; Σ residual² is least.
 
-    Parameters
-    ----------
-    matrix : array (n, p)
-    response : array (n,)
-    coefficients : array (p,)
-        β.
-    unscaled_covariance : array (p, p)
-        (XᵀX)⁻¹; times s² it is the covariance of β.
-    residuals : array (n,)
-    leverage : array (n,)
-        Diagonal of X(XᵀX)⁻¹Xᵀ.
+    `unscaled_covariance` is (XᵀX)⁻¹, which times s² is the covariance of β; `leverage` the diagonal of X(XᵀX)⁻¹Xᵀ.
     """
 
     matrix: Array
@@ -106,15 +96,7 @@ def not_estimable(matrix: Array, terms: Sequence[str]) -> list[str]:
 
 
 def require_estimable(matrix: Array, terms: Sequence[str], n_failed: int, what: str) -> None:
-    """Refuse a fit that the runs at hand cannot support.
-
-    Raises
-    ------
-    RunsFailed
-        If runs are missing: they are the likely cause.
-    UsageError
-        If every run is there: the design itself cannot estimate the terms.
-    """
+    """Raise `RunsFailed` if terms cannot be estimated because runs are missing, `UsageError` if none is missing."""
     n, p = matrix.shape
     lost = list(terms) if n == 0 else not_estimable(matrix, terms)
     if not lost:
@@ -132,9 +114,7 @@ def require_estimable(matrix: Array, terms: Sequence[str], n_failed: int, what: 
 
 def stars(p: float | None) -> str:
     """Mark a p-value as the tables of the field do: ``**`` below 0.01, ``*`` below 0.05."""
-    if p is None:
-        return ""
-    return "**" if p < 0.01 else "*" if p < 0.05 else ""
+    return "" if p is None or p >= 0.05 else "**" if p < 0.01 else "*"
 
 
 def f_test(mean_square: float, df: int, error: float | None, error_df: int) -> tuple[float, float] | None:

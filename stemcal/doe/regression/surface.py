@@ -45,11 +45,9 @@ _ROUNDING = 1e-12  # a smaller correlation is none
 class Surface:
     """A fitted quadratic. Points are (m, k) arrays in coded units; answers are (m,) or (m, 2) arrays.
 
-    `beta` and `unscaled_covariance` cover every term of the full quadratic, with zeros where the fit has no
-    such term.
-    `mean_square` with `df`, the residual's, is the error behind every interval. `copies` is how many runs only repeat
-    others of a deterministic solver: they count once, and are not among `design` and `response`. `deterministic`:
-    whether such a solver gave the runs.
+    `beta` and `unscaled_covariance` cover every term of the full quadratic, with zeros where the fit has no such term.
+    `mean_square` with `df`, the residual's, is the error behind every interval. `copies` is the number of runs that
+    only repeat others of a deterministic solver, not in `design` and `response`; then the fit is `deterministic`.
     """
 
     names: tuple[str, ...]
@@ -154,26 +152,15 @@ def fit_surface(
     terms: Sequence[str] | None = None,
     written: Wording = Wording(),
 ) -> Surface:
-    """Fit y = β₀ + Σβᵢxᵢ + Σβᵢⱼxᵢxⱼ + Σβᵢᵢxᵢ² by least squares, or some of its terms.
+    """Fit y = β₀ + Σβᵢxᵢ + Σβᵢⱼxᵢxⱼ + Σβᵢᵢxᵢ² by least squares, or some of its `terms` (see `term_names`) and the mean.
 
-    Parameters
-    ----------
-    coded : array (n, k)
-        Design points in coded units.
-    response : array (n,)
-        NaN for a failed run, which is left out.
-    names : sequence of k strings
-    terms : sequence of strings, optional
-        The terms to fit, as `term_names` calls them; the mean is always there.
-    written : Wording
-        How notes name the response.
-
-    Raises
-    ------
-    RunsFailed, UsageError
-        If the runs at hand, or the design, cannot estimate every term.
+    `coded` (n, k) are the design points; the response (n,) is NaN for a failed run, which is left out; notes name it as
+    it is `written`. Raise `RunsFailed` or `UsageError` if the runs at hand, or the design, cannot estimate every term.
     """
-    points, y = _checked_points(coded, response, names)
+    points, y = np.asarray(coded, dtype=float), np.asarray(response, dtype=float)
+    if points.ndim != 2 or points.shape != (y.size, len(names)):
+        shapes = f"a design of shape {points.shape} does not match {y.size} responses and {len(names)} factors"
+        raise UsageError(f"response surface: {shapes}")
     copies = copies_of(points, y)
     present, n_failed = np.isfinite(y) & ~copies, int(np.sum(~np.isfinite(y)))
     kept, every = _kept(names, terms), term_names(names)
@@ -212,16 +199,6 @@ def fit_surface(
     return replace(surface, notes=tuple(_surface_notes(surface, fit, split, written)))
 
 
-def _checked_points(coded: ArrayLike, response: ArrayLike, names: Sequence[str]) -> tuple[Array, Array]:
-    points, y = np.asarray(coded, dtype=float), np.asarray(response, dtype=float)
-    if points.ndim != 2 or points.shape != (y.size, len(names)):
-        raise UsageError(
-            f"response surface: a design of shape {points.shape} does not match {y.size} responses and {len(names)} "
-            f"factors"
-        )
-    return points, y
-
-
 def _kept(names: Sequence[str], terms: Sequence[str] | None) -> list[int]:
     """Return the places of the chosen terms in the full quadratic."""
     known = term_names(names)
@@ -255,20 +232,18 @@ def _surface_notes(surface: Surface, fit: LeastSquares, split: LackOfFit, writte
         )
         yield Note("surface_runs_failed", "warning", text)
     if largest > _ENTANGLED:
-        text = (
-            "Some terms of the response surface are nearly collinear "
-            f"(largest variance inflation factor: {largest:.1f})."
+        inflation = f"largest variance inflation factor: {largest:.1f}"
+        yield Note(
+            "terms_entangled", "caution", f"Some terms of the response surface are nearly collinear ({inflation})."
         )
-        yield Note("terms_entangled", "caution", text)
     if fit.flat:
         yield flat_response("the response surface is constant")
     elif fit.df == 0:
         text = "The response surface has as many coefficients as runs, so its error cannot be estimated."
         yield Note("saturated_surface", "warning", text)
     elif fit.exact:
-        yield Note(
-            "exact_surface", "caution", "The response surface passes through every run, so F values cannot be computed."
-        )
+        text = "The response surface passes through every run, so F values cannot be computed."
+        yield Note("exact_surface", "caution", text)
     if copies:
         text = (
             f"The solver is deterministic: {counted(copies, 'run')} returned the same results as "
@@ -277,11 +252,8 @@ def _surface_notes(surface: Surface, fit: LeastSquares, split: LackOfFit, writte
         yield Note("copies_only", "info", text)
     yield from _lack_of_fit_notes(split)
     if precision is not None and precision < ADEQUATE:
-        text = (
-            f"The adequate precision of {precision:.2f} is below {ADEQUATE:g}, so the response surface mainly "
-            "represents noise."
-        )
-        yield Note("mostly_noise", "warning", text)
+        text = f"The adequate precision of {precision:.2f} is below {ADEQUATE:g}"
+        yield Note("mostly_noise", "warning", f"{text}, so the response surface mainly represents noise.")
     for run in surface.runs_diagnostics:
         if run.cooks_distance is not None and run.cooks_distance > _INFLUENTIAL:
             called = f"Run {run.run} ({written.quantity(run.response, 'g')})"
@@ -294,7 +266,5 @@ def _lack_of_fit_notes(split: LackOfFit) -> Iterator[Note]:
         text = "Lack of fit cannot be tested because no point has repeated runs with different responses."
         yield Note("nothing_repeated", "caution", text)
     elif split.df == 0:
-        text = (
-            "Lack of fit cannot be tested because the response surface has as many terms as there are distinct points."
-        )
-        yield Note("no_point_to_spare", "caution", text)
+        text = "the response surface has as many terms as there are distinct points"
+        yield Note("no_point_to_spare", "caution", f"Lack of fit cannot be tested because {text}.")
