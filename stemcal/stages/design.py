@@ -99,10 +99,7 @@ def given_design(
 ) -> Design:
     """Return the rows that a solver has, coded.
 
-    Raises
-    ------
-    UsageError
-        If a factor is missing; of order 1, if a row has other levels than low and high and is no centre point.
+    Raise `UsageError` if a factor is missing; of order 1, if a row is not at low and high levels and no centre point.
     """
     missing = [name for name in coding.names if name not in given[0]]
     if missing:
@@ -112,19 +109,13 @@ def given_design(
         )
     coded = coding.to_coded([[row[name] for name in coding.names] for row in given])
     if order == 1:
-        _require_two_levels(coding, coded, given)
+        centre = np.all(abs(coded) <= _LEVEL_TOLERANCE, axis=1)[:, None]
+        for row, column in np.argwhere(~centre & (abs(abs(coded) - 1.0) > _LEVEL_TOLERANCE)).tolist():
+            name = coding.names[column]
+            raise UsageError(
+                f"solver.screen row {row + 1}: the value {given[row][name]:g} is not a level of the factor {name}. "
+                f"Set `low` and `high` of {name} to its two levels in the table."
+            )
         coded = coded.round()
     levels = tuple({**study.midlevels(), **row} for row in given)
     return Design(stage, "given", coding, coded, levels, order=order)
-
-
-def _require_two_levels(coding: Coding, coded: Array, given: Sequence[Mapping[str, float]]) -> None:
-    """Raise `UsageError` if a row is neither at low and high levels nor a centre point."""
-    off = np.where(np.all(abs(coded) <= _LEVEL_TOLERANCE, axis=1)[:, None], 0.0, abs(abs(coded) - 1.0))
-    for row, values in enumerate(off):
-        for name, miss in zip(coding.names, values, strict=True):
-            if miss > _LEVEL_TOLERANCE:
-                raise UsageError(
-                    f"solver.screen row {row + 1}: the value {given[row][name]:g} is not a level of the factor {name}. "
-                    f"Set `low` and `high` of {name} to its two levels in the table."
-                )

@@ -17,7 +17,7 @@ from stemcal.formats import fixed, interval, significant
 from stemcal.stages.fresh import calibrated_parameters
 from stemcal.stages.loop import Loop, PathSteps
 from stemcal.stages.result import Interval
-from stemcal.stages.work import SimulateAt, Work
+from stemcal.stages.work import Work
 from stemcal.study.model.study import Study
 from stemcal.study.types.field_types import Length
 from stemcal.version import code_version
@@ -62,10 +62,7 @@ class SizedStrain:
 def without_lengths(study: Study) -> Study:
     """Return the study with elements that fail each by itself under a sharp edge, and the stroke they need.
 
-    Raises
-    ------
-    UsageError
-        If the study has no embedded solver, or no failure strain to adjust.
+    Raise `UsageError` if the study has no embedded solver, or no failure strain to adjust.
     """
     solver = study.solver
     if not study.kind.simulates_stems:
@@ -74,9 +71,8 @@ def without_lengths(study: Study) -> Study:
             "Write `solver: {kind: embedded}`."
         )
     if STRAIN not in study.names:
-        raise UsageError(
-            f"export material: {STRAIN} is not a factor of this study. Add {STRAIN} to the `factors` section."
-        )
+        missing = f"{STRAIN} is not a factor of this study. Add {STRAIN} to the `factors` section."
+        raise UsageError(f"export material: {missing}")
     sections = {
         "solver": solver.model_copy(update={"replicates": None}),
         "material": study.material.model_copy(update={"internal_length": Length(0.0)}),
@@ -89,12 +85,8 @@ def without_lengths(study: Study) -> Study:
 def strain_of(work: Work, size: float) -> SizedStrain:
     """Find the failure strain for an element size (mm).
 
-    A few positions of the mesh are searched first, then the number that the scatter of the force requires.
-
-    Raises
-    ------
-    UsageError
-        If the study is not calibrated yet.
+    A few positions of the mesh are searched first, then the number that the scatter of the force requires. Raise
+    `UsageError` if the study is not calibrated yet.
     """
     there, levels = without_lengths(work.study), calibrated_parameters(work.study, work.solver, work.folder)
     positions, runs = FEWEST_POSITIONS, 0
@@ -109,14 +101,20 @@ def strain_of(work: Work, size: float) -> SizedStrain:
 
 
 def _searched(work: Work, there: Study, levels: Mapping[str, float], size: float, positions: int) -> SizedStrain:
+    """Search the failure strain, each one simulated as the mean over positions of a mesh."""
+    from stemcal.solvers.embedded import Embedded, meshed_as  # a table of strains is shown without the solver
+
+    meshed = meshed_as(there, size)
+    placed = meshed.model_copy(update={"solver": meshed.solver.model_copy(update={"replicates": positions})})
+    simulate = replace(work, study=placed, solver=Embedded(placed, drawn=False)).simulating(STAGE)
     target, start = there.calibration_target, levels[STRAIN]
     at, aim = target.condition, target.response
     path = SearchPath((Mover(STRAIN, start, LOWEST, HIGHEST, _FIRST_SLOPE / start),))
     steps = PathSteps(path, levels, at, aim, aim)
-    loop = Loop(steps, _simulating(work, there, size, positions), 100.0 * TOLERANCE, _MOST_RUNS)
+    loop = Loop(steps, simulate, 100.0 * TOLERANCE, _MOST_RUNS)
     loop.run()
     point = loop.best.point
-    outcome, tried = loop.responses(point.levels)[at], next(one for one in steps.tried if one.place == point.place)
+    outcome, tried = loop.responses(point.levels)[at], next(run for run in steps.tried if run.place == point.place)
     forces = () if outcome.replicates is None else outcome.replicates.values
     share = stdev(forces) / tried.response if len(forces) > 1 else None
     error = None if share is None else share / sqrt(len(forces))
@@ -134,15 +132,6 @@ def _searched(work: Work, there: Study, levels: Mapping[str, float], size: float
         runs=len(loop.runs),
         valid=error is not None and error <= VALID and abs(tried.response / aim - 1.0) <= VALID,
     )
-
-
-def _simulating(work: Work, there: Study, size: float, positions: int) -> SimulateAt:
-    """Return a function that simulates a failure strain as the mean over positions of a mesh."""
-    from stemcal.solvers.embedded import Embedded, meshed_as  # a table of strains is shown without the solver
-
-    meshed = meshed_as(there, size)
-    placed = meshed.model_copy(update={"solver": meshed.solver.model_copy(update={"replicates": positions})})
-    return replace(work, study=placed, solver=Embedded(placed, drawn=False)).simulating(STAGE)
 
 
 # ---- its table, and comments of the exported files

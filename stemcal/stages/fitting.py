@@ -53,13 +53,11 @@ class Measured:
 
 def measured_of(target: Target, responses: Sequence[str], naming: Vocabulary = CUTTING) -> list[Measured]:
     """Return the measured means of these responses at one condition."""
-    found = []
-    for name in responses:
-        mean, sd = target.mean_of(name)
-        if mean:
-            specimens = target.specimens_of(name)
-            found.append(Measured(target.condition, name, mean, sd, target.count_of(name), naming, specimens))
-    return found
+    return [
+        Measured(target.condition, name, mean, sd, target.count_of(name), naming, target.specimens_of(name))
+        for name, (mean, sd) in ((name, target.mean_of(name)) for name in responses)
+        if mean
+    ]
 
 
 def fit_over(
@@ -195,10 +193,10 @@ class Surfaces(StageResult):
     @cached_property
     def scales(self) -> Coding:
         """The coding of the factors, for many points at once."""
-        entries = self.factors
-        return Coding(
-            tuple(e.factor for e in entries), tuple(e.center for e in entries), tuple(e.half_step for e in entries)
+        names, centre, half_step = zip(
+            *((each.factor, each.center, each.half_step) for each in self.factors), strict=True
         )
+        return Coding(names, centre, half_step)
 
     @cached_property
     def fitted(self) -> AnySurface:
@@ -265,8 +263,13 @@ class Surfaces(StageResult):
 
 def fitted_surfaces(study: Study, surface: Surfaces, further: Sequence[tuple[Array, Array]] = ()) -> list[AnySurface]:
     """Return the surface of every measured mean, in their order; `further` are points and the responses there."""
+    means = measured_means(study)
     if surface.over is not None:
-        return _sections(measured_means(study), surface, further)
+        points: dict[str, list[tuple[float, Array, float]]] = {mean.response: [] for mean in means}
+        for x, y in further:
+            for mean, value in zip(means, y.tolist(), strict=True):
+                points[mean.response].append((mean.condition, x, value))
+        return [surface.section(mean.condition, mean.response, points[mean.response]) for mean in means]
     if not study.joint_targets and not further:
         return [surface.fitted]
     at = {part.condition: part.runs for part in surface.conditions}
@@ -274,24 +277,7 @@ def fitted_surfaces(study: Study, surface: Surfaces, further: Sequence[tuple[Arr
         surface.refitted(
             at[mean.condition] if at else surface.design.runs, [(x, float(y[i])) for x, y in further], mean.response
         )
-        for i, mean in enumerate(measured_means(study))
-    ]
-
-
-def _sections(means: Sequence[Measured], surface: Surfaces, further: Sequence[tuple[Array, Array]]) -> list[AnySurface]:
-    """Return a section of the surface of its response for every measured mean."""
-    return [
-        surface.section(
-            mean.condition,
-            mean.response,
-            [
-                (other.condition, x, float(y[i]))
-                for x, y in further
-                for i, other in enumerate(means)
-                if other.response == mean.response
-            ],
-        )
-        for mean in means
+        for i, mean in enumerate(means)
     ]
 
 

@@ -41,10 +41,7 @@ _NO_INPUT = frozenset({"solver.threads", "solver.time_limit"})
 
 
 def inputs_of(study: Study, solver: Solver | None, folder: StudyFolder, stage: str) -> dict[str, str]:
-    """Return the inputs of a stage: the version of the code, and a hash of each other input.
-
-    The default `solver` is the spec's.
-    """
+    """Return the inputs of a stage: version of the code, and a hash of each other input; None is the spec's solver."""
     of = stage_called(stage)
     whole, study = study, of.seen(study)
     if study is not whole:
@@ -178,9 +175,14 @@ def calibrated_parameters(study: Study, solver: Solver, folder: StudyFolder) -> 
 def make(stage: Stage[R], study: Study, folder: StudyFolder, executor: RunExecutor, watch: Watch) -> R:
     """Run a stage, or read it where it is fresh; its result then is in the folder."""
     with folder:
-        if (known := fresh(stage.result(), study, folder)) is not None:
-            return _notified(known, watch)
-        return stage.making()(study, folder, executor, watch)
+        if (known := fresh(stage.result(), study, folder)) is None:
+            return stage.making()(study, folder, executor, watch)
+        outcomes = [outcome for _, outcome in known.runs()]
+        distinct = {outcome.keys: outcome.ok for outcome in outcomes}
+        count, failed = len(distinct), sum(not ok for ok in distinct.values())
+        if outcomes:
+            watch(Progress(known.name, count, count, count, failed, None, points=len(outcomes)))
+        return known
 
 
 def make_all(
@@ -232,16 +234,15 @@ def _runs_agree(result: StageResult, study: Study, folder: StudyFolder, whole: b
     for _, outcome in result.runs():
         keys = [key for key in outcome.keys if key]
         records = [record for key in keys if (record := folder.peek(key)) is not None]
-        if whole and (
-            len(records) < len(keys) or not all(is_final(record, study.solver.run_limit) for record in records)
-        ):
+        final = [record for record in records if is_final(record, study.solver.run_limit)]
+        if whole and len(final) < len(keys):
             return False
-        done = [found for record in records if (found := outcome_of(record, study.naming)).ok]
+        done = [answer for record in records if (answer := outcome_of(record, study.naming)).ok]
         if records and outcome.ok != bool(done):
             return False
         for name in entered if done else ():
             recorded = (outcome.of(name),) if outcome.replicates is None else outcome.replicates.of(name)
-            if recorded not in (tuple(found.of(name) for found in done), (None,)):
+            if recorded not in (tuple(answer.of(name) for answer in done), (None,)):
                 return False
     return True
 
@@ -250,13 +251,3 @@ def changed_tables(result: StageResult, folder: StudyFolder) -> list[str]:
     """Return the CSV files of a stage that are missing or do not hold its tables."""
     files = {f"{name}.csv": table.csv().encode("utf-8") for name, table in result.tables().items()}
     return [name for name, content in files.items() if not holds(folder.path / name, content)]
-
-
-def _notified(result: R, watch: Watch) -> R:
-    """Notify the watcher of a stage that is read."""
-    outcomes = [outcome for _, outcome in result.runs()]
-    distinct = {outcome.keys: outcome.ok for outcome in outcomes}
-    count, failed = len(distinct), sum(not ok for ok in distinct.values())
-    if outcomes:
-        watch(Progress(result.name, count, count, count, failed, None, points=len(outcomes)))
-    return result

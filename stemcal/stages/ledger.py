@@ -1,8 +1,7 @@
 """The runs that the stages of a study ask for, and their records."""
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 from stemcal.runs.record import Run, by_key, is_final, outcome_of
 from stemcal.runs.study_folder import StudyFolder
@@ -72,49 +71,31 @@ def ledger(study: Study, folder: StudyFolder, solver: Solver | None = None) -> R
 
 
 def entries_of(wanted: Sequence[Asked], study: Study, folder: StudyFolder, solver: Solver) -> list[LedgerRow]:
-    """Return the runs that are `wanted`, and those of stages that decide from run to run."""
+    """Return the runs that are `wanted`, and those recorded of this spec's stages that decide from run to run."""
     requests = [request for part in wanted if part.settled for request in part.requests]
-    keys = [Run.of(solver, request).key for request in requests]
-    entries = [entry_of(request, key, study, folder) for request, key in zip(requests, keys, strict=True)]
-    stages = {part.stage for part in wanted}
-    return entries + sorted(_others(set(keys), stages, study, folder, solver), key=lambda e: (e.stage, e.run))
+    known = [Run.of(solver, request).key for request in requests]
+    entries = [entry_of(request, key, study, folder) for request, key in zip(requests, known, strict=True)]
+    stages, decided = {part.stage for part in wanted}, []
+    own = {stage.name: stage.seen(study) for stage in stages_of(study) if stage.name not in stages}
+    solvers = {name: solver if seen is study else make_solver(seen) for name, seen in own.items()}
+    for key in sorted({*folder.keys()} - {*known}):
+        record = folder.peek(key)
+        if record is not None and record["request"]["stage"] in solvers:
+            request = Request(**record["request"])
+            if Run.of(solvers[request.stage], request).key == key:
+                decided.append(entry_of(request, key, study, folder))
+    return entries + sorted(decided, key=lambda entry: (entry.stage, entry.run))
 
 
 def entry_of(request: Request, key: str, study: Study, folder: StudyFolder) -> LedgerRow:
     """Return a run and, if it has a record, its result."""
     record, problem = folder.examine(key)
     asked_for = request.stage, request.row + 1, key
-    levels, replicate = dict(request.levels), request.replicate or None
+    point = request.condition, dict(request.levels), request.replicate or None
     if record is None:
-        status = "damaged" if problem else "left"
-        return LedgerRow(*asked_for, status, None, "", "", True, request.condition, levels, replicate)
-    outcome = outcome_of(record)
+        return LedgerRow(*asked_for, "damaged" if problem else "left", None, "", "", True, *point)
+    outcome, again = outcome_of(record), not is_final(record, study.solver.run_limit)
     status = "failed" if not outcome.ok else "censored" if outcome.censored else "ok"
-    provenance: Mapping[str, Any] = record.get("provenance", {})
-    return LedgerRow(
-        *asked_for,
-        status,
-        outcome.response,
-        outcome.reason,
-        outcome.message,
-        not is_final(record, study.solver.run_limit),
-        request.condition,
-        levels,
-        replicate,
-        *(provenance.get(name) for name in ("started", "wall_seconds", "tries", "host", "stemcal")),
-    )
-
-
-def _others(
-    known: Collection[str], stages: Collection[str], study: Study, folder: StudyFolder, solver: Solver
-) -> Iterator[LedgerRow]:
-    """Yield the records of stages that decide from run to run what to ask next, those of this spec alone."""
-    own = {stage.name: stage.seen(study) for stage in stages_of(study) if stage.name not in stages}
-    solvers = {name: solver if seen is study else make_solver(seen) for name, seen in own.items()}
-    for key in folder.keys():  # noqa: SIM118
-        record = folder.peek(key) if key not in known else None
-        if record is None or record["request"]["stage"] not in solvers:
-            continue
-        request = Request(**record["request"])
-        if Run.of(solvers[request.stage], request).key == key:
-            yield entry_of(request, key, study, folder)
+    names = ("started", "wall_seconds", "tries", "host", "stemcal")
+    provenance = (record.get("provenance", {}).get(name) for name in names)
+    return LedgerRow(*asked_for, status, outcome.response, outcome.reason, outcome.message, again, *point, *provenance)

@@ -130,15 +130,10 @@ class Loop:
         """The point that reached the target, or else the best one; raise `RunsFailed` if runs of all points failed."""
         done = [judged for judged in self.points if judged.error_percent is not None]
         if not done:
-            failed = [run.outcome for run in self.runs if not run.outcome.ok]
-            why = (
-                f"{failed[-1].reason}: {failed[-1].message}"
-                if failed
-                else "the records do not contain all fitted responses"
-            )
-            raise RunsFailed(
-                f"refine: at least one run failed at every simulated point ({len(self.runs)} runs; {why})."
-            )
+            failed = [f"{run.outcome.reason}: {run.outcome.message}" for run in self.runs if not run.outcome.ok]
+            why = failed[-1] if failed else "the records do not contain all fitted responses"
+            runs = f"{len(self.runs)} runs; {why}"
+            raise RunsFailed(f"refine: at least one run failed at every simulated point ({runs}).")
         return done[-1] if self.stopped == "tolerance" else min(done, key=lambda judged: judged.merit)
 
     def responses(self, levels: Mapping[str, float]) -> dict[float, Outcome]:
@@ -146,8 +141,10 @@ class Loop:
         return {run.condition: run.outcome for run in self.runs if run.levels == levels}
 
     def _simulated(self, point: PointToTry, conditions: Sequence[float]) -> dict[float, Outcome]:
-        found = self.simulate(self._row(point), [point.levels], conditions) if conditions else []
-        for condition, outcome in zip(conditions, found, strict=True):
+        numbered = [judged.point.levels for judged in self.points]  # a run elsewhere repeats one that has a number
+        row = numbered.index(point.levels) if point.levels in numbered else len(numbered)
+        outcomes = self.simulate(row, [point.levels], conditions) if conditions else []
+        for condition, outcome in zip(conditions, outcomes, strict=True):
             expected, interval = point.predicted[condition]
             self.runs.append(
                 RefineRun(
@@ -160,11 +157,7 @@ class Loop:
                     outcome=outcome,
                 )
             )
-        return dict(zip(conditions, found, strict=True))
-
-    def _row(self, point: PointToTry) -> int:
-        """Return the number of a point from 0: a run elsewhere repeats one that has a number."""
-        return next((i for i, one in enumerate(self.points) if one.point.levels == point.levels), len(self.points))
+        return dict(zip(conditions, outcomes, strict=True))
 
 
 class PathSteps:

@@ -46,13 +46,16 @@ class Work:
     def outcomes(self, requests: Sequence[Request]) -> list[Outcome]:
         """Answer every request, from the records or by computing.
 
-        Raises
-        ------
-        UsageError
-            If the program answers the first of them differently the second time, and no chance was declared.
+        Raise `UsageError` if the program answers the first of them differently the second time, without replicates.
         """
         if again := second_time(self.study, requests):
-            _require_same(self.study, again, self._answered(again))
+            first, second = (outcome.response for outcome in self._answered(again))
+            if first is not None and second is not None and abs(first - second) > SAME * max(abs(first), abs(second)):
+                where = f"{again[0].stage} run {again[0].row + 1}"
+                raise UsageError(
+                    f"solver: the program is stochastic (two runs at the levels of {where} returned {first:.9g} and "
+                    f"{second:.9g}). {self.study.solver.chance_remedy().text}"
+                )
         return self._answered(requests, QUORUM)
 
     def _answered(self, requests: Sequence[Request], quorum: float = 0.0) -> list[Outcome]:
@@ -119,14 +122,3 @@ def second_time(study: Study, requests: Sequence[Request]) -> list[Request]:
     if len(conditions) == 1 and study.targets.calibrate_at not in conditions:
         return []
     return [requests[0], replace(requests[0], replicate=1)]
-
-
-def _require_same(study: Study, requests: Sequence[Request], outcomes: Sequence[Outcome]) -> None:
-    """Raise `UsageError` if two answers to the same levels differ; failed runs are not compared."""
-    first, second = (outcome.response for outcome in outcomes)
-    if first is None or second is None or abs(first - second) <= SAME * max(abs(first), abs(second)):
-        return
-    raise UsageError(
-        f"solver: the program is stochastic (two runs at the levels of {requests[0].stage} run {requests[0].row + 1} "
-        f"returned {first:.9g} and {second:.9g}). {study.solver.chance_remedy().text}"
-    )

@@ -19,7 +19,7 @@ from stemcal.solvers.protocol import Request
 from stemcal.stages.climb.options import ClimbOptions
 from stemcal.stages.climb.result import ClimbResult, ClimbRow
 from stemcal.stages.design import Later
-from stemcal.stages.result import CodedScale, DesignRuns, Head
+from stemcal.stages.result import CodedScale, Head
 from stemcal.stages.rsm.options import RsmOptions, surface_factors
 from stemcal.stages.screen.result import ScreenResult
 from stemcal.stages.work import SimulateAt, Work, a_stage
@@ -36,12 +36,8 @@ def climb(work: Work, head: Head) -> ClimbResult:
     """Step the active factors together towards the target, and centre the surface's design on the best step."""
     study, before, simulate = work.study, work.result(ScreenResult), work.simulating("climb")
     names, chosen = surface_factors(study, work.solver, before)
-    options, target = study.of(ClimbOptions), study.calibration_target.response
-    effects = [before.effect(name).effect for name in names]
-    if options.at_once:
-        rows = _leap(study, names, effects, options, simulate, before.design)
-    else:
-        rows = _walk(study, names, effects, options, simulate)
+    target = study.calibration_target.response
+    rows = (_leap if study.of(ClimbOptions).at_once else _walk)(study, names, before, simulate)
     responses = [row.outcome.response for row in rows]
     best, reached = rows[nearest_step(responses, target)], passed(responses, target)
     return ClimbResult(
@@ -54,7 +50,7 @@ def climb(work: Work, head: Head) -> ClimbResult:
         passed=reached,
         solution={name: best.levels[name] for name in names},
         error_percent=best.error_percent or 0.0,
-        coding={name: _around(study, name, best.levels[name], len(names), options) for name in names},
+        coding={name: _around(study, name, best.levels[name], len(names)) for name in names},
         notes=(*_notes(rows, best, reached, Wording(study.naming)), *chosen),
     )
 
@@ -68,28 +64,22 @@ def _notes(rows: Sequence[ClimbRow], best: ClimbRow, reached: bool, names: Wordi
     )
     yield Note("nearest_step", "info", text)
     if not reached:
-        response = names.response.long
-        text = (
-            f"Steepest ascent ended at the limits of the factor ranges before the {response} reached the target. "
-            "The target may be out of reach."
-        )
+        before = f"before the {names.response.long} reached the target. The target may be out of reach."
+        text = f"Steepest ascent ended at the limits of the factor ranges {before}"
         remedy = Remedy("Widen the factor ranges, or check the target value.")
         yield Note("target_not_passed", "warning", text, remedy)
 
 
-def _walk(
-    study: Study, names: list[str], effects: Sequence[float], options: ClimbOptions, simulate: SimulateAt
-) -> list[ClimbRow]:
+def _walk(study: Study, names: list[str], screened: ScreenResult, simulate: SimulateAt) -> list[ClimbRow]:
     """Simulate the centre, then step along the slope until the response has passed the target."""
     target = study.calibration_target.response
-    start = _rows(study, names, [[0.0] * len(names)], simulate)
-    if start[0].outcome.response is None:
-        failed = start[0].outcome
+    rows = _rows(study, names, [[0.0] * len(names)], simulate)
+    centre = rows[0].outcome
+    if centre.response is None:
         raise RunsFailed(
-            f"climb: the run at the centre of the factor ranges failed ({failed.reason}): {failed.message}"
+            f"climb: the run at the centre of the factor ranges failed ({centre.reason}): {centre.message}"
         )
-    rows = start
-    path = ascent_path(effects, options.steps, start[0].outcome.response < target)
+    path = _path(study, names, screened, rise=centre.response < target)
     for step, point in enumerate(path[1:], 1):
         rows += _rows(study, names, [point], simulate, step)
         if passed([row.outcome.response for row in rows], target):
@@ -97,18 +87,11 @@ def _walk(
     return rows
 
 
-def _leap(
-    study: Study,
-    names: list[str],
-    effects: Sequence[float],
-    options: ClimbOptions,
-    simulate: SimulateAt,
-    design: DesignRuns,
-) -> list[ClimbRow]:
+def _leap(study: Study, names: list[str], screened: ScreenResult, simulate: SimulateAt) -> list[ClimbRow]:
     """Simulate the whole path together; the mean of the screening is what a plane has at its centre."""
-    known = [run.response for run in design.runs if run.response is not None]
+    known = [run.response for run in screened.design.runs if run.response is not None]
     rise = sum(known) / len(known) < study.calibration_target.response
-    rows = _rows(study, names, ascent_path(effects, options.steps, rise), simulate)
+    rows = _rows(study, names, _path(study, names, screened, rise), simulate)
     if all(row.outcome.response is None for row in rows):
         raise RunsFailed(f"climb: all {len(rows)} runs failed ({rows[0].outcome.reason}): {rows[0].outcome.message}")
     return rows
@@ -119,20 +102,17 @@ def _rows(
 ) -> list[ClimbRow]:
     """Simulate coded points together; `first` is the step of the first one."""
     coded = [dict(zip(names, map(float, point), strict=True)) for point in points]
-    levels = [study.midlevels() | {name: _natural(study, name, at) for name, at in one.items()} for one in coded]
-    found, target = simulate(first, levels, [study.targets.calibrate_at]), study.calibration_target.response
+    factors = [study.factor(name) for name in names]
+    varied = [{f.name: float(f"{f.centre + f.half_range * point[f.name]:.12g}") for f in factors} for point in coded]
+    levels = [study.midlevels() | each for each in varied]
+    outcomes, target = simulate(first, levels, [study.targets.calibrate_at]), study.calibration_target.response
     return [
         ClimbRow(step, at, point, error_percent(target, outcome.response), outcome)
-        for step, (at, point, outcome) in enumerate(zip(levels, coded, found, strict=True), first)
+        for step, (at, point, outcome) in enumerate(zip(levels, coded, outcomes, strict=True), first)
     ]
 
 
-def _natural(study: Study, name: str, coded: float) -> float:
-    factor = study.factor(name)
-    return float(f"{factor.centre + factor.half_range * coded:.12g}")
-
-
-def _around(study: Study, name: str, level: float, k: int, options: ClimbOptions) -> CodedScale:
+def _around(study: Study, name: str, level: float, k: int) -> CodedScale:
     """Return the coding of a design that reaches over a share of the range about a level, inside the range."""
     factor, reach = study.factor(name), study.of(RsmOptions).reach(k)
     span = _SHARE * factor.half_range
@@ -145,11 +125,8 @@ def later(study: Study) -> Later | None:
     if (options := study.given(ClimbOptions)) is None:
         return None
     when = "simultaneously" if options.at_once else "one after another"
-    note = Note(
-        "decided_later",
-        "caution",
-        f"Steepest ascent requires at most {counted(options.steps + 1, 'additional run')}, simulated {when}.",
-    )
+    text = f"Steepest ascent requires at most {counted(options.steps + 1, 'additional run')}, simulated {when}."
+    note = Note("decided_later", "caution", text)
     step = Request("climb", 0, study.midlevels(), study.targets.calibrate_at)
     return Later([[step]] * (options.steps // 2), note)
 
@@ -157,15 +134,14 @@ def later(study: Study) -> Later | None:
 # ---- the path along the slope, coded
 
 
+def _path(study: Study, names: list[str], screened: ScreenResult, rise: bool) -> Array:
+    return ascent_path([screened.effect(name).effect for name in names], study.of(ClimbOptions).steps, rise)
+
+
 def ascent_path(effects: ArrayLike, steps: int, rise: bool) -> Array:
     """Return (steps + 1, k) coded points from the centre to where the strongest factor meets its range.
 
-    Parameters
-    ----------
-    effects : array (k,)
-        Effects of the active factors, mean(high) − mean(low).
-    rise : bool
-        Whether the target is above the force at the centre.
+    `effects` (k,) are mean(high) − mean(low); `rise` if the target is above the force at the centre.
 
     >>> ascent_path([40.0, -20.0], 2, rise=True).tolist()
     [[0.0, -0.0], [0.5, -0.25], [1.0, -0.5]]

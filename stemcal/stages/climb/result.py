@@ -44,14 +44,11 @@ class ClimbResult(StageResult):
 
     @property
     def recentred(self) -> dict[str, CodedScale]:
-        """The factors of the surface, coded around the best step."""
         return self.coding
 
     def _tables(self) -> dict[str, Table]:
-        """Return the steps."""
         return {"climb": Table.of(("step", *self.names, "response", "error_percent", "status", "reason"), self.rows)}
 
     def runs(self) -> Iterator[tuple[str, Outcome]]:
-        """Yield label and outcome of every step."""
         for number, row in enumerate(self.rows, 1):
             yield f"climb {number}", row.outcome

@@ -12,19 +12,15 @@ class ClimbShowing(Showing[ClimbResult]):
     """The words and tables of a climb."""
 
     def outcome(self, result: ClimbResult, names: Wording) -> list[str]:
-        """Return a sentence on the step nearest to the target."""
         moved = "was changed" if len(result.names) == 1 else "were changed together"
-        runs = counted(len(result.rows), "run")
-        stepped = f"During steepest ascent, {names.factors(result.names)} {moved} in {runs}."
         reached = "passed" if result.passed else "did not reach"
-        error = f"{fixed(abs(result.error_percent), 1)} %"
+        smallest = f"The smallest error ({fixed(abs(result.error_percent), 1)} %)"
         return [
-            stepped,
-            f"The response {reached} the target. The smallest error ({error}) was obtained at step {result.best_step}.",
+            f"During steepest ascent, {names.factors(result.names)} {moved} in {counted(len(result.rows), 'run')}.",
+            f"The response {reached} the target. {smallest} was obtained at step {result.best_step}.",
         ]
 
     def tables(self, result: ClimbResult, names: Wording) -> list[Table]:
-        """Return every step towards the target with its relative error."""
         columns = [Column("step", "Step", form=format), *levels(result.names, names), simulated(names.response), ERROR]
         centres = ", ".join(
             f"{names.in_text(name)} {significant(scale.center)} ± {significant(scale.half_step)}"

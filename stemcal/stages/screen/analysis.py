@@ -7,23 +7,16 @@ otherwise Lenth's method. The residual holds the columns without a factor, repea
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from stemcal.doe import designs
 from stemcal.doe.aliases import aliases_note
-from stemcal.doe.coding import Array, Coding
-from stemcal.doe.effects import (
-    Curvature,
-    Effect,
-    centre_runs,
-    curvature_of,
-    effects_of,
-    is_beyond_margin,
-    residual_of,
-)
-from stemcal.doe.lenth import FEWEST, Lenth
+from stemcal.doe.coding import Coding
+from stemcal.doe.effects import Curvature, centre_runs, curvature_of, effects_of, is_beyond_margin, residual_of
+from stemcal.doe.lenth import FEWEST
 from stemcal.doe.regression.least_squares import LeastSquares, fit_least_squares, require_estimable
 from stemcal.doe.regression.surface import flat_response
 from stemcal.errors import RunsFailed, UsageError
@@ -52,21 +45,13 @@ def screen(work: Work, head: Head) -> ScreenResult:
     outcomes = work.outcomes(requests)
     with reasons_given(requests, outcomes):
         runs = runs_of(design, requests, outcomes)
-        first, *others = (
-            analyse_screening(
-                design.coded,
-                [run.number(name) for run in runs.runs],
-                design.names,
-                symbols,
-                options.alpha,
-                Wording(study.naming.with_primary(name)),
-            )
-            for name in (FIRST, *study.own_further)
-        )
-    notes = (*first.notes, *lower_bound_notes(outcomes))
-    further = dict(zip(study.own_further, others, strict=True)) or None
-    found = vars(first) | {"notes": notes, "responses": further}
-    return ScreenResult(head=head, design=runs, alpha=options.alpha, **found)
+        screenings = {}
+        for name in (FIRST, *study.own_further):
+            values, written = [run.number(name) for run in runs.runs], Wording(study.naming.with_primary(name))
+            screenings[name] = analyse_screening(design.coded, values, design.names, symbols, options.alpha, written)
+    first = screenings.pop(FIRST)
+    parts = vars(first) | {"notes": (*first.notes, *lower_bound_notes(outcomes)), "responses": screenings or None}
+    return ScreenResult(head=head, design=runs, alpha=options.alpha, **parts)
 
 
 # ---- the design
@@ -106,24 +91,11 @@ def analyse_screening(
     alpha: float = 0.05,
     written: Wording = Wording(),
 ) -> Screening:
-    """Estimate and test the main effects of a screening design.
+    """Estimate and test, at a level of significance, the main effects of a screening design.
 
-    Parameters
-    ----------
-    coded : array (n, k)
-        Levels −1 and +1, and 0 at centre points.
-    response : array (n,)
-        NaN for a failed run; the effects are then least-squares estimates from the runs left.
-    names, symbols : sequences of k strings
-    alpha : float
-        Level of significance.
-    written : Wording
-        How notes name the response.
-
-    Raises
-    ------
-    RunsFailed
-        If the runs left cannot estimate every effect and its error.
+    `coded` (n, k) has the levels −1 and +1, and 0 at centre points. The response (n,) is NaN for a failed run; then the
+    effects are least-squares estimates from the runs left, or `RunsFailed` is raised if these cannot estimate every
+    effect and its error. Notes name the response as it is `written`.
     """
     whole, responses = np.asarray(coded, dtype=float), np.asarray(response, dtype=float)
     middle = centre_runs(whole)
@@ -143,63 +115,59 @@ def analyse_screening(
     tested = mean_square is not None and residual.df >= LEAST_DF
     by_lenth = size.me is not None and not tested
     significant = [is_beyond_margin(e, size) if by_lenth else e.p is not None and e.p < alpha for e in effects]
-    curvature = curvature_of(fit, centre, residual, mean_square, alpha)
-    notes = _screening_notes(
-        fit, residual.df, effects, size, design[present], n_failed, alpha, tested, curvature, written
-    )
-    return Screening(
+    found = Screening(
         effects=Rows(effects),
         significant=tuple(name for name, chosen in zip(names, significant, strict=True) if chosen),
         lenth=size,
         residual=residual,
         total_sum_of_squares=fit.total_ss,
-        curvature=curvature,
+        curvature=curvature_of(fit, centre, residual, mean_square, alpha),
         runs_used=int(present.sum()) + len(centre),
         runs_failed=int(np.sum(~np.isfinite(responses))),
-        notes=notes,
+        notes=(),
     )
+    notes = _screening_notes(found, fit, n_failed, tested, alpha, written)
+    return replace(found, notes=(*notes, aliases_note(design[present], names)))
 
 
 # ---- which test decides, where the tests disagree, what hides what
 
 
 def _screening_notes(
-    fit: LeastSquares,
-    df: int,
-    effects: Sequence[Effect],
-    size: Lenth,
-    design: Array,
-    n_failed: int,
-    alpha: float,
-    tested: bool,
-    curvature: Curvature | None,
-    written: Wording,
-) -> tuple[Note, ...]:
-    """Return notes on the choice of the factors; `tested` if the F test makes it."""
-    found = [] if curvature is None else [_curvature(curvature, written)]
+    found: Screening, fit: LeastSquares, n_failed: int, tested: bool, alpha: float, written: Wording
+) -> Iterator[Note]:
+    """Yield notes on the choice of the factors; `tested` if the F test makes it."""
+    if found.curvature is not None:
+        yield _curvature(found.curvature, written)
     if n_failed:
         text = (
             f"{n_failed} of {len(fit.response) + n_failed} runs failed, so the design is no longer orthogonal. The "
             f"sums of squares (type III, {fit.df} residual df) do not add up to the total sum of squares. The results "
             "of Lenth's method are approximate."
         )
-        found.append(Note("screening_runs_failed", "warning", text))
+        yield Note("screening_runs_failed", "warning", text)
     if fit.flat:
-        found.append(flat_response("no factor has an effect"))
-    elif len(effects) < FEWEST:
-        text = (
-            f"The significant factors are identified by the F test because Lenth's method requires at least {FEWEST} "
-            "effects."
-        )
-        found.append(Note("too_few_effects", "caution", text))
+        yield flat_response("no factor has an effect")
+    elif len(found.effects) < FEWEST:
+        why = f"Lenth's method requires at least {FEWEST} effects"
+        text = f"The significant factors are identified by the F test because {why}."
+        yield Note("too_few_effects", "caution", text)
     elif not tested:
-        few = "the residual sum of squares is zero"
-        if df < LEAST_DF:
-            few = f"the number of residual degrees of freedom is only {df}"
-        text = f"The significant factors are identified by Lenth's method because {few}."
-        found.append(Note("lenth_decides", "caution", text))
-    found += _disagreements(effects, size, alpha, written)
-    return (*found, aliases_note(design, [effect.factor for effect in effects]))
+        why = "the residual sum of squares is zero"
+        if found.residual.df < LEAST_DF:
+            why = f"the number of residual degrees of freedom is only {found.residual.df}"
+        text = f"The significant factors are identified by Lenth's method because {why}."
+        yield Note("lenth_decides", "caution", text)
+    for effect in found.effects:
+        size, p = found.lenth, effect.p
+        if p is None or size.me is None or (p < alpha) == is_beyond_margin(effect, size):
+            continue
+        yes, no = ("the F test", "Lenth's method") if p < alpha else ("Lenth's method", "the F test")
+        text = (
+            f"The effect of {effect.factor} is significant by {yes} but not by {no} (p {signed_probability(p)}; "
+            f"effect {written.quantity(effect.effect, '+.4g')}, margin of error {written.quantity(size.me)})."
+        )
+        yield Note("methods_disagree", "warning", text)
 
 
 def _curvature(found: Curvature, written: Wording) -> Note:
@@ -212,15 +180,3 @@ def _curvature(found: Curvature, written: Wording) -> Note:
     significance = "significant" if found.curved else "not significant"
     test = f"F(1, {found.df}) = {found.f:.3g}, p {signed_probability(found.p)}"
     return Note("curvature", "caution", f"{means} The curvature is {significance} ({test}).")
-
-
-def _disagreements(effects: Sequence[Effect], size: Lenth, alpha: float, written: Wording) -> Iterator[Note]:
-    for effect in effects:
-        if effect.p is None or size.me is None or (effect.p < alpha) == is_beyond_margin(effect, size):
-            continue
-        yes, no = ("the F test", "Lenth's method") if effect.p < alpha else ("Lenth's method", "the F test")
-        text = (
-            f"The effect of {effect.factor} is significant by {yes} but not by {no} (p {signed_probability(effect.p)}; "
-            f"effect {written.quantity(effect.effect, '+.4g')}, margin of error {written.quantity(size.me)})."
-        )
-        yield Note("methods_disagree", "warning", text)

@@ -112,10 +112,8 @@ class ScreenResult(StageResult):
         return self.lenth.me is not None and not tested
 
     def _tables(self) -> dict[str, Table]:
-        """Return effects and runs."""
         return {"screen": Table.of_rows(self.effects), "screen_runs": self.design.table()}
 
     def runs(self) -> Iterator[tuple[str, Outcome]]:
-        """Yield label and outcome of every run."""
         for run in self.design.runs:
             yield f"screen {run.run}", run.outcome

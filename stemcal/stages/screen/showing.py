@@ -9,7 +9,7 @@ from stemcal.drawing.plot import Plot
 from stemcal.drawing.showing import Setting, Showing
 from stemcal.drawing.style import BLUE, INK, ORANGE, Figure, literal, new_figure
 from stemcal.drawing.table import Column, Table
-from stemcal.formats import fixed, percent, series
+from stemcal.formats import fixed, minus, percent, series
 from stemcal.stages.screen.result import ScreenResult
 from stemcal.storage.typed import to_json
 from stemcal.vocabulary import Wording
@@ -19,7 +19,6 @@ class ScreenShowing(Showing[ScreenResult]):
     """The words, tables and figures of a screening."""
 
     def outcome(self, result: ScreenResult, names: Wording) -> list[str]:
-        """Return a sentence on the significant factors."""
         effects, response = {effect.factor: effect for effect in result.effects}, names.response.long
         count = f"In the screening, {len(effects)} factors were varied in {len(result.design.runs)} runs."
         chosen = sorted(result.significant, key=lambda name: -abs(effects[name].effect))
@@ -85,21 +84,14 @@ def pareto(screen: ScreenResult, labels: Mapping[str, str] | None = None) -> Fig
     with new_figure(height=max(2.2, 0.9 + 0.24 * len(effects))) as figure:
         axes = figure.add_subplot()
         places = response_decimals(screen.naming.response, [e.effect for e in effects], 1)
-        names = [f"{literal((labels or {}).get(e.factor, e.factor))}  {_signed(e.effect, places)}" for e in effects]
+        shown = [(literal((labels or {}).get(e.factor, e.factor)), minus(f"{e.effect:+.{places}f}")) for e in effects]
         colours = [ORANGE if e.effect < 0 else BLUE for e in effects]
-        axes.barh(names, [abs(e.effect) for e in effects], color=colours, height=0.7)
+        axes.barh(
+            [f"{name}  {effect}" for name, effect in shown], [abs(e.effect) for e in effects], color=colours, height=0.7
+        )
         if (limit := screen.limit) is not None:
             method = "Lenth ME" if screen.by_lenth else f"t test, p = {screen.alpha:g}"
             axes.axvline(limit, color=INK, linestyle="--", linewidth=1, label=method)
             figure.legend(loc="outside upper right")
         axes.set_xlabel(literal(screen.naming.response.headed(f"|effect| on the {screen.naming.response.long}")))
     return figure
-
-
-def _signed(effect: float, places: int = 1) -> str:
-    """Return an effect with its sign and a number of decimals.
-
-    >>> _signed(-8.0), _signed(74.69)
-    ('−8.0', '+74.7')
-    """
-    return f"{effect:+.{places}f}".replace("-", "−")
