@@ -39,18 +39,7 @@ class ChildDied(Exception):
 
 
 class Child:
-    """A process that computes one call after the other.
-
-    Parameters
-    ----------
-    environment : mapping
-        Variables that it has in addition to those of this process.
-
-    Raises
-    ------
-    OSError
-        If it cannot be started.
-    """
+    """A process that computes one call after the other; `environment` adds variables to those of this process."""
 
     def __init__(self, environment: Mapping[str, str] = {}) -> None:
         self._process = subprocess.Popen(
@@ -68,12 +57,8 @@ class Child:
     def call(self, blob: bytes, limit: float | None = None) -> tuple[Any, BaseException | None]:
         """Return (result, None) or (None, exception) of a pickled (function, args, kwargs).
 
-        Its time `limit`, s, counts from the moment on at which the child has loaded what the call needs.
-
-        Raises
-        ------
-        ChildDied, RunTimedOut
-            The child is gone, or not to be asked again.
+        Its time `limit`, s, counts from the moment on at which the child has loaded what the call needs. Raises
+        `ChildDied` or `RunTimedOut` if the child is gone, or not to be asked again.
         """
         with suppress(OSError):  # it is gone, as the answer will show
             _put(self._process.stdin, blob)
@@ -118,10 +103,7 @@ class Child:
 def computed_apart(call: Callable[[], T], limit: float | None = None, environment: Mapping[str, str] = {}) -> T:
     """Return the result of a call, computed in a separate process that ends with it.
 
-    Raises
-    ------
-    ChildDied, RunTimedOut
-        If the process ends without an answer, or takes longer than `limit` seconds.
+    Raises `ChildDied` if the process ends without an answer, `RunTimedOut` if it takes longer than `limit` seconds.
     """
     child = Child(environment)
     try:

@@ -12,6 +12,7 @@ from pathlib import Path
 
 from stemcal.processes.family import APART, end_family
 from stemcal.processes.limits import wait_until
+from stemcal.storage.encodings import lenient
 
 KEPT_BYTES = 64 * 1024  # the last of what a program prints
 
@@ -27,13 +28,7 @@ class Ended:
 
 
 def run_program(command: Sequence[str], folder: Path, environment: Mapping[str, str], time_limit: float) -> Ended:
-    """Run a program in `folder` until it ends or `time_limit` seconds have passed.
-
-    Raises
-    ------
-    OSError
-        If it cannot be started.
-    """
+    """Run a program in `folder` until it ends or `time_limit` (s) has passed; raise `OSError` if it cannot start."""
     started = time.monotonic()
     with tempfile.TemporaryFile() as printed:
         process = subprocess.Popen(
@@ -54,10 +49,8 @@ def run_program(command: Sequence[str], folder: Path, environment: Mapping[str, 
             end_family(process.pid)
             process.wait()
         printed.seek(max(0, printed.seek(0, os.SEEK_END) - KEPT_BYTES))
-        output = printed.read(KEPT_BYTES).decode("utf-8", "replace").removeprefix("\ufeff")
-    return Ended(
-        process.returncode, timed_out, output.replace("\0", "\N{REPLACEMENT CHARACTER}"), time.monotonic() - started
-    )
+        output = lenient(printed.read(KEPT_BYTES)).replace("\0", "\N{REPLACEMENT CHARACTER}")
+    return Ended(process.returncode, timed_out, output, time.monotonic() - started)
 
 
 def _has_ended(process: subprocess.Popen[bytes], seconds: float) -> bool:

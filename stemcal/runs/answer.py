@@ -64,14 +64,8 @@ def answer_all(
     """Answer every request, with the responses that a study names; the folder must be locked.
 
     Requests with equal identities are computed once, those with a record not at all, unless their key is in
-    `again`. Interrupted, it leaves the records of all that was done.
-
-    Raises
-    ------
-    RunsFailed
-        If a smaller fraction of the requests than `quorum` succeeds.
-    Waiting
-        If results must be entered first; the known ones are recorded before.
+    `again`. Interrupted, it leaves the records of all that was done. Raises `RunsFailed` if a smaller fraction of the
+    requests than `quorum` succeeds, and `Waiting` if results must be entered first; the known ones are recorded before.
     """
     runs = [Run.of(solver, request) for request in requests]
     known: dict[str, Outcome] = {}  # what earlier commands have left for good
@@ -103,9 +97,9 @@ def answer_all(
             keep(run, computed, folder)
     if batch.awaited:
         raise Waiting(stage, batch.awaited)
-    found = [known[run.key] for run in runs]
-    _require_quorum(requests, found, quorum)
-    return found
+    outcomes = [known[run.key] for run in runs]
+    _require_quorum(requests, outcomes, quorum)
+    return outcomes
 
 
 class _Tally:
@@ -119,22 +113,16 @@ class _Tally:
         self.report()
 
     def add(self, outcome: Outcome, request: Request) -> None:
-        """Count one more run."""
+        """Count one more run; warn of the first failures one by one, and once of those that replicates share."""
         self.done += 1
-        if not outcome.ok:
-            self.failed += 1
-            self._warn(outcome, request)
+        self.failed += not outcome.ok
+        if not outcome.ok and (fault := (request.row, outcome.message)) not in self.warned:
+            self.warned.add(fault)
+            if len(self.warned) <= MOST_WARNINGS:
+                logger.warning("%s run %d: %s: %s", request.stage, request.row + 1, outcome.reason, outcome.message)
+            elif len(self.warned) == MOST_WARNINGS + 1:
+                logger.warning("further runs failed; `stemcal status SPEC --failed` lists all failed runs")
         self.report(outcome.response, request.condition)
-
-    def _warn(self, outcome: Outcome, request: Request) -> None:
-        """Warn of the first failures one by one, and once of those that several replicates share."""
-        if (fault := (request.row, outcome.message)) in self.warned:
-            return
-        self.warned.add(fault)
-        if len(self.warned) <= MOST_WARNINGS:
-            logger.warning("%s run %d: %s: %s", request.stage, request.row + 1, outcome.reason, outcome.message)
-        elif len(self.warned) == MOST_WARNINGS + 1:
-            logger.warning("further runs failed; `stemcal status SPEC --failed` lists all failed runs")
 
     def report(self, response: float | None = None, condition: float | None = None, preparing: bool = False) -> None:
         """Notify the watcher of the progress."""

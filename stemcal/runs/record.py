@@ -65,10 +65,10 @@ class Run:
 
 def by_key(solver: Solver, requests: Iterable[Request]) -> dict[str, Request]:
     """Return the distinct runs among requests by their keys: the first request of each."""
-    found: dict[str, Request] = {}
+    distinct: dict[str, Request] = {}
     for request in requests:
-        found.setdefault(Run.of(solver, request).key, request)
-    return found
+        distinct.setdefault(Run.of(solver, request).key, request)
+    return distinct
 
 
 def validated(answer: Answer, naming: Vocabulary = CUTTING) -> Answer:
@@ -81,12 +81,11 @@ def validated(answer: Answer, naming: Vocabulary = CUTTING) -> Answer:
         return Answer("failed", None, answer.reason or "failed", answer.message, answer.details)
     rest, nouns = dict(answer.details), {response.name: response.noun for response in naming.responses}
     for name, value in {naming.response.name: answer.response, **rest.pop(RESPONSES, {})}.items():
-        given = f"the solver returned {value} for the {nouns.get(name, name)}"
+        returned = f"the solver returned {value} for the {nouns.get(name, name)}"
         if value is None or not math.isfinite(value):
-            return Answer("failed", None, "nan", given, rest)
+            return Answer("failed", None, "nan", returned, rest)
         if abs(value) > MOST:
-            message = f"{given}; the magnitude exceeds {MOST:g}"
-            return Answer("failed", None, "bad_result", message, rest)
+            return Answer("failed", None, "bad_result", f"{returned}; the magnitude exceeds {MOST:g}", rest)
     return answer
 
 

@@ -88,13 +88,18 @@ class StudyFolder:
     # ---- lock
 
     def __enter__(self) -> Self:
+        """Take the folder for this process; raise `FolderLocked` if another one has it."""
         self.lock()
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self.unlock()
+        """Give the folder back."""
+        if self._lock.lock_counter == 1:
+            with suppress(OSError):
+                self._holder_file.unlink()
+        self._lock.release()
 
     def lock(self) -> None:
         """Take the folder for this process; raise `FolderLocked` if another one has it."""
@@ -117,13 +122,6 @@ class StudyFolder:
                 by = f"process {os.getpid()} on {socket.gethostname()} has been using this folder since {now()}"
                 write_atomic(self._holder_file, by)
             remove_leftovers(self.path, self.runs)
-
-    def unlock(self) -> None:
-        """Give the folder back."""
-        if self._lock.lock_counter == 1:
-            with suppress(OSError):
-                self._holder_file.unlink()
-        self._lock.release()
 
     @property
     def _holder_file(self) -> Path:
@@ -180,7 +178,13 @@ class StudyFolder:
         """Return a record without its seal; one that is damaged is set aside. None if there is none."""
         record, problem = self.examine(key)
         if problem:
-            self._set_aside(self.record_path(key), problem)
+            path = self.record_path(key)
+            logger.warning("%s %s; the record was moved to `runs/damaged`, and its run will be repeated", path, problem)
+            with suppress(OSError, StemcalError):
+                damaged = make_folder(self.runs / "damaged")
+                stamp = datetime.now(UTC).strftime("%Y%m%dT%H%M%S%f")
+                path.replace(damaged / f"{path.stem}-{stamp}.json")
+                self.log("record_damaged", key=key)
         return record
 
     def peek(self, key: str) -> dict[str, Any] | None:
@@ -198,14 +202,6 @@ class StudyFolder:
         problem = _problem_of(record, key)
         return (None, problem) if problem else (record, "")
 
-    def _set_aside(self, path: Path, problem: str) -> None:
-        logger.warning("%s %s; the record was moved to `runs/damaged`, and its run will be repeated", path, problem)
-        with suppress(OSError, StemcalError):
-            damaged = make_folder(self.runs / "damaged")
-            stamp = datetime.now(UTC).strftime("%Y%m%dT%H%M%S%f")
-            path.replace(damaged / f"{path.stem}-{stamp}.json")
-            self.log("record_damaged", key=path.stem)
-
     # ---- the files of the stages: sealed JSON, whole or not at all, and tables as CSV
 
     def write_stage(self, stage: str, content: Mapping[str, Any]) -> None:
@@ -215,11 +211,8 @@ class StudyFolder:
     def read_stage(self, stage: str) -> dict[str, Any]:
         """Return a stage's JSON without its seal, to be believed.
 
-        Raises
-        ------
-        UsageError
-            If the stage has not run yet, or its file is of another version, has changed since it was written or cannot
-            be read.
+        Raises `UsageError` if the stage has not run yet, or its file is of another version, has changed since it was
+        written or cannot be read.
         """
         content = self.examine_stage(stage)
         if (version := content.get("schema_version")) != SCHEMA_VERSION:

@@ -17,12 +17,8 @@ def write_atomic(path: Path, content: str | bytes, *, new: bool = False) -> bool
     """Replace `path` by a content: temporary file next to it, flush to disk, rename, flush the folder.
 
     A link in its place, which somebody else may have laid there, is replaced; what it leads to stays as it is.
-    If the file must be `new` but exists, the result is False, and the existing file stays unchanged.
-
-    Raises
-    ------
-    StemcalError
-        If it cannot be written; a file that was there before is then unchanged.
+    If the file must be `new` but exists, the result is False, and the existing file stays unchanged. Raises
+    `StemcalError` if it cannot be written; a file that was there before is then unchanged.
     """
     temporary = path.with_name(f"{_PREFIX}{os.getpid()}-{next(_counter)}.tmp")
     try:

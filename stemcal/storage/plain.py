@@ -25,12 +25,7 @@ def unreadable(error: OSError | ValueError) -> str:
 def open_plain(path: Path) -> BufferedReader:
     """Open a plain file for reading; a link to one is one.
 
-    Raises
-    ------
-    NotPlain
-        If it is a folder, a device, a pipe or a socket.
-    OSError
-        If there is no file, or it cannot be opened.
+    Raises `NotPlain` for a folder, a device, a pipe or a socket, `OSError` if there is no file or it cannot be opened.
     """
     mode = path.stat().st_mode  # before it is opened: a pipe without a writer would wait for one
     if stat.S_ISDIR(mode):
@@ -41,15 +36,7 @@ def open_plain(path: Path) -> BufferedReader:
 
 
 def read_plain(path: Path, most: int) -> bytes:
-    """Return the content of a plain file of at most `most` bytes.
-
-    Raises
-    ------
-    NotPlain
-        As `open_plain` does, or if the file is larger.
-    OSError
-        If there is no file, or it cannot be opened.
-    """
+    """Return the content of a plain file of at most `most` bytes; raise as `open_plain`, or `NotPlain` if larger."""
     with open_plain(path) as file:
         content = file.read(most + 1)
     if len(content) > most:

@@ -29,14 +29,9 @@ def sealed(content: Mapping[str, Any]) -> str:
 
 
 def read_sealed(path: Path) -> dict[str, Any]:
-    """Return the content of a sealed file without its seal.
+    """Return the content of a sealed file without its seal; raise `FileNotFoundError` if there is no file.
 
-    Raises
-    ------
-    FileNotFoundError
-        If there is no file.
-    Broken
-        If a bit of it has changed since it was sealed, or it never held a JSON object with a seal.
+    Raises `Broken` if a bit of it has changed since it was sealed, or it never held a JSON object with a seal.
     """
     try:
         blob = read_plain(path, MAX_BYTES)
@@ -44,21 +39,16 @@ def read_sealed(path: Path) -> dict[str, Any]:
         raise
     except OSError as error:  # a folder or a device in its place, a file that may not be read, or is too large
         raise Broken(unreadable(error)) from None
-    content = _parsed(blob)
-    if SEAL not in content:
-        raise Broken("has no SHA-256 checksum")
-    if not _agrees(blob, content, content.pop(SEAL)):
-        raise Broken("does not match its SHA-256 checksum")
-    return content
-
-
-def _parsed(blob: bytes) -> dict[str, Any]:
     try:
         content = json.loads(blob.decode("utf-8"))
     except (ValueError, RecursionError):
         content = None
     if not isinstance(content, dict):
         raise Broken("contains no JSON object")
+    if SEAL not in content:
+        raise Broken("has no SHA-256 checksum")
+    if not _agrees(blob, content, content.pop(SEAL)):
+        raise Broken("does not match its SHA-256 checksum")
     return content
 
 

@@ -92,10 +92,7 @@ def to_json(thing: Any) -> Any:
 def from_json(kind: type[T], given: Any) -> T:
     """Return the object written by `to_json`; keys that the type does not have are ignored.
 
-    Raises
-    ------
-    ValueError
-        If a key is missing, or holds something else than its field; the message has the path to it.
+    Raises `ValueError` with the path to a key that is missing, or holds something else than its field.
     """
     from pydantic import ValidationError
 

@@ -4,6 +4,7 @@ import os
 from abc import abstractmethod
 from collections.abc import Callable
 from concurrent.futures import Executor, Future
+from contextlib import suppress
 from math import inf
 from pathlib import Path
 from typing import ParamSpec, TypeVar
@@ -76,13 +77,9 @@ def machine_memory() -> float:
     """Return the memory limit of this process in bytes: that of the machine or of its container."""
     import psutil
 
-    return min([float(psutil.virtual_memory().total), *(limit for place in _LIMITS if (limit := _limit(place)))])
-
-
-def _limit(place: str) -> float | None:
-    """Return the limit of a container, None where there is none."""
-    try:
-        text = Path(place).read_text(encoding="ascii").strip()
-    except (OSError, ValueError):
-        return None
-    return float(text) if text.isdigit() else None
+    limits = [float(psutil.virtual_memory().total)]
+    for place in _LIMITS:  # those of a container, where there is one
+        with suppress(OSError, ValueError):
+            text = Path(place).read_text(encoding="ascii").strip()
+            limits += [float(text)] if text.isdigit() and int(text) > 0 else []
+    return min(limits)

@@ -32,24 +32,15 @@ CONNECT_S = 10.0
 FAREWELL_S = 5.0  # for telling the workers that a command ends
 _LOUD = ("distributed", "tornado", "asyncio", "bokeh")
 _MOST_PROCESSES = 256
-_KILLED = ("KilledWorker", "NoValidWorkerError")
+_KILLED, _OF_DASK = ("KilledWorker", "NoValidWorkerError"), ("distributed", "tornado")
 _making = threading.Lock()
 
 
 class DaskExecutor(RunExecutor):
-    """Computes calls on the workers of the Dask scheduler at ``HOST:PORT``.
+    """Computes calls on the workers of the Dask scheduler at ``HOST:PORT``, each within a time limit in s.
 
-    Parameters
-    ----------
-    address : str
-        Of the scheduler.
-    time_limit : float, optional
-        How long a call may take, s, counted from the moment it begins on a worker.
-
-    Raises
-    ------
-    UsageError
-        If Dask is not installed, no one answers, or a worker has no stemcal or another version or code of it.
+    The limit counts from the moment a call begins on a worker. Raises `UsageError` if Dask is not installed, no one
+    answers, or a worker has no stemcal or another version or code of it.
     """
 
     def __init__(self, address: str, time_limit: float | None = None) -> None:
@@ -102,15 +93,12 @@ class DaskExecutor(RunExecutor):
         try:
             future.set_result(task.result())
         except BaseException as error:
-            future.set_exception(self._translated(error))
-
-    def _translated(self, error: BaseException) -> BaseException:
-        """Return Dask's words for a run that outlived too many workers, and for a lost cluster, as ours."""
-        if type(error).__name__ in _KILLED:
-            return WorkerDied(f"the Dask workers of this run were lost: {error}")
-        if isinstance(error, CancelledError) or type(error).__module__.partition(".")[0] in ("distributed", "tornado"):
-            return self._lost()
-        return error
+            if type(error).__name__ in _KILLED:  # a run that outlived too many workers
+                future.set_exception(WorkerDied(f"the Dask workers of this run were lost: {error}"))
+            elif isinstance(error, CancelledError) or type(error).__module__.partition(".")[0] in _OF_DASK:
+                future.set_exception(self._lost())
+            else:
+                future.set_exception(error)
 
     def _lost(self) -> ClusterLost:
         return ClusterLost(
@@ -183,17 +171,10 @@ def _at_most(seconds: float, farewell: Callable[[], object]) -> None:
     thread.join(seconds)
 
 
-def _scheme() -> str:
-    """Return the protocol of the scheduler: encrypted if Dask's configuration has certificates for it."""
-    import dask
-
-    encrypted = dask.config.get("distributed.comm.require-encryption", False)
-    return "tls" if encrypted or dask.config.get("distributed.comm.tls.client.cert", None) else "tcp"
-
-
 def _connected(address: str) -> Any:
     """Return a client of the scheduler at an address."""
     try:
+        import dask
         from distributed import Client
     except ImportError:
         raise UsageError(
@@ -203,7 +184,10 @@ def _connected(address: str) -> Any:
         if name.partition(".")[0] in _LOUD:
             logging.getLogger(name).setLevel(logging.CRITICAL + 1)
     warnings.filterwarnings("ignore", module="distributed")
-    url, found = f"{_scheme()}://{address}", list[Any]()
+    # encrypted if Dask's configuration has certificates for it
+    encrypted = dask.config.get("distributed.comm.require-encryption", False)
+    scheme = "tls" if encrypted or dask.config.get("distributed.comm.tls.client.cert", None) else "tcp"
+    url, found = f"{scheme}://{address}", list[Any]()
     # Dask's client waits for minutes where a port is silent or speaks another protocol
     _at_most(CONNECT_S, lambda: found.append(Client(url, timeout=CONNECT_S, set_as_default=False)))
     if not found:

@@ -26,18 +26,10 @@ _ONE_THREAD = dict.fromkeys(
 
 
 class LocalExecutor(RunExecutor):
-    """Computes calls in `workers` processes of this machine.
+    """Computes calls in `workers` processes of this machine, by default one per core, each within a time limit in s.
 
-    Parameters
-    ----------
-    workers : int, optional
-        How many; default, one per core. Processes start when there is work for them.
-    time_limit : float, optional
-        How long a call may take, s, counted from the moment a worker begins it.
-
-    Notes
-    -----
-    Leaving a ``with`` block by an exception (Ctrl-C) ends the workers at once and cancels what has not begun.
+    Processes start when there is work for them; the limit counts from the moment a worker begins a call. Leaving a
+    ``with`` block by an exception (Ctrl-C) ends the workers at once and cancels what has not begun.
     """
 
     def __init__(self, workers: int | None = None, time_limit: float | None = None) -> None:
