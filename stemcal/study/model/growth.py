@@ -49,34 +49,6 @@ class Growth(Frozen):
 
 
 @dataclass(frozen=True)
-class MayGrow:
-    """Marks a parameter of the type `plain` that may also be a `Growth`, written as a mapping."""
-
-    plain: Any
-
-    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        def read(
-            given: Any, one: core_schema.ValidatorFunctionWrapHandler, info: core_schema.ValidationInfo
-        ) -> float | Growth:
-            if isinstance(given, Growth):
-                return given
-            if not isinstance(given, Mapping):
-                return float(one(given))
-            grown = Growth.model_validate(given, context=info.context)
-            return grown.model_copy(update={"value": None if grown.value is None else one(grown.value)})
-
-        plain = handler.generate_schema(self.plain)
-        forms = core_schema.union_schema([plain, handler.generate_schema(Growth)])
-        return core_schema.json_or_python_schema(
-            json_schema=core_schema.with_info_wrap_validator_function(read, forms),  # the JSON schema lists both
-            python_schema=core_schema.with_info_wrap_validator_function(read, plain),
-            serialization=core_schema.plain_serializer_function_ser_schema(
-                lambda value: value.model_dump(mode="json") if isinstance(value, Growth) else value
-            ),
-        )
-
-
-@dataclass(frozen=True)
 class Interpolated:
     """A value measured on stems of several diameters, mm, in rising order: interpolated between them, none beyond.
 
@@ -112,43 +84,49 @@ _SAME: Final = 1e-6  # mm, between diameters that are one
 
 @dataclass(frozen=True)
 class OverDiameter:
-    """Marks a value of the type `plain`, a number or a length, that may also be a `Growth` or a `Interpolated`."""
+    """Marks a value of the type `plain`, a number or a length, that may also be a `Growth` or a `Interpolated`.
+
+    With `only_grows` it is no `Interpolated`, and the exponent may be a factor.
+    """
 
     plain: Any
+    only_grows: bool = False
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        def read(given: Any, one: core_schema.ValidatorFunctionWrapHandler, info: core_schema.ValidationInfo) -> Any:
-            if isinstance(given, Growth | Interpolated):
-                return given
-            if not isinstance(given, Mapping):
-                return one(given)
-            if given.keys() & Growth.model_fields.keys():
-                grown = Growth.model_validate(given, context=info.context)
-                if isinstance(grown.exponent, str):
-                    wrong = complain(f"the exponent {grown.exponent!r} is not a number", "write a number, such as 2")
-                    entry = InitErrorDetails(type=wrong, loc=("exponent",), input=given)
-                    raise ValidationError.from_exception_data("exponent", [entry])
-                value = None if grown.value is None else _in_mm(one(grown.value), grown.at)
-                return grown.model_copy(update={"value": value})
-            diameters = {_diameter(key, info): value for key, value in given.items()}
-            if not diameters:
-                raise complain("no diameter is given", "write lines such as `8 mm: 0.5 mm`")
-            return Interpolated(tuple((d, _in_mm(one(value), d)) for d, value in sorted(diameters.items())))
-
         plain = handler.generate_schema(self.plain)
-        measured = core_schema.dict_schema(core_schema.str_schema(), plain)
-        forms = core_schema.union_schema([plain, handler.generate_schema(Growth), measured])
+        forms = [plain, handler.generate_schema(Growth)]
+        if not self.only_grows:
+            forms.append(core_schema.dict_schema(core_schema.str_schema(), plain))
         return core_schema.json_or_python_schema(
-            json_schema=core_schema.with_info_wrap_validator_function(read, forms),
-            python_schema=core_schema.with_info_wrap_validator_function(read, plain),
+            # the JSON schema lists all forms
+            json_schema=core_schema.with_info_wrap_validator_function(self._read, core_schema.union_schema([*forms])),
+            python_schema=core_schema.with_info_wrap_validator_function(self._read, plain),
             serialization=core_schema.plain_serializer_function_ser_schema(_written),
         )
 
-
-def _diameter(key: Any, info: core_schema.ValidationInfo) -> float:
-    if not isinstance(key, str):
-        raise complain(f"{key} is not a diameter with a unit", "write lines such as `8 mm: 0.5 mm`")
-    return _DIAMETER.read(key, info)
+    def _read(
+        self, given: Any, plain: core_schema.ValidatorFunctionWrapHandler, info: core_schema.ValidationInfo
+    ) -> Any:
+        if isinstance(given, Growth | Interpolated):
+            return given
+        if not isinstance(given, Mapping):
+            return plain(given)
+        if self.only_grows or given.keys() & Growth.model_fields.keys():
+            grown = Growth.model_validate(given, context=info.context)
+            if isinstance(grown.exponent, str) and not self.only_grows:
+                wrong = complain(f"the exponent {grown.exponent!r} is not a number", "write a number, such as 2")
+                entry = InitErrorDetails(type=wrong, loc=("exponent",), input=given)
+                raise ValidationError.from_exception_data("exponent", [entry])
+            value = None if grown.value is None else _in_mm(plain(grown.value), grown.at)
+            return grown.model_copy(update={"value": value})
+        points = {}
+        for key, value in given.items():
+            if not isinstance(key, str):
+                raise complain(f"{key} is not a diameter with a unit", "write lines such as `8 mm: 0.5 mm`")
+            points[_DIAMETER.read(key, info)] = value
+        if not points:
+            raise complain("no diameter is given", "write lines such as `8 mm: 0.5 mm`")
+        return Interpolated(tuple((d, _in_mm(plain(value), d)) for d, value in sorted(points.items())))
 
 
 _DIAMETER: Final = Quantity("length", above=0)

@@ -194,17 +194,6 @@ TESTS: Registry[LaboratoryKind] = Registry(
 AnyTest = Annotated[LaboratorySection, OneOf(TESTS, "laboratory test")]
 
 
-def named_responses(tests: Sequence[LaboratorySection]) -> tuple[Variable, ...]:
-    """Return the measured responses of all tests as the study's own."""
-    found = []
-    for test in tests:
-        for one in test.responses:
-            if one.name in test.measured:
-                label = f"{test.name.replace('_', ' ')} {words_of(one)}"
-                found.append(Variable(test.called(one.name), capital(label), one.symbol, one.unit))
-    return tuple(found)
-
-
 def words_of(response: Response) -> str:
     """Return the words for a response behind the name of a laboratory test."""
     return response.of_test or response.noun or small(response.label)
@@ -212,8 +201,14 @@ def words_of(response: Response) -> str:
 
 def naming_with(targets: Targets, tests: Sequence[LaboratorySection]) -> Vocabulary:
     """Return the names of a cutting study: its force, what else was measured in a cut, in tests, and from curves."""
+    own = []
+    for test in tests:
+        for response in test.responses:
+            if response.name in test.measured:
+                label = capital(f"{test.name.replace('_', ' ')} {words_of(response)}")
+                own.append(Variable(test.called(response.name), label, response.symbol, response.unit))
+    own += named_modes(targets.modes.values())
     measured = dict.fromkeys(name for target in targets.means for name in target.further)
-    own = (*named_responses(tests), *named_modes(targets.modes.values()))
     naming = (Vocabulary(DIAMETER, (FORCE,)) if own else CUTTING).measuring(measured)
     return replace(naming, responses=(*naming.responses, *own))
 

@@ -5,7 +5,7 @@ from typing import Annotated, Any, Final, Literal, Self
 
 from pydantic import BeforeValidator, Field, InstanceOf, PlainSerializer, ValidationInfo, WithJsonSchema
 
-from stemcal.study.model.growth import Growth, Interpolated, MayGrow, OverDiameter, value_at
+from stemcal.study.model.growth import Growth, Interpolated, OverDiameter, value_at
 from stemcal.study.types.factor import PARAMETERS
 from stemcal.study.types.field_types import (
     MOST,
@@ -23,11 +23,13 @@ from stemcal.study.types.field_types import (
     field_or_none,
 )
 
-Stress = Annotated[float | Growth, MayGrow(Annotated[float, Quantity("stress")])]
+Stress = Annotated[float | Growth, OverDiameter(Annotated[float, Quantity("stress")], only_grows=True)]
 GAP: Final = 0.001  # distance of the edge from the stem at the start, mm
 DAMPING: Final = 0.5  # of the contact, as a share of the critical one
 _WHOLE_STROKE = Length(divisor=1 / 1.5)  # of a cut all the way through
-Ratio = Annotated[float | Growth, MayGrow(Number)]
+Ratio = Annotated[float | Growth, OverDiameter(Number, only_grows=True)]
+_Density = Annotated[float | Growth, OverDiameter(Annotated[float, Quantity("density")], only_grows=True)]
+_Rate = Annotated[float | Growth, OverDiameter(Annotated[float, Quantity("rate")], only_grows=True)]
 
 
 class SpecimenSection(Frozen):
@@ -217,7 +219,7 @@ class MaterialSection(Frozen):
     `{value: 15 MPa, at: 8 mm, exponent: 0.5}`. Omit `value` if the parameter is a factor.
     """
 
-    density: Annotated[float | Growth, MayGrow(Annotated[float, Quantity("density")])] | None = None
+    density: _Density | None = None
     """Mass density."""
     elastic_modulus: Stress | None = None
     """Young's modulus E."""
@@ -229,7 +231,7 @@ class MaterialSection(Frozen):
     """Slope Et of the stress–strain curve beyond yield."""
     hardening_parameter: Ratio | None = None
     """Type of hardening: 0 is kinematic, 1 is isotropic, and values in between are mixed."""
-    strain_rate_c: Annotated[float | Growth, MayGrow(Annotated[float, Quantity("rate")])] | None = None
+    strain_rate_c: _Rate | None = None
     """Parameter C of the strain-rate law; a larger C reduces the effect of the strain rate on the yield stress."""
     strain_rate_p: Ratio | None = None
     """Parameter P of the strain-rate law."""

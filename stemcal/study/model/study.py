@@ -16,11 +16,7 @@ from pydantic import BaseModel, ConfigDict, Field, PrivateAttr, create_model
 
 from stemcal.errors import UsageError
 from stemcal.formats import counted, did_you_mean
-from stemcal.study.model.laboratory_kind import (
-    AnyTest,
-    LaboratorySection,
-    naming_with,
-)
+from stemcal.study.model.laboratory_kind import AnyTest, LaboratorySection, naming_with
 from stemcal.study.model.layers import MOST_LAYERS, NO_RATE, LayerSection, Place, own_values, places
 from stemcal.study.model.measured_targets import Target, Targets
 from stemcal.study.model.shear_test import (

@@ -32,22 +32,15 @@ _NUMBER = re.compile(r"[-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]+)?
 
 
 def finding_of(error: Mapping[str, Any], path: NodePath, shown_path: NodePath) -> Finding:
-    """Return one pydantic error as a finding.
+    """Return one entry of `ValidationError.errors()` as a finding.
 
-    Parameters
-    ----------
-    error
-        One entry of `ValidationError.errors()`.
-    path
-        Where it is in the spec, without pydantic's own words.
-    shown_path
-        The same, with the kind of solver still in it, for looking up known keys.
+    `path` is its place in the spec, without pydantic's own words; `shown_path` also has the kind of solver, for looking
+    up known keys.
     """
     kind = error["type"]
     if kind == "stemcal":
         return Finding(path, error["ctx"]["message"], error["ctx"]["remedy"])
-    special = _SPECIAL.get(kind)
-    if special is not None:
+    if (special := _SPECIAL.get(kind)) is not None:
         return special(error, path, shown_path)
     if kind in _KINDS:
         return Finding(path, *_wrong_kind(error["input"], *_KINDS[kind]))
@@ -135,13 +128,7 @@ def _show(given: Any) -> str:
 
 
 def checked(kind: Any, given: object, name: str) -> Any:
-    """Return a value of a type of the model, such as `Size` for ``8`` or ``"8 mm"``.
-
-    Raises
-    ------
-    UsageError
-        With what is wrong with it, and the remedy.
-    """
+    """Return a value of a type of the model, such as `Size` for ``8`` or ``"8 mm"``; raise `UsageError` for another."""
     try:
         return TypeAdapter(kind).validate_python(given)
     except ValidationError as error:

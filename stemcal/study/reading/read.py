@@ -28,7 +28,14 @@ def load_study(path: str | Path, **changes: object) -> Study:
     `changes` are laid over the spec: by the name of a section or a factor a mapping is merged, another value replaces.
     """
     path = Path(path)
-    return read_study(_content(path), path, changes)
+    try:
+        with open_plain(path) as file:
+            content = file.read(MAX_BYTES + 1)
+    except (OSError, ValueError) as error:
+        shown = f"{str(path)[:200]}{'…' if len(str(path)) > 200 else ''}"
+        unread = SpecProblem(shown, 1, 1, "", f"the spec {unreadable(error)}", "check the path of the spec")
+        raise SpecError([unread]) from None
+    return read_study(content, path, changes)
 
 
 def read_study(content: bytes, path: Path, changes: Mapping[str, object] | None = None) -> Study:
@@ -43,7 +50,12 @@ def read_study(content: bytes, path: Path, changes: Mapping[str, object] | None 
     problems += _without_echo(path, document, findings, {problem.line for problem in problems})
     if problems:
         raise SpecError(problems)
-    return _study(path, document, read.good)
+    values = {**read.good, "factors": tuple(read.good["factors"].values()), "source": path.absolute()}
+    values["title"] = values["title"] or values["name"]
+    study = Study.model_validate(values)
+    doubtful = ((document.place(doubt.path, doubt.at_key), doubt) for doubt in doubts(study))
+    warnings = tuple(str(_problem(path, document, *both)) for both in doubtful)
+    return study.model_copy(update={"warnings": warnings})
 
 
 def _changed(data: Any, changes: Mapping[str, object]) -> Any:
@@ -56,17 +68,6 @@ def _changed(data: Any, changes: Mapping[str, object]) -> Any:
         else:
             data[name] = value
     return data
-
-
-def _content(path: Path) -> bytes:
-    try:
-        with open_plain(path) as file:
-            return file.read(MAX_BYTES + 1)
-    except (OSError, ValueError) as error:
-        shown = f"{str(path)[:200]}{'…' if len(str(path)) > 200 else ''}"
-        raise SpecError(
-            [SpecProblem(shown, 1, 1, "", f"the spec {unreadable(error)}", "check the path of the spec")]
-        ) from None
 
 
 def _draft(data: Any, sections: Sections) -> Draft:
@@ -108,28 +109,16 @@ def _shown(path: NodePath, data: Any) -> str:
     return "".join(words).removeprefix(".").replace("\n", " ")
 
 
-def _study(path: Path, document: Document, sections: dict[str, Any]) -> Study:
-    values = {**sections, "factors": tuple(sections["factors"].values()), "source": path.absolute()}
-    values["title"] = values["title"] or values["name"]
-    study = Study.model_validate(values)
-    places = ((document.place(doubt.path, doubt.at_key), doubt) for doubt in doubts(study))
-    warnings = tuple(str(_problem(path, document, *both)) for both in places)
-    return study.model_copy(update={"warnings": warnings})
-
-
 # ---- what must hold between the values of a spec
 
 
 def broken_rules(draft: Draft) -> list[Finding]:
     """Return everything the rules find wrong with `draft`: those of its values, of its solver and of the stages."""
     solver = field_or_none(draft.study, "solver")
-    own = () if solver is None else draft.kind.rules
-    found = [
-        *(rule(draft) for rule in (*factors.RULES, *layers.RULES, *target_rules.RULES)),
-        *(rule(draft, solver) for rule in own),
-    ]
-    found += [rule(draft) for stage in STAGES.with_(draft.study.further) for rule in stage.rules()]
-    return [finding for findings in found for finding in _as_far_as_read(findings)]
+    broken = [rule(draft) for rule in (*factors.RULES, *layers.RULES, *target_rules.RULES)]
+    broken += [] if solver is None else [rule(draft, solver) for rule in draft.kind.rules]
+    broken += [rule(draft) for stage in STAGES.with_(draft.study.further) for rule in stage.rules()]
+    return [finding for findings in broken for finding in _as_far_as_read(findings)]
 
 
 def _as_far_as_read(findings: Iterator[Finding]) -> Iterator[Finding]:

@@ -60,16 +60,11 @@ class Sections:
 
     @property
     def context(self) -> dict[str, Any]:
-        """The context that the types of the model need for a value."""
-        return {"spec": self.folder, "naming": self.naming, "measured": self._measured}
-
-    @property
-    def _measured(self) -> Collection[str] | None:
-        """The names of the responses that were measured; None as long as that is unknown."""
-        targets = self.good.get("targets")
-        if not _complete(targets):
-            return None
-        return {self.naming.response.name, *(name for target in targets.means for name in target.further)}
+        """The context that the types of the model need for a value; what was measured is None while it is unknown."""
+        targets, measured = self.good.get("targets"), None
+        if _complete(targets):
+            measured = {self.naming.response.name, *(name for target in targets.means for name in target.further)}
+        return {"spec": self.folder, "naming": self.naming, "measured": measured}
 
     def read(self, name: str, given: Any) -> None:
         """Read a section; of one that is wrong, what is good of it."""
@@ -93,7 +88,15 @@ class Sections:
             if key in known:
                 continue
             if (stage := STAGES.named(key)) is None or (kind := stage.section()) is None:
-                self.findings.append(_unknown_section(key, known, self.data))
+                near, section = nearest(key, known), section_with(key)
+                remedy = f"remove the key; known sections are {listed(known)}"
+                if near in self.data:
+                    remedy = f"move its entries to the `{near}` section, and remove the key"
+                elif near or section:
+                    remedy = f"did you mean {near}?" if near else f"move the key to the `{section}` section"
+                if (broken := STAGES.broken.get(key)) is not None:
+                    remedy = f"the {key[:60]} stage cannot be loaded: {broken}"
+                self.findings.append(Finding((key,), f"unknown key {key[:60]!r}", remedy, at_key=True))
                 continue
             try:
                 further[key] = kind.model_validate(self.data[key] or {}, context=self.context)
@@ -204,18 +207,6 @@ def _complete(targets: Targets | None) -> TypeGuard[Targets]:
 def spelled(name: str) -> str:
     """Return the key of a section in a spec."""
     return str(StudyForm.model_fields[name].validation_alias or name)
-
-
-def _unknown_section(key: str, known: Collection[str], given: Collection[str]) -> Finding:
-    near, section = nearest(key, known), section_with(key)
-    remedy = f"remove the key; known sections are {listed(known)}"
-    if near in given:
-        remedy = f"move its entries to the `{near}` section, and remove the key"
-    elif near or section:
-        remedy = f"did you mean {near}?" if near else f"move the key to the `{section}` section"
-    if (broken := STAGES.broken.get(key)) is not None:
-        remedy = f"the {key[:60]} stage cannot be loaded: {broken}"
-    return Finding((key,), f"unknown key {key[:60]!r}", remedy, at_key=True)
 
 
 def _kind(section: str) -> Any:

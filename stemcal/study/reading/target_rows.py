@@ -28,28 +28,29 @@ from stemcal.study.types.named import as_written, quantity
 from stemcal.study.types.strict_yaml import Finding, NodePath
 from stemcal.vocabulary import DIAMETER, FORCE, NOWHERE, Variable, Vocabulary
 
-_MOST_NAMES = 10
+_MOST_NAMES, _MOST_ROWS = 10, 1000
 _WHOLE = CurveOptions(preload=0.0)  # where noisy points pass the preload is found once they are smoothed
 
 
-def _summarised(curves: Sequence[Curve], row: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a row of targets with force, standard deviation and number of specimens of its curves."""
-    forces = summarise([float(force.max()) for _, force in curves])
-    given = row.get("sd")
-    sd = dict(given) if isinstance(given, dict) else {}
-    if forces.sd is not None:
-        sd["force"] = f"{forces.sd:.4g} N"
-    return {**row, "force": f"{forces.mean:.5g} N", "n": forces.n, **({"sd": sd} if sd else {})}
-
-
 def _curves_in(patterns: Sequence[str], folder: Path, path: NodePath) -> tuple[list[Curve], list[Finding]]:
-    """Return the smoothed curves of all files, and what is wrong with these."""
+    """Return the smoothed curves of all files that patterns name, and what is wrong with these.
+
+    Each pattern names some file, and none outside the folder of the spec.
+    """
+    read: list[Curve] = []
     read: list[Curve] = []
     wrong: list[Finding] = []
-    try:
-        files = _files(patterns, folder)
-    except UsageError as error:
-        return read, [Finding(path, str(error), "list force–travel files from the spec folder")]
+    files: dict[Path, None] = {}
+    for pattern in patterns:
+        try:
+            matches = sorted(path for path in folder.glob(pattern) if path.is_file())
+        except (ValueError, NotImplementedError, OSError):
+            matches = []
+        inside = [file for file in matches if file.resolve().is_relative_to(folder.resolve())]
+        if not inside:
+            remedy = "list force–travel files from the spec folder"
+            return read, [Finding(path, f"no file matches {pattern[:100]}", remedy)]
+        files |= dict.fromkeys(inside)
     for file in files:
         try:
             read += [without_noise(curve.travel, curve.force) for curve in read_curves(file, _WHOLE)]
@@ -61,24 +62,6 @@ def _curves_in(patterns: Sequence[str], folder: Path, path: NodePath) -> tuple[l
         remedy = f"measure at least {FEWEST} specimens, or write `force` and `sd` instead of `curves`"
         wrong.append(Finding(path, message, remedy))
     return read, wrong[:_MOST_NAMES]
-
-
-def _files(patterns: Sequence[str], folder: Path) -> list[Path]:
-    """Return the files that patterns name, in their order; each pattern some, none outside the folder of the spec."""
-    found: dict[Path, None] = {}
-    for pattern in patterns:
-        try:
-            files = sorted(path for path in folder.glob(pattern) if path.is_file())
-        except (ValueError, NotImplementedError, OSError):
-            files = []
-        inside = [path for path in files if path.resolve().is_relative_to(folder.resolve())]
-        if not inside:
-            raise UsageError(f"no file matches {pattern[:100]}")
-        found |= dict.fromkeys(inside)
-    return list(found)
-
-
-_MOST_ROWS = 1000
 
 
 @dataclass
@@ -150,7 +133,7 @@ class TargetRows:
         self.means.append(target)
 
     def _with_curves(self, index: int, row: Mapping[str, Any]) -> Mapping[str, Any]:
-        """Return a row with the force of its curves if it has no other."""
+        """Return a row with force, standard deviation and number of specimens of its curves if it has no force."""
         patterns = row.get("curves")
         patterns = [patterns] if isinstance(patterns, str) else patterns
         if not isinstance(patterns, list) or not patterns or not all(isinstance(one, str) for one in patterns):
@@ -162,7 +145,13 @@ class TargetRows:
         if wrong:
             return row
         self.curves[index] = read
-        return row if "force" in row else _summarised(read, row)
+        if "force" in row:
+            return row
+        forces = summarise([float(force.max()) for _, force in read])
+        sd = dict(row["sd"]) if isinstance(row.get("sd"), dict) else {}
+        if forces.sd is not None:
+            sd["force"] = f"{forces.sd:.4g} N"
+        return {**row, "force": f"{forces.mean:.5g} N", "n": forces.n, **({"sd": sd} if sd else {})}
 
     def _find(self, path: NodePath, message: str, remedy: str) -> None:
         self.findings.append(Finding(path, message, remedy))
@@ -173,7 +162,14 @@ class TargetRows:
             return None
         targets = Targets(calibrate_at=calibrate_at, means=tuple(self.means))
         if self.curves and all(has_fields(target, "condition", "response") for target in self.means):
-            return _scored(targets, self.curves, stiffness)
+            places = {target.row: place for place, target in enumerate(targets.means)}
+            at = [row for row in self.curves if isclose(targets.means[places[row]].condition, targets.calibrate_at)]
+            most, modes = MOST, {}  # at other conditions no more than where is calibrated
+            for row in [*at, *(row for row in self.curves if row not in at)]:
+                modes[places[row]] = modes_of(self.curves[row], stiffness, most)
+                most = len(modes[places[row]].weights) if row in at else most
+            travels = {places[row]: _travel_of(each, stiffness) for row, each in self.curves.items()}
+            return targets.with_modes(modes, travels)
         return targets
 
     def calibrated_at(self, chosen: Any, outer_diameter: float | None) -> float | None:
@@ -301,18 +297,6 @@ def _value(
     if value < at_least:
         raise complain(f"the standard deviation of {named.text(value)} is negative", "write a value of 0 or more")
     return value
-
-
-def _scored(targets: Targets, curves: Mapping[int, Sequence[Curve]], stiffness: float | None) -> Targets:
-    """Return targets with the modes of their curves, at other conditions no more than where is calibrated."""
-    places = {target.row: place for place, target in enumerate(targets.means)}
-    at = [row for row in curves if isclose(targets.means[places[row]].condition, targets.calibrate_at)]
-    most, found = MOST, {}
-    for row in [*at, *(row for row in curves if row not in at)]:
-        found[places[row]] = modes_of(curves[row], stiffness, most)
-        most = len(found[places[row]].weights) if row in at else most
-    travels = {places[row]: _travel_of(each, stiffness) for row, each in curves.items()}
-    return targets.with_modes(found, travels)
 
 
 def _travel_of(curves: Sequence[Curve], stiffness: float | None) -> Mean:

@@ -51,13 +51,11 @@ def _priors_fit(draft: Draft) -> Iterator[Finding]:
     for index, factor in draft.factors.items():
         if (prior := factor.prior) is None:
             continue
-        path: NodePath = ("factors", index, "prior", "mean")
         if not factor.low - 3 * prior.sd <= prior.mean <= factor.high + 3 * prior.sd:
-            given = f"{prior.mean:g} ± {prior.sd:g}"
-            message = (
-                f"the prior distribution ({given}) does not overlap the range from {factor.low:g} to {factor.high:g}"
-            )
-            yield Finding(path, message, "correct the prior or the range; both are in the unit of the factor")
+            given, ends = f"{prior.mean:g} ± {prior.sd:g}", f"{factor.low:g} to {factor.high:g}"
+            message = f"the prior distribution ({given}) does not overlap the range from {ends}"
+            remedy = "correct the prior or the range; both are in the unit of the factor"
+            yield Finding(("factors", index, "prior", "mean"), message, remedy)
 
 
 def _factors_are_known(draft: Draft) -> Iterator[Finding]:
@@ -84,11 +82,8 @@ def _factors_are_known(draft: Draft) -> Iterator[Finding]:
         try:
             units.parse_unit(factor.unit, parameter.dimension)
         except units.UnitError as error:
-            message = error.message
-            if factor.unit == "1":
-                message = f"the {parameter.label} requires a unit"
-            path: NodePath = ("factors", index, "unit")
-            yield Finding(path, message, error.remedy)
+            message = f"the {parameter.label} requires a unit" if factor.unit == "1" else error.message
+            yield Finding(("factors", index, "unit"), message, error.remedy)
 
 
 def _may_be_of_wrong_section(draft: Draft, name: str) -> bool:
@@ -131,7 +126,10 @@ def wrong_levels(study: Study, levels: Mapping[str, float], diameter: float | No
     given, around_stem = study.parameters(levels, diameter), (FRICTION, *SETTINGS)
     around = {one.name: one.internal(levels[one.name]) for one in study.factors if one.name in around_stem}
     growing = [name for name, place in study.places.items() if isinstance(place.given, Growth)]
-    for name, value in (given | around | _levels_of_layers(study, levels)).items():
+    chosen = {**study.midlevels(), **levels}
+    further = [one for one in study.factors if one.name in study.places.keys() - EMBEDDED.keys() and one.unit != "1"]
+    of_layers = {factor.name: factor.internal(chosen[factor.name]) for factor in further}
+    for name, value in (given | around | of_layers).items():
         parameter = study.places[name].parameter
         shown = units.from_internal(value, parameter.unit)
         if name in (*study.names, *growing) and (wrong := parameter.outside(shown)):
@@ -143,13 +141,6 @@ def wrong_levels(study: Study, levels: Mapping[str, float], diameter: float | No
     yield from dict.fromkeys(flaw for layer in stem if (flaw := layer.flaw) is not None)
     if any(layer.along["tangent_modulus"] >= layer.along["elastic_modulus"] for layer in stem):
         yield "`tangent_modulus` must be below `elastic_modulus`; reduce `tangent_modulus`"
-
-
-def _levels_of_layers(study: Study, levels: Mapping[str, float]) -> dict[str, float]:
-    """Return the levels of factors of layers and fibres that have a unit, internal units."""
-    chosen = {**study.midlevels(), **levels}
-    further = [one for one in study.factors if one.name in study.places.keys() - EMBEDDED.keys() and one.unit != "1"]
-    return {factor.name: factor.internal(chosen[factor.name]) for factor in further}
 
 
 def _material_is_given_once(draft: Draft) -> Iterator[Finding]:
@@ -212,11 +203,8 @@ def _rate_parameters_are_used(draft: Draft) -> Iterator[Finding]:
     places |= {place.path: name for name, place in draft.places.items() if place.given is not None}
     for path, name in places.items():
         if name.endswith(RATE):
-            yield Finding(
-                path,
-                f"{name} has no effect with `rate_law: none`",
-                "remove the parameter, or choose another `solver.rate_law`",
-            )
+            remedy = "remove the parameter, or choose another `solver.rate_law`"
+            yield Finding(path, f"{name} has no effect with `rate_law: none`", remedy)
 
 
 def _material_is_complete(draft: Draft) -> Iterator[Finding]:
@@ -225,21 +213,17 @@ def _material_is_complete(draft: Draft) -> Iterator[Finding]:
         return
     meant = {nearest(name, PARAMETERS) for name in draft.names if name not in SETTINGS}
     wrong = {name for name in PARAMETERS if not has_fields(draft.study.material, name)}  # reported already
-    given = {*_in_material(draft), *wrong, *draft.names, *meant, *(RATE if draft.study.solver.rate == "none" else ())}
+    given = {*draft.study.material.given(), *draft.growing, *wrong, *draft.names, *meant}
+    given |= set(RATE if draft.study.solver.rate == "none" else ())
     for name, parameter in PARAMETERS.items():
-        if name in given or _in_all_layers(draft, name):
+        in_layers = [getattr(one, name) is not None or f"{one.name}_{name}" in draft.names for one in draft.layers]
+        if name in given or (in_layers and all(in_layers)):
             continue
         message = f"the {draft.study.solver.title} solver requires `{name}` (usual range: {parameter.usual})"
         remedy = "set the parameter in the `material` section, or add the parameter to `factors`"
         if name in RATE and draft.study.solver.rate is not None:
             remedy = f"{remedy}; to neglect strain-rate effects, write `rate_law: none` in the `solver` section"
         yield Finding(("material",), message, remedy)
-
-
-def _in_all_layers(draft: Draft, name: str) -> bool:
-    """Check that each layer has its own value of a parameter."""
-    layers = draft.layers
-    return bool(layers) and all(getattr(one, name) is not None or f"{one.name}_{name}" in draft.names for one in layers)
 
 
 def _tangent_stays_below_elastic(draft: Draft) -> Iterator[Finding]:
@@ -312,11 +296,6 @@ def _reached(draft: Draft, name: str, diameter: float | None = None) -> list[flo
     return [growth.given_at(d, level, chosen) for d in diameters for level in levels for chosen in exponents]
 
 
-def _in_material(draft: Draft) -> tuple[str, ...]:
-    """Return the parameters in `material`, fixed or growing."""
-    return (*draft.study.material.given(), *draft.growing)
-
-
 def _unit_fits(draft: Draft, factor: Factor) -> bool:
     parameter = draft.places[factor.name].parameter
     return units.fits(factor.unit, parameter.dimension) or (parameter.relative and factor.unit == "1")
@@ -330,27 +309,19 @@ def _exponents_are_factors(draft: Draft) -> Iterator[Finding]:
         if not isinstance(exponent, str):
             continue
         if exponent in draft.places or exponent in EMBEDDED:
-            pure = [factor for factor in draft.names if factor not in {*EMBEDDED, *draft.places}]
+            pure = [name for name in draft.names if name not in {*EMBEDDED, *draft.places}]
             remedy = f"write a number, or the factor {listed(pure)}" if pure else "write a number, such as 0.5"
             yield Finding(path, f"the exponent cannot be the material parameter {exponent!r}", remedy)
         elif exponent not in draft.names:
             message = f"the exponent {exponent[:60]!r} is neither a number nor a factor of this study"
             yield Finding(path, message, f"add `{{name: {exponent[:40]}, low: -1, high: 2}}` to `factors`")
-        elif exponent in known and (wrong := _wrong_exponent(draft.factors[known[exponent]])):
-            yield Finding(("factors", known[exponent]), *wrong)
-
-
-def _wrong_exponent(factor: Factor) -> tuple[str, str] | None:
-    """Return the reason for which a factor cannot be an exponent, and the remedy."""
-    if factor.unit != "1":
-        return "an exponent is dimensionless", "remove the unit"
-    if max(abs(factor.low), abs(factor.high)) > MOST_EXPONENT:
-        most = f"{MOST_EXPONENT:g}"
-        return (
-            f"the range of the exponent ({factor.low:g} to {factor.high:g}) exceeds ±{most}",
-            f"use values from -{most} to {most}",
-        )
-    return None
+        elif exponent in known:
+            factor, most = draft.factors[known[exponent]], f"{MOST_EXPONENT:g}"
+            if factor.unit != "1":
+                yield Finding(("factors", known[exponent]), "an exponent is dimensionless", "remove the unit")
+            elif max(abs(factor.low), abs(factor.high)) > MOST_EXPONENT:
+                message = f"the range of the exponent ({factor.low:g} to {factor.high:g}) exceeds ±{most}"
+                yield Finding(("factors", known[exponent]), message, f"use values from -{most} to {most}")
 
 
 RULES: tuple[Callable[[Draft], Iterator[Finding]], ...] = (

@@ -42,23 +42,20 @@ def _named(declared: Any, symbol: str) -> Variable:
 def quantity(given: Any, named: Variable) -> float:
     """Return a value in the unit of what it is of: a number, or a text with a unit that measures the same.
 
-    Raises
-    ------
-    PydanticCustomError
-        With message and remedy.
+    Raises the error of `complain` for any other.
     """
-    if isinstance(given, str):
-        return _written(given, named)
-    if isinstance(given, bool) or not isinstance(given, int | float):
-        raise complain("the value is not a number", f"write a value such as {named.text(1.0)!r}")
-    return float(given)
-
-
-def _written(given: str, named: Variable) -> float:
+    if not isinstance(given, str):
+        if isinstance(given, bool) or not isinstance(given, int | float):
+            raise complain("the value is not a number", f"write a value such as {named.text(1.0)!r}")
+        return float(given)
     try:
         unit = units.parse_unit(named.unit)
-    except units.UnitError:
-        return _in_own_unit(given, named)
+    except units.UnitError:  # of this unit there is only the name
+        try:
+            return float(given.strip().removesuffix(named.unit).strip())
+        except ValueError:
+            remedy = f"write '1 {named.unit}'"
+            raise complain(f"{given[:60]!r} is not a value in {named.unit}", remedy) from None
     try:
         value = units.parse(given, unit.dimension)
     except units.UnitError as error:
@@ -74,15 +71,6 @@ def as_written(value: float, unit: str) -> float:
     """
     internal = units.INTERNAL[units.parse_unit(unit).dimension] == units.parse_unit(unit).name
     return value if internal else float(f"{units.from_internal(value, unit):.12g}")
-
-
-def _in_own_unit(given: str, named: Variable) -> float:
-    """Read a value in a unit of which stemcal has only the name."""
-    text = given.strip().removesuffix(named.unit).strip()
-    try:
-        return float(text)
-    except ValueError:
-        raise complain(f"{given[:60]!r} is not a value in {named.unit}", f"write '1 {named.unit}'") from None
 
 
 class OwnCondition(Quantity):

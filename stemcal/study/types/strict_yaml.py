@@ -26,7 +26,6 @@ MAX_PROBLEMS = 100
 
 # what unquoted scalars mean: the core schema of YAML 1.2
 _INTEGER = re.compile(r"[-+]?[0-9]+")
-_DIGITS = re.compile(r"[-+]?[0-9]+")
 _FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
 _NOT_FINITE = re.compile(r"[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)")
 _LONGEST_INTEGER = 16  # beyond about 2**53 a float is as good, and int() of thousands of digits raises
@@ -110,9 +109,8 @@ def _read_text(document: Document, text: str) -> None:
             document.data = loader.value_of(loader.get_node(), ())
         if loader.check_node():
             second: Any = loader.peek_event()  # type: ignore[no-untyped-call]
-            loader.stop(
-                second, "a second YAML document begins here", "keep one study per file, and remove the `---` line"
-            )
+            remedy = "keep one study per file, and remove the `---` line"
+            loader.stop(second, "a second YAML document begins here", remedy)
         document.complete = True
     except yaml.reader.ReaderError as error:
         before = text[: error.position]
@@ -123,16 +121,18 @@ def _read_text(document: Document, text: str) -> None:
     except yaml.MarkedYAMLError as error:
         problem = (error.problem or error.context or "no YAML").replace("\n", " ")[:200]
         remedy = next((remedy for part, remedy in _REMEDIES.items() if part in problem), "check this line")
-        document.note(_place(_mark(error)), f"the file is not valid YAML: {problem}", remedy)
+        # the place of a key without its colon is that of the key, not of the text after it
+        places = error.problem_mark, error.context_mark
+        first, second = places[::-1] if _NO_COLON in problem else places
+        document.note(_place(first or second), f"the file is not valid YAML: {problem}", remedy)
     except RecursionError:
         document.note(_TOP, "the file is nested too deeply", "a spec has up to four nesting levels; check the brackets")
     except (yaml.YAMLError, ValueError, OverflowError):
-        here = _place(loader.get_mark() if loader else None)
-        document.note(
-            here,
-            "the file is not valid YAML at this position",
+        here, remedy = (
+            _place(loader.get_mark() if loader else None),
             "check the escape sequences and the lines that begin with `%`",
         )
+        document.note(here, "the file is not valid YAML at this position", remedy)
     except _Stopped:
         pass
 
@@ -199,7 +199,7 @@ class _Loader(yaml.SafeLoader):
         for key, value in node.value if node.flow_style else ():
             last = pairs[-1][1] if pairs else None
             rest = isinstance(key, yaml.ScalarNode) and not (key.style or value.value) and key.value[:1].isdigit()
-            if rest and isinstance(last, yaml.ScalarNode) and not last.style and _DIGITS.fullmatch(last.value):
+            if rest and isinstance(last, yaml.ScalarNode) and not last.style and _INTEGER.fullmatch(last.value):
                 written = f"{last.value},{key.value}"
                 below = (*path, pairs[-1][0].value)
                 self._complain(last, f"{written[:60]!r} has a decimal comma", f"write {with_point(written)}", below)
@@ -239,12 +239,6 @@ def resolve(text: str) -> str | int | float | bool | None:
 
 def _place(mark: Any) -> Position:
     return Position(mark.line + 1, mark.column + 1) if mark is not None else _TOP
-
-
-def _mark(error: yaml.MarkedYAMLError) -> Any:
-    """Return the place of an error: for a key without its colon the key, not the text after it."""
-    first, second = error.problem_mark, error.context_mark
-    return second or first if _NO_COLON in (error.problem or "") else first or second
 
 
 _NO_COLON = "could not find expected ':'"
