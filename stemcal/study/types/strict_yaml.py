@@ -128,10 +128,8 @@ def _read_text(document: Document, text: str) -> None:
     except RecursionError:
         document.note(_TOP, "the file is nested too deeply", "a spec has up to four nesting levels; check the brackets")
     except (yaml.YAMLError, ValueError, OverflowError):
-        here, remedy = (
-            _place(loader.get_mark() if loader else None),
-            "check the escape sequences and the lines that begin with `%`",
-        )
+        remedy = "check the escape sequences and the lines that begin with `%`"
+        here = _place(loader.get_mark() if loader else None)
         document.note(here, "the file is not valid YAML at this position", remedy)
     except _Stopped:
         pass
