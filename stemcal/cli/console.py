@@ -20,11 +20,6 @@ if TYPE_CHECKING:
     from stemcal.drawing.table import Table
 
 
-def stdout() -> Terminal:
-    """Return a console for data."""
-    return Terminal(stderr=False)
-
-
 def stderr() -> Terminal:
     """Return a console for progress, notes and errors."""
     return Terminal(stderr=True)
@@ -32,7 +27,7 @@ def stderr() -> Terminal:
 
 def say(*parts: RenderableType) -> None:
     """Print data on stdout, one renderable below the other."""
-    console = stdout()
+    console = Terminal(stderr=False)
     for part in parts:
         console.print(part)
 
@@ -47,7 +42,7 @@ def say_tables(*tables: Table) -> None:
 def say_whole(*lines: str) -> None:
     """Print lines on stdout that are never broken, so that the paths in them can be copied."""
     for line in lines:
-        stdout().print(line, soft_wrap=True)
+        Terminal(stderr=False).print(line, soft_wrap=True)
 
 
 def say_text(text: str) -> None:

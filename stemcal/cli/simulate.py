@@ -19,7 +19,6 @@ from stemcal.storage.typed import from_json, to_json
 if TYPE_CHECKING:
     from stemcal.cutting.result import CuttingResult
     from stemcal.solvers.protocol import Answer
-    from stemcal.study.model.laboratory_kind import LaboratorySection
     from stemcal.study.model.study import Study
 
 
@@ -78,7 +77,12 @@ def simulate(
         at = study.targets.calibrate_at if diameter is None else at
         _one_run(study, levels, at, as_json, quiet, csv_file)
         return
-    section = _test_called(study, test)
+    section = None
+    if test is not None and test != CUTTING:
+        section = next((one for one in study.tests if one.name == test), None)
+        if section is None:
+            known = [CUTTING, *(one.name for one in study.tests)]
+            raise UsageError(f"--test {test[:60]!r}: no test has this name; {did_you_mean(test, known)}")
 
     from stemcal.fem.warm import is_compiled
     from stemcal.overview.foresight import demand_of_one, warnings_before
@@ -156,17 +160,6 @@ def _check_outputs(study: Study, csv_file: Path | None, figure: Path | None, fra
             raise UsageError(f"{path}: the folder {path.parent} does not exist; create the folder first")
     if figure and figure.suffix.lower() not in (".png", ".svg", ".pdf"):
         raise UsageError(f"--figure {figure}: the name must end in .png, .svg or .pdf")
-
-
-def _test_called(study: Study, test: str | None) -> LaboratorySection | None:
-    """Return the section of a test, None for cutting; refuse an unknown name."""
-    if test is None or test == CUTTING:
-        return None
-    for section in study.tests:
-        if section.name == test:
-            return section
-    known = [CUTTING, *(section.name for section in study.tests)]
-    raise UsageError(f"--test {test[:60]!r}: no test has this name; {did_you_mean(test, known)}")
 
 
 def summary(result: CuttingResult, diameter: float, test: str = CUTTING, measured: Iterable[str] = ()) -> object:

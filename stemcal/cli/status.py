@@ -92,14 +92,14 @@ def state(found: Status, names: Wording) -> list[str]:
     from stemcal.stages.verdict.words import in_full
     from stemcal.vocabulary import capital
 
-    stages = [line for stage in found.stages for line in _stage(stage)]
+    stages = [line for stage in found.stages for line in _remarks(stage)]
     if found.sheet is not None:
         stages.append(f"Waiting for results. Fill in {found.sheet}. Then run `stemcal run SPEC`.")
     working = found.working or "no process is working on this study"
     return [f"{capital(working)}.", *stages, *in_full(found.verdict, names)]
 
 
-def _stage(stage: StageStatus) -> Iterator[str]:
+def _remarks(stage: StageStatus) -> Iterator[str]:
     name = stage.stage
     if stage.reasons:
         why = ", ".join(f"{reason} ({count})" for reason, count in stage.reasons.items())

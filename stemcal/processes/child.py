@@ -149,7 +149,10 @@ def serve() -> None:
         while (blob := calls.get()) is not None:
             call, problem = _loaded(blob)
             _put(target, _BEGUN)
-            answer = _computed(call) if call is not None else _failed(problem)
+            try:
+                answer = pickle.dumps((call(), None)) if call is not None else _failed(problem)
+            except BaseException as error:  # SystemExit from a user's function is an answer too
+                answer = _failed(error)
             calls.task_done()  # before the parent hears of it, and may close the pipe
             _put(target, answer)
     gc.freeze()  # the interpreter would search all that is loaded for garbage before it ends
@@ -210,13 +213,6 @@ def _loaded(blob: bytes) -> tuple[Callable[[], Any] | None, BaseException | None
     except Exception as error:
         return None, error
     return partial(function, *args, **kwargs), None
-
-
-def _computed(call: Callable[[], Any]) -> bytes:
-    try:
-        return pickle.dumps((call(), None))
-    except BaseException as error:  # SystemExit from a user's function is an answer too
-        return _failed(error)
 
 
 def _failed(error: BaseException | None) -> bytes:

@@ -68,16 +68,11 @@ def ignore_signals() -> None:
 
 def _handle(number: int, frame: FrameType | None) -> None:
     _noted.append(number)
-    if not (_put_off or _is_importing(frame)):
-        raise KINDS[signal.Signals(number)]
-
-
-def _is_importing(frame: FrameType | None) -> bool:
-    while frame is not None:
-        if frame.f_code.co_filename.startswith("<frozen importlib"):
-            return True
+    while frame is not None and not frame.f_code.co_filename.startswith("<frozen importlib"):
         frame = frame.f_back
-    return False
+    is_importing = frame is not None
+    if not (_put_off or is_importing):
+        raise KINDS[signal.Signals(number)]
 
 
 _MAIN = threading.main_thread()

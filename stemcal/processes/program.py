@@ -12,7 +12,6 @@ from pathlib import Path
 
 from stemcal.processes.family import APART, end_family
 from stemcal.processes.limits import wait_until
-from stemcal.storage.encodings import lenient
 
 KEPT_BYTES = 64 * 1024  # the last of what a program prints
 
@@ -49,7 +48,8 @@ def run_program(command: Sequence[str], folder: Path, environment: Mapping[str, 
             end_family(process.pid)
             process.wait()
         printed.seek(max(0, printed.seek(0, os.SEEK_END) - KEPT_BYTES))
-        output = lenient(printed.read(KEPT_BYTES)).replace("\0", "\N{REPLACEMENT CHARACTER}")
+        output = printed.read(KEPT_BYTES).decode("utf-8", "replace").removeprefix("\ufeff")
+    output = output.replace("\0", "\N{REPLACEMENT CHARACTER}")
     return Ended(process.returncode, timed_out, output, time.monotonic() - started)
 
 

@@ -98,7 +98,11 @@ def answer_all(
     if batch.awaited:
         raise Waiting(stage, batch.awaited)
     outcomes = [known[run.key] for run in runs]
-    _require_quorum(requests, outcomes, quorum)
+    needed, failed = math.ceil(quorum * len(outcomes) - 1e-9), sum(not outcome.ok for outcome in outcomes)
+    if len(outcomes) - failed < needed:
+        counts = f"{failed} of {len(outcomes)} runs failed, but at least {needed} must succeed"
+        head = f"{stage}: {counts}; fix the problem, then run `stemcal run SPEC --retry`"
+        raise RunsFailed("\n".join([head, *_reason_lines(requests, outcomes)]))
     return outcomes
 
 
@@ -143,17 +147,6 @@ def keep(run: Run, computed: Computed, folder: StudyFolder, naming: Vocabulary =
 
 
 # ---- when a stage must not go on, and why
-
-
-def _require_quorum(requests: Sequence[Request], outcomes: Sequence[Outcome], quorum: float) -> None:
-    """Raise `RunsFailed` if too small a share of a stage's rows succeeded."""
-    needed = math.ceil(quorum * len(outcomes) - 1e-9)
-    failed = sum(not outcome.ok for outcome in outcomes)
-    if len(outcomes) - failed >= needed:
-        return
-    counts = f"{failed} of {len(outcomes)} runs failed, but at least {needed} must succeed"
-    head = f"{requests[0].stage}: {counts}; fix the problem, then run `stemcal run SPEC --retry`"
-    raise RunsFailed("\n".join([head, *_reason_lines(requests, outcomes)]))
 
 
 def _reason_lines(requests: Iterable[Request], outcomes: Iterable[Outcome]) -> list[str]:

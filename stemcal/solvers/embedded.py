@@ -128,14 +128,16 @@ class Embedded(Solver):
             "edge_spread": study.blade.edge_spread,
             "internal_length": study.material.internal_length,
         }
-        found = {name: _length_written(length, diameter) for name, length in lengths.items()}
+        # as the spec has them, a share of the diameter also in mm
+        mm = {name: "" if one.divisor is None else f" ({one.at(diameter):.3g} mm)" for name, one in lengths.items()}
+        settings = {name: f"{length}{mm[name]}" for name, length in lengths.items()}
         if options.elements_through_wall is not None:
-            found["elements_through_wall"] = f"{options.elements_through_wall}"
+            settings["elements_through_wall"] = f"{options.elements_through_wall}"
         if options.replicates is not None:
-            found["replicates"] = f"{options.replicates}"
+            settings["replicates"] = f"{options.replicates}"
         if study.material.failure_strain is None or "failure_strain" in study.names:
-            return found
-        return {**found, "failure_strain": f"{study.parameters({}, diameter)['failure_strain']:g}"}
+            return settings
+        return {**settings, "failure_strain": f"{study.parameters({}, diameter)['failure_strain']:g}"}
 
     def _laboratory_tests(self, request: Request) -> list[tuple[LaboratorySection, AnyTest]]:
         """Return the laboratory tests of a run; the mesh of a further cut is where the first has it."""
@@ -180,16 +182,9 @@ def simulate_levels(
 ) -> CuttingResult:
     """Run one virtual shear test of a study, or the laboratory test of a section.
 
-    The warnings of a laboratory test are those that concern what was measured in it, all where nothing was.
-
-    Parameters
-    ----------
-    levels : mapping
-        Values of factors in the units of the spec; the others are at mid-level.
-    diameter : float, optional
-        Outer diameter of the stem in mm; that of the specimen by default.
-    frames : path, optional
-        Folder for about 50 frames to be looked at in ParaView.
+    Factors without a level (unit of the spec) are at mid-level; the diameter (mm) is that of the specimen by default;
+    `frames` is a folder for about 50 frames to be looked at in ParaView. The warnings of a laboratory test are those
+    that concern what was measured in it, all where nothing was.
     """
     warm(study.is_layered)
     diameter = study.stem_at(levels, study.specimen.outer_diameter if diameter is None else diameter)
@@ -264,15 +259,6 @@ def _options(study: Study) -> EmbeddedSolver:
     return solver
 
 
-def _length_written(length: Length, diameter: float) -> str:
-    """Write a length as the spec does, a share of the diameter also in mm.
-
-    >>> _length_written(Length(divisor=16.0), 8.0), _length_written(Length(0.5), 8.0)
-    ('d/16 (0.5 mm)', '0.5 mm')
-    """
-    return str(length) if length.divisor is None else f"{length} ({length.at(diameter):.3g} mm)"
-
-
 def _discretisation(study: Study, diameter: float) -> Discretisation:
     """Return the mesh at a stem diameter (mm)."""
     solver = _options(study).at_speed(study.loading.speed)
@@ -296,11 +282,10 @@ def _discretisation(study: Study, diameter: float) -> Discretisation:
 
 def pictured(result: CuttingResult, film: Film) -> dict[str, Any]:
     """Return the data for pictures of a run: energies over travel (mJ), thinned, its end and the way to it."""
-    history, keep = result.history, kept_rows(len(result.history.time))
-    rows = {name: values for name, values in vars(history).items() if name in _PICTURED}
+    keep = kept_rows(len(result.history.time))
+    rows = {name: values for name, values in vars(result.history).items() if name in _PICTURED}
     energies = {name: [round(float(v), 6) for v in values[keep]] for name, values in rows.items()}
-    small = result.shape is not None and len(result.shape.nodes) <= LARGEST
-    if result.shape is None or not small:
+    if result.shape is None or len(result.shape.nodes) > LARGEST:
         return {"energies": energies}
     frames = film.packed(result)
     return {"energies": energies, "shape": result.shape.packed(), **({"film": frames} if frames else {})}

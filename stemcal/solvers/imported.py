@@ -14,15 +14,13 @@ def imported_files(file: Path, roots: Sequence[Path]) -> list[Path]:
     Imports inside functions count, and a package with the `__init__.py` of each level. Names that are computed are not
     found.
     """
-    found: set[Path] = set()
+    imported: set[Path] = set()
     waiting = [file]
     while waiting:
-        here = waiting.pop()
-        for path in _imported_by(here, roots):
-            if path not in found and path != file:
-                found.add(path)
-                waiting.append(path)
-    return sorted(found)
+        further = set(_imported_by(waiting.pop(), roots)) - {file} - imported
+        imported |= further
+        waiting += further
+    return sorted(imported)
 
 
 def _imported_by(file: Path, roots: Sequence[Path]) -> Iterator[Path]:
@@ -40,14 +38,10 @@ def _imported_by(file: Path, roots: Sequence[Path]) -> Iterator[Path]:
             folders = [file.parents[node.level - 1]] if 0 < node.level <= len(file.parents) else roots
             for alias in node.names:
                 yield from _files_of(f"{node.module or ''}.{alias.name}".lstrip("."), folders)
-        elif isinstance(node, ast.Call) and _is_import(node.func):
+        elif isinstance(node, ast.Call) and getattr(node.func, "attr", getattr(node.func, "id", "")) in _DYNAMIC:
             names = [one.value for one in node.args[:1] if isinstance(one, ast.Constant) and isinstance(one.value, str)]
             for name in names:
                 yield from _files_of(name.lstrip("."), [file.parent, *roots])
-
-
-def _is_import(function: ast.expr) -> bool:
-    return getattr(function, "attr", getattr(function, "id", "")) in _DYNAMIC
 
 
 def _files_of(name: str, folders: Sequence[Path]) -> Iterator[Path]:

@@ -28,12 +28,8 @@ def kept_curve(travel: Array, force: Array) -> dict[str, list[float]]:
 def curve_scores(modes: CurveModes | None, travel: Array, force: Array, broke: float | None = None) -> dict[str, float]:
     """Return the score of a simulated curve (mm, N) on each mode of those measured, by the name of the response.
 
-    What follows the travel at which the stem `broke` (mm) counts for nothing. Without modes there are no scores.
-
-    Raises
-    ------
-    SimulationFailed
-        If the force stays below the preload that measured curves begin with, or has no rise.
+    What follows the travel at which the stem `broke` (mm) counts for nothing. Without modes there are no scores. Raises
+    `SimulationFailed` if the force stays below the preload that measured curves begin with, or has no rise.
     """
     if modes is None:
         return {}

@@ -116,10 +116,7 @@ def distrusted(result: CuttingResult) -> SimulationFailed | None:
 def perform_all(tests: Sequence[tuple[LaboratorySection, AnyTest]]) -> tuple[dict[str, float], list[Note]]:
     """Perform tests one after the other; return their responses by the study's names, and their warnings.
 
-    Raises
-    ------
-    SimulationFailed
-        If one fails, or ends before it has given what was measured.
+    Raises `SimulationFailed` if one fails, or ends before it has given what was measured.
     """
     responses: dict[str, float] = {}
     warnings: list[Note] = []

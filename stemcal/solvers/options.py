@@ -8,16 +8,7 @@ from pydantic import BeforeValidator, Field, StringConstraints
 
 from stemcal.notes import Remedy
 from stemcal.solvers.result_reader import ResultReader
-from stemcal.study.types.field_types import (
-    Flag,
-    Length,
-    Number,
-    Quantity,
-    SpecFile,
-    StemLength,
-    Time,
-    Whole,
-)
+from stemcal.study.types.field_types import Flag, Length, Number, Quantity, SpecFile, StemLength, Time, Whole
 from stemcal.study.types.solver_kind import ElementCounts, SolverOptions
 from stemcal.version import __version__
 from stemcal.vocabulary import FIRST

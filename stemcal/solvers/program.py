@@ -53,10 +53,8 @@ class Inputs:
     def write(self, folder: Path, values: Mapping[str, str]) -> None:
         """Put the files into a run folder, templates filled.
 
-        Raises
-        ------
-        SimulationFailed
-            If one of them has changed since the study was read: the record would name the wrong input.
+        Raises `SimulationFailed` if one of them has changed since the study was read: the record would name the wrong
+        input.
         """
         for path, sha256 in {**self.templates, **self.files, **self.named}.items():
             if not path.is_file() or file_hash(path) != sha256:
@@ -95,13 +93,7 @@ class Program(Solver, ABC, Generic[O]):
     """Answers requests by running a program in its own folder.
 
     A kind of program defines its input files, how a run is written and made, and what next to the files
-    determines an answer.
-
-    Parameters
-    ----------
-    study : Study
-    place : path, optional
-        Where run folders are made; among the temporary files by default.
+    determines an answer. Run folders are made in `place`, by default among the temporary files.
     """
 
     study: Study
@@ -171,21 +163,15 @@ class Program(Solver, ABC, Generic[O]):
 
 
 def executable(program: str, folder: Path, key: str = "command") -> str:
-    """Return the full path of a program: one on PATH, or, if it is written with a folder, one next to the spec.
-
-    Raises
-    ------
-    UsageError
-        If there is none.
-    """
+    """Return the full path of a program: one on PATH, or, if it is written with a folder, one next to the spec."""
     by_path = "/" in program or "\\" in program
-    found = shutil.which(str(folder / program) if by_path else program)
-    if found is None:
+    path = shutil.which(str(folder / program) if by_path else program)
+    if path is None:
         where = f"in {folder}" if by_path else "on PATH"
         raise UsageError(
             f"solver.{key}: the program {program!r} was not found {where}; install the program or correct its name"
         )
-    return str(Path(found).absolute())
+    return str(Path(path).absolute())
 
 
 # Ends of the names of scripts: unlike an installed program, one changes with the study, wherever it is stored.
@@ -201,12 +187,12 @@ def scripts_in(command: Sequence[str], folder: Path) -> list[Path]:
     places = [folder / program] if "/" in program or "\\" in program else []
     texts = [text for argument in arguments for text in (argument, argument.rpartition("=")[2])]
     places += [path for path in map(Path, texts) if path.is_absolute()]
-    found: list[Path] = []
+    files: list[Path] = []
     for path in places:
         with suppress(OSError, ValueError):  # no name of a file on this system
             if path.is_file() and (path.suffix.lower() in _SCRIPTS or path.resolve().is_relative_to(folder)):
-                found += [path, *imported_files(path, [path.parent])]
-    return list(dict.fromkeys(found))
+                files += [path, *imported_files(path, [path.parent])]
+    return list(dict.fromkeys(files))
 
 
 def run_command(
@@ -242,9 +228,8 @@ def run_in(
     details: dict[str, Any] = {"exit_code": ended.code, "program_seconds": round(ended.seconds, 3)}
     try:
         if ended.timed_out:
-            raise SimulationFailed(
-                "timeout", f"the program was terminated after {options.time_limit:g} s (`solver.time_limit`)"
-            )
+            limit = f"{options.time_limit:g} s (`solver.time_limit`)"
+            raise SimulationFailed("timeout", f"the program was terminated after {limit}")
         answer = read(ended)
     except SimulationFailed as failure:
         details["output"] = ended.output[-_KEPT_OUTPUT:]

@@ -29,13 +29,8 @@ from stemcal.study.model.study import Study
 class PythonClass(Solver):
     """Answers requests by the class of a file.
 
-    Parameters
-    ----------
-    study : Study
-    code : str
-        Hash of the file when the study was read.
-    inputs : mapping
-        Hashes of the modules that it imports from the folders of file and spec, and of its data files, by path.
+    `code` is the hash of the file when the study was read, `inputs` has those of the modules that it imports from the
+    folders of file and spec, and of its data files, by path.
     """
 
     study: Study
@@ -91,7 +86,9 @@ class PythonClass(Solver):
     def solve(self, request: Request) -> Answer:
         """Call `solve` of the class; what it raises is why the run failed."""
         try:
-            self._require_unchanged()
+            for path, sha256 in {self.options.file: self.code, **self.inputs}.items():
+                if not path.is_file() or file_hash(path) != sha256:
+                    raise SimulationFailed("input_changed", f"{path.name} has changed since the study was started")
             made, before = self._load()
             seed = (seed_of(request),) if self.options.replicates else ()
             with contained(), _importing_from(_roots(self.study)):
@@ -118,11 +115,6 @@ class PythonClass(Solver):
         """Return the path from the folder of the spec, the same on every system."""
         folder = self.study.source.resolve().parent
         return path.relative_to(folder).as_posix() if path.is_relative_to(folder) else path.name
-
-    def _require_unchanged(self) -> None:
-        for path, sha256 in {self.options.file: self.code, **self.inputs}.items():
-            if not path.is_file() or file_hash(path) != sha256:
-                raise SimulationFailed("input_changed", f"{path.name} has changed since the study was started")
 
     def _require_known(self, before: frozenset[str]) -> None:
         """Refuse a module imported since `before` that was not traced: if it changed, no run would be repeated."""

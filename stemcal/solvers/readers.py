@@ -45,16 +45,13 @@ def require_end(result: ResultReader, folder: Path, printed: str) -> None:
     if result.ends_with is None:
         return
     texts = (read_text(folder, result.file, MAX_BYTES), printed)
-    if not any(result.ends_with in line for text in texts for line in _last_lines(text)):
+    filled = ([line for line in text[-LONGEST_LINE:].splitlines() if line.strip()] for text in texts)
+    if not any(result.ends_with in line for lines in filled for line in lines[-ENDING:]):
         raise SimulationFailed(
             "incomplete",
             f"{result.ends_with!r} (`ends_with`) is neither at the end of {result.file} nor at the end of the printed "
             "output, so the program stopped early",
         )
-
-
-def _last_lines(text: str) -> list[str]:
-    return [line for line in text[-LONGEST_LINE:].splitlines() if line.strip()][-ENDING:]
 
 
 def still_rising(result: ResultReader, folder: Path) -> bool:
@@ -67,10 +64,7 @@ def still_rising(result: ResultReader, folder: Path) -> bool:
 def read_number(result: ResultReader, folder: Path) -> float:
     """Return the number a program has left in its run folder.
 
-    Raises
-    ------
-    SimulationFailed
-        If it is not there (``no_result``), cannot be read (``bad_result``) or is not a number (``nan``).
+    Raises `SimulationFailed` if it is not there (``no_result``), cannot be read (``bad_result``) or is none (``nan``).
     """
     return result.scale * float(REDUCTIONS[result.reduction](_finite(_series(result, folder)[0])))
 
@@ -183,7 +177,7 @@ def _regex(text: str, file: str, pattern: str) -> _Series:
     ended = dict.fromkeys((row for row, _ in found), 0)  # where the match before in the line ends
     for row, match in found:
         for group in groups:
-            if is_part_of_number(match, group, ended[row]):
+            if _is_part_of_number(match, group, ended[row]):
                 raise SimulationFailed(
                     "bad_result",
                     f"{file}, line {row}: the pattern matches {match[group]!r}, which is only part of a number in "
@@ -205,14 +199,14 @@ _BEFORE = re.compile(rf"\d{_MARK}$|[-−–.]$", re.ASCII)
 _COLUMNS = re.compile(r"\.\{\d+\}\)")  # a group of a fixed width: columns may touch
 
 
-def is_part_of_number(match: re.Match[str], group: str | int, ended: int = 0) -> bool:
+def _is_part_of_number(match: re.Match[str], group: str | int, ended: int = 0) -> bool:
     r"""Return whether a group of a match contains only part of the number in the line.
 
     A comma, a sign or another mark next to the group is no part of the number if the pattern requires that mark,
     or if the match before, which `ended` after the mark, has it.
 
-    >>> [is_part_of_number(re.search(p, "F = -3,958.4"), 1) for p in (r"([\d.]+)", r"(3),", r"= (\S+)", r"(-?3,958.4)")]
-    [True, True, False, False]
+    >>> [_is_part_of_number(re.search(p, "F = -3,958.4"), 1) for p in (r"([\d.]+)", r"(3),", r"= (\S+)")]
+    [True, True, False]
     """
     text, line = match[group] or "", match.string
     start = match.start(group) + len(text) - len(text.lstrip())
@@ -226,13 +220,9 @@ def is_part_of_number(match: re.Match[str], group: str | int, ended: int = 0) ->
         return True
     marks = [end] if _AFTER.match(after) else []
     marks += [start - 1] if start > ended and number[0] not in "+-" and _BEFORE.search(before) else []
-    return any(_also_without(match, group, place) for place in marks)
-
-
-def _also_without(match: re.Match[str], group: str | int, place: int) -> bool:
-    """Return whether a pattern finds the same text if the mark at a place is another one, which it then ignores."""
-    line = match.string[:place] + "\N{SECTION SIGN}" + match.string[place + 1 :]
-    return any(other.span(group) == match.span(group) for other in match.re.finditer(line))
+    # a pattern that finds the same text with another mark in its place ignores the mark
+    others = [line[:place] + "\N{SECTION SIGN}" + line[place + 1 :] for place in marks]
+    return any(other.span(group) == match.span(group) for text in others for other in match.re.finditer(text))
 
 
 def _finite(numbers: Sequence[float]) -> Array:

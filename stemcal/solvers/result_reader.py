@@ -30,10 +30,8 @@ def _pattern(given: object, info: ValidationInfo) -> object:
         raise complain(f"the pattern is not a valid regular expression: {error}", "correct the expression") from None
     if groups == 0:
         naming: Vocabulary = (info.context or {}).get("naming", CUTTING)
-        raise complain(
-            "the pattern has no capture group around the number",
-            f"write a pattern such as '{naming.response.name} = (\\S+)'",
-        )
+        remedy = f"write a pattern such as '{naming.response.name} = (\\S+)'"
+        raise complain("the pattern has no capture group around the number", remedy)
     return given
 
 
@@ -77,15 +75,10 @@ class ResultReader(Frozen):
     def _names_numbers_once(self) -> Self:
         given = [name for name in ("column", "path", "pattern") if getattr(self, name) is not None]
         if len(given) != 1:
-            found = (
-                f"the reader has {' and '.join(given)}"
-                if given
-                else "the reader does not specify which numbers to read"
-            )
-            raise complain(found, "use exactly one of `column: …` (CSV), `path: …` (JSON) and `pattern: …` (text)")
+            wrong = f"has {' and '.join(given)}" if given else "does not specify which numbers to read"
+            remedy = "use exactly one of `column: …` (CSV), `path: …` (JSON) and `pattern: …` (text)"
+            raise complain(f"the reader {wrong}", remedy)
         if self.pattern is not None and self.along is not None:
-            raise complain(
-                "the reader has both `along` and `pattern`",
-                "remove `along`, and use a group named x for the travel in the pattern: `(?P<x>…)`",
-            )
+            remedy = "remove `along`, and use a group named x for the travel in the pattern: `(?P<x>…)`"
+            raise complain("the reader has both `along` and `pattern`", remedy)
         return self

@@ -205,7 +205,7 @@ OF_TEMPLATES = (_placeholders_are_known, _chance_is_declared, _run_files_differ)
 OF_COMMAND = (*OF_TEMPLATES, _placeholders_are_used, _every_response_is_read)
 
 
-def written(value: str | float) -> str:
+def _written(value: str | float) -> str:
     """Return an angle with its unit, a word as it is."""
     return value if isinstance(value, str) else f"{value:g} deg"
 
@@ -219,8 +219,8 @@ def _deck_ends_at_the_first_fracture(draft: Draft, _solver: DeckSolver) -> Itera
         (("blade", "sliding_angle"), study.blade.sliding_angle, 0.0),
     ):
         if value != usual:
-            message = f"`{key[1]}: {written(value)}` is not available in a deck"
-            yield Finding(key, message, f"write `{key[1]}: {written(usual)}`, or use `solver: {{kind: embedded}}`")
+            message = f"`{key[1]}: {_written(value)}` is not available in a deck"
+            yield Finding(key, message, f"write `{key[1]}: {_written(usual)}`, or use `solver: {{kind: embedded}}`")
 
 
 OF_DECK = (

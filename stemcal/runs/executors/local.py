@@ -80,7 +80,12 @@ class LocalExecutor(RunExecutor):
     def _computed(self, blob: bytes, limit: float | None) -> Any:
         """Compute a call in the thread's worker; replace a worker that dies or is late before the next call."""
         try:
-            result, error = self._child().call(blob, limit)
+            if getattr(self._own, "child", None) is None:
+                self._own.child = Child(_ONE_THREAD)
+                self._children.add(self._own.child)
+            if self._stopping.is_set():  # which may have come while it started
+                raise ChildDied("stopped")
+            result, error = self._own.child.call(blob, limit)
         except (ChildDied, RunTimedOut) as problem:
             self._own.child.kill()
             self._children.discard(self._own.child)
@@ -93,12 +98,3 @@ class LocalExecutor(RunExecutor):
         if error is not None:
             raise error
         return result
-
-    def _child(self) -> Child:
-        """Return the worker of this thread, started if there is none."""
-        if getattr(self._own, "child", None) is None:
-            self._own.child = Child(_ONE_THREAD)
-            self._children.add(self._own.child)
-        if self._stopping.is_set():  # which may have come while it started
-            raise ChildDied("stopped")
-        return self._own.child  # type: ignore[no-any-return]

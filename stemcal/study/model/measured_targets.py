@@ -18,7 +18,7 @@ from pydantic import (
 from pydantic_core import CoreSchema
 
 from stemcal.measured.curve_modes import CurveModes
-from stemcal.responses import CUT, TABLE, Response
+from stemcal.responses import CUT, TABLE
 from stemcal.study.types.field_types import ColumnName, Frozen, Quantity, Size, Whole
 from stemcal.study.types.units import parse_unit
 from stemcal.vocabulary import FIRST, Variable, Vocabulary
@@ -40,17 +40,13 @@ class _Tested(Frozen):
     """Outer diameter of the tested stems."""
 
 
-def _mean_of(response: Response) -> Any:
-    """Return the key of a response: its type with unit and its meaning."""
-    kind = Annotated[float, Quantity(parse_unit(response.unit).dimension, above=0)] | None
-    return kind, Field(default=None, description=response.meaning)
-
-
 if TYPE_CHECKING:
     _Responses = _Tested
 else:
-    _in_cuts_first = sorted(TABLE, key=lambda response: CUT not in response.tests)
-    _fields = {response.name: _mean_of(response) for response in _in_cuts_first}
+    _fields: dict[str, Any] = {}
+    for _response in sorted(TABLE, key=lambda response: CUT not in response.tests):
+        _kind = Annotated[float, Quantity(parse_unit(_response.unit).dimension, above=0)] | None
+        _fields[_response.name] = (_kind, Field(default=None, description=_response.meaning))
     _Responses = create_model("_Responses", __base__=_Tested, __module__=__name__, **_fields)
 
 

@@ -118,13 +118,12 @@ def broken_rules(draft: Draft) -> list[Finding]:
     broken = [rule(draft) for rule in (*factors.RULES, *layers.RULES, *target_rules.RULES)]
     broken += [] if solver is None else [rule(draft, solver) for rule in draft.kind.rules]
     broken += [rule(draft) for stage in STAGES.with_(draft.study.further) for rule in stage.rules()]
-    return [finding for findings in broken for finding in _as_far_as_read(findings)]
-
-
-def _as_far_as_read(findings: Iterator[Finding]) -> Iterator[Finding]:
-    """Yield findings until a rule reads a field that is missing (see `reading.sections`)."""
-    with suppress(Missing):
-        yield from findings
+    findings: list[Finding] = []
+    for of_rule in broken:
+        with suppress(Missing):  # the rule has read a field that is missing (see `reading.sections`)
+            for finding in of_rule:
+                findings.append(finding)
+    return findings
 
 
 # ---- rows of targets, changed in the text of a spec and nothing else
@@ -156,15 +155,11 @@ def with_rows(text: str, rows: Mapping[str, Sequence[str]]) -> str:
     is_block = isinstance(node, yaml.CollectionNode) and not node.flow_style
     indent = " " * node.start_mark.column if is_block else "  "
     rows_before = node.value if isinstance(node, yaml.SequenceNode) else []
-    kept = [text[row.start_mark.index : _end(row)] for row in rows_before if _test_of(row) not in rows]
+    tests = [_entries(row).get("test") for row in rows_before]  # none in a row of the main one
+    named = zip(rows_before, (str(test[1].value) if test else "" for test in tests), strict=True)
+    kept = [text[row.start_mark.index : _end(row)] for row, test in named if test not in rows]
     listed = "".join(f"{line_end}{indent}{row}" for row in [*(f"- {row}" for row in kept), *new])
     return f"{text[: key.start_mark.index]}targets:{listed}{text[_end(node) :]}"
-
-
-def _test_of(row: yaml.Node) -> str:
-    """Return the test that a row names; nothing for the main one."""
-    test = _entries(row).get("test")
-    return str(test[1].value) if test else ""
 
 
 def _end(node: yaml.Node) -> int:

@@ -38,7 +38,6 @@ def _curves_in(patterns: Sequence[str], folder: Path, path: NodePath) -> tuple[l
     Each pattern names some file, and none outside the folder of the spec.
     """
     read: list[Curve] = []
-    read: list[Curve] = []
     wrong: list[Finding] = []
     files: dict[Path, None] = {}
     for pattern in patterns:
