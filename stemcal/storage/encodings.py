@@ -55,10 +55,15 @@ def lenient(content: bytes) -> str:
 # ---- made fit to be shown: nothing that commands a terminal, no cell that a spreadsheet executes
 
 
-# C0 and C1 controls but tab and line feed, surrogates, and what turns the direction of writing or ends a line unseen.
-_COMMANDS = [*range(0x20), *range(0x7F, 0xA0), *range(0xD800, 0xE000)]
-_COMMANDS += [0x061C, 0x200E, 0x200F, 0x2028, 0x2029, *range(0x202A, 0x202F), *range(0x2066, 0x206A), 0xFEFF, 0xFFFE]
-_SPELLED = {code: f"\\x{code:02x}" if code < 0x100 else f"\\u{code:04x}" for code in _COMMANDS if code not in (9, 10)}
+# C0 and C1 controls but tab and line feed, surrogates, what turns the direction of writing or ends a line unseen, and
+# what has neither width nor use (the joiners U+200C and U+200D have one).
+_RANGES = (
+    "00-08 0b-1f 7f-9f ad 34f 61c 115f-1160 17b4-17b5 180e 200b 200e-200f 2028-202e 2060-206f 2800 3164 d800-dfff "
+)
+_RANGES += "feff ffa0 fff0-fffb fffe-ffff"
+_ENDS = [[int(end, 16) for end in part.split("-")] for part in _RANGES.split()]
+_COMMANDS = [code for ends in _ENDS for code in range(ends[0], ends[-1] + 1)]
+_SPELLED = {code: f"\\x{code:02x}" if code < 0x100 else f"\\u{code:04x}" for code in _COMMANDS}
 
 _NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?( ?\*{1,2})?")
 _FORMULA = re.compile(r"\s*[=+\-@\uFF1D\uFF0B\uFF0D\uFF20\u2212]|[\t\r\n]")
@@ -66,7 +71,7 @@ _WITHIN = re.compile(r"([;|\t\r\n]\s*)(?=[=+\-@\uFF1D\uFF0B\uFF0D\uFF20\u2212])"
 
 
 def visible(text: str) -> str:
-    r"""Return a text with its control characters spelled out; tabs and line ends stay.
+    r"""Return a text with its control and invisible characters spelled out; tabs and line ends stay.
 
     >>> print(visible("\x1b[31mred\0"))
     \x1b[31mred\x00

@@ -93,7 +93,18 @@ def test_more_factors_than_can_be_screened(tmp_path: Path, count: int) -> None:
 
 # ---- control characters, links
 
-CONTROLS = ("\0", "\x07", "\x1b[2J", "\x1b]0;owned\x07", "\x9b31m", "\u202e", "\u2028", "\x7f", "\r")
+CONTROLS = (
+    "\0",
+    "\x07",
+    "\x1b[2J",
+    "\x1b]0;owned\x07",
+    "\x9b31m",
+    "\u202e",
+    "\u2028",
+    "\x7f",
+    "\r",
+    *"\xad\u200b\u2060\u3164",
+)
 UNREADABLE = re.compile("[\0-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2028\u2029\u2066-\u2069]")
 LINKS = ("[a](https://x.y)", "https://x.y", "www.x.y", "<https://x.y>", "a@x.y", "mailto:a@x.y", "![i](https://x.y/i)")
 
@@ -116,6 +127,17 @@ def test_a_control_character_is_refused_in_a_spec(tmp_path: Path, key: str) -> N
         text = whole.replace("{name: density,", f"{{name: density, {key}: {json.dumps(f'a{control}b')},")
         with pytest.raises(SpecError, match="control character"):
             read_study(text.encode(), tmp_path / "known.yaml")
+
+
+@pytest.mark.parametrize(
+    "label", ["\u200b", "\u2060\u200b", "\u3164", "\xad", "\u200d\u200c", "\ufe0f", "\u00a0\u200d", "\u0301"]
+)
+def test_an_invisible_label_is_refused(tmp_path: Path, label: str) -> None:
+    make_study(tmp_path)
+    whole = (tmp_path / "known.yaml").read_text("utf-8")
+    text = whole.replace("{name: density,", f"{{name: density, label: {json.dumps(label)},")
+    with pytest.raises(SpecError, match="visible"):
+        read_study(text.encode(), tmp_path / "known.yaml")
 
 
 def test_control_characters_are_spelled_out(tmp_path: Path) -> None:

@@ -183,6 +183,20 @@ const drag = (svg, act) => {
 
 // ---- the profiler
 
+const allowed = ({ center, half }, level) => Math.abs(level - center) <= 100 * half;
+// The settings in the address of the page: without what is no setting of this study, or so large that it overflows.
+const addressed = (address, factors, count) => {
+  const given = new URLSearchParams(address), of = given.get("of");
+  const levels = text => {
+    const found = (text ?? "").split(",").map(part => part.trim() ? Number(part) : NaN);
+    return found.length === factors.length && found.every((level, i) => allowed(factors[i], level)) && found;
+  };
+  const keep = given.getAll("keep").slice(0, 100).map(text => [
+    text.replace(/^[^|]*\|/, "").slice(0, 100), levels(text.split("|")[0])]);
+  return { at: levels(given.get("at")), of: /^\d{1,3}$/.test(of) && of < count ? +of : null,
+    keep: keep.filter(one => one[1]) };
+};
+
 const profiler = (home, { factors, surfaces, radius, called, holds, first }) => {
   const calibrated = factors.map(factor => factor.at);
   const part = query => $(query, home);
@@ -214,7 +228,7 @@ const profiler = (home, { factors, surfaces, radius, called, holds, first }) => 
     const axis = axisOf(i, [44, 272]), [min, max] = factor.ends, step = (max - min) / 200;
     const typed = make("input", { type: "number", step: "any" });
     const slider = make("input", { type: "range", min, max, step, ariaLabel: headed(factor) });
-    typed.oninput = () => isFinite(typed.valueAsNumber) && set(i, typed.valueAsNumber);
+    typed.oninput = () => allowed(factor, typed.valueAsNumber) && set(i, typed.valueAsNumber);
     slider.oninput = () => set(i, slider.valueAsNumber);
     const box = make("div", { innerHTML: '<svg viewBox="0 0 280 200" aria-hidden="true"><g></g><g></g></svg>' });
     const svg = box.firstChild;
@@ -350,17 +364,8 @@ const profiler = (home, { factors, surfaces, radius, called, holds, first }) => 
     copy(event, command + levels.map(([key, value]) => `${key}: ${value}\n`).join(""));
   };
   const read = () => {
-    const given = new URLSearchParams(location.hash.slice(1));
-    const levels = text => {
-      const found = text.split(",").map(Number);
-      return text && found.length === factors.length && found.every(isFinite) && found;
-    };
-    if (given.has("at")) {
-      at = levels(given.get("at")) || at;
-      seen = surfaces[given.get("of")] ? +given.get("of") : seen;
-      kept = given.getAll("keep").map(text => [text.replace(/^[^|]*\|/, ""), levels(text.split("|")[0])]);
-      kept = kept.filter(one => one[1]);
-    }
+    const setting = addressed(location.hash.slice(1), factors, surfaces.length);
+    if (setting.at) [at, seen, kept] = [setting.at, setting.of ?? seen, setting.keep];
     list();
     change();
   };

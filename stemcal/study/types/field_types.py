@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path, PureWindowsPath
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Union
+from unicodedata import category
 
 from pydantic import (
     AfterValidator,
@@ -216,9 +217,11 @@ Share = Annotated[Number, Field(gt=0, le=1)]
 
 
 def _readable(text: str) -> str:
-    """Refuse what would command a terminal, or turn a line of a table around."""
+    """Refuse what would command a terminal, turn a line of a table around, or be invisible."""
     if (found := unprintable(text)) is not None:
-        raise complain(f"the text contains the control character {found}", "remove the character")
+        raise complain(f"the text contains the invisible or control character {found}", "remove the character")
+    if text and not any(category(letter)[0] in "LNPS" for letter in text):
+        raise complain(f"the text {text!a} has no visible character", "write a letter or a digit")
     return text
 
 
