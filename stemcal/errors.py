@@ -91,11 +91,7 @@ class FolderLocked(StemcalError):
 class Waiting(StemcalError):
     """A stage cannot go on without results that somebody has to bring.
 
-    Parameters
-    ----------
-    stage : str
-    requests : sequence of solvers.protocol.Request
-        The runs whose results the stage is waiting for, as far as they are known.
+    `requests` are the runs (`solvers.protocol.Request`) that the stage is waiting for, as far as they are known.
     """
 
     exit_code = 6
@@ -111,13 +107,8 @@ class Waiting(StemcalError):
 class SimulationFailed(StemcalError):
     """A run has no result: its state was no longer physical, or a program left none that can be read.
 
-    Parameters
-    ----------
-    reason : str
-        One word for tables: ``nan``, ``inverted``, ``time_step``, ``no_contact``, ``energy_drift``,
-        ``contact_energy``, ``no_result``, ``bad_result``.
-    message : str
-        The sentence for people, with time and element.
+    `reason` is one word for tables: ``nan``, ``inverted``, ``time_step``, ``no_contact``, ``energy_drift``,
+    ``contact_energy``, ``no_result``, ``bad_result``. `message` is the sentence for people, with time and element.
     """
 
     def __init__(self, reason: str, message: str) -> None:

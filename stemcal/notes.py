@@ -15,14 +15,10 @@ SEVERITIES: tuple[Severity, ...] = ("error", "warning", "caution", "info")
 
 @dataclass(frozen=True)
 class Remedy:
-    """What to do about a note.
+    """What to do about a note: the instruction, for people, and perhaps an edit of the spec.
 
-    Parameters
-    ----------
-    text : str
-        The instruction, for people.
-    edit : str, optional
-        A YAML fragment that makes the change when it is merged into the spec; list items are matched by ``name``.
+    The edit is a YAML fragment that makes the change when it is merged into the spec; list items are matched by
+    ``name``.
     """
 
     text: str
@@ -33,17 +29,10 @@ class Remedy:
 class Note:
     """A fact that concerns the reader of a result.
 
-    Parameters
-    ----------
-    kind : str
-        The same for every note of this kind, such as ``flat_response``.
-    severity : {"error", "warning", "caution", "info"}
-        ``error``: the result cannot be used. ``warning``: numbers are missing, are only bounds, or may be wrong.
-        ``caution``: the statistics are weaker than they look. ``info``: for completeness.
-    text : str
-        One to three sentences, numbers with units.
-    remedy : Remedy, optional
-        What to do about it.
+    kind       the same for every note of this kind, such as ``flat_response``
+    severity   ``error``: the result cannot be used; ``warning``: numbers are missing, are only bounds, or may be wrong;
+               ``caution``: the statistics are weaker than they look; ``info``: for completeness
+    text       one to three sentences, numbers with units
     """
 
     kind: str

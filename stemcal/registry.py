@@ -48,14 +48,9 @@ class Checked:
 class Registry(Generic[T]):
     """All classes of one kind, by name.
 
-    Parameters
-    ----------
-    kind : type
-        Their base class; a class of another package is created without arguments, an object is used as it is.
-    group : str
-        The group of entry points. An entry point has the name of the object and points to its class.
-    built_in : tuple
-        The built-in objects, or the places of their classes, ``module:class``, in order.
+    kind       their base class; a class of another package is created without arguments, an object is used as it is
+    group      the group of entry points; an entry point has the name of the object and points to its class
+    built_in   the built-in objects, or the places of their classes, ``module:class``, in order
     """
 
     def __init__(self, kind: type[T], group: str, built_in: tuple[str | T, ...]) -> None:
@@ -224,10 +219,7 @@ def cut(text: str, most: int = MOST_SHOWN) -> str:
 def contained() -> Iterator[None]:
     """Run foreign code: its output goes to standard error, and `os._exit` raises.
 
-    Raises
-    ------
-    ForeignError
-        For whatever the code raises, `SystemExit` included, but not for Ctrl-C.
+    Raises `ForeignError` for whatever the code raises, `SystemExit` included, but not for Ctrl-C.
     """
     try:
         with _without_exit(), _printing_to_stderr():

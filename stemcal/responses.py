@@ -36,20 +36,13 @@ _FEWEST = 3  # rows of a slope
 class ForceTravel:
     """The force over the travel in one test of a stem, simulated or measured.
 
-    Attributes
-    ----------
-    travel, force : arrays (n,)
-        The curve, mm and N: until the specimen breaks in laboratory tests, to the end of the stroke in the cutting test
-        of the spec. Empty if the record of a run has none.
-    peak_force, peak_travel : float
-        Maximum force until the break, N, and the travel there, mm; NaN if the solver does not report them.
-    diameter : float
-        Outer diameter of the stem, mm.
-    kind : str
-        `CUT`, or the kind of the laboratory test.
-    numbers : mapping
-        Numbers that the solver reports by name, such as ``break_travel``, among them responses that a curve does not
-        give; empty for measured curves.
+    travel, force             the curve (n,), mm and N: until the specimen breaks in laboratory tests, to the end of the
+                              stroke in the cutting test of the spec; empty if the record of a run has none
+    peak_force, peak_travel   maximum force until the break, N, and the travel there, mm; NaN if not reported
+    diameter                  outer diameter of the stem, mm
+    kind                      `CUT`, or the kind of the laboratory test
+    numbers                   those that the solver reports by name, such as ``break_travel``, among them responses that
+                              a curve does not give; empty for measured curves
     """
 
     travel: Array
@@ -71,28 +64,16 @@ class ForceTravel:
 class Response:
     """One response of a test of a stem.
 
-    Parameters
-    ----------
-    name : str
-        Key in `targets`, in tables and in files.
-    label, symbol, unit : str
-        Heading, symbol in equations, unit of all values.
-    of : callable
-        Return the value of a `ForceTravel` in `unit`, None if the curve does not show it.
-    meaning : str
-        Text on the key in the reference of the spec.
-    tests : collection of str
-        Tests in which it exists: `CUT`, `FURTHER_CUT`, `PIECE`, or a kind of test.
-    why_only : str
-        Why the other tests do not have it, for those who measured it there.
-    noun : str
-        Word for it in sentences, by default the label.
-    of_test : str
-        Words behind the name of a laboratory test, by default the noun.
-    before_maximum : bool
-        Whether its value does not depend on the force after the first half of the rise.
-    varies_with_mesh : bool
-        Whether it falls as elements get smaller.
+    name                  key in `targets`, in tables and in files
+    label, symbol, unit   heading, symbol in equations, unit of all values
+    of                    returns the value of a `ForceTravel` in `unit`, None if the curve does not show it
+    meaning               text on the key in the reference of the spec
+    tests                 tests in which it exists: `CUT`, `FURTHER_CUT`, `PIECE`, or a kind of test
+    why_only              why the other tests do not have it, for those who measured it there
+    noun                  word for it in sentences, by default the label
+    of_test               words behind the name of a laboratory test, by default the noun
+    before_maximum        whether its value does not depend on the force after the first half of the rise
+    varies_with_mesh      whether it falls as elements get smaller
     """
 
     name: str

@@ -46,13 +46,10 @@ def glossary() -> tuple[Term, ...]:
 def look_up(term: str) -> list[Term]:
     """Return the entries of a term or key of a spec, by any of its names; otherwise those whose name contains it.
 
+    Raises `UsageError` with the nearest terms if there is none.
+
     >>> [entry.term for entry in look_up("program")]
     ['solver.program, kind: deck']
-
-    Raises
-    ------
-    UsageError
-        With the nearest terms, if there is none.
     """
     wanted = _plain(term)
     keys = _keys_of_a_spec()

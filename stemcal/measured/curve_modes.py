@@ -44,22 +44,13 @@ _HELD, _TOP, _FALLEN = 0.99, 0.95, 0.9
 
 @dataclass(frozen=True)
 class CurveModes:
-    """The components of a laboratory's curves, and how a curve is scored.
+    """The components of a laboratory's curves of n `specimens`, and how a curve is scored.
 
-    Attributes
-    ----------
-    force, travel : float
-        Means of the maximum force (N) and of u* (mm), the scales of w.
-    centre, spread : (G + 1,)
-        w̄, and the standard deviations over the specimens.
-    along_force : (G + 1,)
-        b, per N.
-    weights : (modes, G + 1)
-        φ.
-    scatter : (modes,)
-        Standard deviation of each score over the specimens, N.
-    specimens : int
-        n.
+    force, travel    means of the maximum force (N) and of u* (mm), the scales of w
+    centre, spread   w̄, and the standard deviations over the specimens, (G + 1,)
+    along_force      b, per N, (G + 1,)
+    weights          φ, (modes, G + 1)
+    scatter          standard deviation of each score over the specimens, N
     """
 
     force: float

@@ -70,17 +70,10 @@ def measure_diameters(
 ) -> Diameters:
     """Read a file of diameters and describe them.
 
-    Parameters
-    ----------
-    grades : sequence of float
-        Diameters of the grades, mm; proposed if none are given.
-    step : float
-        Width of a grade, mm.
-    column : str, optional
-        Name or number of the column of diameters, by its name if None; several between commas.
-    label : str, optional
-        Name or number of the column that names the stems, by its name if None; several between commas, which name a
-        stem together; ``none`` if each row is a stem.
+    grades   diameters of the grades, mm; proposed if none are given
+    step     width of a grade, mm
+    column   name or number of the column of diameters, by its name if None; several between commas
+    label    the same of the column that names the stems, several name a stem together; ``none``: each row is a stem
     """
     _check_grades(grades, step)
     table = read_table(path, form)

@@ -99,14 +99,9 @@ def measure_shear(
     index: Mapping[str, tuple[float, float | None]] | None = None,
     exclude: Collection[str] = (),
 ) -> ShearTests:
-    """Read the files of all specimens.
+    """Read the files of all specimens but those to `exclude`.
 
-    Parameters
-    ----------
-    index : mapping, optional
-        Diameter and grade (or None) by the name of the file or its stem.
-    exclude : collection of str
-        Specimens that do not count.
+    The `index` has diameter and grade (or None) by the name of the file or its stem.
     """
     listed = index or {}
     repeated = {stem for stem, count in Counter(path.stem for path in files).items() if count > 1}

@@ -30,12 +30,8 @@ _NAME_THEM = "specify both columns by name or number with `--force-column` and `
 class CurveOptions:
     """How the files of a machine are read; what is None is detected.
 
-    Parameters
-    ----------
-    force_column, displacement_column : str, optional
-        Name or number of a column; several, for specimens side by side, between commas.
-    preload : float
-        Force in N below which the blade only settles; the curve begins where it is last reached before the rise.
+    Columns are names or numbers; several, for specimens side by side, between commas. Below the `preload` (N) the blade
+    only settles; the curve begins where it is last reached before the rise.
     """
 
     form: Form = field(default_factory=Form)
@@ -114,10 +110,7 @@ def read_curves(path: Path, how: CurveOptions = CurveOptions()) -> list[ShearCur
 def _pairs(table: TextTable, how: CurveOptions) -> tuple[list[tuple[int, int]], list[Note]]:
     """Return the columns of displacement and force of every specimen, and notes on the choice.
 
-    Raises
-    ------
-    UsageError
-        If columns have no headings, or the headings do not show which columns form a pair.
+    Raises `UsageError` if columns have no headings, or the headings do not show which columns form a pair.
     """
     if not table.headed and (how.force_column is None or how.displacement_column is None):
         raise UsageError(f"{table.source}: the columns have no headings ({columns_of(table)}); {_NAME_THEM}")

@@ -14,14 +14,9 @@ LEVEL = 0.95
 class Summary:
     """A sample in numbers; what needs more values than there are is None.
 
-    Attributes
-    ----------
-    sd : float
-        Sample standard deviation (divisor n − 1).
-    cv_percent : float
-        100·sd/mean.
-    mean_interval, sd_interval : (float, float)
-        95 % confidence intervals, Student's t and χ².
+    sd                           sample standard deviation (divisor n − 1)
+    cv_percent                   100·sd/mean
+    mean_interval, sd_interval   95 % confidence intervals, Student's t and χ²
     """
 
     n: int

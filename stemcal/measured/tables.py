@@ -48,18 +48,11 @@ class Form:
 class TextTable:
     """The cells of a file as texts, with the form it was found to have.
 
-    Attributes
-    ----------
-    columns, units : tuple of str
-        Name and unit of each column; without a heading, its number and no unit.
-    labels : tuple of str
-        Text above the heading of each column, possibly the name of a specimen; may be empty.
-    headed : bool
-        Whether there is a heading.
-    stated : tuple of str
-        All units in the lines above the heading, of any quantity.
-    sheet : str
-        Title of the workbook's sheet, empty for a text.
+    columns, units   name and unit of each column; without a heading, its number and no unit
+    labels           text above the heading of each column, possibly the name of a specimen; may be empty
+    headed           whether there is a heading
+    stated           all units in the lines above the heading, of any quantity
+    sheet            title of the workbook's sheet, empty for a text
     """
 
     source: str

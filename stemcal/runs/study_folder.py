@@ -62,16 +62,10 @@ def place_of(study: str, out: str | Path | None = None) -> Path:
 
 
 class StudyFolder:
-    """The folder of one study. As a context manager it is locked; reading needs no lock.
+    """The folder of one study, made when it is locked for the first time. As a context manager it is locked.
 
-    Parameters
-    ----------
-    path : path
-        Made when the folder is locked for the first time.
-
-    Notes
-    -----
-    The lock may be taken again by its holder, so a stage can lock a folder that its command has locked.
+    Reading needs no lock. The lock may be taken again by its holder, so a stage can lock a folder that its command has
+    locked.
     """
 
     def __init__(self, path: Path | str) -> None:

@@ -13,23 +13,13 @@ from stemcal.vocabulary import CUTTING, Vocabulary
 
 @dataclass(frozen=True)
 class Request:
-    """One requested run.
+    """One requested run: the stage that requests it, and the row of the stage's design, from 0.
 
-    Parameters
-    ----------
-    stage : str
-        The stage that requests it.
-    row : int
-        Row of the stage's design, from 0.
-    levels : mapping
-        Value of every factor in the units of the spec.
-    condition : float
-        Outer diameter of the stem, mm, or the condition declared by the study, in its unit.
-    pictured : bool
-        Whether the answer should contain the data for pictures of the run, if the solver can.
-    replicate : int
-        Number of this simulation of the same levels, from 1; 0 if there is only one. A numbered run is random:
-        its answer also depends on its stage and row.
+    levels      value of every factor in the units of the spec
+    condition   outer diameter of the stem, mm, or the condition declared by the study, in its unit
+    pictured    whether the answer should contain the data for pictures of the run, if the solver can
+    replicate   number of this simulation of the same levels, from 1; 0 if there is only one. A numbered run is random:
+                its answer also depends on its stage and row.
     """
 
     stage: str
@@ -94,10 +84,7 @@ class Solver:
     def solve(self, request: Request) -> Answer:
         """Answer one request. A failed simulation is an `Answer`, not an exception.
 
-        Raises
-        ------
-        Waiting
-            If the solver asks people, and the run is not done yet.
+        Raises `Waiting` if the solver asks people, and the run is not done yet.
         """
         raise NotImplementedError
 

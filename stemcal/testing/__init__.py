@@ -62,15 +62,10 @@ class Check:
 
 
 def checks_of(thing: object, study: AnyStudy | None = None) -> list[Check]:
-    """Return the checks of an object.
+    """Return the checks of an object: a `SurfaceDesign`, `SolverKind`, `Stage` or `LaboratoryKind`.
 
-    Parameters
-    ----------
-    thing : SurfaceDesign, SolverKind, Stage or LaboratoryKind
-        The object created from an entry point.
-    study : Study or path of its spec, optional
-        A study that uses it, small enough to run several times; designs need none. For a stage, the solver of the study
-        should be fast. For a laboratory test, the study should contain a test of that kind.
+    The study, or the path of its spec, uses the object and is small enough to run several times; designs need none. For
+    a stage, its solver should be fast; for a laboratory test, it should contain a test of that kind.
     """
     for kind, (at_work, functions) in KINDS.items():
         if isinstance(thing, kind):
@@ -117,14 +112,9 @@ def parametrize_with_checks(
 ) -> pytest.MarkDecorator:
     """Return a decorator that calls a test function with each check of each object as `check`.
 
-    Parameters
-    ----------
-    objects : iterable
-        Objects, or pairs of an object and its study, as in `checks_of`.
-    expected_failures : mapping, optional
-        Reasons by name of the check, as ``object-check``, or ``object`` for all its checks: these are expected to fail.
-    slow : collection of str, optional
-        Checks, named in the same way, that are marked `slow`.
+    objects             objects, or pairs of an object and its study, as in `checks_of`
+    expected_failures   reasons by name of a check, as ``object-check``, or ``object`` for all its checks
+    slow                checks, named in the same way, that are marked `slow`
     """
     import pytest
 

@@ -71,16 +71,11 @@ DeckProgramName = Literal["lsdyna", "openradioss"]
 class DeckForm:
     """Choices in writing a deck.
 
-    Parameters
-    ----------
-    program : str
-        ``lsdyna``: *MAT_PLASTIC_KINEMATIC with all nine parameters. ``openradioss``: piecewise linear plasticity with
-        failure, by which both programs delete elements; the hardening is isotropic.
-    lengths : bool
-        Whether cards of this program carry the study's lengths: nonlocal failure over an equivalent of
-        `internal_length`, and a nose of radius `edge_spread`.
-    pictures : bool
-        Whether states are written to look at.
+    program    ``lsdyna``: *MAT_PLASTIC_KINEMATIC with all nine parameters. ``openradioss``: piecewise linear plasticity
+               with failure, by which both programs delete elements; the hardening is isotropic.
+    lengths    whether cards of this program carry the study's lengths: nonlocal failure over an equivalent of
+               `internal_length`, and a nose of radius `edge_spread`
+    pictures   whether states are written to look at
     """
 
     program: DeckProgramName = "openradioss"

@@ -46,10 +46,7 @@ def _read(folder: Path, peak: Callable[..., Answer], ended: Ended) -> Answer:
 def force_in_rcforc(text: str) -> ContactForce:
     """Return the force along z of the blade's contact from the text of an ``rcforc`` in ASCII.
 
-    Raises
-    ------
-    SimulationFailed
-        ``no_result`` if the contact is not there, ``nan`` or ``bad_result`` if its numbers are none.
+    Raises `SimulationFailed`: ``no_result`` if the contact is not there, ``nan`` or ``bad_result`` for wrong numbers.
     """
     rows = [match for line in text.splitlines() if (match := _ROW.match(line))]
     mine = [match for match in rows if int(match[2]) == BLADE_CONTACT]

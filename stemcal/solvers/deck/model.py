@@ -69,11 +69,8 @@ class Deck:
     def of(cls, study: Study, levels: Mapping[str, float], diameter: float, form: DeckForm | None = None) -> Deck:
         """Return a deck in the form that the study's solver reads, unless another is given.
 
-        Raises
-        ------
-        UsageError
-            If the study's solver computes no stem: its factors are then no stem material. A deck has one isotropic one,
-            two supports and a straight edge.
+        Raises `UsageError` if the study's solver computes no stem: its factors are then no stem material. A deck has
+        one isotropic one, two supports and a straight edge.
         """
         if study.is_layered:
             raise UsageError(

@@ -12,12 +12,7 @@ from stemcal.errors import UsageError
 from stemcal.processes.program import Ended, run_program
 from stemcal.solvers.deck.model import Deck
 from stemcal.solvers.deck.openradioss_output import engine_ran, starter_ran, table_made
-from stemcal.solvers.deck.writer import (
-    DECK,
-    ENGINE_INPUT,
-    HISTORY,
-    STARTER_INPUT,
-)
+from stemcal.solvers.deck.writer import DECK, ENGINE_INPUT, HISTORY, STARTER_INPUT
 from stemcal.solvers.options import DeckSolver
 from stemcal.solvers.program import run_in
 from stemcal.solvers.protocol import Answer
@@ -44,10 +39,7 @@ class _Installation(NamedTuple):
 def installation(options: DeckSolver, folder: Path) -> _Installation:
     """Return the programs that a spec in `folder` means.
 
-    Raises
-    ------
-    UsageError
-        If there is no folder of OpenRadioss, or one of the programs or the definitions of keywords is not in it.
+    Raises `UsageError` if there is no folder of OpenRadioss, or it lacks a program or the definitions of keywords.
     """
     named = options.home or options.environment.get(HOME) or os.environ.get(HOME)
     if named is None:

@@ -85,14 +85,8 @@ def leave_engine_input(folder: Path, text: str | None) -> None:
 def values_not_read(listing: str, written: Mapping[str, float], nonlocal_length: float = 0.0) -> list[str]:
     """Return the values of the stem's card, as written in the deck, that the starter's listing does not echo.
 
-    A keyword or a field that the reader does not support gives no error, only other values.
-
-    Parameters
-    ----------
-    written : mapping
-        ``ro e pr sigy etan fail c p`` of the card.
-    nonlocal_length : float
-        The length of its nonlocal failure, mm; 0 for none.
+    A keyword or a field that the reader does not support gives no error, only other values. `written` has ``ro e pr
+    sigy etan fail c p`` of the card, the length of its nonlocal failure is in mm, 0 for none.
     """
     e, tangent = written["e"], written["etan"]
     wanted = {"density": written["ro"], "elastic modulus": e, "Poisson's ratio": written["pr"]}
@@ -128,12 +122,9 @@ def deleted_elements(listing: str, printed: str) -> list[float]:
 def force_in_histories(text: str) -> ContactForce:
     """Return the force along z of the blade's contact from the table of time histories, FNZ + FTZ, its peak positive.
 
-    Raises
-    ------
-    SimulationFailed
-        ``impulse`` if the table has no titles or its force never drops: OpenRadioss stores impulses, of which
-        ``th_to_csv`` makes forces by their titles. ``no_result`` if the contact is not there, ``nan`` or
-        ``bad_result`` if its numbers are none.
+    Raises `SimulationFailed`: ``impulse`` if the table has no titles or its force never drops: OpenRadioss stores
+    impulses, of which ``th_to_csv`` makes forces by their titles. ``no_result`` if the contact is not there, ``nan`` or
+    ``bad_result`` if its numbers are none.
     """
     try:
         header, *rows = csv.reader(text.splitlines())

@@ -48,14 +48,8 @@ def peak_answer(
 ) -> Answer:
     """Return the peak of the filtered force until the first fracture, as the embedded solver reports it.
 
-    Parameters
-    ----------
-    failed : sequence of float
-        When each element was taken away, s. Without any there is no fracture, and the peak is that of the stroke.
-    warnings : sequence of Note
-        Warnings on the answer.
-    modes : CurveModes, optional
-        Those of the measured curves, which the filtered force until then is scored on.
+    `failed` has the time (s) at which each element was taken away; without any there is no fracture, and the peak is
+    that of the stroke. `modes` are those of the measured curves, which the filtered force until then is scored on.
     """
     time, force = contact.time, contact.force
     rows = max(1, round(options.filter_window / float(np.median(np.diff(time)))))

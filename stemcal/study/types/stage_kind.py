@@ -23,16 +23,10 @@ class StageKind(Checked):
 
     The class of its section has the stage's name, for example `ScreenOptions`, in the module `options` of its package.
 
-    Attributes
-    ----------
-    name : str
-        Name of its command, its files and its section in the spec.
-    title : str
-        Title of the stage.
-    purpose : str
-        Purpose of its section in the spec.
-    by_section : bool
-        Whether a study has it only if its spec has its section.
+    name         name of its command, its files and its section in the spec
+    title        title of the stage
+    purpose      purpose of its section in the spec
+    by_section   whether a study has it only if its spec has its section
     """
 
     name: ClassVar[str] = ""
