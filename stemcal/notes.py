@@ -4,8 +4,6 @@ A note is made where the fact is found, by a plain function with an f-string. Pr
 read `text`.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Literal
 

@@ -1,7 +1,5 @@
 """The keys of `solver` in a spec whose runs are done by hand."""
 
-from __future__ import annotations
-
 from typing import Annotated, Literal
 
 from pydantic import Field

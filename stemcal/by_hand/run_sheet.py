@@ -160,9 +160,8 @@ def filled(content: bytes, source: str, study: Study, *, partial: bool = False) 
     Raises `UsageError` if it is neither, or lacks columns of this study.
     """
     if len(content) > MAX_BYTES:
-        raise UsageError(
-            f"{source} is larger than {MAX_BYTES // MIB} MiB; save the worksheet with the runs as a separate file"
-        )
+        message = f"{source} is larger than {MAX_BYTES // MIB} MiB; save the worksheet with the runs as a separate file"
+        raise UsageError(message)
     if is_workbook(content, source):
         return _of_lines(_lines_of_workbook(content, source), source, study, partial)
     text = decoded_table(content, None, Path(source))[0]
@@ -212,9 +211,8 @@ def _lines_of_workbook(content: bytes, source: str) -> Lines:
             sheets.append((title, lines))
     if len(sheets) > 1:
         titles = listed([title for title, _ in sheets])
-        raise UsageError(
-            f"{source}: several worksheets have a `{RUN}` heading ({titles}); keep only one of these worksheets"
-        )
+        message = f"{source}: several worksheets have a `{RUN}` heading ({titles}); keep only one of these worksheets"
+        raise UsageError(message)
     return sheets[0][1] if sheets else []
 
 
@@ -226,9 +224,8 @@ def _split(text: str, source: str) -> Lines:
         try:
             ways.append([(reader.line_num, cells) for cells in islice(reader, MAX_ROWS + 1)])
         except csv.Error as error:
-            raise UsageError(
-                f"{source}:{reader.line_num}: the line is not valid CSV ({error}); correct the line"
-            ) from None
+            message = f"{source}:{reader.line_num}: the line is not valid CSV ({error}); correct the line"
+            raise UsageError(message) from None
     return max(ways, key=lambda lines: 0 if (head := _head(lines)) is None else len(lines[head][1]))
 
 

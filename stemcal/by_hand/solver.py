@@ -178,9 +178,8 @@ def _gaps(source: str, rows: Mapping[str, Sequence[_KnownRow]]) -> list[str]:
     for stage in dict.fromkeys(name.split()[0] for name in rows):
         of_stage = {name: row[0] for name, row in rows.items() if name.split()[0] == stage}
         if {_number(name) for name in of_stage} != set(range(1, len(of_stage) + 1)):
-            wrong.append(
-                f"{source}: the rows of {stage} are not numbered from 1 to {len(of_stage)}; renumber these rows"
-            )
+            message = f"{source}: the rows of {stage} are not numbered from 1 to {len(of_stage)}; renumber these rows"
+            wrong.append(message)
         columns = [set[str](row.levels) for row in of_stage.values()]
         if partial := sorted(set().union(*columns) - columns[0].intersection(*columns)):
             wrong.append(

@@ -54,9 +54,8 @@ def run(
     with opened(spec, out, workers, executor, quiet) as work:
         names = [stage.name for stage in stages_of(work.study)]
         if until is not None and until not in names:
-            raise UsageError(
-                f"--until {until[:40]}: the study has no stage with this name; use one of {', '.join(names)}"
-            )
+            message = f"--until {until[:40]}: the study has no stage with this name; use one of {', '.join(names)}"
+            raise UsageError(message)
         if not quiet:
             note(f"Report: {work.folder.path / 'report.html'}, updated after each stage")
         if retry:

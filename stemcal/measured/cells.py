@@ -109,9 +109,8 @@ def sheets(content: bytes, source: str) -> dict[str, list[Line]]:
         raise
     except Exception as error:  # openpyxl raises many kinds for damaged archives, damaged XML or strange cells
         reason = f"{type(error).__name__}: {error}".splitlines()[0][:120]
-        raise UsageError(
-            f"{source} cannot be read as an Excel workbook ({reason}); save the file again as .xlsx or CSV"
-        ) from None
+        message = f"{source} cannot be read as an Excel workbook ({reason}); save the file again as .xlsx or CSV"
+        raise UsageError(message) from None
 
 
 def _line(row: Sequence[object]) -> Line:

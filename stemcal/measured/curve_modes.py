@@ -20,8 +20,6 @@ covariance matrix of 1 + q responses, estimated from n specimens (`doe.calibrati
 Source: T. W. Anderson, An Introduction to Multivariate Statistical Analysis, 3rd ed., Wiley 2003, sections 5.2, 11.3.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

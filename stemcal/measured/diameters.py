@@ -109,9 +109,8 @@ def _check_grades(grades: Sequence[float], step: float) -> None:
         raise UsageError(f"--grades: too many grades ({len(grades)}); list at most {MOST_GRADES} grades")
     for low, high in pairwise(sorted(grades)):
         if high - low < step * (1.0 - 1e-9):
-            raise UsageError(
-                f"--grades: the grades of {low:g} and {high:g} mm overlap (width {step:g} mm); reduce `--step`"
-            )
+            message = f"--grades: the grades of {low:g} and {high:g} mm overlap (width {step:g} mm); reduce `--step`"
+            raise UsageError(message)
 
 
 def _columns(table: TextTable, given: str | None, label: str | None) -> tuple[list[int], list[int]]:

@@ -1,7 +1,5 @@
 """All shear tests of a campaign: the maximum force of every specimen, and the statistics of each grade."""
 
-from __future__ import annotations
-
 import re
 from collections import Counter
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
@@ -146,9 +144,8 @@ def find_files(folder: Path) -> list[Path]:
     own = ("index", "specimens")
     files = [path for path in files if path.stem.lower() not in own and not path.name.startswith(("~$", "."))]
     if not files:
-        raise UsageError(
-            f"{folder}: no files with the extension {listed(_SUFFIXES)} found; add files from the testing machine"
-        )
+        message = f"{folder}: no files with the extension {listed(_SUFFIXES)} found; add files from the testing machine"
+        raise UsageError(message)
     return sorted(files, key=_by_number)
 
 

@@ -97,9 +97,8 @@ def read_table(path: Path, form: Form = Form()) -> TextTable:
     tables = read_tables(path, form)
     if len(tables) > 1:
         titles = ", ".join(quoted(table.sheet) for table in tables)
-        raise UsageError(
-            f"{path}: several sheets of the workbook contain tables ({titles}); choose a sheet with `--sheet`"
-        )
+        message = f"{path}: several sheets of the workbook contain tables ({titles}); choose a sheet with `--sheet`"
+        raise UsageError(message)
     return tables[0]
 
 
@@ -157,9 +156,8 @@ def _of_text(content: bytes, path: Path, form: Form) -> TextTable:
     separator, decimal = max(ways, key=lambda way: _score(split(texts[:_PROBED], way[0]), way[1], ragged=way[0] != " "))
     table = _table(split(texts, separator), Form(encoding, separator, decimal), str(path), ragged=separator != " ")
     if not table.rows:
-        raise UsageError(
-            f"{path}: no numeric rows found; describe the format with `--separator`, `--decimal` and `--encoding`"
-        )
+        message = f"{path}: no numeric rows found; describe the format with `--separator`, `--decimal` and `--encoding`"
+        raise UsageError(message)
     return table
 
 

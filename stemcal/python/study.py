@@ -1,7 +1,5 @@
 """From a spec to results in a few calls."""
 
-from __future__ import annotations
-
 import warnings
 from pathlib import Path
 from typing import Annotated

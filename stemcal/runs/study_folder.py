@@ -108,9 +108,8 @@ class StudyFolder:
             ) from None
         except (OSError, NotImplementedError) as error:  # such as a network disk without a lock service
             place, why = getattr(error, "filename", None) or self.path, getattr(error, "strerror", None) or error
-            raise StemcalError(
-                f"{place}: {why}; use `--out` to choose a folder on a disk that supports file locks"
-            ) from None
+            message = f"{place}: {why}; use `--out` to choose a folder on a disk that supports file locks"
+            raise StemcalError(message) from None
         if self._lock.lock_counter == 1:
             with suppress(OSError, StemcalError):
                 by = f"process {os.getpid()} on {socket.gethostname()} has been using this folder since {now()}"

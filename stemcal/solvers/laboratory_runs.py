@@ -1,7 +1,5 @@
 """The laboratory tests that a spec lists: virtual ones of the material and the stem of a shear test."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import asdict, replace
 from typing import Any

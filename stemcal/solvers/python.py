@@ -132,9 +132,8 @@ def _number(found: object, name: str) -> float:
     if not isinstance(found, Mapping) or name not in found:
         raise SimulationFailed("no_result", f"`solve` returned no {name}; return a mapping such as {{{name!r}: 12.5}}")
     if not isinstance(found[name], Real) or isinstance(found[name], bool):
-        raise SimulationFailed(
-            "bad_result", f"the returned {name} is of type {type(found[name]).__name__}, not a number"
-        )
+        message = f"the returned {name} is of type {type(found[name]).__name__}, not a number"
+        raise SimulationFailed("bad_result", message)
     return float(found[name])
 
 

@@ -230,9 +230,8 @@ def _finite(numbers: Sequence[float]) -> Array:
     if y.size == 0:
         raise SimulationFailed("no_result", "the result contains no numbers")
     if not np.isfinite(y).all():
-        raise SimulationFailed(
-            "nan", f"value {int(np.argmin(np.isfinite(y))) + 1} of {y.size} is not finite ({y[~np.isfinite(y)][0]:g})"
-        )
+        message = f"value {int(np.argmin(np.isfinite(y))) + 1} of {y.size} is not finite ({y[~np.isfinite(y)][0]:g})"
+        raise SimulationFailed("nan", message)
     return y
 
 

@@ -1,7 +1,5 @@
 """The keys of a result that a program leaves: the file, the numbers in it, and the one that is taken."""
 
-from __future__ import annotations
-
 import re
 from typing import Annotated, Literal, Self
 

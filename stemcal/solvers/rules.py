@@ -128,9 +128,8 @@ def _every_response_is_read(draft: Draft, solver: CommandSolver) -> Iterator[Fin
         return
     for name in readers:
         if name not in names:
-            yield Finding(
-                (*path, name), f"{name[:60]!r} is not a response of this study", did_you_mean(name, names), True
-            )
+            message = f"{name[:60]!r} is not a response of this study"
+            yield Finding((*path, name), message, did_you_mean(name, names), True)
     for name in names if readers else ():
         if name not in readers:
             yield Finding(path, f"no reader returns {name}", f"add {name}: {{file: …}}")
@@ -148,11 +147,8 @@ def _command_names_deck(_draft: Draft, solver: DeckSolver) -> Iterator[Finding]:
         if name != "deck":
             yield Finding(("solver", "command"), f"unknown placeholder {{{{{name[:60]}}}}}", "write i={{deck}}")
     if "deck" not in names:
-        yield Finding(
-            ("solver", "command"),
-            "the command does not contain the placeholder {{deck}}",
-            'add an argument "i={{deck}}"',
-        )
+        message = "the command does not contain the placeholder {{deck}}"
+        yield Finding(("solver", "command"), message, 'add an argument "i={{deck}}"')
 
 
 def _keys_are_of_the_program(_draft: Draft, solver: DeckSolver) -> Iterator[Finding]:
@@ -167,9 +163,8 @@ def _openradioss_hardens_isotropically(draft: Draft, solver: DeckSolver) -> Iter
     for index, factor in draft.factors.items():
         if factor.name == "hardening_parameter" and solver.program == "openradioss":
             message = "the parameter has no effect because the OpenRadioss deck uses isotropic hardening"
-            yield Finding(
-                ("factors", index, "name"), message, "set the parameter to a fixed value in the `material` section"
-            )
+            remedy = "set the parameter to a fixed value in the `material` section"
+            yield Finding(("factors", index, "name"), message, remedy)
 
 
 def _whole_cut_can_part(draft: Draft, solver: EmbeddedSolver) -> Iterator[Finding]:

@@ -71,9 +71,8 @@ def checks_of(thing: object, study: AnyStudy | None = None) -> list[Check]:
         if isinstance(thing, kind):
             subject, of = at_work(thing, study), str(getattr(thing, "name", ""))
             return [Check(one.__name__.removeprefix("_"), of, one, subject) for one in functions]
-    raise UsageError(
-        f"{thing!r:.60} is not one of {', '.join(kind.__name__ for kind in KINDS)}; pass an instance, not a class"
-    )
+    message = f"{thing!r:.60} is not one of {', '.join(kind.__name__ for kind in KINDS)}; pass an instance, not a class"
+    raise UsageError(message)
 
 
 def _check(thing: object, study: AnyStudy | None = None) -> None:

@@ -1,7 +1,5 @@
 """The checks by kind of object; each is a function of the object in use and raises an error if the object fails."""
 
-from __future__ import annotations
-
 import json
 import math
 import os
@@ -105,20 +103,16 @@ def _points_are_finite_for_each_number_of_factors(at: DesignAtWork) -> None:
     for k in range(1, _MOST + 1):
         with suppress(*([] if k in at.each else [UsageError])):
             found = at.each[k] if k in at.each else at.points(k)
-            require(
-                found.ndim == 2 and found.shape[1] == k,
-                f"the design points for {k} factors have shape {found.shape}, but {k} columns are required",
-            )
+            message = f"the design points for {k} factors have shape {found.shape}, but {k} columns are required"
+            require(found.ndim == 2 and found.shape[1] == k, message)
             require(bool(np.isfinite(found).all()), f"the design points for {k} factors are not finite")
 
 
 def _same_points_again(at: DesignAtWork) -> None:
     """The points are not random."""
     for k, points in at.few.items():
-        require(
-            np.array_equal(points, at.points(k)),
-            f"the design points for {k} factors differ when they are computed a second time",
-        )
+        message = f"the design points for {k} factors differ when they are computed a second time"
+        require(np.array_equal(points, at.points(k)), message)
 
 
 def _every_term_can_be_estimated(at: DesignAtWork) -> None:
@@ -132,10 +126,8 @@ def _levels_are_balanced(at: DesignAtWork) -> None:
     """The mean level of each factor is 0, unless the design declares otherwise."""
     for k, points in at.each.items() if at.thing.balanced else ():
         off = float(np.abs(points.mean(axis=0)).max())
-        require(
-            off < _ROUNDING,
-            f"in the design for {k} factors, the mean coded level of a factor is {off:.3g} instead of 0",
-        )
+        message = f"in the design for {k} factors, the mean coded level of a factor is {off:.3g} instead of 0"
+        require(off < _ROUNDING, message)
 
 
 def _points_are_within_reach(at: DesignAtWork) -> None:
@@ -143,15 +135,11 @@ def _points_are_within_reach(at: DesignAtWork) -> None:
     for k, points in at.each.items():
         options = SurfaceOptions(at.thing.name, 3)
         reach, radius = at.thing.reach(k, options), max(at.thing.radius(k, options), k**0.5)
-        require(
-            np.abs(points).max() <= reach + _ROUNDING,
-            f"in the design for {k} factors, a coded level exceeds `reach` ({reach:g})",
-        )
+        message = f"in the design for {k} factors, a coded level exceeds `reach` ({reach:g})"
+        require(np.abs(points).max() <= reach + _ROUNDING, message)
         far = np.linalg.norm(points, axis=1).max()
-        require(
-            far <= radius + _ROUNDING,
-            f"in the design for {k} factors, the coded radius of a point exceeds `radius` ({radius:g})",
-        )
+        message = f"in the design for {k} factors, the coded radius of a point exceeds `radius` ({radius:g})"
+        require(far <= radius + _ROUNDING, message)
 
 
 OF_DESIGNS: tuple[Callable[[DesignAtWork], None], ...] = (
@@ -200,9 +188,8 @@ class SolverAtWork(AtWork):
 def _kind_is_declared(at: AtWork) -> None:
     """The key `kind` of the options has the name of the kind as its default, and specs can name it."""
     default = at.thing.options.model_fields["kind"].default
-    require(
-        default == at.thing.name, f"the name is {at.thing.name!r}, but the default of the `kind` key is {default!r}"
-    )
+    message = f"the name is {at.thing.name!r}, but the default of the `kind` key is {default!r}"
+    require(default == at.thing.name, message)
 
 
 def _solver_is_picklable(at: SolverAtWork) -> None:
@@ -229,10 +216,8 @@ def _every_response_is_answered(at: SolverAtWork) -> None:
     for answer in () if at.solver.asks_people else at.answered:
         require(answer.ok, f"the run with all factors at mid-range failed: {answer.reason}: {answer.message}")
         found = [answer.response, *(answer.of(named.name) for named in at.solver.naming.others)]
-        require(
-            all(one is not None and math.isfinite(one) for one in found),
-            f"some responses are not finite numbers: {found}",
-        )
+        message = f"some responses are not finite numbers: {found}"
+        require(all(one is not None and math.isfinite(one) for one in found), message)
 
 
 def _interrupted_runs_equal_uninterrupted_ones(at: SolverAtWork) -> None:

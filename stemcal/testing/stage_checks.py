@@ -1,7 +1,5 @@
 """The checks of stages; each is a function of the stage in use and raises an error if the stage fails."""
 
-from __future__ import annotations
-
 import json
 import pickle
 from collections.abc import Callable, Mapping
@@ -58,9 +56,8 @@ def _stage_is_declared(at: StageAtWork) -> None:
     """A stage has a name, equal to that of its result, a title and a help text."""
     require(bool(at.thing.name and at.thing.title and at.thing.help), "the name, title or help of the stage is missing")
     name = at.thing.result().name
-    require(
-        name == at.thing.name, f"the name of the stage is {at.thing.name!r}, but the name of its result is {name!r}"
-    )
+    message = f"the name of the stage is {at.thing.name!r}, but the name of its result is {name!r}"
+    require(name == at.thing.name, message)
     require(isinstance(at.thing.showing(), Showing), "`showing` does not return an instance of `Showing`")
 
 
@@ -116,9 +113,8 @@ def _tables_have_titles_and_units(at: StageAtWork) -> None:
             named = column.unit or column.name in {*at.study.names, *_STATISTICS} or column.words
             require(bool(counts or has_units or named), f"{table.title}: the column {column.name} has no unit")
     for name, table in result.tables().items():
-        require(
-            all(len(row) == len(table.columns) for row in table.rows), f"the rows of {name}.csv have different lengths"
-        )
+        message = f"the rows of {name}.csv have different lengths"
+        require(all(len(row) == len(table.columns) for row in table.rows), message)
 
 
 def _stage_is_shown(at: StageAtWork) -> None:
@@ -126,16 +122,14 @@ def _stage_is_shown(at: StageAtWork) -> None:
     _, folder, result = at.made
     showing, names = at.thing.showing(), names_of(result)
     assert isinstance(showing, Showing)
-    require(
-        all(isinstance(text, str) for text in showing.outcome(result, names)), "`outcome` must return a list of texts"
-    )
+    message = "`outcome` must return a list of texts"
+    require(all(isinstance(text, str) for text in showing.outcome(result, names)), message)
     for table in showing.tables(result, names):
         written = [
             column.written(value) for row in table.rows for column, value in zip(table.columns, row, strict=True)
         ]
-        require(
-            all(isinstance(text, str) for text in written), f"{table.title}: the format of a column returns no text"
-        )
+        message = f"{table.title}: the format of a column returns no text"
+        require(all(isinstance(text, str) for text in written), message)
     for plot in showing.figures(result, Setting(at.study, fresh_results(at.study, folder))):
         require(plot.section == at.thing.name, f"the section of the {plot.name} figure must be {at.thing.name!r}")
         require(bool(plot.document), f"the {plot.name} figure is empty")

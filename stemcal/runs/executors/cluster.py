@@ -177,9 +177,8 @@ def _connected(address: str) -> Any:
         import dask
         from distributed import Client
     except ImportError:
-        raise UsageError(
-            '--executor dask:// requires Dask; run `pip install ".[dask]"` in the repository folder'
-        ) from None
+        message = '--executor dask:// requires Dask; run `pip install ".[dask]"` in the repository folder'
+        raise UsageError(message) from None
     for name in [*_LOUD, *logging.root.manager.loggerDict]:  # stemcal reports its own errors
         if name.partition(".")[0] in _LOUD:
             logging.getLogger(name).setLevel(logging.CRITICAL + 1)

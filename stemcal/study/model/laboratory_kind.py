@@ -1,7 +1,5 @@
 """Laboratory tests other than cutting: the keys of a test of each kind, and the kinds by name."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Annotated, Any, ClassVar, Literal
@@ -27,9 +25,8 @@ class LaboratoryMeans(Frozen):
 
 def _as_rows(given: Any, info: ValidationInfo) -> Any:
     if info.context is not None:
-        raise complain(
-            "unknown key 'targets'", "write rows such as `{test: NAME, diameter: …}` in the `targets` section"
-        )
+        remedy = "write rows such as `{test: NAME, diameter: …}` in the `targets` section"
+        raise complain("unknown key 'targets'", remedy)
     return given
 
 

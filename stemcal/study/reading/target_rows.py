@@ -1,7 +1,5 @@
 """The rows of `targets`: what was measured, in the names and units of the study, and what is wrong with them."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import isclose

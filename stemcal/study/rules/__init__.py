@@ -3,8 +3,6 @@
 What is possible but looks like a slip is in `plausible`.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 from stemcal.formats import did_you_mean

@@ -145,9 +145,8 @@ def _mesh(study: Study) -> Iterator[Finding]:
         least = min(conditions, key=length.at)
         if length.at(least) == 0.0:
             message = f"without `{path[1]}`, the force depends on the mesh"
-            yield Finding(
-                path, message, "write `edge_spread: d/9.5` under `blade` and `internal_length: d/4.5` under `material`"
-            )
+            remedy = "write `edge_spread: d/9.5` under `blade` and `internal_length: d/4.5` under `material`"
+            yield Finding(path, message, remedy)
             continue
         coarse = [d for d in conditions if mesh.element_size.at(d) > _RESOLVED * length.at(d) * (1.0 + 1e-9)]
         if coarse:

@@ -182,9 +182,8 @@ def _tests_differ(draft: Draft) -> Iterator[Finding]:
         key = test.name.casefold()
         if key in seen or key == _CUTTING:
             taken = "the cutting test" if key == _CUTTING else "another test"
-            yield Finding(
-                ("tests", index, "name"), f"{test.name!r} is already the name of {taken}", "choose another name"
-            )
+            message = f"{test.name!r} is already the name of {taken}"
+            yield Finding(("tests", index, "name"), message, "choose another name")
         seen.add(key)
         for response in test.measured:
             if test.called(response) in draft.names:

@@ -257,9 +257,8 @@ _DEVICES = {"con", "prn", "aux", "nul"} | {f"{port}{i}" for port in ("com", "lpt
 
 def _study_name(name: str) -> str:
     if not re.fullmatch(r"[\w-]([\w. -]{0,62}[\w-])?", name) or len(name.encode()) > 200:
-        raise complain(
-            f"{name[:80]!r} is not allowed as a folder name", "use up to 64 letters, digits, hyphens and underscores"
-        )
+        remedy = "use up to 64 letters, digits, hyphens and underscores"
+        raise complain(f"{name[:80]!r} is not allowed as a folder name", remedy)
     if name.split(".")[0].rstrip().lower() in _DEVICES:
         raise complain(f"{name!r} is a reserved device name on Windows", "choose another name")
     return name
@@ -305,10 +304,8 @@ def _reader(millimetres: Quantity) -> BeforeValidator:
         if share is None:
             return Length(millimetres.read(given, info))
         if not 0.1 <= float(share[1]) <= 1000.0:
-            raise complain(
-                f"{given} is not a plausible fraction of a diameter",
-                "divide the diameter by a number from 0.1 to 1000, as in `d/8`",
-            )
+            remedy = "divide the diameter by a number from 0.1 to 1000, as in `d/8`"
+            raise complain(f"{given} is not a plausible fraction of a diameter", remedy)
         return Length(divisor=float(share[1]))
 
     return BeforeValidator(read)

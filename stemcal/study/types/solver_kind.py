@@ -3,8 +3,6 @@
 Code queries the capabilities of a kind or its options, never a class or a name.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping
 from typing import Annotated, Any, ClassVar, Literal, NamedTuple
 

@@ -9,8 +9,6 @@ are texts, and no file can make it crash.
 ({'low': 1000.0, 'units': ['mm', 'no']}, Position(line=2, column=13))
 """
 
-from __future__ import annotations
-
 import math
 import re
 from dataclasses import dataclass, field
