@@ -66,7 +66,6 @@ class Registry(Generic[T]):
 
     @cached_property
     def _entries(self) -> dict[str, EntryPoint]:
-        """The entry points of other packages, by name."""
         if not _may_declare(self.group):
             return {}
         found: dict[str, EntryPoint] = {}
@@ -126,7 +125,6 @@ class Registry(Generic[T]):
 
 
 def _at(place: str) -> Any:
-    """Create the object of a class from its place."""
     module, _, name = place.partition(":")
     return getattr(import_module(module), name)()
 

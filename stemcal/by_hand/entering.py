@@ -158,9 +158,6 @@ def _second_result(row: Filled, other: Filled) -> RowRefused:
     return RowRefused(row, "two_results", f"{row.run} has a different result at {other.place}; delete the wrong row")
 
 
-# ---- against what is known
-
-
 def _against_record(
     result: _Result, record: Mapping[str, Any] | None, study: Study, because: str
 ) -> Literal["taken", "known", "replaced"]:
@@ -199,11 +196,7 @@ def _values(answer: Answer) -> list[float]:
 
 
 def _shown(answer: Answer) -> str:
-    """Return a result as a message has it."""
     return ", ".join(f"{value:g}" for value in _values(answer)) if answer.ok else f"{FAILED}: {answer.message}"
-
-
-# ---- recorded
 
 
 def _record(key: str, result: _Result, solver: Solver, folder: StudyFolder, because: str) -> None:

@@ -196,8 +196,6 @@ def _cells(row: object, place: str, fields: Sequence[Field]) -> list[str]:
     return [cells[name] for name in names]
 
 
-# ---- a file
-
 Lines = Sequence[tuple[int, Sequence[str]]]
 
 
@@ -263,7 +261,6 @@ def _of_lines(lines: Lines, source: str, study: Study, partial: bool, complete: 
 
 
 def _broken(cells: int, width: int, cut: bool) -> str:
-    """Return the mistake of a row as a whole."""
     if cells > width:
         return f"the row has {cells} cells, but the header row has {width}; put quotes around cells that contain commas"
     if cells < width:

@@ -88,9 +88,6 @@ def _plain(text: str) -> str:
     return text.strip().lower().translate(table).replace("'s", "").replace("'", "").replace("-", " ")
 
 
-# ---- the command
-
-
 Wanted = Annotated[list[str] | None, typer.Argument(metavar="TERM", help="Glossary term or spec key.")]
 Schema = Annotated[bool, typer.Option("--schema", help="Print the JSON schema of the spec for use in an editor.")]
 

@@ -196,7 +196,6 @@ def export_material(
 
 
 def _written(study: Study, strain: SizedStrain, program: str, folder: Path) -> dict[str, Any]:
-    """Write the files; return the content of material.json."""
     from stemcal.report.records import spec_hash
     from stemcal.solvers.deck import Deck, DeckForm
     from stemcal.solvers.deck.writer import material_text

@@ -63,9 +63,6 @@ def spec_text(name: str, full: bool = False) -> str:
     return text if full else text[: text.index(MORE)]
 
 
-# ---- check
-
-
 def check(spec: Spec, out: Out = None, workers: Workers = None, as_json: AsJson = False) -> None:
     """Check a spec and estimate the number of runs and the computing time.
 
@@ -119,7 +116,6 @@ def check(spec: Spec, out: Out = None, workers: Workers = None, as_json: AsJson 
 
 
 def _say_plan(found: Plan) -> None:
-    """Print the runs, the time and the memory of every stage."""
     from stemcal.drawing.table import Column, Table
     from stemcal.formats import duration, in_bytes
     from stemcal.overview.plan import total

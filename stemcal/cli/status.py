@@ -68,7 +68,6 @@ def status(
 
 
 def _progress(study: Study, folder: StudyFolder, as_json: bool) -> dict[str, Any]:
-    """Return the progress of every stage, and the verdict."""
     from stemcal.by_hand.own_sheet import awaiting_sheet
     from stemcal.drawing.table import Column, Table
     from stemcal.overview.status import stage_states as count
@@ -117,7 +116,6 @@ def _remarks(stage: StageStatus) -> Iterator[str]:
 
 
 def _runs(study: Study, folder: StudyFolder, failed: bool, as_json: bool) -> dict[str, Any]:
-    """Return the runs of the study, or the failed ones."""
     from stemcal.report.study_tables import runs_table
     from stemcal.stages.ledger import ledger
     from stemcal.vocabulary import Wording

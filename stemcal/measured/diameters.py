@@ -114,7 +114,6 @@ def _check_grades(grades: Sequence[float], step: float) -> None:
 
 
 def _columns(table: TextTable, given: str | None, label: str | None) -> tuple[list[int], list[int]]:
-    """Return the columns that name the stems, none if each row is one, and those of their diameters."""
     labels = _label_columns(table) if label is None else []
     if label is not None and label != NONE:
         labels = given_columns(table, label, "labels")
@@ -163,7 +162,6 @@ def _repeated(table: TextTable, labels: Sequence[int], columns: Sequence[int]) -
 
 
 def _apart(table: TextTable, labels: Sequence[int]) -> list[str]:
-    """Return the labels that begin more than one block of rows."""
     blocks = [name for name, _ in groupby(_label(cells, row, labels) for row, cells in enumerate(table.rows))]
     return [name for name, count in Counter(blocks).items() if count > 1]
 

@@ -150,7 +150,6 @@ def find_files(folder: Path) -> list[Path]:
 
 
 def _by_number(path: Path) -> list[tuple[bool, float, str]]:
-    """Return a key that sorts numbers within names by their value."""
     parts = re.split(r"([0-9]+)", str(path))
     return [(place % 2 == 1, float(part) if place % 2 else 0.0, part) for place, part in enumerate(parts)]
 
@@ -193,7 +192,6 @@ def _specimens(
 def _specimen(
     path: Path, name: str, curve: ShearCurve, index: Mapping[str, tuple[float, float | None]]
 ) -> TestedSpecimen:
-    """Return one specimen with its diameter and grade."""
     entries = (f"{path.name}#{curve.label}", f"{path.stem}#{curve.label}", path.name, path.stem)
     listed, grade = next((index[entry] for entry in entries if entry in index), (None, None))
     named = _named_grade(path) if curve.over is None else None
@@ -216,9 +214,6 @@ def _named_grade(path: Path) -> float | None:
     (10.0, 7.5, None)
     """
     return next((found for text in (path.stem, path.parent.name) if (found := millimetres_in(text)) is not None), None)
-
-
-# ---- the rows of a spec's targets
 
 
 def target_rows(tests: ShearTests, work: bool = False) -> list[str]:

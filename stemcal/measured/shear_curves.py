@@ -104,9 +104,6 @@ def read_curves(path: Path, how: CurveOptions = CurveOptions()) -> list[ShearCur
     return [replace(curves[0], notes=(*skipped, *curves[0].notes)), *curves[1:]]
 
 
-# ---- which columns are force and displacement
-
-
 def _pairs(table: TextTable, how: CurveOptions) -> tuple[list[tuple[int, int]], list[Note]]:
     """Return the columns of displacement and force of every specimen, and notes on the choice.
 
@@ -147,7 +144,6 @@ def _pairs(table: TextTable, how: CurveOptions) -> tuple[list[tuple[int, int]], 
 def _columns(
     table: TextTable, what: str, given: str | None, words: Sequence[str], units: dict[str, float]
 ) -> list[int]:
-    """Return the given columns, or those with a matching heading."""
     found = matching(table, words, units) if given is None else given_columns(table, given, what)
     if not found:
         raise UsageError(
@@ -175,9 +171,6 @@ def _are_alike(table: TextTable, columns: Sequence[int]) -> bool:
 _STATED = re.compile(
     r"(?:diameter|durchmesser|диаметр|çap|直径|직경)\D{0,20}?(\d+(?:[.,]\d+)?)\s*(mm|cm)?", re.IGNORECASE
 )
-
-
-# ---- the curve of one specimen
 
 
 def _curves_of(

@@ -211,7 +211,6 @@ def _table(lines: Sequence[Line], form: Form, source: str, ragged: bool) -> Text
 
 
 def _filled(cells: Sequence[str], width: int) -> tuple[str, ...]:
-    """Return cells with empty ones behind them."""
     return (*cells, *[""] * (width - len(cells)))
 
 

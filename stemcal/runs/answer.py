@@ -146,9 +146,6 @@ def keep(run: Run, computed: Computed, folder: StudyFolder, naming: Vocabulary =
     return outcome_of(record, naming)
 
 
-# ---- when a stage must not go on, and why
-
-
 def _reason_lines(requests: Iterable[Request], outcomes: Iterable[Outcome]) -> list[str]:
     """Return a line per failed run with its reason, the first ten in full."""
     lines = [

@@ -179,9 +179,6 @@ def of_the_table(details: Mapping[str, Any], diameter: float, naming: Vocabulary
     return {one.name: value for one in found if one.name in wanted and (value := one.value(cut)) is not None}
 
 
-# ---- responses that are only lower bounds
-
-
 def lower_bound_notes(outcomes: Sequence[Outcome]) -> list[Note]:
     """Return a note on the rows whose response is only a lower bound."""
     rows = [row for row, outcome in enumerate(outcomes, 1) if outcome.censored]
@@ -197,9 +194,6 @@ def lower_bound_notes(outcomes: Sequence[Outcome]) -> list[Note]:
         "recorded maximum is a lower bound."
     )
     return [Note("lower_bound", "warning", text, remedy)]
-
-
-# ---- one outcome of the replicates of a point
 
 
 def merged(outcomes: Sequence[Outcome], times: int) -> list[Outcome]:

@@ -252,9 +252,6 @@ class StudyFolder:
         append(self.path / "log.jsonl", event, facts)
 
 
-# ---- records: what one must hold, and that its key follows from it
-
-
 def _problem_of(record: Mapping[str, Any], key: str) -> str:
     """Return the fault of a sealed record with this key, "" if it has none."""
     if (version := record.get("record_version")) != RECORD_VERSION:

@@ -241,7 +241,6 @@ def _shear_test(study: Study, levels: Mapping[str, float], diameter: float) -> S
 
 
 def _material(layer: LayerValues, study: Study, diameter: float) -> Material:
-    """Return the material of a layer."""
     law = _options(study).rate_law
     return Material(
         **layer.along,
@@ -260,7 +259,6 @@ def _options(study: Study) -> EmbeddedSolver:
 
 
 def _discretisation(study: Study, diameter: float) -> Discretisation:
-    """Return the mesh at a stem diameter (mm)."""
     solver = _options(study).at_speed(study.loading.speed)
     over_nodes = solver.edge_over == "nodes"
     mirrored = study.blade.bevel == "both" and study.supports.kind == "span"

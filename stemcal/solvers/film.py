@@ -116,6 +116,5 @@ def _quantised(values: Array) -> dict[str, Any]:
 
 
 def _restored(packed: Mapping[str, Any], frames: int) -> Array:
-    """Return (frame, values) packed by `_quantised`."""
     counts = unpacked_text(packed["counts"], "<i2").reshape(frames, -1)
     return np.asarray(np.cumsum(counts, axis=0, dtype=float) * float(packed["step"]))

@@ -146,20 +146,16 @@ class Program(Solver, ABC, Generic[O]):
         return answer
 
     @abstractmethod
-    def _inputs(self) -> Inputs:
-        """Take note of the files that runs need."""
+    def _inputs(self) -> Inputs: ...
 
     @abstractmethod
-    def _determining(self, request: Request) -> dict[str, Any]:
-        """Return further data that determine an answer."""
+    def _determining(self, request: Request) -> dict[str, Any]: ...
 
     @abstractmethod
-    def _write(self, folder: Path, request: Request) -> None:
-        """Put what a run needs into its folder."""
+    def _write(self, folder: Path, request: Request) -> None: ...
 
     @abstractmethod
-    def _run(self, folder: Path, request: Request) -> Answer:
-        """Run what is in the folder and return its answer, or why there is none."""
+    def _run(self, folder: Path, request: Request) -> Answer: ...
 
 
 def executable(program: str, folder: Path, key: str = "command") -> str:

@@ -138,7 +138,6 @@ def _number(found: object, name: str) -> float:
 
 
 def _roots(study: Study) -> list[Path]:
-    """Return the folders of the file and of the spec."""
     assert isinstance(study.solver, PythonSolver)
     return list(dict.fromkeys([study.solver.file.parent, study.source.resolve().parent]))
 

@@ -136,7 +136,6 @@ def _every_response_is_read(draft: Draft, solver: CommandSolver) -> Iterator[Fin
 
 
 def _command_names_deck(_draft: Draft, solver: DeckSolver) -> Iterator[Finding]:
-    """LS-DYNA has a command that names its deck."""
     if solver.program != "lsdyna":
         return
     if not solver.command:

@@ -71,7 +71,6 @@ def _flat(thing: Any, handler: Any) -> dict[str, Any]:
 
 @functools.cache
 def _adapter(kind: Any) -> TypeAdapter[Any]:
-    """Return the reader and writer of a type."""
     from pydantic import TypeAdapter
 
     return TypeAdapter(kind)

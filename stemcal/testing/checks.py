@@ -109,7 +109,6 @@ def _points_are_finite_for_each_number_of_factors(at: DesignAtWork) -> None:
 
 
 def _same_points_again(at: DesignAtWork) -> None:
-    """The points are not random."""
     for k, points in at.few.items():
         message = f"the design points for {k} factors differ when they are computed a second time"
         require(np.array_equal(points, at.points(k)), message)

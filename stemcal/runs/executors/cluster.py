@@ -172,7 +172,6 @@ def _at_most(seconds: float, farewell: Callable[[], object]) -> None:
 
 
 def _connected(address: str) -> Any:
-    """Return a client of the scheduler at an address."""
     try:
         import dask
         from distributed import Client

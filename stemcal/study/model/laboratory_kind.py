@@ -172,8 +172,6 @@ class LaboratoryKind(Checked):
 
 
 class _FurtherCut(LaboratoryKind):
-    """The maximum force of a further cut."""
-
     name, options = "cutting", FurtherCutSection
 
 

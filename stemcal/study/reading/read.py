@@ -109,9 +109,6 @@ def _shown(path: NodePath, data: Any) -> str:
     return "".join(words).removeprefix(".").replace("\n", " ")
 
 
-# ---- what must hold between the values of a spec
-
-
 def broken_rules(draft: Draft) -> list[Finding]:
     """Return everything the rules find wrong with `draft`: those of its values, of its solver and of the stages."""
     solver = field_or_none(draft.study, "solver")

@@ -34,7 +34,6 @@ def _names_differ(draft: Draft) -> Iterator[Finding]:
 
 
 def _ranges_rise(draft: Draft) -> Iterator[Finding]:
-    """Low is below high."""
     for index, factor in draft.factors.items():
         low, high = in_unit(factor.low, factor.unit), in_unit(factor.high, factor.unit)
         if factor.low > factor.high:

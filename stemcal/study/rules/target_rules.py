@@ -19,7 +19,6 @@ _OF_ROWS = ("test", "sd", "n", "curves")
 
 
 def _names_are_free(draft: Draft) -> Iterator[Finding]:
-    """Responses and conditions have names that represent nothing else."""
     if draft.naming.is_cutting:
         return
     taken = {**dict.fromkeys(_OF_ROWS, "a key of `targets`"), **dict.fromkeys(CHANCE, "a placeholder")}
@@ -35,7 +34,6 @@ def _names_are_free(draft: Draft) -> Iterator[Finding]:
 
 
 def _conditions_differ(draft: Draft) -> Iterator[Finding]:
-    """Each diameter has one target."""
     seen: dict[float, int] = {}
     for target in draft.study.targets.means:
         first = seen.setdefault(round(target.condition, 9), target.row)
@@ -95,7 +93,6 @@ def _clamp_is_in_place(draft: Draft) -> Iterator[Finding]:
 
 
 def _edge_fits_blade(draft: Draft) -> Iterator[Finding]:
-    """The rounding of the edge is smaller than half the thickness."""
     if draft.study.blade.edge_radius > draft.study.blade.thickness / 2:
         message = f"the edge radius of {draft.study.blade.edge_radius:g} mm exceeds half the thickness of the blade"
         yield Finding(("blade", "edge_radius"), message, f"use a radius below {draft.study.blade.thickness / 2:g} mm")
@@ -131,7 +128,6 @@ def _at_ends(rule: Rule) -> Rule:
 
 
 def _friction_falls(draft: Draft) -> Iterator[Finding]:
-    """Sliding does not rub more than sticking."""
     contact = draft.study.contact
     if contact.dynamic_friction > contact.static_friction:
         dynamic, static = contact.dynamic_friction, contact.static_friction
