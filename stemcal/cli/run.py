@@ -30,10 +30,16 @@ Until = Annotated[
 Retry = Annotated[bool, typer.Option("--retry", help="Repeat the failed runs before any other runs.")]
 
 
+Quick = Annotated[
+    bool, typer.Option("--quick", help="Calibrate without a response surface, in few runs, without intervals.")
+]
+
+
 def run(
     spec: Spec,
     until: Until = None,
     retry: Retry = False,
+    quick: Quick = False,
     out: Out = None,
     workers: Workers = None,
     executor: ExecutorName = "local",
@@ -46,12 +52,16 @@ def run(
     included if the spec contains sections with these names. You can interrupt a study at any time. To resume the
     study, run the same command again; completed runs are reused.
 
+    With `--quick`, the study has only the stages `refine` and `validate`, as with `rsm: {design: none}` in the spec.
+    Other commands, such as `stemcal report`, find the results if that is in the spec.
+
     Example: [bold]stemcal run configs/smoke.yaml --out runs/first --workers 2[/bold]
     """
     from stemcal.formats import counted
+    from stemcal.stages.rsm.options import WITHOUT_SURFACE
     from stemcal.stages.stage import stages_of
 
-    with opened(spec, out, workers, executor, quiet) as work:
+    with opened(spec, out, workers, executor, quiet, changes=WITHOUT_SURFACE if quick else None) as work:
         names = [stage.name for stage in stages_of(work.study)]
         if until is not None and until not in names:
             message = f"--until {until[:40]}: the study has no stage with this name; use one of {', '.join(names)}"

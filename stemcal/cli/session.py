@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -100,12 +100,12 @@ class Session:
             warn(sentence)
 
 
-def study_or_exit(spec: Path) -> Study:
-    """Read a spec whole, or raise with every problem in it; doubtful values are warned of."""
+def study_or_exit(spec: Path, changes: Mapping[str, object] | None = None) -> Study:
+    """Read a spec whole, with changes, or raise with every problem in it; doubtful values are warned of."""
     from stemcal.study.reading import load_study
 
     route_log()
-    study = load_study(spec)
+    study = load_study(spec, **(changes or {}))
     for sentence in study.warnings:
         warn(sentence)
     return study
@@ -134,14 +134,21 @@ def _executor_called(name: str, workers: int | None) -> Callable[[float | None],
 
 @contextmanager
 def opened(
-    spec: Path, out: Path | None, workers: int | None, executor: str, quiet: bool, entered: Path | None = None
+    spec: Path,
+    out: Path | None,
+    workers: int | None,
+    executor: str,
+    quiet: bool,
+    entered: Path | None = None,
+    changes: Mapping[str, object] | None = None,
 ) -> Iterator[Session]:
     """Open a study for work: read it, lock its folder, make workers ready; close all on the way out.
 
     Results in the sheet of the study folder are entered first, unless that is the sheet which is `entered` next.
+    `changes` are laid over the spec.
     """
     make_executor = _executor_called(executor, workers)
-    study = study_or_exit(spec)
+    study = study_or_exit(spec, changes)
 
     from stemcal.report.progress import make_watch
     from stemcal.runs.study_folder import StudyFolder, place_of

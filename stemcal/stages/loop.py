@@ -20,7 +20,7 @@ from stemcal.storage.typed import Spread, absent, inline
 from stemcal.vocabulary import FIRST
 
 Stopped = Literal["tolerance", "budget", "settled", "out_of_reach"]
-How = Literal["solution", "surface", "bracket", "back", "path", "elsewhere"]
+How = Literal["solution", "surface", "bracket", "middle", "probe", "secant", "back", "path", "elsewhere"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,6 +29,7 @@ class RefineRun(Spread):
 
     `how` is ``solution`` (of the surface), ``surface`` (refitted), ``bracket`` (between two points), ``path`` (along
     the factors of `refine.adjust`), ``back`` (half-way back from a failed run) or ``elsewhere`` (at another condition).
+    Without a surface it is ``middle`` (of the ranges), ``probe`` (one factor moved) or ``secant`` (by slopes so far).
     """
 
     run: int

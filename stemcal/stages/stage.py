@@ -50,6 +50,8 @@ class Stage(StageKind, Checked, Generic[R]):
         Whether it has its own runs.
     pictured : bool
         Whether its runs keep the data for pictures, as runs at a solution do.
+    of_surface : bool
+        Whether only a study with a response surface includes it.
     one_by_one : bool
         Whether each run depends on the previous one, so that the next run can replace a failed one.
     """
@@ -59,6 +61,7 @@ class Stage(StageKind, Checked, Generic[R]):
     reads: ClassVar[tuple[str, ...]] = ()
     simulates: ClassVar[bool] = True
     pictured: ClassVar[bool] = False
+    of_surface: ClassVar[bool] = False
     one_by_one: ClassVar[bool] = False
 
     def needs(self, study: Study) -> str | None:
@@ -68,7 +71,7 @@ class Stage(StageKind, Checked, Generic[R]):
     def asked_for(self, study: Study) -> bool:
         """Check that the whole study includes this stage."""
         section = self.section() if self.by_section else None
-        return section is None or study.given(section) is not None
+        return (section is None or study.given(section) is not None) and (has_surface(study) or not self.of_surface)
 
     def inputs(self, study: Study) -> Mapping[str, object]:
         """Return further inputs of its file, in addition to factors, sections, solver and the previous file."""
@@ -140,6 +143,13 @@ def stages_of(study: Study) -> tuple[Stage[Any], ...]:
         ordered.append(ready)
         left.remove(ready)
     return tuple(ordered)
+
+
+def has_surface(study: Study) -> bool:
+    """Check that the study calibrates by a response surface, and not by the refinement alone."""
+    from stemcal.stages.rsm.options import RsmOptions
+
+    return study.of(RsmOptions).wanted
 
 
 def calibrating(study: Study) -> Stage[Any]:

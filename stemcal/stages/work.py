@@ -14,7 +14,7 @@ from stemcal.solvers.protocol import Request, Solver
 from stemcal.solvers.replicates import repeated
 from stemcal.stages.fresh import head_of, require_fresh
 from stemcal.stages.result import Head, R, leave, read_result
-from stemcal.stages.stage import stage_called, stages_of
+from stemcal.stages.stage import has_surface, stage_called, stages_of
 from stemcal.study.model.study import Study
 
 HERE = InlineExecutor()
@@ -92,7 +92,12 @@ def a_stage(kind: type[R]) -> Callable[[Callable[[Work, Head], R]], Callable[...
         ) -> R:
             with folder:
                 work = Work(study, folder, executor, watch, (solver or make_solver(study)).placed(folder.work))
-                if (before := stage_called(kind.name).needs(study)) is not None:
+                if (own := stage_called(kind.name)).of_surface and not has_surface(study):
+                    raise UsageError(
+                        f"{kind.name}: this study has no response surface (`rsm.design: none`), so it has no analysis "
+                        "of variance and no confidence intervals. Choose a design, or run `stemcal run SPEC`."
+                    )
+                if (before := own.needs(study)) is not None:
                     require_fresh(study, work.solver, folder, before)
                 head = head_of(study, work.solver, folder, kind.name)
                 return leave(folder, found(work, head))

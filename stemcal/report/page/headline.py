@@ -45,7 +45,7 @@ def headline(results: Results, study: Study, holds: bool = True) -> list[Card]:
             study.factor(name).label or name,
             significant(value),
             unit_written(study.factor(name).unit),
-            f"{ranges[name]} {unit_written(study.factor(name).unit)}".rstrip() if holds else "",
+            f"{ranges[name]} {unit_written(study.factor(name).unit)}".rstrip() if holds and ranges[name] else "",
         )
         for name, value in (results.parameters if ranges else {}).items()
         if name in ranges

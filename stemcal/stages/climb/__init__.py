@@ -26,7 +26,7 @@ class Climb(Stage[Any]):
         "Steepest ascent between stages 1 and 2: steps towards the target response. If a spec has no `climb` section, "
         "the study has no steepest ascent."
     )
-    by_section = True
+    by_section = of_surface = True
 
     def needs(self, study: Study) -> str | None:
         return "screen"

@@ -15,7 +15,7 @@ class Invert(Stage[Any]):
     """The calibrated parameters, and how well they are known."""
 
     name, title, attribute, reads = "invert", "Calibration", "inversion", ("invert", "targets")
-    simulates = False
+    simulates, of_surface = False, True
     help = "Calibrate the parameters and compute their confidence intervals."
     purpose = "Stage 3: calibration of the parameters against the measured values."
 

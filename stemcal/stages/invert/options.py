@@ -144,7 +144,7 @@ def _growth_is_seen(draft: Draft) -> Iterator[Finding]:
 
 def _surface_over_conditions(draft: Draft) -> Iterator[Finding]:
     """A surface over conditions has several fitted ones, and a solver that simulates at any condition."""
-    if draft.study.of(RsmOptions).over == "factors":
+    if draft.study.of(RsmOptions).over == "factors" or not draft.study.of(RsmOptions).wanted:
         return
     remedy = "remove `rsm.over`"
     wanted, measured = draft.study.of(InvertOptions).conditions, {one.condition for one in draft.study.targets.means}

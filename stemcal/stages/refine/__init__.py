@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from stemcal.stages.stage import Stage
+from stemcal.stages.stage import Stage, has_surface
 
 if TYPE_CHECKING:
     from stemcal.study.model.study import Study
@@ -24,11 +25,26 @@ class Refine(Stage[Any]):
         validation and uses the finite element program or mesh specified by this key.
         """
     purpose = """Stage 4: correction of the calibrated parameters by simulation, optionally in another finite element
-        program. If a spec has no `refine` section, the study has no refinement."""
+        program. If a spec has no `refine` section, the study has no refinement, except with `rsm: {design: none}`: the
+        refinement then calibrates the parameters."""
     by_section = True
+
+    def asked_for(self, study: Study) -> bool:
+        return super().asked_for(study) or not has_surface(study)
+
+    def inputs(self, study: Study) -> Mapping[str, object]:
+        """Return what it fits and varies, where no file of a stage before depends on it."""
+        from stemcal.stages.rsm.options import RsmOptions
+
+        if has_surface(study):
+            return {}
+        conditions = [target.condition for target in study.joint_targets]
+        return {"varied": study.of(RsmOptions).factors, "fitted": [conditions, study.fitted_responses]}
 
     def needs(self, study: Study) -> str | None:
         """Return the stage whose parameters it corrects; in another model it comes after the validation."""
+        if not has_surface(study):
+            return None
         return "validate" if self.options(study).elsewhere else "invert"
 
     def calibrates(self, study: Study) -> bool:

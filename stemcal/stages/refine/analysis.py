@@ -7,7 +7,7 @@ from math import inf
 from stemcal.doe.calibration.search_path import Mover, SearchPath, ends_of
 from stemcal.doe.comparison import error_percent
 from stemcal.errors import UsageError
-from stemcal.formats import counted, listed
+from stemcal.formats import counted, listed, series
 from stemcal.notes import Note, Remedy
 from stemcal.runs.answer import watch_nothing
 from stemcal.solvers.protocol import Request
@@ -15,10 +15,12 @@ from stemcal.stages.design import Later
 from stemcal.stages.fitting import Measured, Surfaces, measured_of
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.loop import Loop, PathSteps
-from stemcal.stages.refine.options import RefineOptions
+from stemcal.stages.refine.options import RefineOptions, most_runs
 from stemcal.stages.refine.result import AdjustedFactor, RefineResult, RefineRow, SimulatedBy
+from stemcal.stages.refine.secant import SecantSteps
 from stemcal.stages.refine.steps import SurfaceSteps
 from stemcal.stages.result import Head, Interval
+from stemcal.stages.stage import has_surface, stage_called
 from stemcal.stages.work import Work, a_stage
 from stemcal.storage.rows import Rows
 from stemcal.study.model.measured_targets import Target
@@ -37,11 +39,19 @@ def refine(work: Work, head: Head) -> RefineResult:
     options = work.study.of(RefineOptions)
     if options.elsewhere:
         return _refined_there(work, head, options)
-    steps = SurfaceSteps(work.study, work.result(Surfaces), work.result(InvertResult))
+    steps: SurfaceSteps | SecantSteps
+    if has_surface(work.study):
+        steps = SurfaceSteps(work.study, work.result(Surfaces), work.result(InvertResult))
+    else:
+        steps = SecantSteps(work.study, options.tolerance_percent)
     simulate = work.simulating("refine", pictured=True)
-    loop = Loop(steps, simulate, options.tolerance_percent, options.budget)
+    loop = Loop(steps, simulate, options.tolerance_percent, most_runs(work.study))
     loop.run()
-    return _result(head, work, loop, steps.means, steps.solution.target)
+    result = _result(head, work, loop, steps.means, work.study.calibration_target.response)
+    if isinstance(steps, SurfaceSteps):
+        return result
+    result = replace(result, alone=True, undetermined=steps.undetermined)
+    return replace(result, notes=(*result.notes, *_without_surface(result)))
 
 
 def _refined_there(work: Work, head: Head, options: RefineOptions) -> RefineResult:
@@ -169,9 +179,9 @@ def _scatter(target: Target) -> tuple[float, float] | None:
 
 def later(study: Study) -> Later | None:
     """Return the usual number of rounds and the largest number of runs."""
-    options = study.given(RefineOptions)
-    if options is None:
+    if not stage_called("refine").asked_for(study):
         return None
+    options = study.of(RefineOptions)
     if options.elsewhere:
         place = program(study.there.solver.program_name)
         text = (
@@ -181,8 +191,11 @@ def later(study: Study) -> Later | None:
         return Later([], Note("decided_later", "caution", text))
     conditions = [target.condition for target in study.joint_targets] or [study.targets.calibrate_at]
     round_ = [Request("refine", 0, study.midlevels(), condition, True) for condition in conditions]
-    text = f"The refinement requires at most {counted(options.budget, 'additional run')}, simulated one after another."
-    return Later([round_] * min(_USUAL_ROUNDS, options.budget), Note("decided_later", "caution", text))
+    most, rounds = most_runs(study), _USUAL_ROUNDS
+    if not has_surface(study):
+        rounds += min(len(study.factors), len(conditions))
+    text = f"The refinement requires at most {counted(most, 'additional run')}, simulated one after another."
+    return Later([round_] * min(rounds, most), Note("decided_later", "caution", text))
 
 
 # ---- notes
@@ -210,9 +223,25 @@ def _not_reached(stage: RefineResult, names: Wording) -> Iterator[Note]:
         "out_of_reach": Remedy(f"Widen the range of {factors} in `refine.adjust`, or add another factor."),
         "settled": Remedy(f"Adjust factors other than {factors}, or average over mesh positions with `replicates`."),
     }
+    if not stage.elsewhere:
+        remedies["out_of_reach"] = Remedy(f"Widen the range of {series(stage.varied)}.")
     settled_here = stage.stopped == "settled" and not stage.elsewhere
     text += " Neighbouring parameter values do not reduce the error." if settled_here else ""
     yield Note("not_reached", "warning", text, None if settled_here else remedies[stage.stopped])
+
+
+def _without_surface(stage: RefineResult) -> Iterator[Note]:
+    """Yield that intervals are missing, and the factors that are not determined."""
+    text = (
+        "The parameters were calibrated without a response surface, so there is no analysis of variance, and the "
+        "uncertainty of the parameters is unknown."
+    )
+    remedy = Remedy("For confidence intervals, choose a design in `rsm.design` and run the study without `--quick`.")
+    yield Note("no_intervals", "warning", text, remedy)
+    if free := stage.undetermined:
+        text = f"The runs do not determine {series(free, 'or')}: the middle of the range was used."
+        remedy = Remedy(f"Fit further conditions or responses, or replace the range of {free[-1]} with a fixed value.")
+        yield Note("not_identified", "warning", text, remedy)
 
 
 def _first_outside(stage: RefineResult, names: Wording) -> Iterator[Note]:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import BeforeValidator, Field, WithJsonSchema
 
+from stemcal.stages.stage import has_surface
 from stemcal.study.types.field_types import Frozen, Number, StemLengthOrZero, Time, Whole, complain
 from stemcal.study.types.solver_kind import AnySolver, kind_of
 from stemcal.study.types.strict_yaml import Finding
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from stemcal.study.rules import Draft
 
 
+_BEYOND_FACTORS = 5
 _NAMES = {"type": "array", "items": {"type": "string"}}
 _RANGE = {"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2}
 _RANGES = {"type": "object", "additionalProperties": {"anyOf": [_RANGE, {"type": "null"}]}}
@@ -56,7 +58,8 @@ class RefineOptions(Frozen):
     tolerance_percent: Annotated[Number, Field(gt=0, le=50)] = 1.0
     """Largest allowed error in the simulated response at the calibrated values, in percent."""
     budget: Annotated[Whole, Field(ge=1, le=1000)] = 10
-    """Maximum number of runs. With `in`, the remaining runs are used to simulate the other measured conditions."""
+    """Maximum number of runs. With `in`, the remaining runs are used to simulate the other measured conditions. With
+    `rsm: {design: none}`, the default is 5 runs more than there are factors, at each fitted condition."""
 
     @property
     def changes(self) -> dict[str, dict[str, object]]:
@@ -71,6 +74,14 @@ class RefineOptions(Frozen):
         return self.in_ is not None
 
 
+def most_runs(study: Study) -> int:
+    """Return the largest number of runs of the refinement."""
+    options = study.of(RefineOptions)
+    if has_surface(study) or "budget" in options.model_fields_set:
+        return options.budget
+    return (len(study.factors) + _BEYOND_FACTORS) * max(len({target.condition for target in study.joint_targets}), 1)
+
+
 def seen(study: Study) -> Study:
     """Return the study as `refine.in` simulates it; the study itself without that key."""
     options = study.given(RefineOptions)
@@ -81,6 +92,13 @@ def seen(study: Study) -> Study:
         solver = study.solver.model_copy(update=given)
     sections = {name: getattr(study, name).model_copy(update=change) for name, change in options.changes.items()}
     return study.model_copy(update={"solver": solver, "refine": None, **sections})
+
+
+def _calibrates_alone(draft: Draft) -> Iterator[Finding]:
+    """Without a response surface it is in the study's own model."""
+    if draft.study.of(RefineOptions).elsewhere and not has_surface(draft.study):
+        message = "the refinement cannot calibrate the parameters in another model"
+        yield Finding(("refine", "in"), f"{message} (`rsm.design: none`)", "remove `refine.in`", at_key=True)
 
 
 def _refinement_is_possible(draft: Draft) -> Iterator[Finding]:
@@ -137,7 +155,7 @@ def _the_model_is_possible(draft: Draft) -> Iterator[Finding]:
                 yield finding._replace(path=("refine", "adjust", factor.name))
 
 
-RefineOptions.rules = (_refinement_is_possible, _tests_and_curves_stay_here, _the_model_is_possible)
+RefineOptions.rules = (_calibrates_alone, _refinement_is_possible, _tests_and_curves_stay_here, _the_model_is_possible)
 
 
 def _doubts(study: Study) -> Iterator[Finding]:

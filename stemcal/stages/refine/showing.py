@@ -1,9 +1,11 @@
 """How a refinement is shown: what moved, the responses before and after, every run."""
 
+from collections.abc import Mapping
+
 from stemcal.drawing.columns import ERROR, condition, factor, levels, simulated
 from stemcal.drawing.showing import Setting, Showing
 from stemcal.drawing.table import Column, Table
-from stemcal.formats import interval, series, short, significant
+from stemcal.formats import counted, interval, series, short, significant
 from stemcal.stages.refine.result import RefineResult
 from stemcal.vocabulary import Wording, program
 
@@ -19,6 +21,7 @@ class RefineShowing(Showing[RefineResult]):
             return _there(result, names)
         count = len(result.made)
         done = "checked in 1 run" if count == 1 else f"corrected in {count} runs"
+        done = f"determined in {counted(count, 'run')} from mid-range" if result.alone else done
         tolerance = f"{'is within' if result.converged else 'exceeds'} the tolerance of {result.tolerance_percent:g} %"
         return [
             f"The calibrated parameters were {done}. The error of {abs(result.error_percent):.2f} % at the calibrated "
@@ -27,12 +30,28 @@ class RefineShowing(Showing[RefineResult]):
 
     def tables(self, result: RefineResult, names: Wording) -> list[Table]:
         """Return the changed parameters in another model, the responses, and every run."""
-        parameters = [_parameters(result, names)] if result.elsewhere else []
+        parameters = [_parameters(result, names)] if result.elsewhere else _without_surface(result, names)
         return [*parameters, responses(result, names), runs(result, names)]
 
+    def cited(self, result: RefineResult) -> Mapping[str, str]:
+        return dict.fromkeys(result.determined, "")
+
     def closing(self, result: RefineResult, setting: Setting) -> list[Table]:
-        tables = self.tables(result, Wording(setting.study.naming)) if result.elsewhere else []
+        names = Wording(setting.study.naming)
+        tables = self.tables(result, names) if result.elsewhere else _without_surface(result, names)
         return [table for table in tables if not table.detail]
+
+
+def _without_surface(stage: RefineResult, names: Wording) -> list[Table]:
+    """Return the parameters of a study without a response surface, and which of them the runs determine."""
+    if not stage.alone:
+        return []
+    rows = [
+        {"factor": name, "value": value, "determined": "refinement" if name in stage.determined else "mid-range"}
+        for name, value in stage.parameters.items()
+    ]
+    columns = [factor(names), Column("value", "Value", form=significant), Column("determined", "From")]
+    return [Table.of(columns, rows, "Calibrated parameters")]
 
 
 def _parameters(stage: RefineResult, names: Wording) -> Table:

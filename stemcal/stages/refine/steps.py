@@ -52,37 +52,28 @@ class Trial:
         return float(self.responses[0])
 
 
-class SurfaceSteps:
-    """Steps on the response surface, refitted to every point, inside the region of its design.
+class MeanSteps:
+    """Points of all varied factors that are compared with the fitted means; what comes next is left to subclasses."""
 
-    To one target along the slope of the surface or between two points on either side of it; to several means by the
-    least misfit of the surfaces, moved through the best point.
-    """
+    precision: Array
+    """W of the misfit rᵀWr, r = measured − simulated."""
 
-    def __init__(self, study: Study, surface: Surfaces, solution: InvertResult) -> None:
-        self.study, self.surface, self.solution = study, surface, solution
-        self.coding, self.region = surface.scales, surface.region
-        self.joint = bool(study.joint_targets)
+    def __init__(self, study: Study) -> None:
+        self.study, self.joint = study, bool(study.joint_targets)
         self.means = measured_means(study)
+        self.measured = np.array([mean.value for mean in self.means])
         self.conditions = list(dict.fromkeys(mean.condition for mean in self.means))
         self.visited: list[Array] = []
         self.trials: list[Trial] = []
-        self.surfaces = self._refitted()
-        self.fit = fit_over(self.means, self.surfaces, self.region, priors_of(study, self.coding))
-        self.reach = FIRST_RADIUS
-
-    def first(self) -> PointToTry:
-        """Return the solution of the surface."""
-        return self._point(self.coding.point(self.solution.point.coded), "solution")
+        self.failed = False  # a run of the last point
 
     def judge(self, point: PointToTry, outcomes: Mapping[float, Outcome]) -> JudgedPoint:
-        """Compare with the measured means, and refit the surfaces."""
+        """Compare with the measured means, and learn from the responses."""
         values = np.array([outcomes[mean.condition].number(mean.response) for mean in self.means])
         self.visited.append(point.place)
-        if not np.all(np.isfinite(values)):
+        self.failed = not np.all(np.isfinite(values))
+        if self.failed or not self.learn(Trial(point.place, values)):
             return JudgedPoint(point)
-        self.trials.append(Trial(point.place, values))
-        self.surfaces = self._refitted()
         errors = [
             error_percent(mean.value, float(value)) or 0.0
             for mean, value in zip(self.means, values, strict=True)
@@ -91,10 +82,52 @@ class SurfaceSteps:
         worst = max(errors, key=abs)
         return JudgedPoint(point, worst, self._missed(self.trials[-1]) if self.joint else abs(worst))
 
+    def learn(self, trial: Trial) -> bool:
+        """Include a trial in what the next step follows; return whether its point may be the result."""
+        self.trials.append(trial)
+        return True
+
+    @property
+    def best(self) -> Trial:
+        """The trial of least misfit."""
+        return min(self.trials, key=self._missed)
+
+    def shrunk(self, reach: float) -> float:
+        """Return the half-width of the box for the next step: smaller after a step that has not helped."""
+        before = [self._missed(trial) for trial in self.trials[:-1]]
+        helped = self.best is self.trials[-1] and not (before and self._missed(self.best) > SHRINK * min(before))
+        return reach if helped else SHRINK * reach
+
+    def _missed(self, trial: Trial) -> float:
+        """Return the misfit of what was simulated."""
+        gap = self.measured - trial.responses
+        return float(gap @ self.precision @ gap)
+
+
+class SurfaceSteps(MeanSteps):
+    """Steps on the response surface, refitted to every point, inside the region of its design.
+
+    To one target along the slope of the surface or between two points on either side of it; to several means by the
+    least misfit of the surfaces, moved through the best point.
+    """
+
+    def __init__(self, study: Study, surface: Surfaces, solution: InvertResult) -> None:
+        super().__init__(study)
+        self.surface, self.solution = surface, solution
+        self.coding, self.region = surface.scales, surface.region
+        self.surfaces = self._refitted()
+        self.fit = fit_over(self.means, self.surfaces, self.region, priors_of(study, self.coding))
+        self.precision = self.fit.precision[: len(self.means), : len(self.means)]
+        self.reach = FIRST_RADIUS
+
+    def first(self) -> PointToTry:
+        """Return the solution of the surface."""
+        return self._point(self.coding.point(self.solution.point.coded), "solution")
+
     def next(self) -> PointToTry | None:
         """Step from the best point; after a failed run, half-way back to it, or to the centre of the design."""
-        if not self.trials or self.trials[-1].coded is not self.visited[-1]:
-            known = min(self.trials, key=self._missed).coded if self.trials else np.zeros(len(self.coding.names))
+        if self.failed:
+            known = self.best.coded if self.trials else np.zeros(len(self.coding.names))
             return self._point(0.5 * (self.visited[-1] + known), "back")
         if self.joint:
             coded, how = self._to_many()
@@ -118,22 +151,20 @@ class SurfaceSteps:
                 predicted[mean.condition] = float(surface.predict(coded)[0]), interval
         return PointToTry(levels, how, coded, predicted)
 
+    def learn(self, trial: Trial) -> bool:
+        """Include a trial in the surfaces."""
+        self.trials.append(trial)
+        self.surfaces = self._refitted()
+        return True
+
     def _refitted(self) -> list[AnySurface]:
         """Return the surface of every measured mean, fitted to the design and the points so far."""
         return fitted_surfaces(self.study, self.surface, [(t.coded, t.responses) for t in self.trials])
 
-    def _missed(self, trial: Trial) -> float:
-        """Return the misfit of what was simulated: rᵀWr, r = measured − simulated."""
-        gap = self.fit.measured - trial.responses
-        m = len(gap)
-        return float(gap @ self.fit.precision[:m, :m] @ gap)
-
     def _to_many(self) -> tuple[Array, How]:
-        best, before = min(self.trials, key=self._missed), [self._missed(trial) for trial in self.trials[:-1]]
-        if best is not self.trials[-1] or (before and self._missed(best) > SHRINK * min(before)):
-            self.reach *= SHRINK
-        moved = through(self.fit, self.surfaces, best)
-        return _next_joint_point(moved, best.coded, self.reach), "surface"
+        self.reach = self.shrunk(self.reach)
+        moved = through(self.fit, self.surfaces, self.best)
+        return _next_joint_point(moved, self.best.coded, self.reach), "surface"
 
 
 # ---- to one response

@@ -4,6 +4,8 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from stemcal.notes import Note
+from stemcal.stages.fitting import Surfaces
+from stemcal.stages.invert.verdict_rules import target_missed
 from stemcal.stages.refine.result import RefineResult
 from stemcal.stages.verdict.verdict_rules import Evidence, Rank, ranked
 
@@ -16,4 +18,12 @@ def missed_there(evidence: Evidence) -> Iterator[Note]:
         yield from (replace(note, kind="missed_there") for note in found.notes if note.kind == "not_reached")
 
 
-RULES = (missed_there,)
+@ranked(Rank.IDENTIFICATION)
+def without_surface(evidence: Evidence) -> Iterator[Note]:
+    """Yield the factors that a study without a response surface does not determine, and that there are no intervals."""
+    found = evidence.of(RefineResult)
+    if found is not None and evidence.of(Surfaces) is None:
+        yield from (note for note in found.notes if note.kind in ("not_identified", "no_intervals"))
+
+
+RULES = (missed_there, target_missed, without_surface)

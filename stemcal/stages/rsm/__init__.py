@@ -15,6 +15,7 @@ class Rsm(Stage[Any]):
     """The runs of a design, and a quadratic surface fitted to them."""
 
     name, title, attribute, reads = "rsm", "Response surface", "surface", ("rsm",)
+    of_surface = True
     help = "Run an experimental design and fit a response surface to the results."
     purpose = "Stage 2: simulation of the design points and fitting of a response surface."
 

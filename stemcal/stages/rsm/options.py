@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
 
 from pydantic import BeforeValidator, Field, WithJsonSchema
@@ -27,19 +27,24 @@ if TYPE_CHECKING:
     from stemcal.study.rules import Draft
 
 
+_NONE = "none"
+WITHOUT_SURFACE: Mapping[str, object] = {"rsm": {"design": _NONE}}
+"""The change of a spec by which a study has no response surface."""
+
+
 class _OfSurfaces:
     """The JSON schema of the name of a surface's design, read from the list of designs where it is wanted."""
 
     def __get_pydantic_json_schema__(self, _schema: Any, _handler: Any) -> dict[str, Any]:
-        return {"enum": [design.name for design in SURFACES.all], "type": "string"}
+        return {"enum": [*(design.name for design in SURFACES.all), _NONE], "type": "string"}
 
 
 def _surface_design(given: Any) -> str:
     """Return the name of a design for the surface that exists, here or in another package."""
-    if isinstance(given, str) and SURFACES.named(given) is not None:
+    if isinstance(given, str) and (given == _NONE or SURFACES.named(given) is not None):
         return given
-    *others, last = (repr(design.name) for design in SURFACES.all)
-    raise PydanticKnownError("literal_error", {"expected": f"{', '.join(others)} or {last}"})
+    others = (repr(design.name) for design in SURFACES.all)
+    raise PydanticKnownError("literal_error", {"expected": f"{', '.join(others)} or {_NONE!r}"})
 
 
 _STRONGEST = r"strongest ([1-9][0-9]?)"
@@ -79,7 +84,9 @@ class RsmOptions(Frozen):
 
     design: Annotated[str, BeforeValidator(_surface_design), _OfSurfaces()] = "central-composite"
     """The design. A Box–Behnken design requires 3 to 7 factors. With five or more factors, a central composite design
-    uses only a fraction of the corners, which is sufficient to estimate the same terms (resolution V)."""
+    uses only a fraction of the corners, which is sufficient to estimate the same terms (resolution V). With `none`, as
+    with `stemcal run --quick`, the study has neither screening nor response surface: the refinement determines the
+    factors in their order, from the middle of their ranges and without confidence intervals."""
 
     factors: Annotated[
         str | tuple[str, ...],
@@ -122,6 +129,11 @@ class RsmOptions(Frozen):
         """Return centre and half step of a factor in `coding`."""
         low, high = self.coding[name]
         return float(f"{0.5 * (low + high):.12g}"), float(f"{0.5 * (high - low):.12g}")
+
+    @property
+    def wanted(self) -> bool:
+        """Whether the study has a response surface."""
+        return self.design != _NONE
 
     @property
     def strongest(self) -> int:
@@ -196,7 +208,7 @@ def _surface_factors_exist(draft: Draft) -> Iterator[Finding]:
 def _factors_are_found(draft: Draft) -> Iterator[Finding]:
     """Without a screening the spec names the surface's factors."""
     chosen = draft.study.of(RsmOptions).factors
-    if not draft.study.of(ScreenOptions).wanted and isinstance(chosen, str):
+    if draft.study.of(RsmOptions).wanted and not draft.study.of(ScreenOptions).wanted and isinstance(chosen, str):
         names = ", ".join(draft.names[:3])
         message = f"`factors: {chosen}` requires a screening, which this study does not have"
         yield Finding(
@@ -207,6 +219,8 @@ def _factors_are_found(draft: Draft) -> Iterator[Finding]:
 def _surface_design_takes_factors(draft: Draft) -> Iterator[Finding]:
     """The design of the surface exists for its factors and has enough runs for a quadratic."""
     rsm, known = draft.study.of(RsmOptions), len(draft.names)
+    if not rsm.wanted:
+        return
     listed, (fewest, most) = not isinstance(rsm.factors, str), factors_taken(rsm.design)
     k = dimensions(draft.study, rsm.factors) if listed else (rsm.strongest or known) + (rsm.over == "conditions")
     if rsm.strongest:
@@ -225,7 +239,7 @@ def _surface_design_takes_factors(draft: Draft) -> Iterator[Finding]:
 def _runs_are_used(draft: Draft) -> Iterator[Finding]:
     """`rsm.runs` is for the design whose size is free."""
     rsm = draft.study.of(RsmOptions)
-    if rsm.runs is not None and rsm.design != LATIN_HYPERCUBE:
+    if rsm.wanted and rsm.runs is not None and rsm.design != LATIN_HYPERCUBE:
         message = f"the number of runs of the `{rsm.design}` design is determined by the number of factors"
         yield Finding(("rsm", "runs"), message, f"omit `runs` or write `design: {LATIN_HYPERCUBE}`")
 
@@ -286,6 +300,8 @@ def _doubts(study: Study) -> Iterator[Finding]:
     At its reference diameter the exponent of a growing parameter has no effect.
     """
     at, chosen = study.targets.calibrate_at, study.of(RsmOptions).factors
+    if not study.of(RsmOptions).wanted:
+        return
     exponents = {
         getattr(growth, "exponent", None): name
         for name, growth in study.material.growing().items()

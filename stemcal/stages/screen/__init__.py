@@ -15,7 +15,8 @@ class Screen(Stage[Any]):
 
     name, title, reads = "screen", "Screening", ("screen",)
     help = "Identify the factors that significantly affect the response."
+    of_surface = True
     purpose = "Stage 1: screening of the factors."
 
     def asked_for(self, study: Study) -> bool:
-        return bool(self.options(study).wanted)
+        return bool(self.options(study).wanted) and super().asked_for(study)

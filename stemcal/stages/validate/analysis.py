@@ -28,6 +28,7 @@ from stemcal.stages.fitting import Measured, measured_of
 from stemcal.stages.fresh import calibrated_parameters
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.result import Head
+from stemcal.stages.stage import has_surface
 from stemcal.stages.validate.options import ValidateOptions
 from stemcal.stages.validate.result import FurtherRow, ValidateResult, ValidateRow
 from stemcal.stages.verdict.words import predicted_note
@@ -49,7 +50,7 @@ def validate(work: Work, head: Head) -> ValidateResult:
     runs = work.outcomes(requests)
     outcomes = merged(runs, study.solver.repeats)
     found = _compared(study, outcomes)
-    left_out = work.result(InvertResult).left_out
+    left_out = work.result(InvertResult).left_out if has_surface(study) else {}
     rows = [
         ValidateRow(
             compared=replace(row, left_out_percent=left_out.get(row.condition)),

@@ -113,7 +113,7 @@ def verdict_of(study: Study, folder: StudyFolder, results: Results | None = None
     """Judge a study as far as it has come; `results` if they are read already."""
     results = results or fresh_results(study, folder)
     evidence = Evidence(study, results, physics_of(study, results, folder), folder)
-    rules = [*RULES, *(rule for stage in stages_of(study) for rule in stage.reasons())]
+    rules = dict.fromkeys([*RULES, *(rule for stage in stages_of(study) for rule in stage.reasons())])
     reasons = [(_rank(rule, reason), reason) for rule in rules for reason in rule(evidence)]
     if any(reason.kind in ("probable_unit", "reversed_sign") for _, reason in reasons):
         # nothing that compares measured and simulated values is advice before these are corrected

@@ -1,0 +1,184 @@
+"""Steps of the refinement without a response surface: Gauss–Newton on slopes that only simulated points show.
+
+From mid-range one factor after the other is moved by itself, while the means can determine one more. A factor is
+determined if it changes the means by more than the tolerance, and otherwise than the factors before it; if not, it
+stays at the middle. With z = ln x, or x where the range includes zero, −1 to 1 over the range, a step s from the best
+point has the least misfit of
+
+    ln ŷ = ln y + J s
+
+within a box about that point. Broyden's update makes J follow each step: J ← J + (Δ ln y − J s) sᵀ/(sᵀs)
+(Math. Comp. 19 (1965) 577).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from stemcal.doe.coding import Array
+from stemcal.stages.fitting import Measured
+from stemcal.stages.loop import NOTHING, How, PointToTry, Predicted, Stopped
+from stemcal.stages.refine.steps import _SETTLED, FIRST_RADIUS, MeanSteps, Trial
+from stemcal.stages.rsm.options import RsmOptions
+from stemcal.study.model.study import Study
+from stemcal.vocabulary import FIRST
+
+_LEAST_PROBE, _MOST_PROBE = 0.5, 1.0  # coded
+_END = 0.999  # coded: where a range ends
+_TELLING = 0.2  # coded: a shorter step shows the roughness of a response rather than its slope
+_SEEN = 2.0  # times the tolerance: what a factor that is determined changes at least
+_WORTH = 0.05  # of the misfit: a step that removes less is not worth its runs
+_ALIKE, _USUAL_VARIATION = 4.0, 0.03
+"""Degrees of freedom of the scatter that all means of a response share, and its size where none was measured."""
+
+
+class SecantSteps(MeanSteps):
+    """Steps to the fitted means by the slopes between simulated points."""
+
+    def __init__(self, study: Study, tolerance_percent: float) -> None:
+        super().__init__(study)
+        chosen = study.of(RsmOptions).factors
+        self.factors = [study.factor(name) for name in (study.names if isinstance(chosen, str) else chosen)]
+        self.by_ratio = np.array([factor.low > 0.0 for factor in self.factors])
+        low, high = (self._scaled([getattr(factor, end) for factor in self.factors]) for end in ("low", "high"))
+        self.centre, self.half_range = 0.5 * (low + high), 0.5 * (high - low)
+        self.logarithmic = bool(np.all(self.measured > 0.0))
+        self.precision = np.diag(1.0 / _variances(self.means))
+        self.least_change = _SEEN * tolerance_percent / 100.0
+        self.slopes = np.zeros((len(self.means), len(self.factors)))
+        self.untried, self.determined = list(range(len(self.factors))), list[int]()
+        self.probe: int | None = None
+        self.reach = FIRST_RADIUS
+
+    @property
+    def undetermined(self) -> tuple[str, ...]:
+        """The factors that stay at the middle of their ranges."""
+        return tuple(factor.name for j, factor in enumerate(self.factors) if j not in self.determined)
+
+    def first(self) -> PointToTry:
+        """Return the middle of all ranges."""
+        middle = self._scaled([factor.centre for factor in self.factors])
+        return self._point((middle - self.centre) / self.half_range, "middle")
+
+    def learn(self, trial: Trial) -> bool:
+        """Set the slopes by the change since the best point: of the probed factor if it is seen, or along the step."""
+        probe, base = self.probe, self.best if self.trials else trial
+        self.probe, s = None, trial.coded - base.coded
+        change = self._level(trial.responses) - self._level(base.responses) - self.slopes @ s
+        if probe is not None:
+            if not self._is_seen(change):
+                return False
+            self.slopes[:, probe] = change / s[probe]
+            self.determined.append(probe)
+        elif np.linalg.norm(s) >= _TELLING:
+            self.slopes += np.outer(change, s) / (s @ s)
+        self.trials.append(trial)
+        self.reach = self.shrunk(self.reach) if probe is None else self.reach
+        return True
+
+    def next(self) -> PointToTry | None:
+        """Move the next factor by itself while one more can be determined, else step; after a failed run go back."""
+        if self.failed:
+            aside = np.full(len(self.factors), 0.5 * (-1.0) ** len(self.visited))
+            return self._point(0.5 * (self.visited[-1] + (self.best.coded if self.trials else aside)), "back")
+        if self.untried and len(self._free()) < len(self.means):
+            self.probe = self.untried.pop(0)
+            return self._point(self._probed(self.probe), "probe")
+        return self._step()
+
+    def end(self) -> Stopped:
+        """Check for factors at the ends of their ranges."""
+        return "out_of_reach" if self.determined and not self._free() else "settled"
+
+    # ---- what a factor changes
+
+    def _probed(self, j: int) -> Array:
+        """Return the best point with one factor moved, as if the response were proportional to it."""
+        found, factor, sign = self.best.coded.copy(), self.factors[j], 1.0
+        gap = float(np.mean(self._level(self.measured) - self._level(self.best.responses)))
+        if self.by_ratio[j] or factor.expected_sign:
+            sign = -1.0 if (gap < 0.0) != (factor.expected_sign == "-") else 1.0
+        size = abs(gap) / self.half_range[j] if self.by_ratio[j] and self.logarithmic else _LEAST_PROBE
+        step = sign * min(max(size, _LEAST_PROBE), _MOST_PROBE)
+        moved = float(np.clip(found[j] + step, -1.0, 1.0))
+        found[j] = moved if abs(moved - found[j]) >= 0.5 * _LEAST_PROBE else found[j] - sign * _LEAST_PROBE
+        return found
+
+    def _is_seen(self, change: Array) -> bool:
+        """Check that the means change by more than the tolerance, and otherwise than by the factors before."""
+        known = self.slopes[:, self._free()]
+        own = change - known @ np.linalg.lstsq(known, change, rcond=None)[0] if known.size else change
+        size = 1.0 if self.logarithmic else float(np.mean(np.abs(self.measured))) or 1.0
+        return bool(np.sqrt(np.mean(own**2)) > self.least_change * size)
+
+    def _free(self) -> list[int]:
+        """Return the determined factors that are not at an end of their range."""
+        return [j for j in self.determined if abs(self.best.coded[j]) < _END]
+
+    # ---- a step
+
+    def _step(self) -> PointToTry | None:
+        from scipy.optimize import least_squares
+
+        if not (moving := self.determined):
+            return None
+        start, near = self.best.coded, np.zeros(len(self.factors))
+
+        def gaps(step: Array) -> Array:
+            near[moving] = step
+            of_data = np.sqrt(np.diag(self.precision)) * (self.measured - self._expected(start + near))
+            levels = self._levels(start + near)
+            known = [(levels[one.name] - one.prior.mean) / one.prior.sd for one in self.factors if one.prior]
+            return np.append(of_data, known)
+
+        bounds = np.maximum(-1.0 - start, -self.reach)[moving], np.minimum(1.0 - start, self.reach)[moving]
+        nothing = np.zeros(len(moving))
+        found = least_squares(gaps, nothing, bounds=bounds, method="dogbox")  # it may start at a bound
+        if 2.0 * found.cost > (1.0 - _WORTH) * float(gaps(nothing) @ gaps(nothing)):
+            return None
+        near[moving] = found.x
+        while min(float(np.linalg.norm(start + near - place)) for place in self.visited) < _SETTLED:
+            near *= 0.5
+            if np.linalg.norm(near) < _SETTLED:
+                return None
+        return self._point(np.clip(start + near, -1.0, 1.0), "secant")
+
+    def _expected(self, z: Array) -> Array:
+        """Return the responses that the slopes predict."""
+        level = self._level(self.best.responses) + self.slopes @ (z - self.best.coded)
+        return np.asarray(np.exp(level) if self.logarithmic else level, dtype=float)
+
+    def _level(self, responses: Array) -> Array:
+        """Return ln y where all means are positive, else y; a response that is not positive counts as almost none."""
+        return np.asarray(np.log(np.maximum(responses, 1e-9 * self.measured)) if self.logarithmic else responses)
+
+    def _scaled(self, values: Sequence[float]) -> Array:
+        return np.asarray(np.where(self.by_ratio, np.log(np.where(self.by_ratio, values, 1.0)), values))
+
+    def _levels(self, z: Array) -> dict[str, float]:
+        scaled = self.centre + self.half_range * z
+        values = np.where(self.by_ratio, np.exp(scaled), scaled).tolist()
+        return {factor.name: float(f"{value:.12g}") for factor, value in zip(self.factors, values, strict=True)}
+
+    def _point(self, z: Array, how: How) -> PointToTry:
+        predicted: dict[float, Predicted] = dict.fromkeys(self.conditions, NOTHING)
+        for mean, value in zip(self.means, self._expected(z).tolist(), strict=True) if how == "secant" else ():
+            if mean.response == FIRST:
+                predicted[mean.condition] = value, None
+        return PointToTry({**self.study.midlevels(), **self._levels(z)}, how, z, predicted)
+
+
+def _variances(means: Sequence[Measured]) -> Array:
+    """Return the squared standard errors of the means; each scatter is drawn towards that of all of its response."""
+    n = np.array([mean.n or 1 for mean in means])
+    variation = np.array([np.nan if mean.sd is None else (mean.sd / mean.value) ** 2 for mean in means])
+    df = np.where(np.isnan(variation), 0.0, np.where(n > 1, n - 1.0, 30.0))
+    found = np.empty(len(means))
+    for response in {mean.response for mean in means}:
+        mine = np.array([mean.response == response for mean in means])
+        seen, weight = np.nan_to_num(variation[mine]), df[mine]
+        common = float(seen @ weight / weight.sum()) if weight.any() else _USUAL_VARIATION**2
+        found[mine] = (_ALIKE * common + weight * seen) / (_ALIKE + weight)
+    return np.asarray(np.maximum(found, 1e-8) / n * np.array([mean.value for mean in means]) ** 2)
