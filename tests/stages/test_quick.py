@@ -185,3 +185,11 @@ def test_nine_factors_need_no_list(tmp_path: Path) -> None:
     stage, *_ = quick(tmp_path, text, FakeSolver())
     assert stage.converged and "density" in stage.undetermined and "yield_stress" not in stage.undetermined
     assert math.isclose(stage.parameters["density"], 1100.0)
+
+
+def test_a_missed_target_is_a_reason_without_a_calibration_stage(tmp_path: Path) -> None:
+    _, study, folder = quick(tmp_path, TWO_FACTORS + QUICK + ONE.replace("110", "40"), Power())
+    checked = workflow.run_stage("validate", study, folder, InlineExecutor(), solver=Power())
+    results = fresh_results(study, folder, [RefineResult.from_json(folder.read_stage("refine")), checked])
+    verdict = verdict_of(study, folder, results)
+    assert verdict.verdict == "not_calibrated" and verdict.has("target_missed")

@@ -5,7 +5,6 @@ from dataclasses import replace
 
 from stemcal.notes import Note
 from stemcal.stages.fitting import Surfaces
-from stemcal.stages.invert.verdict_rules import target_missed
 from stemcal.stages.refine.result import RefineResult
 from stemcal.stages.verdict.verdict_rules import Evidence, Rank, ranked
 
@@ -26,4 +25,4 @@ def without_surface(evidence: Evidence) -> Iterator[Note]:
         yield from (note for note in found.notes if note.kind in ("not_identified", "no_intervals"))
 
 
-RULES = (missed_there, target_missed, without_surface)
+RULES = (missed_there, without_surface)

@@ -19,7 +19,7 @@ from stemcal.notes import Note, Remedy, Severity
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.stages.result import Judged, R
 from stemcal.stages.results import Results, fresh_results
-from stemcal.stages.stage import STAGES, stages_of
+from stemcal.stages.stage import STAGES, stages_known, stages_of
 from stemcal.stages.verdict.physics import LIMITS, Doubt, DoubtKind, Physics, for_physics, physics_of
 from stemcal.stages.verdict.result import Use, Verdict
 from stemcal.stages.verdict.words import size_of
@@ -113,7 +113,7 @@ def verdict_of(study: Study, folder: StudyFolder, results: Results | None = None
     """Judge a study as far as it has come; `results` if they are read already."""
     results = results or fresh_results(study, folder)
     evidence = Evidence(study, results, physics_of(study, results, folder), folder)
-    rules = dict.fromkeys([*RULES, *(rule for stage in stages_of(study) for rule in stage.reasons())])
+    rules = [*RULES, *(rule for stage in stages_known(study) for rule in stage.reasons())]
     reasons = [(_rank(rule, reason), reason) for rule in rules for reason in rule(evidence)]
     if any(reason.kind in ("probable_unit", "reversed_sign") for _, reason in reasons):
         # nothing that compares measured and simulated values is advice before these are corrected
