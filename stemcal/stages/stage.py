@@ -81,6 +81,10 @@ class Stage(StageKind, Checked, Generic[R]):
         """Check that it sets the parameters in the model of the study; the last such stage decides."""
         return False
 
+    def makes_surface(self, study: Study) -> bool:
+        """Check that it fits the response surface of the study."""
+        return False
+
     def tolerance_percent(self, study: Study) -> float | None:
         """Return the percentage within which measured and simulated values count as equal, if it is set here."""
         return None
@@ -147,9 +151,7 @@ def stages_of(study: Study) -> tuple[Stage[Any], ...]:
 
 def has_surface(study: Study) -> bool:
     """Check that the study calibrates by a response surface, and not by the refinement alone."""
-    from stemcal.stages.rsm.options import RsmOptions
-
-    return study.of(RsmOptions).wanted
+    return any(stage.makes_surface(study) for stage in STAGES.built_in)
 
 
 def calibrating(study: Study) -> Stage[Any]:

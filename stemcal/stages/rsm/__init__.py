@@ -19,6 +19,9 @@ class Rsm(Stage[Any]):
     help = "Run an experimental design and fit a response surface to the results."
     purpose = "Stage 2: simulation of the design points and fitting of a response surface."
 
+    def makes_surface(self, study: Study) -> bool:
+        return bool(self.options(study).wanted)
+
     def needs(self, study: Study) -> str | None:
         """Return a climb if there is one, else the screening; a surface of named factors needs neither."""
         if stage_called("climb").asked_for(study):
