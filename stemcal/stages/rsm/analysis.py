@@ -144,14 +144,13 @@ def foresee(study: Study, solver: Solver, folder: StudyFolder | None) -> Asked:
     joint = () if design.conditions else study.joint_targets
     conditions = [study.targets.calibrate_at, *(target.condition for target in joint)]
     requests = [request for condition in dict.fromkeys(conditions) for request in design.requests(condition)]
-    count = len(design.names) - bool(design.conditions)
-    text = (
-        f"The plan assumes {count} factors for the response surface because the screening has not yet "
-        "selected the factors."
-    )
-    names = tuple(name for name in design.names if name in study.names) + design.held
-    compared = over.runs_of_both(study, names) if given is None else None
-    return Asked("rsm", requests, known, compared if known else Note("factors_assumed", "caution", text), design)
+    if known:
+        names = tuple(name for name in design.names if name in study.names) + design.held
+        note = over.runs_of_both(study, names) if given is None else None
+    else:
+        assumed = f"The plan assumes {len(design.names) - bool(design.conditions)} factors for the response surface"
+        note = Note("factors_assumed", "caution", f"{assumed} because the screening has not yet selected the factors.")
+    return Asked("rsm", requests, known, note, design)
 
 
 # ---- the design run at the other diameters of a joint fit
@@ -160,28 +159,20 @@ def foresee(study: Study, solver: Solver, folder: StudyFolder | None) -> Asked:
 def _at_condition(work: Work, target: Target, result: RsmResult, design: Design) -> AtCondition:
     """Run the design at a diameter of the joint fit and fit the surfaces there, of the same terms as `result`."""
     condition, study = target.condition, work.study
-    wanted = [n for n in study.fitted_responses if n == FIRST or target.mean_of(n)[0]]
     requests = design.requests(condition)
     outcomes = work.outcomes(requests)
-    runs = [ConditionRun(run=request.row + 1, outcome=one) for request, one in zip(requests, outcomes, strict=True)]
+    runs = [ConditionRun(run=request.row + 1, outcome=each) for request, each in zip(requests, outcomes, strict=True)]
+    fits: dict[str, FitSummary] = {}
     with reasons_given(requests, outcomes):
-        fits = {name: _summary(study, result, runs, name, condition) for name in wanted}
-    further: dict[str, FitSummary] = {name: fit for name, fit in fits.items() if name != FIRST}
-    return AtCondition(condition=condition, runs=Rows(runs), fit=fits[FIRST], responses=further or None)
-
-
-def _summary(
-    study: Study, result: RsmResult, runs: Sequence[ConditionRun], response: str, condition: float
-) -> FitSummary:
-    """Return the summary of the fit to one response."""
-    silent = [run.run for run in runs if run.outcome.ok and run.outcome.of(response) is None]
-    if silent:
-        raise RunsFailed(
-            f"rsm: the record of run {silent[0]}{Wording(study.naming).at(condition)} contains no "
-            f"{study.naming.named(response).name}. Choose another study folder with `--out`, or remove the response "
-            "from `invert.responses`."
-        )
-    return FitSummary.of(result.refitted(runs, response=response), whole=not study.naming.is_cutting)
+        for name in (name for name in study.fitted_responses if name == FIRST or target.mean_of(name)[0]):
+            if silent := [run.run for run in runs if run.outcome.ok and run.outcome.of(name) is None]:
+                raise RunsFailed(
+                    f"rsm: the record of run {silent[0]}{Wording(study.naming).at(condition)} contains no "
+                    f"{study.naming.named(name).name}. Choose another study folder with `--out`, or remove the "
+                    "response from `invert.responses`."
+                )
+            fits[name] = FitSummary.of(result.refitted(runs, response=name), whole=not study.naming.is_cutting)
+    return AtCondition(condition=condition, runs=Rows(runs), fit=fits.pop(FIRST), responses=fits or None)
 
 
 # ---- the design, and the notes of `check` on it
@@ -209,8 +200,8 @@ def _coding(study: Study, names: Sequence[str], found: Mapping[str, CodedScale])
     own = {name: (scale.center, scale.half_step) for name, scale in found.items()}
     own |= {name: options.coded(name) for name in options.coding}
     each = zip(names, ranged.centre, ranged.half_step, strict=True)
-    pairs = [own.get(name, (centre, half_step)) for name, centre, half_step in each]
-    return Coding(tuple(names), tuple(centre for centre, _ in pairs), tuple(half for _, half in pairs))
+    centre, half_step = zip(*(own.get(name, (middle, half)) for name, middle, half in each), strict=True)
+    return Coding(tuple(names), centre, half_step)
 
 
 # ---- what repeated runs show
@@ -232,8 +223,5 @@ def _pure_error_of(design: DesignRuns, names: Wording, by_chance: bool) -> Note 
     df = sum(len(responses) - 1 for responses in repeated)
     square = sum(float(np.sum((responses - responses.mean()) ** 2)) for responses in repeated) / df
     sd = names.quantity(square**0.5, ".3g")
-    return Note(
-        "scatter",
-        "caution",
-        f"The standard deviation of the replicate runs is {sd} ({counted(df, 'degree')} of freedom).",
-    )
+    text = f"The standard deviation of the replicate runs is {sd} ({counted(df, 'degree')} of freedom)."
+    return Note("scatter", "caution", text)

@@ -1,7 +1,7 @@
 """The figures of a response surface: how well it fits its runs, and itself over each pair of factors."""
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
 from itertools import combinations
@@ -12,18 +12,7 @@ import numpy as np
 
 from stemcal.doe.coding import Array
 from stemcal.drawing.plot import Plot
-from stemcal.drawing.style import (
-    BLUE,
-    FAINT,
-    ORANGE,
-    Axes,
-    Figure,
-    axis_of,
-    frame_in_space,
-    in_lines,
-    literal,
-    new_figure,
-)
+from stemcal.drawing.style import BLUE, FAINT, ORANGE, Figure, axis_of, frame_in_space, in_lines, literal, new_figure
 from stemcal.stages.rsm.result import RsmResult
 from stemcal.vocabulary import Wording
 
@@ -70,9 +59,8 @@ def _pair_plots(
     unit = f" ({response.written})" if response.written else ""
     met = f" The orange line marks the measured {response.long}; the star marks the calibrated point." if solved else ""
     lines = f"Contours of the {response.long}{unit} {over}{held}.{met} The white dots are design points."
-    relieved = (
-        f"Response surface of the {response.long} {over}{held}. The contours are projected onto the base of the plot."
-    )
+    base = "The contours are projected onto the base of the plot."
+    relieved = f"Response surface of the {response.long} {over}{held}. {base}"
     return [
         Plot(f"contour-{'-'.join(pair)}", "rsm", lines, partial(contours, rsm, pair, solved, labels)),
         Plot(f"surface-{'-'.join(pair)}", "rsm", relieved, partial(relief, rsm, pair, solved, labels)),
@@ -102,9 +90,14 @@ def diagnostics(rsm: RsmResult) -> Figure:
     """
     rows = rsm.runs_diagnostics
     residuals = [row.studentised or 0.0 for row in rows]  # None where the surface passes through the run
+    # normal scores of (i − ½)/n; a sample of the normal law is on the line
+    scores = [_NORMAL.inv_cdf((rank + 0.5) / len(rows)) for rank in range(len(rows))]
     with new_figure(width=6.4, height=2.4) as figure:
         normal, over, influence = figure.subplots(1, 3)
-        _normal_plot(normal, residuals)
+        normal.plot([scores[0], scores[-1]], [scores[0], scores[-1]], color=FAINT, linestyle="--", linewidth=1)
+        normal.plot(scores, sorted(residuals), "o", color=BLUE, markersize=4)
+        normal.set_xlabel("normal score")
+        normal.set_ylabel("studentised residual")
         over.axhline(0, color=FAINT, linewidth=1)
         over.plot([row.fitted for row in rows], residuals, "o", color=BLUE, markersize=4)
         over.set_xlabel(literal(rsm.regressed.response.headed("predicted")))
@@ -114,16 +107,6 @@ def diagnostics(rsm: RsmResult) -> Figure:
         influence.set_ylabel("Cook's distance")
         influence.set_xlabel("run")
     return figure
-
-
-def _normal_plot(axes: Axes, residuals: Sequence[float]) -> None:
-    """Draw sorted residuals over normal scores, (i − ½)/n; a sample of the normal law is on the line."""
-    count = len(residuals)
-    scores = [_NORMAL.inv_cdf((rank + 0.5) / count) for rank in range(count)]
-    axes.plot([scores[0], scores[-1]], [scores[0], scores[-1]], color=FAINT, linestyle="--", linewidth=1)
-    axes.plot(scores, sorted(residuals), "o", color=BLUE, markersize=4)
-    axes.set_xlabel("normal score")
-    axes.set_ylabel("studentised residual")
 
 
 # ---- over two factors, as contours and as a relief
@@ -151,15 +134,22 @@ def contours(
     """
     grid = _section_of(rsm, pair, solved)
     levels = levels_of(grid[2])
+    counts = Counter((run.levels[pair[0]], run.levels[pair[1]]) for run in rsm.design.runs)
+    dots: Any = {"color": "white", "markersize": 5.5, "markeredgecolor": "black", "markeredgewidth": 0.6}
     with new_figure(height=3.7) as figure:
         axes = figure.add_subplot()
         filled = axes.contourf(*grid, levels=levels, cmap=_HEIGHT)
         lines = axes.contour(*grid, levels=levels, colors=["white"], linewidths=0.7, alpha=0.8)
         figure.colorbar(filled, ax=axes, label=_height(rsm), ticks=levels[::2]).outline.set_visible(False)
         axes.clabel(lines, fmt="%g", fontsize=7.5, colors="white")
-        _draw_runs(axes, rsm, pair)
+        axes.plot(*zip(*sorted(counts), strict=True), "o", **dots, label="runs", clip_on=False, zorder=5)
+        for point in (point for point, count in counts.items() if count > 1):
+            axes.annotate(str(counts[point]), point, (5, 4), textcoords="offset points", size=8, color="white")
         if solved is not None:
-            _mark_target(axes, grid, solved, pair)
+            if grid[2].min() < solved.target < grid[2].max():
+                axes.contour(*grid, levels=[solved.target], colors=[ORANGE], linewidths=2.2)
+            at = ([solved.levels[name]] for name in pair)
+            axes.plot(*at, "*", color=ORANGE, markeredgecolor="white", markersize=14, zorder=6)
         _label(axes, rsm, pair, labels)
     return figure
 
@@ -179,8 +169,8 @@ def relief(
         axes.contourf(*grid, levels=levels, zdir="z", offset=base, cmap=_HEIGHT, alpha=0.6)
         axes.plot_surface(*grid, cmap=_HEIGHT, edgecolor="#00000055", linewidth=0.3, rstride=4, cstride=4, zorder=2)
         if solved is not None:
-            point = *(solved.levels[name] for name in pair), rsm.predict(solved.levels).response
-            axes.plot(*([one] for one in point), "*", color=ORANGE, markeredgecolor="white", markersize=14, zorder=9)
+            point = *([solved.levels[name]] for name in pair), [rsm.predict(solved.levels).response]
+            axes.plot(*point, "*", color=ORANGE, markeredgecolor="white", markersize=14, zorder=9)
         _label(axes, rsm, pair, labels, _LONGEST_IN_SPACE)
         axes.set_zlabel(_height(rsm))
         for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
@@ -205,16 +195,6 @@ def levels_of(response: Any) -> Any:
     return MaxNLocator(nbins=10, steps=[1, 2, 2.5, 5, 10]).tick_values(float(response.min()), float(response.max()))
 
 
-def _draw_runs(axes: Axes, rsm: RsmResult, pair: tuple[str, str]) -> None:
-    """Draw the points of the design, with the number of runs where there are several."""
-    counts = Counter((run.levels[pair[0]], run.levels[pair[1]]) for run in rsm.design.runs)
-    dots: Any = {"color": "white", "markersize": 5.5, "markeredgecolor": "black", "markeredgewidth": 0.6}
-    axes.plot(*zip(*sorted(counts), strict=True), "o", **dots, label="runs", clip_on=False, zorder=5)
-    for point, count in counts.items():
-        if count > 1:
-            axes.annotate(str(count), point, (5, 4), textcoords="offset points", size=8, color="white")
-
-
 def _label(
     axes: Any, rsm: RsmResult, pair: tuple[str, str], labels: Mapping[str, str] | None, longest: int = _LONGEST
 ) -> None:
@@ -223,11 +203,3 @@ def _label(
     for axis, setter, name in ((axes.xaxis, axes.set_xlabel, pair[0]), (axes.yaxis, axes.set_ylabel, pair[1])):
         setter(in_lines(axis_of((labels or {}).get(name, name), rsm.factor(name).unit), longest))
         axis.set_major_locator(MaxNLocator(nbins=6, steps=[1, 2, 5, 10]))
-
-
-def _mark_target(axes: Axes, grid: tuple[Array, Array, Array], solved: Solution, pair: tuple[str, str]) -> None:
-    """Draw the line on which the surface meets the measured force, and the solution on it."""
-    if grid[2].min() < solved.target < grid[2].max():
-        axes.contour(*grid, levels=[solved.target], colors=[ORANGE], linewidths=2.2)
-    at = (solved.levels[name] for name in pair)
-    axes.plot(*([level] for level in at), "*", color=ORANGE, markeredgecolor="white", markersize=14, zorder=6)

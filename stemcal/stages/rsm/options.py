@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
 from pydantic import BeforeValidator, Field, WithJsonSchema
 from pydantic_core import PydanticKnownError
 
-from stemcal.doe.designs import SURFACES
+from stemcal.doe.designs import SURFACES, SurfaceOptions, surface_design
 from stemcal.formats import series
 from stemcal.notes import Note
 from stemcal.stages.screen.options import ScreenOptions
@@ -20,7 +20,6 @@ from stemcal.study.types.field_types import Frozen, Number, Whole, complain
 from stemcal.study.types.strict_yaml import Finding
 
 if TYPE_CHECKING:
-    from stemcal.doe.designs import SurfaceOptions
     from stemcal.solvers.protocol import Solver
     from stemcal.stages.screen.result import ScreenResult
     from stemcal.study.model.study import Study
@@ -142,25 +141,19 @@ class RsmOptions(Frozen):
         >>> RsmOptions(factors="strongest 3").strongest, RsmOptions().strongest
         (3, 0)
         """
-        found = re.fullmatch(_STRONGEST, self.factors) if isinstance(self.factors, str) else None
-        return int(found[1]) if found else 0
+        strongest = re.fullmatch(_STRONGEST, self.factors) if isinstance(self.factors, str) else None
+        return int(strongest[1]) if strongest else 0
 
     def chosen(self) -> SurfaceOptions:
         """Return the settings of the design for the surface."""
-        from stemcal.doe.designs import SurfaceOptions
-
         return SurfaceOptions(self.design, self.centre_points, self.alpha, self.runs, self.extra_runs)
 
     def reach(self, k: int) -> float:
         """Return the distance of the outermost runs of `k` factors from the centre along an axis, in coded units."""
-        from stemcal.doe.designs import surface_design
-
         return surface_design(self.design).reach(k, self.chosen())
 
     def radius(self, k: int) -> float:
         """Return the greatest distance from the centre at which a surface of `k` factors is valid, in coded units."""
-        from stemcal.doe.designs import surface_design
-
         return surface_design(self.design).radius(k, self.chosen())
 
 
@@ -211,9 +204,8 @@ def _factors_are_found(draft: Draft) -> Iterator[Finding]:
     if draft.study.of(RsmOptions).wanted and not draft.study.of(ScreenOptions).wanted and isinstance(chosen, str):
         names = ", ".join(draft.names[:3])
         message = f"`factors: {chosen}` requires a screening, which this study does not have"
-        yield Finding(
-            ("rsm",), message, f"list the factors, as in `factors: [{names}]`, or remove `screen.design: none`"
-        )
+        remedy = f"list the factors, as in `factors: [{names}]`, or remove `screen.design: none`"
+        yield Finding(("rsm",), message, remedy)
 
 
 def _surface_design_takes_factors(draft: Draft) -> Iterator[Finding]:
@@ -252,17 +244,13 @@ def _coding_fits(draft: Draft) -> Iterator[Finding]:
         if factor.name not in coding:
             continue
         path, (low, high) = ("rsm", "coding", factor.name), coding[factor.name]
+        centre, ends = 0.5 * (low + high), f"{factor.low:g} to {factor.high:g}"
         if low >= high:
-            yield Finding(
-                path,
-                f"the value at coded −1 ({low:g}) is not below the value at coded +1 ({high:g})",
-                "swap the two values" if low > high else f"write a smaller and a larger value than {low:g}",
-            )
-        elif factor.low < factor.high and not factor.low <= 0.5 * (low + high) <= factor.high:
-            message = (
-                f"the centre {0.5 * (low + high):g} is outside the range of the factor ({factor.low:g} to "
-                f"{factor.high:g})"
-            )
+            message = f"the value at coded −1 ({low:g}) is not below the value at coded +1 ({high:g})"
+            smaller_and_larger = f"write a smaller and a larger value than {low:g}"
+            yield Finding(path, message, "swap the two values" if low > high else smaller_and_larger)
+        elif factor.low < factor.high and not factor.low <= centre <= factor.high:
+            message = f"the centre {centre:g} is outside the range of the factor ({ends})"
             yield Finding(path, message, f"choose a centre near {factor.centre:g}")
         else:
             yield from _unphysical_runs(draft, factor)
@@ -286,11 +274,8 @@ def _unphysical_runs(draft: Draft, factor: Factor) -> Iterator[Finding]:
 
 
 RsmOptions.rules = (
-    _surface_factors_exist,
-    _factors_are_found,
-    _surface_design_takes_factors,
-    _runs_are_used,
-    _coding_fits,
+    *(_surface_factors_exist, _factors_are_found, _surface_design_takes_factors),
+    *(_runs_are_used, _coding_fits),
 )
 
 
@@ -356,7 +341,6 @@ def _strongest_factors(chosen: Sequence[str], significant: Sequence[str]) -> Not
     if weak := [name for name in chosen if name not in significant]:
         text += f" {series(weak)} {'is' if len(weak) == 1 else 'are'} not significant."
     if left := [name for name in significant if name not in chosen]:
-        text += (
-            f" The response surface omits the significant {'factor' if len(left) == 1 else 'factors'} {series(left)}."
-        )
+        omitted = f"{'factor' if len(left) == 1 else 'factors'} {series(left)}"
+        text += f" The response surface omits the significant {omitted}."
     return Note("strongest_factors", "caution", text)

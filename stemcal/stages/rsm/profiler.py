@@ -63,6 +63,10 @@ def _surface(study: Study, mean: Measured, surface: AnySurface) -> dict[str, Any
     """Return a surface with its error and runs, and what was measured; `error` is the 95 % half-width of that."""
     fit = surface.whole if isinstance(surface, Section) else surface
     known, s2 = fit.mean_square is not None and fit.df > 0, fit.mean_square or 0.0
+    half_width = 0.0  # t·s/√n of the measured mean; with the normal quantile where n is not given
+    if mean.sd is not None:
+        n = mean.n or 1
+        half_width = float((t_quantile(0.95, n - 1) if n > 1 else _NORMAL) * mean.sd / n**0.5)
     command = f"stemcal simulate SPEC --diameter {mean.condition:g}"
     simulated = study.naming.is_cutting and study.kind.simulates_stems
     return {
@@ -75,7 +79,7 @@ def _surface(study: Study, mean: Measured, surface: AnySurface) -> dict[str, Any
         **_where(surface),
         "measured": mean.value,
         "sd": mean.sd or 0.0,
-        "error": _half_width(mean),
+        "error": half_width,
         "simulate": command if simulated and mean.response == FIRST else "",
     }
 
@@ -97,11 +101,3 @@ def _where(surface: AnySurface) -> dict[str, Any]:
     }
     seen = {"shared": place.shared, "growing": growing, "condition": place.condition, "logarithm": surface.logarithm}
     return {"runs": [], "place": seen}
-
-
-def _half_width(mean: Measured) -> float:
-    """t·s/√n of the measured mean; with the normal quantile where n is not given, 0 of a mean without a scatter."""
-    if mean.sd is None:
-        return 0.0
-    n = mean.n or 1
-    return float((t_quantile(0.95, n - 1) if n > 1 else _NORMAL) * mean.sd / n**0.5)

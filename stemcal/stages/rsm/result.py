@@ -76,8 +76,8 @@ class RsmResult(Surfaces):
         """Evaluate the surface at the calibration where the factors have these coded values, numbers or arrays; N."""
         values = np.broadcast_arrays(*(np.asarray(coded[name], dtype=float) for name in self.names))
         points = np.column_stack([value.ravel() for value in values])
-        found = self.fitted.predict(points) if self.over is not None else term_columns(points) @ self.beta
-        return np.asarray(found).reshape(values[0].shape)
+        response = self.fitted.predict(points) if self.over is not None else term_columns(points) @ self.beta
+        return np.asarray(response).reshape(values[0].shape)
 
     @cached_property
     def beta(self) -> Array:
@@ -87,9 +87,8 @@ class RsmResult(Surfaces):
 
     def predict(self, levels: Mapping[str, float]) -> Assessment:
         """Return the force at these levels (units of the spec; other factors are passed over) with its intervals."""
-        return assess_point(
-            self.fitted, self.scales.to_coded([levels[name] for name in self.names]), radius=self.radius
-        )
+        coded = self.scales.to_coded([levels[name] for name in self.names])
+        return assess_point(self.fitted, coded, radius=self.radius)
 
     # ---- what others read
 
@@ -111,13 +110,10 @@ class RsmResult(Surfaces):
 
     def symbols(self) -> dict[str, str]:
         """Return the symbol of every factor, its name where it has none."""
-        found = {entry.factor: entry.symbol or entry.factor for entry in self.factors}
-        condition = self.naming.condition
-        return (
-            found
-            if self.over is None or condition is None
-            else {**found, self.over.name: condition.symbol or condition.name}
-        )
+        symbols, condition = {each.factor: each.symbol or each.factor for each in self.factors}, self.naming.condition
+        if self.over is None or condition is None:
+            return symbols
+        return {**symbols, self.over.name: condition.symbol or condition.name}
 
     def _tables(self) -> dict[str, Table]:
         """Return the analysis of variance with the coefficients next to it, and the runs."""

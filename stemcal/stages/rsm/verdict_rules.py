@@ -6,13 +6,11 @@ from collections import Counter, defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from math import isfinite
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stemcal.doe.calibration.region import extremes
-from stemcal.doe.coding import Array
 from stemcal.doe.regression.surface import ROUGH_PERCENT
 from stemcal.formats import counted, minus, series
 from stemcal.notes import Note, Remedy
@@ -45,19 +43,16 @@ def undeclared_scatter(evidence: Evidence) -> Iterator[Note]:
     if study.solver.repeats or evidence.of(RsmResult) is not None:
         return
     drawn = {stage.name for stage in stages_of(study) if stage.seen(study).solver.repeats}
-    found: dict[str, list[float]] = defaultdict(list)
+    answers: dict[str, list[float]] = defaultdict(list)
     for record in evidence.records:
         request = record["request"]
         if record["response"] is not None and request["stage"] not in drawn:
             inputs = {name: part for name, part in record["identity"].items() if name not in _DRAWN}
-            found[as_json(inputs)].append(float(record["response"]))
-    for values in found.values():
+            answers[as_json(inputs)].append(float(record["response"]))
+    for values in answers.values():
         if max(values) - min(values) > SAME * max(map(abs, values)):
-            ends = f"{min(values):.6g} and {max(values):.6g}"
-            text = (
-                f"The program is stochastic (runs at the same levels returned {ends}), but the spec has no "
-                "`replicates`."
-            )
+            ends = f"runs at the same levels returned {min(values):.6g} and {max(values):.6g}"
+            text = f"The program is stochastic ({ends}), but the spec has no `replicates`."
             yield Note("undeclared_scatter", "error", text, study.solver.chance_remedy())
             return
 
@@ -83,33 +78,24 @@ def reversed_sign(evidence: Evidence) -> Iterator[Note]:
 @ranked(Rank.DATA)
 def probable_unit(evidence: Evidence) -> Iterator[Note]:
     """Yield measured values that are out of reach by the ratio of two units."""
-    for response, values in _reaches(evidence).items():
-        times = [_times(value, low, high) for value, low, high in values]
-        ratio = times[0]
-        if ratio is not None and all(one is not None and one[0] == ratio[0] for one in times):
-            size, name = ratio
-            named, (value, low, high) = evidence.study.naming.named(response), values[0]
+    surface, study = evidence.of(RsmResult), evidence.study
+    if surface is None:
+        return
+    reaches: dict[str, list[tuple[float, float, float]]] = defaultdict(list)
+    for mean, fitted in zip(measured_means(study), fitted_surfaces(study, surface), strict=True):
+        low, high = (float(fitted.predict(end)[0]) for end in extremes(fitted, surface.region))
+        reaches[mean.response].append((mean.value, low, high))
+    for response, values in reaches.items():
+        first, *others = (_times(*each) for each in values)
+        if first is not None and all(other is not None and other[0] == first[0] for other in others):
+            (size, name), (value, low, high), named = first, values[0], study.naming.named(response)
             measured, ends = f"{value:g}{named.unit_suffix}", f"{low:.3g} to {high:.3g}{named.unit_suffix}"
             text = (
                 f"Two units were probably confused ({name}). The measured {named.long} is {measured}, about {size:.4g} "
                 f"times the simulated values ({ends})."
             )
-            remedy = Remedy(
-                "Check the units of the target and of the simulated response before you change a factor range."
-            )
-            yield Note("probable_unit", "error", text, remedy)
-
-
-def _reaches(evidence: Evidence) -> dict[str, Sequence[tuple[float, float, float]]]:
-    """Return each measured value that is fitted, with the least and greatest that its surface takes, by response."""
-    surface, study = evidence.of(RsmResult), evidence.study
-    if surface is None:
-        return {}
-    found: dict[str, list[tuple[float, float, float]]] = defaultdict(list)
-    for mean, fitted in zip(measured_means(study), fitted_surfaces(study, surface), strict=True):
-        low, high = (float(fitted.predict(end)[0]) for end in extremes(fitted, surface.region))
-        found[mean.response].append((mean.value, low, high))
-    return dict(found)
+            check = "Check the units of the target and of the simulated response before you change a factor range."
+            yield Note("probable_unit", "error", text, Remedy(check))
 
 
 def _times(value: float, low: float, high: float) -> tuple[float, str] | None:
@@ -137,19 +123,13 @@ def failed_runs(evidence: Evidence) -> Iterator[Note]:
     if surface is None:
         yield from _lost(evidence)
         return
-    coded = np.array([[run.coded[name] for name in surface.names] for run in surface.design.runs])
     failed = np.array([run.response is None for run in surface.design.runs])
     for part in surface.conditions:
         failed |= np.array([not answered.outcome.ok for answered in part.runs])
     unknown = _error_unknown(evidence.study, surface)
     if not failed.any() or (not unknown and failed.mean() < _MANY):
         return
-    more = advice.more_runs(surface)
-    beyond = _beyond_of(evidence.study, surface, coded, failed)
-    where, remedy = beyond or (
-        f"They are at {_where(surface, coded[failed])}.",
-        replace(more, text=f"{_RETRY} {more.text}"),
-    )
+    where, remedy = _where_failed(evidence.study, surface, failed)
     text = f"{failed.sum()} of {counted(len(failed), 'response surface run')} failed. {where}"
     if unknown:
         text += " The error of the response surface cannot be estimated from the remaining runs."
@@ -173,18 +153,21 @@ def _error_unknown(study: Study, surface: RsmResult) -> bool:
     return any(fitted.df < 1 for fitted in fitted_surfaces(study, surface))
 
 
-def _where(surface: RsmResult, coded: Array) -> str:
+def _where_failed(study: Study, surface: RsmResult, failed: NDArray[np.bool_]) -> tuple[str, Remedy]:
+    """Return the levels of failed runs, and the remedy: a range without them, or these runs again and more of them."""
+    coded = np.array([[run.coded[name] for name in surface.names] for run in surface.design.runs])
     natural = surface.scales.to_natural(coded)
-    ends = zip(surface.names, natural.min(axis=0).tolist(), natural.max(axis=0).tolist(), strict=True)
+    bad, good = (
+        [dict(zip(surface.names, row, strict=True)) for row in rows.tolist()]
+        for rows in (natural[failed], natural[~failed])
+    )
+    if (beyond := _beyond(study, bad, good)) is not None:
+        return beyond
+    ends = zip(surface.names, natural[failed].min(axis=0).tolist(), natural[failed].max(axis=0).tolist(), strict=True)
     units = {entry.factor: "" if entry.unit == "1" else f" {entry.unit}" for entry in surface.factors}
-    return series(f"{n} {a:.4g}{f' to {b:.4g}' if b > a else ''}{units[n]}" for n, a, b in ends)
-
-
-def _beyond_of(study: Study, surface: RsmResult, coded: Array, failed: NDArray[np.bool_]) -> tuple[str, Remedy] | None:
-    """Return the same as `_beyond` of the runs of a surface."""
-    rows = [dict(zip(surface.names, row, strict=True)) for row in surface.scales.to_natural(coded).tolist()]
-    bad, good = ([row for row, lost in zip(rows, failed, strict=True) if lost == which] for which in (True, False))
-    return _beyond(study, bad, good)
+    places = series(f"{n} {a:.4g}{f' to {b:.4g}' if b > a else ''}{units[n]}" for n, a, b in ends)
+    more = advice.more_runs(surface)
+    return f"They are at {places}.", replace(more, text=f"{_RETRY} {more.text}")
 
 
 def _beyond(
@@ -246,9 +229,8 @@ def out_of_reach(evidence: Evidence) -> Iterator[Note]:
     if (elsewhere := _reached_by_others(evidence, surface, target)) is not None:
         text, remedy = elsewhere
         surface_only = f"the response surface allows only {names.quantities((low, high))}"
-        yield Note(
-            "out_of_reach", "error", f"{measured} is out of reach of the varied factors: {surface_only}. {text}", remedy
-        )
+        text = f"{measured} is out of reach of the varied factors: {surface_only}. {text}"
+        yield Note("out_of_reach", "error", text, remedy)
         return
     text = f"{measured} is out of reach: the factor ranges allow only {names.quantities((low, high))}."
     yield Note("out_of_reach", "error", text, advice.to_reach(study, surface, target))
@@ -258,8 +240,14 @@ def _reached_by_others(evidence: Evidence, surface: RsmResult, target: float) ->
     """Return recorded runs on the other side of the target, and the factor to vary as well; None without either."""
     study, names = evidence.study, evidence.names
     others = [factor for factor in study.factors if factor.name not in surface.names]
-    runs = [run for run in map(_screened, evidence.records) if run is not None and _applies(study, *run)]
-    values = [value for *_, value in runs]
+    runs: list[tuple[Mapping[str, float], float]] = []  # of the screening, at the calibration, within the ranges
+    for record in evidence.records:
+        request, levels = record["request"], record["request"]["levels"]
+        here = float(request.get("condition") or 0.0) == study.calibration_target.condition
+        within = all(f.low <= levels.get(f.name, f.centre) <= f.high for f in study.factors)
+        if request["stage"] == ScreenResult.name and record["response"] is not None and here and within:
+            runs.append((levels, float(record["response"])))
+    values = [value for _, value in runs]
     centre = float(surface.fitted.predict(np.zeros((1, len(surface.names))))[0])
     side = 1.0 if target > centre else -1.0
     beyond = sorted(value for value in values if side * value >= side * target)
@@ -267,7 +255,7 @@ def _reached_by_others(evidence: Evidence, surface: RsmResult, target: float) ->
         return None
 
     def effect(name: str, middle: float) -> float:
-        ends = [[v for levels, _, v in runs if (levels.get(name, middle) - middle) * up > 0.0] for up in (1.0, -1.0)]
+        ends = [[v for levels, v in runs if (levels.get(name, middle) - middle) * up > 0.0] for up in (1.0, -1.0)]
         return abs(float(np.mean(ends[0]) - np.mean(ends[1]))) if all(ends) else 0.0
 
     most = max(others, key=lambda factor: effect(factor.name, factor.centre)).name
@@ -281,39 +269,20 @@ def _reached_by_others(evidence: Evidence, surface: RsmResult, target: float) ->
     return text, Remedy(f"Vary {most} in the response surface as well: `{every}`.", every)
 
 
-def _screened(record: Mapping[str, Any]) -> tuple[Mapping[str, float], float, float] | None:
-    """Return levels, condition and response of a run of the screening that did not fail."""
-    request = record["request"]
-    if request["stage"] != ScreenResult.name or record["response"] is None:
-        return None
-    return request["levels"], float(request.get("condition") or 0.0), float(record["response"])
-
-
-def _applies(study: Study, levels: Mapping[str, float], condition: float, _response: float) -> bool:
-    """Return whether a run was at the condition of the calibration and within the present ranges."""
-    within = (f.low <= levels.get(f.name, f.centre) <= f.high for f in study.factors)
-    return condition == study.calibration_target.condition and all(within)
-
-
 @ranked(Rank.MODEL)
 def sign_against_expectation(evidence: Evidence) -> Iterator[Note]:
     """Yield significant effects whose sign differs from that in the spec."""
-    against = tuple(
-        factor.name
-        for factor in evidence.study.factors
-        if factor.expected_sign and _sign_found(evidence, factor.name) not in (None, factor.expected_sign)
-    )
+    against = []
+    for factor in evidence.study.factors:
+        signs = (result.sign_of(factor.name) for result in reversed(evidence.results.done))
+        estimated = next((sign for sign in signs if sign is not None), None)  # by the last stage that is sure of it
+        if factor.expected_sign and estimated not in (None, factor.expected_sign):
+            against.append(factor.name)
     if against:
         names = series(against)
         text = f"The sign of the effect of {names} is opposite to the expected sign (`expected_sign`)."
         remedy = Remedy(f"Check the material law, the `expected_sign` key and the units of {names}.")
         yield Note("sign_against_expectation", "warning", text, remedy)
-
-
-def _sign_found(evidence: Evidence, factor: str) -> str | None:
-    """Return the sign of an effect, by the last stage that is sure of it."""
-    signs = (result.sign_of(factor) for result in reversed(evidence.results.done))
-    return next((sign for sign in signs if sign is not None), None)
 
 
 @ranked(Rank.MODEL)
@@ -349,13 +318,6 @@ def bent_over_conditions(evidence: Evidence) -> Iterator[Note]:
 
 
 RULES = (
-    undeclared_scatter,
-    reversed_sign,
-    probable_unit,
-    failed_runs,
-    few_runs,
-    out_of_reach,
-    sign_against_expectation,
-    rough_response,
-    bent_over_conditions,
+    *(undeclared_scatter, reversed_sign, probable_unit, failed_runs, few_runs, out_of_reach, sign_against_expectation),
+    *(rough_response, bent_over_conditions),
 )

@@ -2,20 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
 
-from stemcal.doe.comparison import (
-    Formula,
-    Validation,
-    ValidationRow,
-    compare_conditions,
-    formula_elsewhere,
-    standard_error,
-)
+from stemcal.doe.comparison import Validation, compare_conditions, formula_elsewhere, standard_error
 from stemcal.errors import UsageError
 from stemcal.formats import interval, significant
 from stemcal.notes import Note
@@ -48,25 +41,8 @@ def validate(work: Work, head: Head) -> ValidateResult:
     study, solver = work.study, work.solver
     requests = requests_at(study, parameters)
     runs = work.outcomes(requests)
-    outcomes = merged(runs, study.solver.repeats)
-    found = _compared(study, outcomes)
-    left_out = work.result(InvertResult).left_out if has_surface(study) else {}
-    rows = [
-        ValidateRow(
-            compared=replace(row, left_out_percent=left_out.get(row.condition)),
-            outcome=outcome,
-            further=_further(study, target, outcome),
-        )
-        for target, row, outcome in zip(study.targets.means, found.rows, outcomes, strict=True)
-    ]
-    notes = [*found.notes, *_from_table(study, solver), *lower_bound_notes(runs)]
-    result = _result(study, head, parameters, found, rows)
-    return replace(result, notes=(*validate_notes(result), *notes))
-
-
-def _compared(study: Study, outcomes: Sequence[Outcome]) -> Validation:
-    targets = study.targets.means
-    return compare_conditions(
+    outcomes, targets = merged(runs, study.solver.repeats), study.targets.means
+    compared = compare_conditions(
         [target.condition for target in targets],
         [target.response for target in targets],
         [outcome.response for outcome in outcomes],
@@ -74,13 +50,29 @@ def _compared(study: Study, outcomes: Sequence[Outcome]) -> Validation:
         [(target.sd, target.n) for target in targets],
         study.naming,
     )
+    left_out = work.result(InvertResult).left_out if has_surface(study) else {}
+    rows = [
+        ValidateRow(
+            compared=replace(row, left_out_percent=left_out.get(row.condition)),
+            outcome=outcome,
+            further=_further(study, target, outcome),
+        )
+        for target, row, outcome in zip(targets, compared.rows, outcomes, strict=True)
+    ]
+    notes = [*compared.notes, *_from_table(study, solver), *lower_bound_notes(runs)]
+    result = _result(study, head, parameters, compared, rows)
+    return replace(result, notes=(*validate_notes(result), *notes))
 
 
 def _result(
-    study: Study, head: Head, parameters: dict[str, float], found: Validation, rows: list[ValidateRow]
+    study: Study, head: Head, parameters: dict[str, float], compared: Validation, rows: list[ValidateRow]
 ) -> ValidateResult:
     errors = [abs(error) for row in rows for error in row.errors_percent]
-    formula = _formula(found.rows) if study.naming.is_force_on_stems else None
+    simulated = [row for row in compared.rows if row.simulated is not None]
+    fitted, held_out = (  # F = a·dᵇ through the fitted forces, and its error at the others
+        [(r.condition, r.measured, standard_error(r.measured, r.sd, r.n)) for r in simulated if r.role == role]
+        for role in ("fitted", "held_out")
+    )
     return ValidateResult(
         head=head,
         parameters=parameters,
@@ -88,33 +80,22 @@ def _result(
         tolerance_percent=study.of(ValidateOptions).tolerance_percent,
         worst_percent=max(errors, default=None),
         mean_abs_error_percent=float(np.mean(errors)) if errors else None,
-        worst_held_out_percent=found.worst_held_out_percent,
-        error_slope_percent_per_unit=found.error_slope_percent_per_unit,
-        measured_exponent=found.measured_exponent,
-        simulated_exponent=found.simulated_exponent,
-        formula=formula,
+        worst_held_out_percent=compared.worst_held_out_percent,
+        error_slope_percent_per_unit=compared.error_slope_percent_per_unit,
+        measured_exponent=compared.measured_exponent,
+        simulated_exponent=compared.simulated_exponent,
+        formula=formula_elsewhere(fitted, held_out) if study.naming.is_force_on_stems else None,
     )
 
 
 def _from_table(study: Study, solver: Solver) -> Iterator[Note]:
     """Find whether the simulated responses are rows of a sheet without levels, of other parameters perhaps."""
-    if (given := solver.given_design("validate")) and len(given[0]) < len(study.factors):
-        response = study.naming.response.long
+    if (table := solver.given_design("validate")) and len(table[0]) < len(study.factors):
         text = (
-            f"The simulated {response} was read from a table, so it may have been calculated with parameter values "
-            "that differ from the calibrated values."
+            f"The simulated {study.naming.response.long} was read from a table, so it may have been calculated with "
+            "parameter values that differ from the calibrated values."
         )
         yield Note("from_table", "warning", text)
-
-
-def _formula(rows: Sequence[ValidationRow]) -> Formula | None:
-    """Return F = a·dᵇ through the fitted forces, and its error at the others that were simulated."""
-    done = [row for row in rows if row.simulated is not None]
-    fitted, held_out = (
-        [(row.condition, row.measured, standard_error(row.measured, row.sd, row.n)) for row in done if row.role == role]
-        for role in ("fitted", "held_out")
-    )
-    return formula_elsewhere(fitted, held_out)
 
 
 def requests_at(study: Study, levels: Mapping[str, float]) -> list[Request]:
@@ -145,46 +126,38 @@ def _further(study: Study, target: Target, outcome: Outcome) -> Rows[FurtherRow]
 # ---- notes
 
 
-def validate_notes(stage: ValidateResult) -> list[Note]:
-    """Return notes on the comparison: its independence, growth and a formula."""
+def validate_notes(stage: ValidateResult) -> Iterator[Note]:
+    """Yield notes on the comparison: its independence, growth, a formula, the travel."""
     names = Wording(stage.naming)
-    predicted = [] if stage.prediction is None else [predicted_note("held_out", stage.prediction, names)]
-    return [*_fitted(stage, names), *_growth(stage), *predicted, *_travel(stage)]
-
-
-def _fitted(stage: ValidateResult, names: Wording) -> Iterator[Note]:
     if stage.fitted:
         where = names.at(*stage.fitted) if names.placed else " of a fitted response"
         values = "these measurements" if names.placed and len(stage.fitted) > 1 else "the same measurement"
         text = f"The error{where} is not an independent check because the parameters were fitted to {values}."
         yield Note("fitted", "info", text)
-
-
-def _growth(stage: ValidateResult) -> Iterator[Note]:
     lab, model = stage.measured_exponent, stage.simulated_exponent
     if lab is not None and model is not None:
-        text = (
-            f"The measured force increases with diameter d as d^{lab.value:.2f}, and the simulated force as "
-            f"d^{model.value:.2f}."
-        )
-        yield Note("growth", "info", text)
+        growths = f"as d^{lab.value:.2f}, and the simulated force as d^{model.value:.2f}"
+        yield Note("growth", "info", f"The measured force increases with diameter d {growths}.")
+    if stage.prediction is not None:
+        yield predicted_note("held_out", stage.prediction, names)
+    yield from _travel(stage)
 
 
 def _travel(stage: ValidateResult) -> Iterator[Note]:
     """Find whether the measured travel is another one than the simulated one; no verdict depends on it."""
-    rows = [one for row in stage.rows for one in row.further if one.response == TRAVEL.name and not one.judged]
+    further = [row for compared in stage.rows for row in compared.further]
+    rows = [row for row in further if row.response == TRAVEL.name and not row.judged]
     errors = [abs(row.error_percent) for row in rows if row.error_percent is not None]
     if not errors or min(errors) <= _TRAVEL_PERCENT:
         return
-    measured, simulated = (_ends([getattr(row, name) for row in rows]) for name in ("measured", "simulated"))
+    each = ([getattr(row, name) for row in rows] for name in ("measured", "simulated"))
+    measured, simulated = (
+        significant(values[0], 3) if len(set(values)) == 1 else interval((min(values), max(values)), 3)
+        for values in each
+    )
     text = (
         f"The measured travel at maximum force is {measured} mm, and the simulated travel is {simulated} mm. Measured "
         "travel also contains the deformation of the testing machine and the settling of the stem on its supports; "
         "simulated travel depends on the mesh. The parameters were not fitted to the travel."
     )
     yield Note("travel_differs", "caution", text)
-
-
-def _ends(values: Sequence[float]) -> str:
-    """Return a value, or the least and the greatest of several."""
-    return significant(values[0], 3) if len(set(values)) == 1 else interval((min(values), max(values)), 3)

@@ -113,25 +113,22 @@ class ValidateResult(StageResult):
 
         Besides the force it includes every response that the study declares; one that was not fitted is a check.
         """
-        found, first = [], study.naming.response.name
+        judged, first = [], study.naming.response.name
         for row in self.rows if not self.is_given else ():
             at, fitted = row.compared, row.compared.role == "fitted"
-            found.append(Judged(first, at.condition, at.error_percent, fitted, row.outcome.key))
-            for one in row.further:
-                if one.judged:
-                    own = fitted and one.response in study.fitted_responses
-                    found.append(Judged(one.response, at.condition, one.error_percent, own, row.outcome.key))
-        return found
+            judged.append(Judged(first, at.condition, at.error_percent, fitted, row.outcome.key))
+            for further in (each for each in row.further if each.judged):
+                own = fitted and further.response in study.fitted_responses
+                judged.append(Judged(further.response, at.condition, further.error_percent, own, row.outcome.key))
+        return judged
 
     def _tables(self) -> dict[str, Table]:
-        """Return the comparison, that of further responses apart."""
         further = [{"condition": row.compared.condition, **vars(one)} for row in self.rows for one in row.further]
         tables = {"validate": Table.of(_COLUMNS, self.rows)}
         keys = ("condition", "response", "measured", "simulated", "error_percent")
         return tables | ({"validate_responses": Table.of(keys, further)} if further else {})
 
     def runs(self) -> Iterator[tuple[str, Outcome]]:
-        """Yield the outcome of every run, named by its condition."""
         names = Wording(self.naming)
         for number, row in enumerate(self.rows, 1):
             label = names.conditions([row.compared.condition]) if names.placed else f"{self.name} {number}"

@@ -25,7 +25,6 @@ class ValidateShowing(Showing[ValidateResult]):
     claims = True
 
     def outcome(self, result: ValidateResult, names: Wording) -> list[str]:
-        """Return by how much simulation and measurement differ."""
         if result.worst_percent is None:
             return ["All validation runs failed."]
         differ = "responses differ" if names.naming.others else f"{names.response.long} differs"
@@ -36,7 +35,6 @@ class ValidateShowing(Showing[ValidateResult]):
         return [f"The simulated {differ} from the {measured} by at most {worst} %{of_all}."]
 
     def tables(self, result: ValidateResult, names: Wording) -> list[Table]:
-        """Return measured against simulated, and further responses."""
         tables = [_validation_table(result, names)]
         every = [{"condition": row.compared.condition, **to_json(one)} for row in result.rows for one in row.further]
         if further := from_means(every, names):
@@ -77,11 +75,10 @@ def _errors_in_short(stage: ValidateResult, names: Wording) -> str:
     every = f"Largest absolute percentage error: {worst} %; mean absolute percentage error: {mean} %{of}."
     if stage.worst_held_out_percent is None:
         return every
-    formula = stage.formula
-    of_formula = (
-        f" (formula F = a·d^{formula.exponent:.3g}: {fixed(formula.worst_held_out_percent)} %)" if formula else ""
-    )
-    return f"{every} Largest held-out error: {fixed(stage.worst_held_out_percent)} %{of_formula}."
+    held_out = f"{every} Largest held-out error: {fixed(stage.worst_held_out_percent)} %"
+    if (formula := stage.formula) is None:
+        return f"{held_out}."
+    return f"{held_out} (formula F = a·d^{formula.exponent:.3g}: {fixed(formula.worst_held_out_percent)} %)."
 
 
 MOST_RESPONSES = 6  # whose figures the page shows
@@ -118,17 +115,15 @@ def draw_validation(
     Without a condition the values have one place.
     """
     condition, response = validate.naming.condition, response or validate.naming.response
-    rows = _pairs(validate, response)
+    rows, spread = _pairs(validate, response), spread or {}
     with new_figure(height=2.9) as figure:
         axes = figure.add_subplot()
         axes.plot([r.condition for r in rows], [r.measured for r in rows], "o-", color=BLUE, label="measured")
         done = [(r.condition, r.simulated) for r in rows if r.simulated is not None]
         axes.plot([at for at, _ in done], [value for _, value in done], "s--", color=ORANGE, label="simulated")
-        barred = [r for r in rows if r.condition in (spread or {})]
-        if spread and barred:
-            at, means = [r.condition for r in barred], [r.measured for r in barred]
-            lengths = [spread[r.condition] for r in barred]
-            axes.errorbar(at, means, yerr=lengths, fmt="none", ecolor=BLUE, elinewidth=1, capsize=3)
+        if bars := [(r.condition, r.measured, spread[r.condition]) for r in rows if r.condition in spread]:
+            places, means, lengths = zip(*bars, strict=True)
+            axes.errorbar(places, means, yerr=lengths, fmt="none", ecolor=BLUE, elinewidth=1, capsize=3)
         for row in rows:
             if row.role == "fitted":
                 axes.plot(row.condition, row.measured, "o", color=INK, fillstyle="none", markersize=13)
@@ -137,10 +132,8 @@ def draw_validation(
         if response.apart:
             axes.margins(y=0.1)
         else:
-            axes.set_ylim(
-                0.0,
-                max(axes.get_ylim()[1], *(1.03 * (r.measured + (spread or {}).get(r.condition, 0.0)) for r in rows)),
-            )
+            highest = (1.03 * (r.measured + spread.get(r.condition, 0.0)) for r in rows)
+            axes.set_ylim(0.0, max(axes.get_ylim()[1], *highest))
         if len(at := sorted({row.condition for row in rows})) <= _MOST_TICKS:
             axes.set_xticks(at, [f"{place:g}" if condition is not None else "" for place in at])
         legend_above(axes)

@@ -24,12 +24,8 @@ def validation(evidence: Evidence) -> Iterator[Note]:
             "The simulated values used for the validation were read from a table, so they may have been computed with "
             "parameter values that differ from the calibrated values."
         )
-        yield Note(
-            "validation_from_table",
-            "warning",
-            text,
-            Remedy("For the validation, use a solver that computes new results, not a table of stored results."),
-        )
+        remedy = Remedy("For the validation, use a solver that computes new results, not a table of stored results.")
+        yield Note("validation_from_table", "warning", text, remedy)
         return
     held_out = [row for row in evidence.judged if not row.fitted]
     failed = tuple(row.condition for row in held_out if row.error_percent is None)
@@ -51,7 +47,9 @@ def validation(evidence: Evidence) -> Iterator[Note]:
             )
         severity: Severity = "error" if evidence.mostly_off else "warning"
         yield Note("validation", severity, f"{miss(worst, evidence.names)}.", remedy)
-    if not held_out and not _predicted_in_turn(evidence):
+    predictions = (prediction for result in evidence.results.done if (prediction := result.prediction) is not None)
+    in_turn = [each.worst_percent for each in predictions if each.in_turn]  # each fitted value, from the others
+    if not held_out and not any(percent <= evidence.equivalent_percent for percent in in_turn):
         text = "The parameters have not been independently validated because all measurements were used in the fit."
         yield Note("unchecked", "warning", text, advice.measure_more(study))
 
@@ -60,8 +58,8 @@ def validation(evidence: Evidence) -> Iterator[Note]:
 def trend(evidence: Evidence) -> Iterator[Note]:
     """Yield a trend of the error over the diameter if one force was fitted and determines the parameters."""
     study, checked = evidence.study, evidence.of(ValidateResult)
-    found = evidence.of(InvertResult)
-    if checked is None or checked.is_given or study.joint_targets or found is None or found.certainty.not_identified:
+    solved = evidence.of(InvertResult)
+    if checked is None or checked.is_given or study.joint_targets or solved is None or solved.certainty.not_identified:
         return  # other parameters that fit as well may follow the diameter
     rows = [
         (row.condition, row.measured, row.simulated, standard_error(row.measured, row.sd, row.n))
@@ -78,12 +76,6 @@ def no_better_than_formula(evidence: Evidence) -> Iterator[Note]:
     """Yield a reservation where a formula predicts what was not fitted at least as well."""
     if (checked := evidence.of(ValidateResult)) is not None and not checked.is_given:
         yield from advice.formula_reason(checked)
-
-
-def _predicted_in_turn(evidence: Evidence) -> bool:
-    """Whether each fitted value is predicted from the others within the percentage."""
-    found = [one for result in evidence.results.done if (one := result.prediction) is not None and one.in_turn]
-    return any(one.worst_percent <= evidence.equivalent_percent for one in found)
 
 
 RULES = (trend, validation, no_better_than_formula)
