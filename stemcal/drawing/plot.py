@@ -112,8 +112,11 @@ def _written(node: Element, shared: Shared, ids: dict[str, str]) -> str:
 
 def _attributes(node: Element, shared: Shared, ids: dict[str, str]) -> Iterator[tuple[str, str]]:
     for name, value in node.attrib.items():
-        if name == "style":
-            style = _style(value)
+        if name == "style":  # in the colours and the font of the page
+            style = re.sub(r"\bfont: [^;]*?([\d.]+px)[^;]*", r"font-size: \1", value)
+            style = re.sub(r"font-family: [^;]*;? ?", "", style)
+            for colour, variable in COLOURS.items():
+                style = style.replace(colour, variable)
             yield "class", shared.styles.setdefault(style, f"s{len(shared.styles)}")
         elif name == "d":
             yield name, shorter_path(value)
@@ -126,15 +129,6 @@ def _attributes(node: Element, shared: Shared, ids: dict[str, str]) -> Iterator[
                 yield name, shorter_path(value)
         elif name != "id":
             yield name, value
-
-
-def _style(style: str) -> str:
-    """Return a style in the colours and the font of the page."""
-    style = re.sub(r"\bfont: [^;]*?([\d.]+px)[^;]*", r"font-size: \1", style)
-    style = re.sub(r"font-family: [^;]*;? ?", "", style)
-    for colour, variable in COLOURS.items():
-        style = style.replace(colour, variable)
-    return style
 
 
 def shorter_path(text: str) -> str:

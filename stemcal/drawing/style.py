@@ -27,13 +27,8 @@ FAINT = "#8a929e"
 BLUE = "#0072b2"
 ORANGE = "#d55e00"
 GREEN = "#009e73"
-COLOURS = {
-    INK: "currentColor",
-    FAINT: "var(--faint)",
-    BLUE: "var(--blue)",
-    ORANGE: "var(--orange)",
-    GREEN: "var(--green)",
-}
+_OF_THE_PAGE = {FAINT: "var(--faint)", BLUE: "var(--blue)", ORANGE: "var(--orange)", GREEN: "var(--green)"}
+COLOURS = {INK: "currentColor", **_OF_THE_PAGE}
 
 _INCH = 25.4
 # Pixels without transparency pack well at once: higher levels take twice as long for a tenth less.

@@ -93,7 +93,10 @@ class Table:
         taken = tuple(Column(column) if isinstance(column, str) else column for column in columns)
         rows = []
         for thing in things:
-            fields = _fields(thing)
+            fields = thing if isinstance(thing, Mapping) else getattr(thing, "__dict__", {})
+            if is_dataclass(thing):  # as its file has them, and factors by their names
+                fields = to_json(thing)
+                fields = {**fields.get("levels", {}), **fields}
             rows.append(tuple(fields.get(c.key) if c.of is None else c.of(thing) for c in taken))
         return cls(taken, tuple(rows), title, tuple(foot), **options)
 
@@ -176,12 +179,16 @@ class Table:
         return html(self.to_frame())
 
 
-def _fields(thing: object) -> Mapping[str, Any]:
-    """Return the fields of a row as its file has them, factors by their names among them."""
-    if not is_dataclass(thing):
-        return thing if isinstance(thing, Mapping) else getattr(thing, "__dict__", {})
-    fields = to_json(thing)
-    return {**fields.get("levels", {}), **fields}
+@dataclass(frozen=True)
+class PaperTable:
+    """A table to publish: number, caption, headings, cells of one line each, note; `left` columns are aligned left."""
+
+    number: int
+    caption: str
+    heads: tuple[str, ...]
+    cells: tuple[tuple[str, ...], ...]
+    left: tuple[bool, ...]
+    note: str = ""
 
 
 def showable(tables: Iterable[Table], holds: bool) -> list[Table]:

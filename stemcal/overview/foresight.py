@@ -64,11 +64,8 @@ def excess(demand: Demand, workers: int, memory: float | None) -> list[Note]:
     hours = demand.seconds / 3600.0 / at_a_time
     if hours > MOST_HOURS:
         text = f"The runs would take about {duration(3600.0 * hours)}, which is more than {MOST_HOURS:g} h."
-        longer = (
-            "Use larger elements (`solver.element_size`), a larger `solver.time_step`, a larger "
-            "`solver.mass_scaling`, or fewer runs."
-        )
-        found.append(Note("too_long", "warning", text, Remedy(longer)))
+        larger = "larger elements (`solver.element_size`), a larger `solver.time_step`, a larger `solver.mass_scaling`"
+        found.append(Note("too_long", "warning", text, Remedy(f"Use {larger}, or fewer runs.")))
     return found
 
 
@@ -86,32 +83,22 @@ LEAST_STROKE = 0.35
 
 def beforehand(study: Study) -> Iterator[Note]:
     """Yield notes on the solver; none is a mistake."""
-    yield from _short_stroke(study)
+    thickest = max((target.condition for target in study.targets.means), default=study.specimen.outer_diameter)
+    cuts = study.kind.simulates_stems and study.naming.is_cutting
+    if cuts and (stroke := study.loading.stroke_at(thickest)) < LEAST_STROKE * thickest:
+        text = (
+            f"The stroke of {stroke:.3g} mm is only {stroke / thickest:.2g} times the largest diameter "
+            f"({thickest:g} mm). If a run stops before the peak force is reached, the simulated force is too low."
+        )
+        yield Note("short_stroke", "warning", text, lasting(study, LEAST_STROKE * thickest, thickest))
     if study.solver.has_lengths and "failure_strain" in study.names:
         text = (
             f"The failure strain depends on `internal_length` ({study.material.internal_length}) and `edge_spread` "
             f"({study.blade.edge_spread}): a force–travel curve cannot determine the three values separately."
         )
-        remedy = Remedy(
-            "Choose `internal_length` and `edge_spread` before the calibration, and report both with the failure "
-            "strain."
-        )
+        choose = "Choose `internal_length` and `edge_spread` before the calibration"
+        remedy = Remedy(f"{choose}, and report both with the failure strain.")
         yield Note("lengths_belong", "caution", text, remedy)
-
-
-def _short_stroke(study: Study) -> Iterator[Note]:
-    """Yield a warning if the blade may stop before the maximum of the thickest stem."""
-    if not study.kind.simulates_stems or not study.naming.is_cutting:
-        return
-    thickest = max((target.condition for target in study.targets.means), default=study.specimen.outer_diameter)
-    stroke = study.loading.stroke_at(thickest)
-    if stroke < LEAST_STROKE * thickest:
-        share = stroke / thickest
-        text = (
-            f"The stroke of {stroke:.3g} mm is only {share:.2g} times the largest diameter ({thickest:g} mm). If a run "
-            "stops before the peak force is reached, the simulated force is too low."
-        )
-        yield Note("short_stroke", "warning", text, lasting(study, LEAST_STROKE * thickest, thickest))
 
 
 def lasting(study: Study, travel: float, diameter: float) -> Remedy:

@@ -14,11 +14,10 @@ from stemcal.errors import UsageError
 from stemcal.formats import fixed, interval, short, signed_probability, significant
 from stemcal.measured.diameters import Diameters
 from stemcal.measured.headings import quoted
-from stemcal.measured.shear import ShearTests, TestedSpecimen, find_files, measure_shear, note_on, row_of
+from stemcal.measured.shear import ShearTests, find_files, measure_shear, note_on, row_of
 from stemcal.measured.shear_curves import CurveOptions
 from stemcal.measured.statistics import Summary, summarise
 from stemcal.notes import Note
-from stemcal.power_law import PowerLaw
 from stemcal.responses import ForceTravel, known_response
 from stemcal.solvers.options import BREAK_DROP
 from stemcal.storage.rows import Rows
@@ -50,17 +49,9 @@ class MeasuredTests:
 def measure_tests(
     study: Study, folder: Path, how: CurveOptions = CurveOptions(), exclude: Collection[str] = ()
 ) -> MeasuredTests:
-    """Read the sheets of every test of a study that has a folder.
+    """Read the sheets of every test of a study that has a folder, without the specimens ``TEST/SPECIMEN`` in `exclude`.
 
-    Parameters
-    ----------
-    exclude : collection of str
-        Specimens that do not count, as ``TEST/SPECIMEN``.
-
-    Raises
-    ------
-    UsageError
-        If no test has a folder, if a file cannot be read, or if a specimen is unknown.
+    Raise `UsageError` if no test has a folder, if a file cannot be read, or if a specimen is unknown.
     """
     there = [test for test in study.tests if (folder / test.name).is_dir()]
     if not there:
@@ -74,8 +65,8 @@ def measure_tests(
         raise UsageError(
             f"{folder} has no subfolder named after a test; name them after the tests of {study.name}: {names}"
         )
-    asked = [one.partition("/") for one in exclude]
-    if unknown := [one for one in asked if one[0] not in {test.name for test in there}]:
+    asked = [specimen.partition("/") for specimen in exclude]
+    if unknown := [parts for parts in asked if parts[0] not in {test.name for test in there}]:
         raise UsageError(
             f"--exclude {''.join(unknown[0])[:60]!r}: no test is named {unknown[0][0][:60]!r}; write TEST/SPECIMEN, "
             f"as in `{there[0].name}/8mm-1`"
@@ -83,10 +74,8 @@ def measure_tests(
     left_out = {test.name: [specimen for name, _, specimen in asked if name == test.name] for test in there}
     read = {name: measure_shear(find_files(folder / name), how, None, names) for name, names in left_out.items()}
     unread = [path.name for path in sorted(folder.glob("*")) if path.is_dir() and path.name not in read]
-    skipped = [
-        Note("folder_skipped", "info", f"Folder {quoted(name)} was skipped because no test has this name.")
-        for name in unread
-    ]
+    texts = (f"Folder {quoted(name)} was skipped because no test has this name." for name in unread)
+    skipped = [Note("folder_skipped", "info", text) for text in texts]
     notes = [note_on((name,), note) for name, tests in read.items() for note in tests.all_notes()]
     means = Rows(mean for test in there for mean in _means(test, read[test.name]))
     return MeasuredTests(
@@ -100,22 +89,18 @@ def measure_tests(
 def _means(test: LaboratorySection, read: ShearTests) -> list[_TestedMean]:
     """Return the mean of each response that the test's targets have, else those usual for its kind."""
     wanted = test.measured or test.usual
-    found = []
+    means = []
     for grade in read.grades:
-        pieces = [one for one in read.specimens if one.grade == grade.diameter]
-        tested = [_until_break(piece, test.kind) for piece in pieces]
-        for response in (one for one in test.responses if one.name in wanted):
+        tested = []
+        for piece in (specimen for specimen in read.specimens if specimen.grade == grade.diameter):
+            travel, force, end = piece.curve.travel, piece.curve.force, break_at(piece.curve.force)
+            tested.append(ForceTravel.until_break(travel[:end], force[:end], piece.diameter, test.kind))
+        for response in (response for response in test.responses if response.name in wanted):
             values = [value for curve in tested if (value := response.value(curve)) is not None]
             if values:
                 name, summary = response.name, summarise(values)
-                found.append(_TestedMean(test=test.name, diameter=grade.diameter, response=name, summary=summary))
-    return found
-
-
-def _until_break(piece: TestedSpecimen, kind: str) -> ForceTravel:
-    """Return the curve of one piece in a kind of test until it breaks."""
-    end = break_at(piece.curve.force)
-    return ForceTravel.until_break(piece.curve.travel[:end], piece.curve.force[:end], piece.diameter, kind)
+                means.append(_TestedMean(test=test.name, diameter=grade.diameter, response=name, summary=summary))
+    return means
 
 
 def break_at(force: NDArray[np.float64]) -> int:
@@ -145,6 +130,15 @@ def _targets(test: LaboratorySection, means: Sequence[_TestedMean]) -> list[str]
 
 def diameter_tables(found: Diameters) -> list[Table]:
     """Return the normal fit of the stem diameters, and their grades."""
+    summary, test = found.summary, found.normality
+    normal = "not rejected" if test.p >= 0.05 else "rejected"
+    statistics = (
+        ("Stems", f"{summary.n}, {found.readings} readings"),
+        ("Mean, mm", f"{summary.mean:.3f} (95 % CI {interval(summary.mean_interval)})"),
+        ("Standard deviation, mm", f"{summary.sd:.3f} (95 % CI {interval(summary.sd_interval)})"),
+        ("Coefficient of variation, %", fixed(summary.cv_percent, 2)),
+        ("Shapiro–Wilk", f"{test.statistic:.4f}, p {signed_probability(test.p)}, normality {normal}"),
+    )
     columns = Column("statistic", "Statistic"), Column("value", "Value")
     grades = [
         Column("diameter", "Grade", "mm", short),
@@ -155,7 +149,7 @@ def diameter_tables(found: Diameters) -> list[Table]:
     ]
     share = f"The grades contain {found.share_percent:.1f} % of the stems. A grade does not include its upper limit."
     return [
-        Table(columns, tuple(_statistics(found).items()), "Stem diameters"),
+        Table(columns, statistics, "Stem diameters"),
         Table.of(grades, found.grades, "Grades", [share]),
     ]
 
@@ -178,8 +172,13 @@ def shear_tables(tests: ShearTests) -> list[Table]:
         Column("travel", "Travel", "mm", fixed, lambda one: one.curve.travel_at_max),
         Column("trimmed", "Points trimmed", "", format, lambda one: one.curve.trimmed),
     ]
+    foot = []
+    if (law := tests.power_law) is not None:
+        ends = "" if law.exponent_interval is None else f" (95 % CI {interval(law.exponent_interval, 3)})"
+        formula = f"F = {significant(law.factor, 3)}·d^{law.exponent:.2f}{ends}"
+        foot = [f"{formula} with F in N and d in mm (R² = {law.r2:.3f} for the log–log fit)."]
     return [
-        Table.of(grades, tests.grades, "Maximum shear force by grade", _growth(tests.power_law)),
+        Table.of(grades, tests.grades, "Maximum shear force by grade", foot),
         Table.of(specimens, tests.specimens, "Specimens"),
     ]
 
@@ -196,25 +195,3 @@ def tests_table(tests: MeasuredTests) -> Table:
         Column("unit", "Unit", of=lambda mean: known_response(mean.response).unit),
     ]
     return Table.of(columns, tests.means, "Test measurements")
-
-
-def _statistics(found: Diameters) -> dict[str, str]:
-    """Return the statistics of a sample of stem diameters."""
-    summary, test = found.summary, found.normality
-    verdict = "not rejected" if test.p >= 0.05 else "rejected"
-    return {
-        "Stems": f"{summary.n}, {found.readings} readings",
-        "Mean, mm": f"{summary.mean:.3f} (95 % CI {interval(summary.mean_interval)})",
-        "Standard deviation, mm": f"{summary.sd:.3f} (95 % CI {interval(summary.sd_interval)})",
-        "Coefficient of variation, %": fixed(summary.cv_percent, 2),
-        "Shapiro–Wilk": f"{test.statistic:.4f}, p {signed_probability(test.p)}, normality {verdict}",
-    }
-
-
-def _growth(law: PowerLaw | None) -> list[str]:
-    """Return the power law of the force over the diameter."""
-    if law is None:
-        return []
-    ends = "" if law.exponent_interval is None else f" (95 % CI {interval(law.exponent_interval, 3)})"
-    formula = f"F = {significant(law.factor, 3)}·d^{law.exponent:.2f}{ends}"
-    return [f"{formula} with F in N and d in mm (R² = {law.r2:.3f} for the log–log fit)."]

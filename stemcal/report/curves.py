@@ -6,19 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from stemcal.drawing.style import (
-    BLUE,
-    FAINT,
-    GREEN,
-    INK,
-    ORANGE,
-    Axes,
-    Figure,
-    legend_above,
-    literal,
-    new_figure,
-    styled,
-)
+from stemcal.drawing.style import BLUE, FAINT, GREEN, INK, ORANGE, Axes, Figure, legend_above, literal, new_figure
 from stemcal.measured.curve_modes import CurveModes
 from stemcal.measured.diameters import Diameters
 from stemcal.measured.shear import ShearTests
@@ -38,10 +26,8 @@ def force_travel(curves: Mapping[str, RunCurve], highlighted: Collection[str] = 
                 _draw(axes, curve, color=FAINT, linewidth=0.7, alpha=0.6)
         for index, name in enumerate(n for n in curves if n in highlighted):
             _draw(axes, curves[name], color=colours[index % len(colours)], label=literal(name))
-        axes.set_xlabel("blade travel, mm" if of_blade else "travel, mm")
-        axes.set_ylabel("force, N")
         axes.margins(x=0)
-        axes.set_ylim(bottom=0)
+        axes.set(xlabel="blade travel, mm" if of_blade else "travel, mm", ylabel="force, N", ylim=(0, None))
         if highlighted:
             legend_above(axes, most=6)
     return figure
@@ -72,10 +58,8 @@ def measured_band(modes: CurveModes, simulated: RunCurve) -> Figure:
         axes.plot(travel, force, color=BLUE, label="simulated")
         below.axhspan(-2.0, 2.0, color=FAINT, alpha=0.4)
         below.plot(travel, (force - mean) / np.maximum(sd, 1e-9), color=BLUE)
-        axes.set_ylabel("force, N")
-        axes.set_ylim(bottom=0)
-        below.set_ylabel("difference, SD")
-        below.set_xlabel("travel, mm")
+        axes.set(ylabel="force, N", ylim=(0, None))
+        below.set(xlabel="travel, mm", ylabel="difference, SD")
         axes.margins(x=0)
         legend_above(axes)
     return figure
@@ -95,10 +79,8 @@ def energies(rows: Mapping[str, Sequence[float]]) -> Figure:
         axes = figure.add_subplot()
         for name, (label, colour, line) in styles.items():
             axes.plot(rows["travel"], rows[name], color=colour, linestyle=line, label=label)
-        axes.set_xlabel("blade travel, mm")
-        axes.set_ylabel("energy, mJ")
         axes.margins(x=0)
-        axes.set_ylim(bottom=0)
+        axes.set(xlabel="blade travel, mm", ylabel="energy, mJ", ylim=(0, None))
         legend_above(axes)
     return figure
 
@@ -120,12 +102,11 @@ def diameter_histogram(found: Diameters) -> Figure:
         axes.plot(x, curve, color=ORANGE, label=f"normal, {mean:.2f} ± {sd:.2f} mm")
         for limit in sorted({limit for grade in found.grades for limit in (grade.low, grade.high)}):
             axes.axvline(limit, color=FAINT, linestyle=":", linewidth=0.9)
-        axes.set_xlabel("stem diameter, mm")
-        axes.set_ylabel("stems")
-        axes.set_ylim(top=1.25 * axes.get_ylim()[1])
+        axes.set(xlabel="stem diameter, mm", ylabel="stems", ylim=(None, 1.25 * axes.get_ylim()[1]))
         axes.locator_params(axis="y", integer=True)
         axes.legend(loc="upper right")
-    return _marked(figure, found.synthetic)
+        _mark(figure, found.synthetic)
+    return figure
 
 
 def shear_curves(tests: ShearTests) -> Figure:
@@ -141,22 +122,19 @@ def shear_curves(tests: ShearTests) -> Figure:
             for index, curve in enumerate(curves):
                 label = f"{grade.diameter:g} mm" if index == 0 else None
                 axes.plot(curve.travel, curve.force, color=colour, linewidth=0.8, alpha=0.8, label=label)
-        axes.set_xlabel("blade travel after preload, mm")
-        axes.set_ylabel("force, N")
-        axes.set_ylim(bottom=0)
+        axes.set(xlabel="blade travel after preload, mm", ylabel="force, N", ylim=(0, None))
         axes.margins(x=0)
         axes.legend(loc="upper right")
-    return _marked(figure, tests.synthetic)
+        _mark(figure, tests.synthetic)
+    return figure
 
 
 def force_over_diameter(tests: ShearTests) -> Figure:
     """Return the maximum force of every specimen, the grades' means with intervals, and the power law."""
     with new_figure() as figure:
         axes = figure.add_subplot()
-        diameters = [specimen.diameter for specimen in tests.specimens]
-        axes.plot(
-            diameters, [s.curve.max_force for s in tests.specimens], "o", color=FAINT, markersize=3, label="specimens"
-        )
+        diameters, forces = zip(*((s.diameter, s.curve.max_force) for s in tests.specimens), strict=True)
+        axes.plot(diameters, forces, "o", color=FAINT, markersize=3, label="specimens")
         means = [(g.diameter, g.summary.mean, g.summary.mean_interval) for g in tests.grades]
         known = [(at, mean, interval[1] - mean) for at, mean, interval in means if interval]
         at, heights, reach = zip(*known, strict=True) if known else ((), (), ())
@@ -164,16 +142,13 @@ def force_over_diameter(tests: ShearTests) -> Figure:
         if (law := tests.power_law) is not None:
             d = np.linspace(min(diameters), max(diameters), 100).tolist()
             axes.plot(d, [law.at(x) for x in d], color=ORANGE, label=f"∝ d^{law.exponent:.2f}")
-        axes.set_xlabel("stem diameter, mm")
-        axes.set_ylabel("maximum shear force, N")
-        axes.set_ylim(bottom=0)
+        axes.set(xlabel="stem diameter, mm", ylabel="maximum shear force, N", ylim=(0, None))
         axes.legend(loc="upper left")
-    return _marked(figure, tests.synthetic)
+        _mark(figure, tests.synthetic)
+    return figure
 
 
-def _marked(figure: Figure, synthetic: bool) -> Figure:
+def _mark(figure: Figure, synthetic: bool) -> None:
     """Write across the figure of made-up data that they are."""
     if synthetic:
-        with styled():
-            figure.suptitle(SYNTHETIC, color=INK, fontsize=8, fontstyle="italic")
-    return figure
+        figure.suptitle(SYNTHETIC, color=INK, fontsize=8, fontstyle="italic")

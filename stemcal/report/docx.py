@@ -2,34 +2,26 @@
 
 import io
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import docx
+from docx.enum.table import WD_TABLE_ALIGNMENT
+from docx.enum.text import WD_ALIGN_PARAGRAPH
+from docx.oxml import OxmlElement
+from docx.oxml.ns import qn
+from docx.shared import Cm, Inches, Pt, RGBColor
+from docx.text.run import Run
+
 from stemcal.drawing.plot import Plot
+from stemcal.drawing.table import PaperTable
 from stemcal.storage.atomic import write_atomic
-
-
-@dataclass(frozen=True)
-class PaperTable:
-    """A table to publish: number, caption, headings, cells of one line each, note; `left` columns are aligned left."""
-
-    number: int
-    caption: str
-    heads: tuple[str, ...]
-    cells: tuple[tuple[str, ...], ...]
-    left: tuple[bool, ...]
-    note: str = ""
-
 
 _WIDTH, _HIGHEST = 16.0, 20.0  # cm of a figure between the margins of an A4 page
 
 
 def write_word(tables: Sequence[PaperTable], plots: Sequence[Plot], path: Path) -> None:
     """Write all tables, then all figures, into one file."""
-    import docx
-    from docx.shared import Cm, Pt
-
     document: Any = docx.Document()
     page = document.sections[0]
     page.page_width, page.page_height = Cm(21.0), Cm(29.7)
@@ -47,9 +39,6 @@ def write_word(tables: Sequence[PaperTable], plots: Sequence[Plot], path: Path) 
 
 def _add_figure(document: Any, number: int, plot: Plot) -> None:
     """Add a figure as wide as the page allows, no larger than it was drawn, its caption below it."""
-    from docx.enum.text import WD_ALIGN_PARAGRAPH
-    from docx.shared import Cm, Inches
-
     wide, high = plot.figure.get_size_inches()
     line = document.add_paragraph()
     line.alignment = WD_ALIGN_PARAGRAPH.CENTER
@@ -62,11 +51,6 @@ def _add_figure(document: Any, number: int, plot: Plot) -> None:
 
 def _add_caption(document: Any, kind: str, number: int, words: str) -> Any:
     """Add a caption whose number is a field."""
-    from docx.oxml import OxmlElement
-    from docx.oxml.ns import qn
-    from docx.shared import Pt, RGBColor
-    from docx.text.run import Run
-
     caption = document.add_paragraph(style="Caption")
     caption.add_run(f"{kind} ")
     field = OxmlElement("w:fldSimple")
@@ -82,29 +66,17 @@ def _add_caption(document: Any, kind: str, number: int, words: str) -> Any:
 
 def _add_table(document: Any, table: PaperTable) -> None:
     """Add caption, table and note; the table has three rules, and its heading is repeated on every page."""
-    from docx.enum.table import WD_TABLE_ALIGNMENT
-    from docx.oxml import OxmlElement
-    from docx.oxml.ns import qn
-    from docx.shared import Pt
-
     _add_caption(document, "Table", table.number, table.caption).paragraph_format.keep_with_next = True
     grid = document.add_table(rows=0, cols=len(table.heads), style="Light Shading")  # with rules as papers have them
     grid.alignment = WD_TABLE_ALIGNMENT.CENTER
     for name, value in (("val", "0620"), ("firstColumn", "0"), ("noHBand", "1")):  # LibreOffice reads the first
         grid._tbl.tblPr.find(qn("w:tblLook")).set(qn(f"w:{name}"), value)
     for cells in (table.heads, *table.cells):
-        _add_row(grid, cells, table.left)
+        for place, cell, at_left in zip(grid.add_row().cells, cells, table.left, strict=True):
+            line = place.paragraphs[0]
+            line.add_run(cell)
+            line.alignment = WD_ALIGN_PARAGRAPH.LEFT if at_left else WD_ALIGN_PARAGRAPH.RIGHT
+            line.paragraph_format.space_before = line.paragraph_format.space_after = Pt(1.5)
     grid.rows[0]._tr.get_or_add_trPr().append(OxmlElement("w:tblHeader"))
     note = document.add_paragraph(f"Note: {table.note}" if table.note else "")
     note.paragraph_format.space_before = Pt(3)
-
-
-def _add_row(grid: Any, cells: Sequence[str], left: Sequence[bool]) -> None:
-    from docx.enum.text import WD_ALIGN_PARAGRAPH
-    from docx.shared import Pt
-
-    for place, cell, at_left in zip(grid.add_row().cells, cells, left, strict=True):
-        line = place.paragraphs[0]
-        line.add_run(cell)
-        line.alignment = WD_ALIGN_PARAGRAPH.LEFT if at_left else WD_ALIGN_PARAGRAPH.RIGHT
-        line.paragraph_format.space_before = line.paragraph_format.space_after = Pt(1.5)

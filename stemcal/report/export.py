@@ -8,9 +8,8 @@ from pathlib import Path
 from stemcal.drawing.columns import starred
 from stemcal.drawing.plot import Plot
 from stemcal.drawing.showing import RANGE, Setting, names_of
-from stemcal.drawing.table import Column, Table, showable
+from stemcal.drawing.table import Column, PaperTable, Table, showable
 from stemcal.formats import significant
-from stemcal.report.docx import PaperTable
 from stemcal.report.outcome import cited_ranges, showing_of
 from stemcal.report.study_tables import design_tables, factors_table
 from stemcal.stages.results import Results
@@ -77,8 +76,15 @@ def export_tables(tables: Iterable[Table], kind: str, folder: Path, plots: Seque
     """Write tables into a folder as csv, md, tex or docx, Word with these figures; returns the files."""
     make_folder(folder)
     plain = numbered(tables)
-    if kind == "csv":
-        return _csv_files(plain, folder)
+    if kind == "csv":  # one file per table, UTF-8 with a byte order mark, which Excel needs to detect it
+        paths = []
+        for table in plain:
+            # a minus that spreadsheets take for one
+            text = csv_text([(cell.replace("−", "-") for cell in row) for row in (table.heads, *table.cells)])
+            title = re.sub(r"\W+", "-", table.caption.lower()).strip("-")[:60]
+            paths.append(folder / f"table{table.number:02d}-{title}.csv")
+            write_atomic(paths[-1], "\ufeff" + text)
+        return paths
     path = folder / f"tables.{kind}"
     if kind == "docx":
         from stemcal.report.docx import write_word
@@ -87,18 +93,6 @@ def export_tables(tables: Iterable[Table], kind: str, folder: Path, plots: Seque
     else:
         write_atomic(path, document(plain) if kind == "tex" else "\n".join(map(_markdown, plain)))
     return [path]
-
-
-def _csv_files(tables: Iterable[PaperTable], folder: Path) -> list[Path]:
-    """One file per table, UTF-8 with a byte order mark, which Excel needs to detect it."""
-    paths = []
-    for table in tables:
-        # a minus that spreadsheets take for one
-        text = csv_text([(cell.replace("−", "-") for cell in row) for row in (table.heads, *table.cells)])
-        title = re.sub(r"\W+", "-", table.caption.lower()).strip("-")[:60]
-        paths.append(folder / f"table{table.number:02d}-{title}.csv")
-        write_atomic(paths[-1], "\ufeff" + text)
-    return paths
 
 
 def _markdown(table: PaperTable) -> str:

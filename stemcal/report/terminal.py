@@ -36,10 +36,8 @@ def stage_tables(stage: StageResult, holds: bool = True) -> list[RenderableType]
 
     Intervals and statements of agreement are left out of a study that does not bear them (`holds` is false).
     """
-    return [
-        *(part for table in showable(tables_of(stage), holds) for part in table_drawn(table)),
-        *spoken(stage, holds),
-    ]
+    drawn = [part for table in showable(tables_of(stage), holds) for part in table_drawn(table)]
+    return [*drawn, *spoken(stage, holds)]
 
 
 def spoken(stage: StageResult, holds: bool = True) -> list[RenderableType]:
@@ -100,7 +98,17 @@ def simulation_table(
     ]
     if section is not None:
         first = _responses(result, section, diameter)
-    for name, value in (*first, *_simulation_rows(result)):
+    rate = result.element_steps_per_second / 1e6
+    rows = (
+        *first,
+        *_fracture_rows(result),
+        ("Elements", f"{result.elements} ({result.deleted_elements} deleted before the peak force)"),
+        ("Steps", f"{result.steps} in {duration(result.wall_seconds)}, {rate:.1f} M element-steps/s"),
+        ("Energy drift", f"{fixed(result.energy_drift_percent, 3)} %"),
+        ("Contact energy", f"at least {fixed(result.contact_energy_percent, 3)} % of the work"),
+        ("Kinetic energy", f"at most {fixed(result.kinetic_ratio_percent, 3)} % of the internal energy"),
+    )
+    for name, value in rows:
         table.add_row(Text(name), Text(value))
     return table
 
@@ -122,14 +130,14 @@ def _response_text(value: float | None, unit: str, measured: Mean | None, at_lea
 def _responses(result: CuttingResult, section: LaboratorySection, diameter: float) -> list[tuple[str, str]]:
     from stemcal.laboratory.perform import LaboratoryResult
 
-    found = result.responses if isinstance(result, LaboratoryResult) else {}
-    measured = section.means_at(diameter)
-    rows = []
-    for one in section.responses:
-        if one.name in found or one.name in measured:
-            bound = not one.before_maximum and not result.stroke_was_enough
-            text = _response_text(found.get(one.name), one.unit, measured.get(one.name), at_least=bound)
-            rows.append((capital(words_of(one)), text))
+    simulated = result.responses if isinstance(result, LaboratoryResult) else {}
+    measured, rows = section.means_at(diameter), []
+    for response in section.responses:
+        name = response.name
+        if name in simulated or name in measured:
+            bound = not response.before_maximum and not result.stroke_was_enough
+            text = _response_text(simulated.get(name), response.unit, measured.get(name), at_least=bound)
+            rows.append((capital(words_of(response)), text))
     return rows
 
 
@@ -145,15 +153,3 @@ def _fracture_rows(result: CuttingResult) -> list[tuple[str, str]]:
     through = f"{result.severed_travel:.3f} mm of travel" if result.severed else "not within the stroke"
     energy = "" if result.cutting_energy is None else f"{significant(result.cutting_energy)} mJ"
     return [*rows, ("Cut through at", through), ("Cutting energy", energy)]
-
-
-def _simulation_rows(result: CuttingResult) -> list[tuple[str, str]]:
-    rate = result.element_steps_per_second / 1e6
-    return [
-        *_fracture_rows(result),
-        ("Elements", f"{result.elements} ({result.deleted_elements} deleted before the peak force)"),
-        ("Steps", f"{result.steps} in {duration(result.wall_seconds)}, {rate:.1f} M element-steps/s"),
-        ("Energy drift", f"{fixed(result.energy_drift_percent, 3)} %"),
-        ("Contact energy", f"at least {fixed(result.contact_energy_percent, 3)} % of the work"),
-        ("Kinetic energy", f"at most {fixed(result.kinetic_ratio_percent, 3)} % of the internal energy"),
-    ]

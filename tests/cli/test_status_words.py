@@ -7,7 +7,7 @@ from stemcal.cli.status import state as lines
 from stemcal.drawing.table import Table
 from stemcal.overview.status import StageStatus, Status
 from stemcal.report.outcome import failures_of
-from stemcal.report.page.page import _Part, _Picture
+from stemcal.report.page.page import _Part
 from stemcal.runs.record import Outcome
 from stemcal.stages.verdict.result import Verdict
 from stemcal.vocabulary import Wording
@@ -49,6 +49,6 @@ def test_failed_runs_are_counted_with_their_reasons() -> None:
 
 def test_what_is_folded() -> None:
     tables = (Table((), (), "Analysis of variance"),)
-    folded = _Part(details=tables, plates=(_Picture("", ""),), notes=("a", "b", "c")).folded
+    folded = _Part(details=tables, plates=({},), notes=("a", "b", "c")).folded
     assert folded == "analysis of variance, 1 figure and 3 notes"
     assert _Part().folded == ""

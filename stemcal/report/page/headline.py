@@ -39,17 +39,14 @@ class Card:
 
 def headline(results: Results, study: Study, holds: bool = True) -> list[Card]:
     """Return a card per calibrated parameter; without its range where the study is not calibrated."""
-    ranges = cited_ranges(results)
-    return [
-        Card(
-            study.factor(name).label or name,
-            significant(value),
-            unit_written(study.factor(name).unit),
-            f"{ranges[name]} {unit_written(study.factor(name).unit)}".rstrip() if holds and ranges[name] else "",
-        )
-        for name, value in (results.parameters if ranges else {}).items()
-        if name in ranges
-    ]
+    ranges, cards = cited_ranges(results), []
+    for name, value in (results.parameters if ranges else {}).items():
+        if name in ranges:
+            factor = study.factor(name)
+            unit = unit_written(factor.unit)
+            limits = f"{ranges[name]} {unit}".rstrip() if holds and ranges[name] else ""
+            cards.append(Card(factor.label or name, significant(value), unit, limits))
+    return cards
 
 
 def lead(verdict: Verdict, use: str) -> list[str]:
@@ -67,7 +64,7 @@ def quantity_calibrated(study: Study) -> str:
     """Return the calibrated quantities in words."""
     if study.naming.is_cutting:
         return "Calibration of a stem-cutting model"
-    return f"Calibration of a simulation against the measured {series(_fitted(study))}"
+    return f"Calibration of a simulation against the measured {_fitted(study)}"
 
 
 def question(study: Study) -> str:
@@ -78,21 +75,19 @@ def question(study: Study) -> str:
     if naming.condition is not None:
         place = names.at(*(target.condition for target in targets))
         place = place.replace(" at ", " of stems with ", 1) if naming.is_cutting else place
-    return f"Which parameter values reproduce the measured {series(_fitted(study))}{place}?"
+    return f"Which parameter values reproduce the measured {_fitted(study)}{place}?"
 
 
-def _fitted(study: Study) -> list[str]:
-    return [study.naming.named(name).long for name in study.fitted_responses]
+def _fitted(study: Study) -> str:
+    return series(study.naming.named(name).long for name in study.fitted_responses)
 
 
 def made_with(study: Study, spec_hash: str) -> list[tuple[str, str]]:
     """Return spec, solver and program, with which a reader can repeat and cite the study."""
+    citation = f"The stemcal developers: stemcal, version {__version__}."
     return [
         ("Spec", f"{study.source.name}, SHA-256 {spec_hash}" if spec_hash else study.source.name),
         ("Solver", study.solver.program_name),
         ("Written by", f"stemcal {code_version()}"),
-        (
-            "Cite",
-            f"The stemcal developers: stemcal, version {__version__}. Publish the spec together with your results.",
-        ),
+        ("Cite", f"{citation} Publish the spec together with your results."),
     ]

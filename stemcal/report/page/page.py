@@ -40,13 +40,7 @@ if TYPE_CHECKING:
     from jinja2 import Environment
 
 
-@dataclass(frozen=True)
-class _Picture:
-    """An SVG with the caption below it."""
-
-    svg: str
-    caption: str
-    wide: bool = False
+_Picture = dict[str, Any]  # an SVG, the caption below it, whether it is wide
 
 
 @dataclass(frozen=True)
@@ -65,16 +59,6 @@ class _Part:
         numbers = {"figure": len(self.plates), "note": len(self.notes)}
         counts = [counted(number, noun) for noun, number in numbers.items() if number]
         return series([*(small(table.title) for table in self.details), *counts])
-
-
-@dataclass(frozen=True)
-class _Section:
-    """One stage of the page."""
-
-    anchor: str
-    title: str
-    outcome: str
-    part: _Part
 
 
 @dataclass(frozen=True)
@@ -106,12 +90,10 @@ def write_page(study: Study, folder: StudyFolder, what: _Shown | None = None, la
 def render(study: Study, folder: StudyFolder, what: _Shown | None = None) -> str:
     """Return the page; `what` if it is read already."""
     what = what or page_content(study, folder)
-    results, records, verdict = what.results, what.records, what.verdict
-    done = results.done
+    results, records, verdict, done = what.results, what.records, what.verdict, what.results.done
     if not done:
-        raise UsageError(
-            "\n".join(results.stale) or f"{folder.path}: no stage has finished yet; run `stemcal run SPEC` first"
-        )
+        unfinished = f"{folder.path}: no stage has finished yet; run `stemcal run SPEC` first"
+        raise UsageError("\n".join(results.stale) or unfinished)
     first = _first_pictures(study, what.plots)
     plots = [plot for plot in what.plots if plot not in first]
     names, labels = [result.name for result in done], {factor.name: factor.label for factor in study.factors}
@@ -123,21 +105,16 @@ def render(study: Study, folder: StudyFolder, what: _Shown | None = None) -> str
     has_grown = results.calibrated and study.material.growing()  # parameters of each stem, once they are calibrated
     grown = [grown_table(study, results.parameters)] if has_grown else []
     profilers = (showing_of(result).profiler(result, setting) for result in done)
+    warnings = map(str, run_warnings(records, verdict))
     shared, script, templates = Shared(), page_part("page.js"), environment()
-    templates.filters["coded"] = lambda text: coded(
-        re.sub(r"`[^`]*`|\w+_\w+", lambda found: people.in_text(found[0]), text)
-    )
+    named = re.compile(r"`[^`]*`|\w+_\w+")
+    templates.filters["coded"] = lambda text: coded(named.sub(lambda name: people.in_text(name[0]), text))
     return templates.get_template("page.html").render(
         study=study,
         title=study.title or study.name,
         kind=quantity_calibrated(study),
         question=question(study),
-        warnings=[
-            *study.warnings,
-            *results.stale,
-            *filter(None, map(failures_of, done)),
-            *map(str, run_warnings(records, verdict)),
-        ],
+        warnings=[*study.warnings, *results.stale, *filter(None, map(failures_of, done)), *warnings],
         missing=[stage.title for stage in stages_of(study) if stage.name not in names],
         verdict=verdict,
         word=word(verdict),
@@ -145,14 +122,14 @@ def render(study: Study, folder: StudyFolder, what: _Shown | None = None) -> str
         use=use if verdict.reasons else "",
         next=first_remedy(verdict),
         reasons=[(one.text, one.remedy.text if one.remedy else "") for one in verdict.reasons],
-        first=[figure_shown(plot, shared) for plot in first],
+        first=[_picture(plot, shared) for plot in first],
         certainty=certainty(results, verdict.holds),
         headline=cards,
         cited="\n".join([*map(str, cards), *valid]),
         valid_for=valid,
         spec=study.source.read_text("utf-8-sig", errors="replace") if study.source.is_file() else "",
         setting=_part_of([*setting_tables(study), *showable(grown, verdict.holds)], (), shared),
-        sections=[section(result, plots, verdict, labels, shared) for result in done],
+        sections=[_section(result, plots, verdict, labels, shared) for result in done],
         runs=_part_of(_run_tables(study, results), _plots_of("runs", plots), shared),
         provenance=[*provenance_rows(records), *made_with(study, spec_hash(study))],
         css=(css := f"{page_part('page.css')}{shared.css}"),
@@ -169,25 +146,25 @@ def coded(text: str) -> Markup:
     return Markup(re.sub("`([^`]+)`", r"<code>\1</code>", linked))
 
 
-def section(
+def _section(
     result: StageResult, plots: list[Plot], verdict: Verdict, labels: Mapping[str, str], shared: Shared
-) -> _Section:
+) -> dict[str, Any]:
     """Return the results of a stage, its tables, figures and notes, as far as the verdict allows them."""
     pictures = [plot for plot in _plots_of(result.name, plots) if verdict.holds or not plot.claims]
-    part = _part_of(
-        showable(tables_of(result, labels), verdict.holds),
-        pictures,
-        shared,
-        [str(note) for note in shown_notes(result, verdict.holds)],
-    )
-    came = outcome_sentences(result, verdict.holds, labels)
-    return _Section(result.name, stage_called(result.name).title, " ".join(came), part)
+    tables = showable(tables_of(result, labels), verdict.holds)
+    notes = [str(note) for note in shown_notes(result, verdict.holds)]
+    return {
+        "anchor": result.name,
+        "title": stage_called(result.name).title,
+        "outcome": " ".join(outcome_sentences(result, verdict.holds, labels)),
+        "part": _part_of(tables, pictures, shared, notes),
+    }
 
 
 def _part_of(tables: Iterable[Table], plots: Iterable[Plot], shared: Shared, notes: Sequence[str] = ()) -> _Part:
     """Return tables and drawn figures, the details apart."""
     tables = list(tables)
-    pictures = [(plot.detail, figure_shown(plot, shared)) for plot in plots]
+    pictures = [(plot.detail, _picture(plot, shared)) for plot in plots]
     return _Part(
         tuple(table for table in tables if not table.detail),
         tuple(picture for detail, picture in pictures if not detail),
@@ -207,20 +184,17 @@ def _first_pictures(study: Study, plots: Sequence[Plot]) -> list[Plot]:
 def _run_tables(study: Study, results: Results) -> list[Table]:
     """Return the designs run by run."""
     symbols = {factor.name: factor.symbol for factor in study.factors}
-    return [
-        table.shortened(f"`{result.name}_runs.csv`")
-        for result in results.done
-        for table in design_tables(result, symbols)
-    ]
+    tables = ((result.name, table) for result in results.done for table in design_tables(result, symbols))
+    return [table.shortened(f"`{name}_runs.csv`") for name, table in tables]
 
 
 def _plots_of(section: str, plots: Sequence[Plot]) -> list[Plot]:
     return [plot for plot in plots if plot.section == section and plot.on_page]
 
 
-def figure_shown(plot: Plot, shared: Shared) -> _Picture:
-    """Return a figure as the page shows it."""
-    return _Picture(inline_svg(plot.document, plot.caption, shared, plot.readings), plot.caption, plot.wide)
+def _picture(plot: Plot, shared: Shared) -> _Picture:
+    svg = inline_svg(plot.document, plot.caption, shared, plot.readings)
+    return {"svg": svg, "caption": plot.caption, "wide": plot.wide}
 
 
 # ---- its templates, and the profiler of the fitted surfaces alone, for a notebook
@@ -230,9 +204,8 @@ def environment() -> Environment:
     """Return the templates of the page."""
     from jinja2 import Environment, PackageLoader
 
-    return Environment(
-        loader=PackageLoader("stemcal.report.page", "."), autoescape=True, trim_blocks=True, lstrip_blocks=True
-    )
+    loader = PackageLoader("stemcal.report.page", ".")
+    return Environment(loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True)
 
 
 def page_part(name: str) -> str:
@@ -243,10 +216,8 @@ def page_part(name: str) -> str:
 def policy(css: str, script: str) -> str:
     """Return the content security policy: only this style, this script and embedded pictures."""
     style, script = (f"'sha256-{b64encode(sha256(text.encode()).digest()).decode()}'" for text in (css, script))
-    return (
-        f"default-src 'none'; style-src {style}; script-src {script}; img-src data:; base-uri 'none'; "
-        "form-action 'none'"
-    )
+    own = f"style-src {style}; script-src {script}; img-src data:"
+    return f"default-src 'none'; {own}; base-uri 'none'; form-action 'none'"
 
 
 def for_notebook(data: Mapping[str, Any]) -> str:

@@ -10,7 +10,6 @@ from typing import Literal
 import numpy as np
 
 from stemcal.doe.calibration.confidence_intervals import (
-    Profile,
     contradiction,
     left_out,
     left_out_intervals,
@@ -64,17 +63,13 @@ def solve(study: Study, head: Head, surface: Surfaces) -> InvertResult:
     found = solve_target(surface.refitted(surface.design.runs), target.response, *ends, rule, unit)
     whole = replace(fit_of_study(study, surface), best=np.array(found.point.coded))
     known = _certainty_of(study, coding, whole, "single")
-    point, natural = Point.of(found.point, coding), coding.to_natural(np.array(found.ranges).T).T.tolist()
-    return InvertResult.of(
-        study,
-        head,
-        surface.radius,
-        point,
-        known,
-        ranges=dict(zip(coding.names, map(tuple, natural), strict=True)),
-        coded_ranges=dict(zip(coding.names, found.ranges, strict=True)),
-        rule=found.rule,
-    )
+    natural = map(tuple, coding.to_natural(np.array(found.ranges).T).T.tolist())
+    exact = {
+        "ranges": dict(zip(coding.names, natural, strict=True)),
+        "coded_ranges": dict(zip(coding.names, found.ranges, strict=True)),
+    }
+    point = Point.of(found.point, coding)
+    return InvertResult.of(study, head, surface.radius, point, known, rule=found.rule, **exact)
 
 
 # ---- several measured means at once: the parameters that fit them all
@@ -156,12 +151,8 @@ _MOVED = 0.25
 
 def prior_rows(study: Study, coding: Coding) -> Rows[PriorRow]:
     """Return the priors of the factors of a surface, in their units."""
-    known = [(name, study.factor(name)) for name in coding.names]
-    return Rows(
-        PriorRow(name, factor.prior.mean, factor.prior.sd, factor.unit, factor.prior.source)
-        for name, factor in known
-        if factor.prior is not None
-    )
+    known = [(factor, factor.prior) for factor in map(study.factor, coding.names) if factor.prior is not None]
+    return Rows(PriorRow(factor.name, prior.mean, prior.sd, factor.unit, prior.source) for factor, prior in known)
 
 
 def _certainty_of(study: Study, coding: Coding, known: Fit, source: Literal["joint", "single"]) -> Certainty:
@@ -173,6 +164,10 @@ def _certainty_of(study: Study, coding: Coding, known: Fit, source: Literal["joi
     moved = {name for name, part in parts if abs(part) >= _MOVED}
     not_identified = tuple(name for name in coding.names if name in free or name in moved)
     loosest = _changes_along(coding, loosest_direction(known)) if not_identified and not changes else {}
+    curves = {}
+    for j, p in enumerate(profiles):
+        values = tuple(_value(coding, j, value) for value in p.values.tolist())
+        curves[p.factor] = ProfileCurve(values, tuple(p.rise.tolist()), p.allowed)
     return Certainty(
         source=source,
         scatter=known.errors.scatter,
@@ -184,7 +179,7 @@ def _certainty_of(study: Study, coding: Coding, known: Fit, source: Literal["joi
         free=free,
         not_identified=not_identified,
         loosest=changes[0] if changes else loosest,
-        profiles={p.factor: _curve(coding, j, p) for j, p in enumerate(profiles)},
+        profiles=curves,
         directions=tuple(coding.by_name(row) for row in unseen),
         unseen_changes=changes,
         known_sd=known.errors.scatter == "measured" and all((o.n or 1) == 1 for o in known.observations),
@@ -204,8 +199,3 @@ def _changes_along(coding: Coding, direction: Array) -> dict[str, float]:
     """
     steps = zip(coding.names, moved_together(direction), coding.half_step, strict=True)
     return {name: part * half_step for name, part, half_step in steps if part != 0.0}
-
-
-def _curve(coding: Coding, j: int, profile: Profile) -> ProfileCurve:
-    values = tuple(_value(coding, j, value) for value in profile.values.tolist())
-    return ProfileCurve(values, tuple(profile.rise.tolist()), profile.allowed)

@@ -94,11 +94,8 @@ def _weighed(targets: tuple[Target, ...], response: str, naming: Vocabulary) -> 
     sd = "sd: …" if response == FIRST else f"sd: {{{name}: …}}"
     given = {one.row: one.mean_of(response)[1] for one in targets if one.mean_of(response)[0] is not None}
     if not given:
-        yield Finding(
-            ("invert", "responses"),
-            f"`targets` contains no value for {name}",
-            "add the response to `targets`, or remove the response from this list",
-        )
+        remedy = "add the response to `targets`, or remove the response from this list"
+        yield Finding(("invert", "responses"), f"`targets` contains no value for {name}", remedy)
     elif all(scatter is None for scatter in given.values()):
         at_any = f" at any {naming.condition.noun}" if naming.condition is not None else ""
         message = f"no `sd` is given for {name}{at_any}, so its weight in the fit is unknown"
@@ -117,8 +114,9 @@ def _doubts(study: Study) -> Iterator[Finding]:
     """Travel and work up to the break, unlike the force, fall as elements get smaller."""
     from stemcal.study.rules.plausible import FALL
 
-    own = [one for named in study.naming.further if (one := named.in_table) is not None]
-    fitted = [one.name for one in own if one.varies_with_mesh and one.name in study.of(InvertOptions).responses]
+    own = [response for named in study.naming.further if (response := named.in_table) is not None]
+    chosen = study.of(InvertOptions).responses
+    fitted = [response.name for response in own if response.varies_with_mesh and response.name in chosen]
     if fitted and study.kind.gives_curve:
         depend = " and ".join(fitted) + (" depend" if len(fitted) > 1 else " depends")
         message = f"{depend} on the mesh: {FALL}"
@@ -159,10 +157,7 @@ def _surface_over_conditions(draft: Draft) -> Iterator[Finding]:
 
 
 InvertOptions.rules = (
-    _joint_conditions_measured,
-    _responses_measured,
-    _rule_uses_priors,
-    _growth_is_seen,
+    *(_joint_conditions_measured, _responses_measured, _rule_uses_priors, _growth_is_seen),
     _surface_over_conditions,
 )
 

@@ -187,14 +187,10 @@ class InvertResult(StageResult):
     @classmethod
     def of(cls, study: Study, head: Head, radius: float, point: Point, known: Certainty, **more: Any) -> InvertResult:
         """Return the result for the calibration target; `more` are further fields."""
-        target = study.calibration_target
-        own: dict[str, Any] = {
-            "target": target.response,
-            "ranges": known.intervals,
-            "coded_ranges": known.coded_intervals,
-        }
+        target, ranges = study.calibration_target, {"ranges": known.intervals, "coded_ranges": known.coded_intervals}
         return cls(
             head=head,
+            target=target.response,
             point=point,
             radius=radius,
             certainty=known,
@@ -202,17 +198,15 @@ class InvertResult(StageResult):
             target_sd=target.sd,
             target_n=target.n,
             parameters={**study.midlevels(), **point.solution},
-            **(own | more),
+            **(ranges | more),
         )
 
     @property
     def settles(self) -> Mapping[str, float]:
-        """The calibrated parameters."""
         return self.parameters
 
     @property
     def misses(self) -> tuple[float, ...]:
-        """By how many % the joint fit misses each measured mean."""
         return () if self.joint is None else tuple(row.error_percent for row in self.joint.rows)
 
     @property

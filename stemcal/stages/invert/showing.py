@@ -23,8 +23,6 @@ from stemcal.storage.typed import to_json
 from stemcal.study.model.study import Study
 from stemcal.vocabulary import Wording
 
-_JOINT = "Fitted together"
-
 
 class InvertShowing(Showing[InvertResult]):
     """The words, tables and figures of a calibration."""
@@ -46,9 +44,9 @@ class InvertShowing(Showing[InvertResult]):
         return [Plot("profiles", "invert", text, partial(profiles, result, labels), claims=True)]
 
     def in_notebook(self, result: InvertResult, setting: Setting) -> InvertResult:
-        found = object.__new__(NotebookInversion)
-        found.__dict__.update(vars(result), _study=setting.study, _surface=setting.results.of(Surfaces))
-        return found
+        inversion = object.__new__(NotebookInversion)
+        inversion.__dict__.update(vars(result), _study=setting.study, _surface=setting.results.of(Surfaces))
+        return inversion
 
     def cited(self, result: InvertResult) -> Mapping[str, str]:
         return _ranges(result)
@@ -57,7 +55,6 @@ class InvertShowing(Showing[InvertResult]):
         return [*valid_for(result), *(assumptions(result) if holds else [])]
 
     def closing(self, result: InvertResult, setting: Setting) -> list[Table]:
-        """Return each calibrated parameter with its unit and the range to cite."""
         table = calibration_table(result, Wording(setting.study.naming), setting.results.parameters)
         name, value, *others = table.columns
         unit = Column("unit", "Unit", form=unit_written, words=True)
@@ -84,15 +81,13 @@ class NotebookInversion(InvertResult):
         is minus infinity outside the ranges. Raise `UsageError` if a level is missing.
         """
         names = self._surface.names
-        if missing := [name for name in names if name not in levels]:
-            raise UsageError(
-                f"log_likelihood: no level is given for {', '.join(missing)}. Pass a level for every factor."
-            )
+        if missing := ", ".join(name for name in names if name not in levels):
+            raise UsageError(f"log_likelihood: no level is given for {missing}. Pass a level for every factor.")
         each = np.broadcast_arrays(*(np.asarray(levels[name], dtype=float) for name in names))
-        points = self._surface.scales.to_coded(np.stack([one.ravel() for one in each], axis=-1))
+        points = self._surface.scales.to_coded(np.stack([values.ravel() for values in each], axis=-1))
         inside = self._surface.region.contains(points)
-        found = np.where(inside, self._fit.log_likelihood(points), -np.inf).reshape(each[0].shape)
-        return found if found.ndim else float(found)
+        likelihood = np.where(inside, self._fit.log_likelihood(points), -np.inf).reshape(each[0].shape)
+        return likelihood if likelihood.ndim else float(likelihood)
 
 
 def calibration_table(stage: InvertResult, names: Wording, refined: Mapping[str, float] | None = None) -> Table:
@@ -117,17 +112,16 @@ def calibration_table(stage: InvertResult, names: Wording, refined: Mapping[str,
         f"point is {names.quantity(point.predicted)}. The calibrated point, determined by {rule}, is at a coded "
         f"distance of {point.coded_radius:.3f} from the design centre."
     )
-    response = names.response.long
+    of_mean, of_run = (
+        MISSING if bounds is None else names.quantities(bounds)
+        for bounds in (point.mean_interval, point.prediction_interval)
+    )
     ends = (
-        f"The 95 % confidence interval of the mean {response} is {_ends(point.mean_interval, names)}. The 95 % "
-        f"prediction interval for a single run is {_ends(point.prediction_interval, names)}."
+        f"The 95 % confidence interval of the mean {names.response.long} is {of_mean}. The 95 % prediction interval "
+        f"for a single run is {of_run}."
     )
     claimed = (ends, *range_to_cite(stage, names))
     return Table.of(columns, rows, "Calibrated parameters", (where, *valid_for(stage)), claimed=claimed)
-
-
-def _ends(bounds: tuple[float, float] | None, names: Wording) -> str:
-    return MISSING if bounds is None else names.quantities(bounds)
 
 
 def _ranges(stage: InvertResult) -> dict[str, str]:
@@ -143,19 +137,15 @@ def _joint_table(joint: JointFitted, names: Wording) -> Table:
     error, left_out = joint.max_abs_error_percent, joint.max_abs_left_out_error_percent
     rows = from_means(map(to_json, (*joint.rows, *joint.further)), names)
     columns.append(ERROR)
-    if left_out is None:
-        foot = f"Largest absolute percentage error: {fixed(error)} %.", *scores(names)
-        return Table.of(columns, rows, _JOINT, foot)
-    columns.append(Column("left_out_error_percent", "Cross-val.", "%", direction))
-    tests = any(row.left_out_interval is not None for row in joint.rows)
-    largest = f"Largest error: {fixed(error)} % for fitted values, {fixed(left_out)} % in the cross-validation."
-    others = "other tests" if tests else "other values"
-    foot = (
-        largest,
-        f"Cross-validation (cross-val.): error of the value predicted from a fit to the {others}.",
-        *scores(names),
-    )
-    return Table.of(columns, rows, _JOINT, foot)
+    foot = [f"Largest absolute percentage error: {fixed(error)} %."]
+    if left_out is not None:
+        columns.append(Column("left_out_error_percent", "Cross-val.", "%", direction))
+        others = "tests" if any(row.left_out_interval is not None for row in joint.rows) else "values"
+        foot = [
+            f"Largest error: {fixed(error)} % for fitted values, {fixed(left_out)} % in the cross-validation.",
+            f"Cross-validation (cross-val.): error of the value predicted from a fit to the other {others}.",
+        ]
+    return Table.of(columns, rows, "Fitted together", (*foot, *scores(names)))
 
 
 def profiles(invert: InvertResult, labels: Mapping[str, str] | None = None) -> Figure:

@@ -15,9 +15,7 @@ from stemcal.vocabulary import Wording
 def outcome(stage: InvertResult, names: Wording) -> list[str]:
     """Return the calibrated values and, for a joint fit, the largest error of the surfaces for each response."""
     units, solution = stage.certainty.units, stage.point.solution
-    values = series(
-        f"{names.in_text(name)} = {with_unit(significant(solution[name]), units[name])}" for name in solution
-    )
+    values = series(f"{names.in_text(n)} = {with_unit(significant(at), units[n])}" for n, at in solution.items())
     if stage.joint is None:
         target = names.quantity(stage.target, ".6g")
         return [f"At {values}, the predicted {names.response.long} equals the measured value of {target}."]
@@ -25,11 +23,10 @@ def outcome(stage: InvertResult, names: Wording) -> list[str]:
     for row in joint.rows:
         errors[row.response] = max(errors.get(row.response, 0.0), abs(row.error_percent))
     missed = series(f"{fixed(error, 1)} % ({names.naming.named(name).long})" for name, error in errors.items())
-    count = len(joint.rows) + len(joint.further)
+    largest, verb = ("error", "is") if len(errors) == 1 else ("errors", "are")
     return [
-        f"The joint fit to {count} measured values gives {values}.",
-        f"The largest {'error' if len(errors) == 1 else 'errors'} of the response surfaces "
-        f"{'is' if len(errors) == 1 else 'are'} {missed}.",
+        f"The joint fit to {len(joint.rows) + len(joint.further)} measured values gives {values}.",
+        f"The largest {largest} of the response surfaces {verb} {missed}.",
     ]
 
 
@@ -88,11 +85,9 @@ def valid_for(stage: InvertResult) -> list[str]:
 def assumptions(stage: InvertResult) -> list[str]:
     """Return the assumptions of the 95 % intervals."""
     fixed_mesh = stage.depends_on is not None and "replicates" not in stage.depends_on
-    mesh = (
-        "The intervals do not include the scatter of the force over mesh positions. To include this "
-        "scatter, add `replicates: 5` to the `solver` section."
-    )
-    return [*assumption(stage.certainty), *([mesh] if fixed_mesh else [])]
+    mesh = "The intervals do not include the scatter of the force over mesh positions."
+    scatter = f"{mesh} To include this scatter, add `replicates: 5` to the `solver` section."
+    return [*assumption(stage.certainty), *([scatter] if fixed_mesh else [])]
 
 
 def range_to_cite(stage: InvertResult, names: Wording) -> list[str]:
@@ -117,9 +112,9 @@ def range_to_cite(stage: InvertResult, names: Wording) -> list[str]:
 def invert_notes(stage: InvertResult) -> list[Note]:
     """Return the notes on a solution: other solutions, the region, a formula, the intervals."""
     names = Wording(stage.naming)
-    found = _of_one(stage, names) if stage.joint is None else _of_many(stage.joint, names)
+    notes = _of_one(stage, names) if stage.joint is None else _of_many(stage.joint, names)
     predicted = [] if stage.prediction is None else [predicted_note("left_out", stage.prediction, names)]
-    return [*found, *predicted, Note("known", "caution", " ".join(known(stage.certainty, stage, names)))]
+    return [*notes, *predicted, Note("known", "caution", " ".join(known(stage.certainty, stage, names)))]
 
 
 def _of_one(stage: InvertResult, names: Wording) -> Iterator[Note]:
@@ -142,10 +137,8 @@ def _of_many(joint: JointFitted, names: Wording) -> Iterator[Note]:
     if joint.further:
         text = "The means of different responses measured on the same specimens are treated as independent."
         if names.naming.is_cutting and any(row.response == "work" for row in joint.further):
-            text += (
-                " Work depends on force and travel, so a joint fit to all three responses yields intervals that are "
-                "too narrow."
-            )
+            narrow = "a joint fit to all three responses yields intervals that are too narrow"
+            text += f" Work depends on force and travel, so {narrow}."
         yield Note("independent_means", "caution", text)
     if joint.scatter == "misfit":
         text = (
