@@ -26,52 +26,32 @@ def significant(value: float | None, digits: int = 4) -> str:
 
 
 def short(value: float | None, digits: int = 6) -> str:
-    """Return `value` as an author would type it: no trailing zeros.
-
-    >>> short(1100.0), short(0.30000000000000004), short(14.995)
-    ('1100', '0.3', '14.995')
-    """
+    """Return `value` as an author would type it, without trailing zeros: 1100, 0.3."""
     return MISSING if value is None or not math.isfinite(value) else minus(f"{value:.{digits}g}")
 
 
 def fixed(value: float | None, decimals: int = 2) -> str:
-    """Return `value` with a number of decimals.
-
-    >>> fixed(-4.75), fixed(-0.001)
-    ('−4.75', '0.00')
-    """
+    """Return `value` with a number of decimals: −4.75."""
     if value is None or not math.isfinite(value):
         return MISSING
     return minus(f"{round(value, decimals) + 0.0:.{decimals}f}")
 
 
 def probability(p: float | None) -> str:
-    """Return a p-value as papers print it.
-
-    >>> probability(5.3e-8), probability(0.04619), probability(None)
-    ('<0.0001', '0.0462', '–')
-    """
+    """Return a p-value as papers print it: <0.0001, 0.0462."""
     if p is None or math.isnan(p):
         return MISSING
     return "<0.0001" if p < 0.00005 else f"{p:.4f}"
 
 
 def signed_probability(p: float | None) -> str:
-    """Return a p-value as it follows the letter in a sentence.
-
-    >>> signed_probability(5.3e-8), signed_probability(0.04619)
-    ('< 0.0001', '= 0.0462')
-    """
+    """Return a p-value as it follows the letter in a sentence: < 0.0001, = 0.0462."""
     text = probability(p)
     return f"< {text[1:]}" if text.startswith("<") else f"= {text}"
 
 
 def percent(value: float | None) -> str:
-    """Return percents with a digit more where they are small.
-
-    >>> percent(60.19), percent(0.0006), percent(-7.83)
-    ('60.19', '0.001', '−7.83')
-    """
+    """Return percents with a digit more where they are small: 60.19, 0.001."""
     if value is None:
         return MISSING
     return fixed(value, 3 if abs(value) < 0.005 else 2)
@@ -107,30 +87,18 @@ def interval(
 
 
 def unit_written(unit: str) -> str:
-    """Return a unit of a spec as it is printed; nothing for pure numbers.
-
-    >>> unit_written("kg/m3"), unit_written("MPa"), unit_written("1")
-    ('kg/m³', 'MPa', '')
-    """
+    """Return a unit of a spec as it is printed, such as kg/m³; nothing for pure numbers."""
     raised = re.sub(r"(?<=[A-Za-z])[23]", lambda found: "²³"[int(found[0]) - 2], unit)
     return "" if unit == "1" else raised
 
 
 def with_unit(number: str, unit: str) -> str:
-    """Return a number with the unit of a spec.
-
-    >>> with_unit("1100", "kg/m3"), with_unit("0.3", "1")
-    ('1100 kg/m³', '0.3')
-    """
+    """Return a number with the unit of a spec: 1100 kg/m³."""
     return f"{number} {unit_written(unit)}".rstrip()
 
 
 def change(factor: str, size: float, unit: str) -> str:
-    """Return a clause on the change of a factor: its direction and size.
-
-    >>> change("yield_stress", -1.9, "MPa"), change("failure_strain", 0.0141, "1")
-    ('yield_stress decreases by 1.9 MPa', 'failure_strain increases by 0.0141')
-    """
+    """Return a clause on the change of a factor: ``yield_stress decreases by 1.9 MPa``."""
     return with_unit(f"{factor} {'in' if size > 0 else 'de'}creases by {minus(f'{abs(size):.3g}')}", unit)
 
 
@@ -170,11 +138,7 @@ def minus(text: str) -> str:
 
 
 def in_bytes(count: float | None) -> str:
-    """Return an amount of memory as people say it.
-
-    >>> in_bytes(2.5e8), in_bytes(7.1e9), in_bytes(3e15), in_bytes(float('inf')), in_bytes(None)
-    ('0.2 GB', '7.1 GB', 'more than 1000 TB', 'more than 1000 TB', '–')
-    """
+    """Return an amount of memory as people say it: 7.1 GB."""
     if count is None:
         return MISSING
     if count < 1e12:
@@ -183,11 +147,7 @@ def in_bytes(count: float | None) -> str:
 
 
 def outwards(value: float, up: bool) -> float:
-    """Round away from the range to two digits.
-
-    >>> outwards(44.2, True), outwards(0.0373, False), outwards(0.0, False)
-    (45.0, 0.037, 0.0)
-    """
+    """Round away from the range to two digits: 44.2 to 45 upwards, 0.0373 to 0.037 downwards."""
     if value == 0.0:
         return 0.0
     step = 10.0 ** (math.floor(math.log10(abs(value))) - 1)
@@ -207,11 +167,7 @@ def near(word: str, known: Iterable[str], most: int = 1) -> list[str]:
 
 
 def nearest(word: str, known: Iterable[str]) -> str | None:
-    """Return the known word nearest to `word`, None if none is near.
-
-    >>> nearest("yeild_stress", ["density", "yield_stress"])
-    'yield_stress'
-    """
+    """Return the known word nearest to `word`, None if none is near."""
     return next(iter(near(word, known)), None)
 
 
@@ -225,11 +181,7 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
 
 
 def listed(names: Iterable[str]) -> str:
-    """Return names as people list them.
-
-    >>> listed(["a", "b", "c"])
-    'a, b or c'
-    """
+    """Return names as people list them: ``a, b or c``."""
     words = [name[:_LONGEST] for name in names]
     if len(words) > _MOST:
         return ", ".join(words[:_MOST]) + ", …"
@@ -237,19 +189,11 @@ def listed(names: Iterable[str]) -> str:
 
 
 def counted(count: int, noun: str) -> str:
-    """Return a number with its noun.
-
-    >>> counted(1, "run"), counted(12, "run")
-    ('1 run', '12 runs')
-    """
+    """Return a number with its noun: 1 run, 12 runs."""
     return f"{count} {noun}{'' if count == 1 else 's'}"
 
 
 def series(words: Iterable[object], joint: str = "and") -> str:
-    """Return several things as a sentence lists them.
-
-    >>> series(["a"]), series(["a", "b"], "or"), series(["a", "b", "c"])
-    ('a', 'a or b', 'a, b and c')
-    """
+    """Return several things as a sentence lists them: ``a, b and c``."""
     *first, last = [str(word) for word in words] or [""]
     return f"{', '.join(first)} {joint} {last}" if first else last

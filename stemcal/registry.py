@@ -196,11 +196,7 @@ class ForeignError(Exception):
 
 
 def described(error: BaseException) -> str:
-    """Return the type and the text of an error in one line of limited length.
-
-    >>> described(ValueError("not a number"))
-    'ValueError: not a number'
-    """
+    """Return the type and the text of an error in one line of limited length."""
     text = "(its text cannot be read)"
     with suppress(Exception):  # `__str__` is code of the user, too
         text = str(error)

@@ -47,11 +47,7 @@ class Variable:
 
     @property
     def noun(self) -> str:
-        """What sentences call it.
-
-        >>> FORCE.noun, Variable("a", "Angle of repose", "θ", "deg").noun
-        ('force', 'angle of repose')
-        """
+        """What sentences call it: ``force``, ``angle of repose``."""
         if self == DIAMETER:
             return "diameter"
         own = self.in_table
@@ -59,62 +55,34 @@ class Variable:
 
     @property
     def long(self) -> str:
-        """The label unchanged inside a sentence or along an axis.
-
-        >>> FORCE.long, Variable("e", "COR", "e", "1").long
-        ('maximum force', 'COR')
-        """
+        """The label unchanged inside a sentence or along an axis: ``maximum force``, ``COR``."""
         return small(self.label)
 
     @property
     def written(self) -> str:
-        """The unit as people write it, nothing for a plain number.
-
-        >>> FORCE.written, Variable("rho", "", "", "kg/m3").written, Variable("e", "", "", "1").written
-        ('N', 'kg/m³', '')
-        """
+        """The unit as people write it, such as kg/m³; nothing for a plain number."""
         return _WRITTEN.get(self.unit, self.unit)
 
     @property
     def unit_suffix(self) -> str:
-        """The unit as it follows a number, with the space it needs.
-
-        >>> FORCE.unit_suffix, Variable("a", "", "", "deg").unit_suffix
-        (' N', '°')
-        """
+        """The unit as it follows a number, with the space it needs: `` N``, ``°``."""
         return self.written if self.written in ("", "°") else f" {self.written}"
 
     def headed(self, word: str) -> str:
-        """Return a heading with the unit behind it.
-
-        >>> FORCE.headed("Measured")
-        'Measured, N'
-        """
+        """Return a heading with the unit behind it: ``Measured, N``."""
         return f"{word}, {self.written}" if self.written else word
 
     @property
     def capital(self) -> str:
-        """The noun as it begins a sentence or a heading.
-
-        >>> FORCE.capital, TRAVEL.capital
-        ('Force', 'Travel')
-        """
+        """The noun as it begins a sentence or a heading: ``Force``."""
         return capital(self.noun)
 
     def counted(self, value: float, mean: float) -> float:
-        """Return a value as shown next to its measured mean, or its difference from the mean.
-
-        >>> FORCE.counted(178.5, 180.0), Variable("curve_1", "", "", "N", apart=True).counted(178.5, 180.0)
-        (178.5, -1.5)
-        """
+        """Return a value as shown next to its measured mean, or its difference from the mean."""
         return round(value - mean, 4) if self.apart else value
 
     def text(self, value: float, form: str = "g") -> str:
-        """Return a value with its unit.
-
-        >>> FORCE.text(100.1), Variable("a", "", "", "deg").text(32.6)
-        ('100.1 N', '32.6°')
-        """
+        """Return a value with its unit: ``100.1 N``, ``32.6°``."""
         return f"{value:{form}}{self.unit_suffix}"
 
 
@@ -158,20 +126,12 @@ class Vocabulary:
         return next(own, None) or Variable.of(known_response(name))
 
     def measuring(self, names: Collection[str]) -> Vocabulary:
-        """Return it with those of the names that are responses of the cutting test.
-
-        >>> CUTTING.measuring(["work", "slope"]) == CUTTING
-        True
-        """
+        """Return it with those of the names that are responses of the cutting test."""
         more = (Variable.of(one) for one in responses_in(CUT, measured=names) if one.name in names)
         return replace(self, responses=tuple(dict.fromkeys((*self.responses, *more))))
 
     def with_primary(self, name: str) -> Vocabulary:
-        """Return it with another of the responses as the first.
-
-        >>> CUTTING.with_primary("work").response.unit
-        'mJ'
-        """
+        """Return it with another of the responses as the first."""
         first = self.named(name)
         return replace(self, responses=(first, *(one for one in self.responses if one != first)))
 
@@ -182,22 +142,14 @@ class Vocabulary:
 
     @property
     def of_logarithm(self) -> Vocabulary:
-        """The names where the first response is replaced by its logarithm.
-
-        >>> CUTTING.of_logarithm.response.symbol
-        'ln F'
-        """
+        """The names where the first response is replaced by its logarithm, ``ln F``."""
         first = self.response
         logarithm = Variable(f"ln_{first.name}", f"Logarithm of the {first.long}", f"ln {first.symbol}", "1")
         return replace(self, responses=(logarithm, *self.responses[1:]))
 
     @property
     def headings(self) -> dict[str, str | None]:
-        """What columns of condition and response are headed; None for one that is left out.
-
-        >>> CUTTING.headings
-        {'condition': 'diameter', 'response': 'force'}
-        """
+        """What columns of condition and response are headed; None for one that is left out."""
         return {"condition": None if self.condition is None else self.condition.name, FIRST: self.response.name}
 
 
@@ -205,11 +157,7 @@ CUTTING = Vocabulary()
 
 
 def small(label: str) -> str:
-    """Return a label with a small first letter, unless it begins with a symbol, an abbreviation or a possessive name.
-
-    >>> small("Yield stress"), small("Poisson's ratio"), small("CO2 content"), small("E")
-    ('yield stress', "Poisson's ratio", 'CO2 content', 'E')
-    """
+    """Return a label with a small first letter, unless it begins with a symbol, an abbreviation or a possessive."""
     first = label.partition(" ")[0]
     kept = len(first) == 1 or first[1:2].isupper() or first.endswith(("'s", "’s"))
     return label if kept else label[:1].lower() + label[1:]
@@ -252,44 +200,24 @@ class Wording:
         return self.naming.condition is not None
 
     def factor(self, name: str) -> str:
-        """Return the name of a factor, or of a term of several.
-
-        >>> Wording(labels={"yield_stress": "Yield stress"}).factor("yield_stress:failure_strain")
-        'Yield stress:failure_strain'
-        """
+        """Return the name of a factor, or of a term of several: ``Yield stress:failure_strain``."""
         return re.sub(r"[^:^]+", lambda found: self.labels.get(found[0]) or found[0], name)
 
     def in_text(self, name: str) -> str:
-        """Return the name of a factor inside a sentence.
-
-        >>> Wording(labels={"yield_stress": "Yield stress"}).in_text("yield_stress"), Wording().in_text("Dose")
-        ('yield stress', 'Dose')
-        """
+        """Return the name of a factor inside a sentence: ``yield stress``."""
         label = self.labels.get(name)
         return small(label) if label else name
 
     def factors(self, names: Iterable[str]) -> str:
-        """List factors inside a sentence.
-
-        >>> Wording().factors(["a", "b", "c"])
-        'a, b and c'
-        """
+        """List factors inside a sentence: ``a, b and c``."""
         return series(map(self.in_text, names))
 
     def quantity(self, value: float, form: str = ".4g") -> str:
-        """Return a value of the response with its unit.
-
-        >>> Wording().quantity(-74.69), Wording().quantity(74.69, "+.3g")
-        ('−74.69 N', '+74.7 N')
-        """
+        """Return a value of the response with its unit: ``−74.69 N``."""
         return minus(self.response.text(value, form))
 
     def quantities(self, ends: tuple[float, float]) -> str:
-        """Return an interval of the response with its unit.
-
-        >>> Wording().quantities((153.2, 160.0))
-        '153.2 to 160.0 N'
-        """
+        """Return an interval of the response with its unit: ``153.2 to 160.0 N``."""
         return f"{interval(ends)}{self.response.unit_suffix}"
 
     def conditions(self, values: Iterable[float]) -> str:

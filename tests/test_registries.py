@@ -5,9 +5,11 @@ from collections import Counter
 from pathlib import Path
 
 from stemcal.doe.designs import SURFACES
+from stemcal.registry import described
 from stemcal.stages.stage import STAGES
 from stemcal.study.model.laboratory_kind import TESTS
 from stemcal.study.types.solver_kind import SOLVERS
+from stemcal.version import __version__, code_version
 
 ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "stemcal"
@@ -44,3 +46,8 @@ def test_no_list_of_names_grows() -> None:
             outside = [module for module, text in everywhere if text == one.name and not module.startswith(home)]
             found.update({one.name: len(outside)} if outside else {})
         assert found <= Counter(MENTIONS[registry.group]), (registry.group, found)
+
+
+def test_code_has_a_version_and_errors_are_one_line() -> None:
+    assert code_version().startswith(f"{__version__}+")
+    assert described(ValueError("not\na number")) == "ValueError: not a number"

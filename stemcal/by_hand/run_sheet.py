@@ -38,11 +38,7 @@ class Field:
 
     @property
     def heading(self) -> str:
-        """The heading.
-
-        >>> Field("force", "N", "response").heading, Field("ratio", "1", "factor").heading
-        ('force (N)', 'ratio')
-        """
+        """The heading: ``force (N)``, or ``ratio`` without a unit."""
         return f"{self.name} ({self.unit})" if self.unit not in ("", "1") else self.name
 
     def asked(self, run: Request) -> str | float:
@@ -54,11 +50,7 @@ class Field:
 
 
 def run_name(request: Request) -> str:
-    """Return the name of a run in a sheet.
-
-    >>> run_name(Request("screen", 2, {}, 8.0))
-    'screen 3'
-    """
+    """Return the name of a run in a sheet: ``screen 3``."""
     return f"{request.stage} {request.row + 1}"
 
 
@@ -146,11 +138,7 @@ class Filled:
 
 
 def narrow(text: str) -> str:
-    """Return a text with the wide letters, digits and signs of Chinese input as plain ones.
-
-    >>> narrow("１２．５（Ｎ）")
-    '12.5(N)'
-    """
+    """Return a text with the wide letters, digits and signs of Chinese input as plain ones."""
     return text.translate(_WIDE).strip()
 
 

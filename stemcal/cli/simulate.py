@@ -43,7 +43,7 @@ FramesFolder = Annotated[
     typer.Option("--frames", metavar="DIR", help="Folder for about 50 simulation frames in ParaView format."),
 ]
 TestName = Annotated[
-    str | None, typer.Option("--test", metavar="NAME", help="Name of a test in the spec.", show_default="cutting")
+    str | None, typer.Option("--test", metavar="NAME", help="Name of a test in the spec.", show_default=CUTTING)
 ]
 
 

@@ -46,20 +46,12 @@ def _bare(cell: str) -> str:
 
 
 def is_missing(cell: str) -> bool:
-    """Check for a cell that marks a missing value.
-
-    >>> is_missing(""), is_missing("NaN"), is_missing("---"), is_missing("thick")
-    (True, True, True, False)
-    """
+    """Check for a cell that marks a missing value, such as ``NaN`` or ``---``."""
     return _bare(cell).lower() in MISSING
 
 
 def quoted(cell: str, most: int = 40) -> str:
-    """Return a cell for a message: quoted, on one line, its end left out where it is long.
-
-    >>> quoted("thick"), quoted("1" * 50, 8)
-    ("'thick'", "'11111111…'")
-    """
+    """Return a cell for a message: quoted, on one line, its end left out where it is long."""
     return repr(cell if len(cell) <= most else f"{cell[:most]}…")
 
 
@@ -101,11 +93,7 @@ GERMAN = ("kraft", "weg", "zeit")  # also at the end of a word: Standardkraft, T
 
 
 def folded(text: str) -> str:
-    """Return a text without the differences that do not count: case, wide letters, the Turkish dots of i.
-
-    >>> folded("KUVVET（Ｎ）"), folded("YER DEĞİŞTİRME"), folded("ｋＮ")
-    ('kuvvet(n)', 'yer değiştirme', 'kn')
-    """
+    """Return a text without the differences that do not count: case, wide letters, the Turkish dots of i."""
     return unicodedata.normalize("NFKC", text).replace("İ", "i").replace("ı", "i").casefold()
 
 
@@ -233,11 +221,7 @@ def is_heading(cells: Sequence[str]) -> bool:
 
 
 def units_in(cells: Sequence[str]) -> list[str]:
-    """Return the units that cells are, end with or hold in brackets.
-
-    >>> units_in(["Force [kN], travel [mm]", "Load cell: 5 kN", "s"])
-    ['kN', 'mm', 'kN', 's']
-    """
+    """Return the units that cells are, end with or hold in brackets."""
     in_brackets = [re.findall(rf"[\[(]\s*({_UNIT})\s*[\])]", _narrow(cell)) for cell in cells]
     return [unit for cell, each in zip(cells, in_brackets, strict=True) for unit in each or [_unit_in(cell)] if unit]
 

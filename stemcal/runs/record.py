@@ -138,11 +138,7 @@ class Outcome:
         return {"travel": self.travel, "work": self.work}.get(name)
 
     def number(self, name: str) -> float:
-        """Return a response for statistics: NaN where there is none, so that a failed run cannot pass for a number.
-
-        >>> Outcome(response=0.0).number(FIRST), Outcome(response=None, status="failed").number(FIRST)
-        (0.0, nan)
-        """
+        """Return a response for statistics: NaN where there is none, so that a failed run cannot pass for a number."""
         value = self.of(name)
         return value if self.ok and value is not None else math.nan
 

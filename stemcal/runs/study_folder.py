@@ -53,11 +53,7 @@ _LOCK_PATIENCE_S = 0.2  # longer than `StudyFolder.holder` needs to look
 
 
 def place_of(study: str, out: str | Path | None = None) -> Path:
-    """Return the folder of a study's results: `out`, or else the default folder.
-
-    >>> place_of("smoke").as_posix()
-    'runs/smoke'
-    """
+    """Return the folder of a study's results: `out`, or else ``runs/<study name>``."""
     return Path("runs") / study if out is None else Path(out)
 
 

@@ -67,11 +67,7 @@ _REMEDIES = {
 
 
 def what_happened(error: OSError) -> str:
-    """Return the message of the system, and the remedy.
-
-    >>> what_happened(OSError(errno.EROFS, "Read-only file system"))
-    'Read-only file system; make the folder writable or choose another folder with `--out`'
-    """
+    """Return the message of the system, and the remedy."""
     remedy = _REMEDIES.get(error.errno or 0, "fix the problem, then repeat the command; finished runs are kept")
     return f"{error.strerror or error}; {remedy}"
 

@@ -21,11 +21,7 @@ def as_json(content: Any) -> str:
 
 
 def canonical(content: Any) -> str:
-    """Return the JSON text of a content, which does not depend on the order of its keys.
-
-    >>> canonical({"b": 1.0, "a": [1, None]})
-    '{"a":[1,null],"b":1.0}'
-    """
+    """Return the JSON text of a content, which does not depend on the order of its keys."""
     return json.dumps(jsonable(content), ensure_ascii=True, sort_keys=True, separators=(",", ":"), allow_nan=False)
 
 

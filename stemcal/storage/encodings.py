@@ -8,11 +8,7 @@ from collections.abc import Iterable, Iterator
 
 
 def decode(content: bytes) -> str | None:
-    """Return the text of UTF-8, UTF-16 or GBK bytes, with or without a byte order mark; None if none fits.
-
-    >>> decode("力/N".encode("gbk")), decode("力/N".encode("utf-16-le")), decode(b"\\xff\\xff\\xff")
-    ('力/N', '力/N', None)
-    """
+    """Return the text of UTF-8, UTF-16 or GBK bytes, with or without a byte order mark; None if none fits."""
     found = decoded(content, [*unicodes(content), "gbk"])
     return None if found is None else found[0]
 
@@ -80,11 +76,7 @@ def visible(text: str) -> str:
 
 
 def in_a_line(text: str) -> str:
-    r"""Return a text without control characters in one line.
-
-    >>> in_a_line("a\n b\tc")
-    'a b c'
-    """
+    """Return a text without control characters in one line."""
     return visible(re.sub(r"\s*[\t\r\n]\s*", " ", text))
 
 

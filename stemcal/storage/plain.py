@@ -13,11 +13,7 @@ class NotPlain(OSError):
 
 
 def unreadable(error: OSError | ValueError) -> str:
-    """Return the reason for which a file cannot be read, to be put after its name.
-
-    >>> unreadable(NotPlain(errno.EISDIR, "is a folder")), unreadable(OSError(errno.EACCES, "Permission denied"))
-    ('is a folder', 'cannot be read: Permission denied')
-    """
+    """Return the reason for which a file cannot be read, to be put after its name."""
     reason = str(getattr(error, "strerror", None) or error)
     return reason if isinstance(error, NotPlain) else f"cannot be read: {reason}"
 

@@ -105,10 +105,6 @@ def from_json(kind: type[T], given: Any) -> T:
 
 
 def _path(places: tuple[int | str, ...]) -> str:
-    """Return the path to a value.
-
-    >>> _path(("rows", 0, "<3>", "x"))
-    'rows[0].x'
-    """
+    """Return the path to a value: ``rows[0].x``."""
     named = (place for place in places if not str(place).startswith(_INLINE))
     return "".join(f"[{place}]" if isinstance(place, int) else f".{place}" for place in named).lstrip(".")

@@ -1,8 +1,12 @@
 """Points simulated several times over: their means, their scatter, their records."""
 
+import math
+
 from stemcal.runs.record import Outcome, merged
+from stemcal.runs.study_folder import place_of
 from stemcal.solvers.protocol import Request
 from stemcal.solvers.replicates import Replicates, repeated
+from stemcal.vocabulary import FIRST
 
 
 def run(force: float | None, bulk: float, key: str) -> Outcome:
@@ -36,3 +40,12 @@ def test_travel_and_work_are_means_too() -> None:
     assert (found.response, found.travel, found.work) == (12.0, 2.0, 8.0)
     (without,) = merged([Outcome(response=10.0, key="a"), Outcome(response=14.0, key="b")], 2)
     assert (without.travel, without.work) == (None, None)
+
+
+def test_a_failed_run_is_no_number() -> None:
+    assert Outcome(response=0.0).number(FIRST) == 0.0
+    assert math.isnan(Outcome(response=None, status="failed").number(FIRST))
+
+
+def test_the_default_folder_of_a_study() -> None:
+    assert place_of("smoke").as_posix() == "runs/smoke"

@@ -44,11 +44,7 @@ class Parameter(NamedTuple):
 
 
 def in_unit(value: float, unit: str) -> str:
-    """Return a value with its unit as a spec has it; pure numbers have none.
-
-    >>> in_unit(1100, "kg/m3"), in_unit(0.3, "1")
-    ('1100 kg/m3', '0.3')
-    """
+    """Return a value with its unit as a spec has it, 1100 kg/m3; pure numbers have none."""
     return f"{value:g}" if unit == "1" else f"{value:g} {unit}"
 
 
