@@ -14,7 +14,7 @@ from stemcal.stages.stage import stage_called
 from stemcal.study.model.study import Study
 from stemcal.study.types.factor import PARAMETERS
 from stemcal.study.types.units import from_internal
-from stemcal.vocabulary import FIRST, MOST_LISTED, Variable, Wording
+from stemcal.vocabulary import FIRST, MOST_LISTED, TRAVEL, WORK, Variable, Wording
 
 if TYPE_CHECKING:
     from stemcal.stages.ledger import LedgerRow
@@ -32,7 +32,7 @@ def design_tables(result: StageResult, symbols: Mapping[str, str]) -> list[Table
         Column("run", "Run", form=format),
         *levels(design.varied, Wording(naming, symbols if crowded else {}), lambda value: short(value, 4)),
         simulated(naming.response),
-        *map(_other, naming.others),
+        *map(_other, (one for one in naming.further if one not in (TRAVEL, WORK))),
     ]
     foot = ["The symbols are defined in the table of factors."] if crowded and any(symbols.values()) else []
     return [Table.of(columns, design.runs, f"{stage_called(result.name).title} runs", foot, detail=True)]
@@ -60,7 +60,7 @@ def runs_table(found: Iterable[LedgerRow], names: Wording, title: str) -> Table:
 
 def setting_tables(study: Study) -> list[Table]:
     """Return the factors, and what was measured."""
-    return [factors_table(study), _measured(study)]
+    return [factors_table(study), *([_measured(study)] if study.goal is None else [])]
 
 
 def grown_table(study: Study, levels: Mapping[str, float]) -> Table:

@@ -167,6 +167,11 @@ class StageResult(Spread):
         return ()
 
     @property
+    def found(self) -> tuple[str, ...]:
+        """The result of an optimisation in sentences."""
+        return ()
+
+    @property
     def prediction(self) -> Prediction | None:
         """How well values that were not fitted are predicted; None where none are."""
         return None

@@ -70,6 +70,8 @@ class Stage(StageKind, Checked, Generic[R]):
 
     def asked_for(self, study: Study) -> bool:
         """Check that the whole study includes this stage."""
+        if study.goal is not None and "targets" in self.reads:
+            return False
         section = self.section() if self.by_section else None
         return (section is None or study.given(section) is not None) and (has_surface(study) or not self.of_surface)
 

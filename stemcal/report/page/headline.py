@@ -62,6 +62,8 @@ def first_remedy(verdict: Verdict) -> Remedy:
 
 def quantity_calibrated(study: Study) -> str:
     """Return the calibrated quantities in words."""
+    if study.goal is not None:
+        return "Optimisation of a cutter" if study.naming.is_cutting else "Optimisation of a simulated response"
     if study.naming.is_cutting:
         return "Calibration of a stem-cutting model"
     return f"Calibration of a simulation against the measured {_fitted(study)}"
@@ -70,6 +72,10 @@ def quantity_calibrated(study: Study) -> str:
 def question(study: Study) -> str:
     """Return the question that the study answers."""
     naming, names = study.naming, Wording(study.naming)
+    if (goal := study.goal) is not None:
+        ways = {"minimise": goal.minimise, "maximise": goal.maximise}
+        wanted = (f"{way} the {series(naming.named(one).long for one in each)}" for way, each in ways.items() if each)
+        return f"Which {series(factor.label.lower() for factor in study.factors)} {' and '.join(wanted)}?"
     targets = study.joint_targets or (study.calibration_target,)
     place = ""
     if naming.condition is not None:

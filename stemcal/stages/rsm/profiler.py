@@ -7,6 +7,7 @@ are the terms of the full quadratic at the coded levels and C = s²(XᵀX)⁻¹.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from math import isnan
 from typing import Any
 
 from stemcal.doe.regression.least_squares import t_quantile
@@ -77,7 +78,7 @@ def _surface(study: Study, mean: Measured, surface: AnySurface) -> dict[str, Any
         "own": s2 * fit.own_scatter if known else None,
         "t": t_quantile(0.95, fit.df) if known else None,
         **_where(surface),
-        "measured": mean.value,
+        "measured": None if isnan(mean.value) else mean.value,
         "sd": mean.sd or 0.0,
         "error": half_width,
         "simulate": command if simulated and mean.response == FIRST else "",

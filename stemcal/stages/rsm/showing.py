@@ -200,10 +200,10 @@ def canonical_table(stage: RsmResult, shape: CanonicalForm, names: Wording) -> T
 
 
 def _further_tables(stage: RsmResult, names: Wording) -> list[Table]:
-    """Return the analysis of variance and the coefficients of each further response that the study names itself."""
+    """Return the analysis of variance and the coefficients of each further response."""
     tables: list[Table] = []
     for part in stage.conditions:
-        for name in (response.name for response in stage.naming.others if response.name in (part.responses or {})):
+        for name in part.responses or {}:
             fit = stage.refitted(part.runs, response=name)
             seen = replace(stage, anova=fit.anova, coefficients=fit.coefficients, pure_error=None,
                            lack_of_fit_testable=fit.lack_of_fit_testable)  # fmt: skip

@@ -61,7 +61,7 @@ def undeclared_scatter(evidence: Evidence) -> Iterator[Note]:
 def reversed_sign(evidence: Evidence) -> Iterator[Note]:
     """Yield a response that is negative in every run, although the measured one is positive."""
     naming = evidence.study.naming
-    for named in (naming.response, *naming.others):
+    for named in (naming.response, *naming.others) if evidence.study.goal is None else ():
         name = FIRST if named == naming.response else named.name
         runs = (run for result in evidence.results.done for run in getattr(getattr(result, "design", None), "runs", ()))
         values = [value for run in runs if isfinite(value := run.number(name))]

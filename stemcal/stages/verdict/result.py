@@ -7,6 +7,7 @@ from typing import Literal
 
 from stemcal.notes import SEVERITIES, Note
 from stemcal.stages.result import Judged, Prediction
+from stemcal.storage.typed import absent
 
 Word = Literal["calibrated", "with_reservations", "not_calibrated"]
 
@@ -34,18 +35,23 @@ class Verdict:
     verdict: Word
     use: Use | None
     reasons: tuple[Note, ...]
+    goal: bool = absent(False)
+    found: tuple[str, ...] = absent(())
 
     @classmethod
-    def of(cls, reasons: list[Note], use: Use | None) -> Verdict:
-        """Return the verdict that reasons lead to: an error means not calibrated, anything else a reservation."""
+    def of(cls, reasons: list[Note], use: Use | None, goal: bool = False, found: tuple[str, ...] = ()) -> Verdict:
+        """Return the verdict that reasons lead to: an error means not calibrated, anything else a reservation.
+
+        A study with a `goal` is confirmed instead of calibrated; the sentences `found` have its result.
+        """
         worst = min((reason.severity for reason in reasons), key=SEVERITIES.index, default=None)
         word: Word = "calibrated" if worst is None else "not_calibrated" if worst == "error" else "with_reservations"
-        return cls(word, use, tuple(reasons))
+        return cls(word, use, tuple(reasons), goal, found)
 
     @property
     def holds(self) -> bool:
         """Whether intervals and statements of agreement may be shown."""
-        return self.verdict != "not_calibrated"
+        return self.goal or self.verdict != "not_calibrated"
 
     @property
     def may_hold(self) -> bool:

@@ -122,7 +122,8 @@ def verdict_of(study: Study, folder: StudyFolder, results: Results | None = None
         # the study cannot continue, so that to run its other stages is no advice
         reasons = [(rank, reason) for rank, reason in reasons if reason.kind != "unfinished"]
     reasons.sort(key=lambda pair: pair[0])
-    return Verdict.of([reason for _, reason in reasons], _use(evidence))
+    found = tuple(sentence for result in results.done for sentence in result.found)
+    return Verdict.of([reason for _, reason in reasons], _use(evidence), study.goal is not None, found)
 
 
 def _rank(rule: Rule, reason: Note) -> Rank:

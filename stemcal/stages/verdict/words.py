@@ -8,18 +8,23 @@ from stemcal.formats import fixed
 from stemcal.notes import Note
 from stemcal.stages.result import Judged, Prediction
 from stemcal.stages.verdict.result import Use, Verdict
-from stemcal.vocabulary import Wording
+from stemcal.vocabulary import Wording, capital
 
 _WORDS = {
     "calibrated": "Calibrated",
     "with_reservations": "Calibrated, with reservations",
     "not_calibrated": "Not calibrated",
 }
+_OF_GOAL = {
+    "calibrated": "The optimum is confirmed",
+    "with_reservations": "The optimum is confirmed, with reservations",
+    "not_calibrated": "The optimum is not confirmed",
+}
 
 
 def word(verdict: Verdict) -> str:
     """Return the verdict in words."""
-    return _WORDS[verdict.verdict]
+    return (_OF_GOAL if verdict.goal else _WORDS)[verdict.verdict]
 
 
 def brief(reason: Note) -> str:
@@ -69,7 +74,7 @@ def uses(verdict: Verdict, names: Wording) -> list[str]:
     The largest error is in the maximum force: 21 % too low at a diameter of 11 mm.
     """
     if (where := verdict.use) is None:
-        return []
+        return [" ".join(map(capital, verdict.found))] if verdict.found else []
     if where.good:
         sentences = [f"The error of the simulation is at most {where.within_percent:g} %{names.at(*where.good)}."]
     else:

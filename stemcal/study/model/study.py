@@ -16,6 +16,7 @@ from pydantic import BaseModel, ConfigDict, Field, PrivateAttr, create_model
 
 from stemcal.errors import UsageError
 from stemcal.formats import counted, did_you_mean
+from stemcal.study.model.goal import GoalSection
 from stemcal.study.model.laboratory_kind import AnyTest, LaboratorySection, naming_with
 from stemcal.study.model.layers import MOST_LAYERS, NO_RATE, LayerSection, Place, own_values, places
 from stemcal.study.model.measured_targets import Target, Targets
@@ -75,8 +76,10 @@ class OwnSections(Frozen):
     """Laboratory tests other than cutting, on pieces of the same stems."""
     machine: MachineSection = MachineSection()
     """The testing machine with which the `curves` of `targets` were measured."""
+    goal: GoalSection | None = None
+    """What the study optimises, instead of `targets`."""
     targets: Targets
-    """Measured responses, one row per test and diameter."""
+    """Measured responses, one row per test and diameter. A study with a `goal` has none."""
 
 
 def _form() -> type[OwnSections]:
@@ -112,6 +115,8 @@ class Study(StudyForm):
     warnings: tuple[str, ...] = Field(default=(), exclude=True)
     further: dict[str, Frozen] = Field(default={}, exclude=True)
     """Sections of stages from other packages, by stage name."""
+    materials: tuple[dict[str, Any], ...] = Field(default=(), exclude=True)
+    """Other materials that the calibration allows: sections of the study, one standard deviation away each."""
     _hands: Any = PrivateAttr(default=None)  # what asks for results of runs done by hand, and records them
 
     def ask(self, out: str | Path | None = None) -> list[dict[str, Any]]:
@@ -153,7 +158,7 @@ class Study(StudyForm):
         return self._hands
 
     def __repr__(self) -> str:
-        measured = counted(len(self.targets.means), "target")
+        measured = counted(len(self.targets.means), "target") if self.goal is None else "a goal"
         return f"Study {self.name}: {counted(len(self.factors), 'factor')}, {measured}, solver {self.solver.kind}"
 
     __str__ = __repr__
@@ -168,12 +173,14 @@ class Study(StudyForm):
         """What the responses and the condition are called."""
         declared = naming_of(self.responses, self.conditions)
         cut = declared.is_cutting or bool(self.targets.modes)
-        return naming_with(self.targets, self.tests) if cut else declared
+        found = naming_with(self.targets, self.tests) if cut else declared
+        return found if self.goal is None or not cut else found.measuring(self.goal.responses)
 
     @property
     def own_further(self) -> tuple[str, ...]:
-        """The names of the responses next to the first that the cutting test does not have."""
-        return tuple(named.name for named in self.naming.others)
+        """The names of the responses next to the first that the cutting test does not have, or the goal names."""
+        goal = () if self.goal is None else self.goal.responses[1:]
+        return tuple(dict.fromkeys((*(named.name for named in self.naming.others), *goal)))
 
     def of(self, kind: type[F]) -> F:
         """Return the section of a stage by its class; its defaults where the spec has none."""
@@ -280,7 +287,8 @@ class Study(StudyForm):
     @property
     def calibration_target(self) -> Target:
         """The target at the diameter the parameters are calibrated at."""
-        return min(self.targets.means, key=lambda target: abs(target.condition - self.targets.calibrate_at))
+        at = self.targets.calibrate_at
+        return min(self.targets.means or self.joint_targets, key=lambda target: abs(target.condition - at))
 
     @property
     def joint_targets(self) -> tuple[Target, ...]:
@@ -294,6 +302,8 @@ class Study(StudyForm):
 
     @property
     def _fitted(self) -> tuple[tuple[Target, ...], tuple[str, ...]]:
+        if self.goal is not None:
+            return (self.goal.unmeasured(self.targets.calibrate_at),), self.goal.responses
         found: tuple[tuple[Target, ...], tuple[str, ...]]
         found = next(fitted for stage in STAGES.built_in if (fitted := stage.fits(self)) is not None)
         return found

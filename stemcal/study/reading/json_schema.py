@@ -29,6 +29,8 @@ def json_schema() -> dict[str, Any]:
     rows = schema["$defs"].pop("Targets")
     schema["properties"]["targets"] |= {"type": "array", "items": rows["items"], "minItems": 1}
     del schema["properties"]["targets"]["$ref"]
+    schema["required"].remove("targets")
+    schema["anyOf"] = [{"required": ["targets"]}, {"required": ["goal"]}]
     schema["$schema"] = "https://json-schema.org/draft/2020-12/schema"
     schema["title"] = "stemcal study"
     results = schema["$defs"]["CommandSolver"]["properties"]["result"]

@@ -23,7 +23,7 @@ from stemcal.study.types.named import naming_of
 from stemcal.study.types.solver_kind import usual_solver
 from stemcal.study.types.stage_kind import STAGES
 from stemcal.study.types.strict_yaml import Finding, NodePath
-from stemcal.vocabulary import CUTTING, FIRST, Vocabulary
+from stemcal.vocabulary import CUTTING, FIRST, NOWHERE, Vocabulary
 
 
 def read_sections(data: Any, folder: Path) -> Sections:
@@ -37,6 +37,8 @@ def read_sections(data: Any, folder: Path) -> Sections:
     for name, key in StudyForm.model_fields.items():
         if spelled(name) in data:
             _READ.get(name, Sections.read)(sections, name, data[spelled(name)])
+        elif name == "targets" and "goal" in data:
+            sections.place_surfaces()
         elif key.is_required():
             sections.findings.append(Finding((), f"{name!r} is missing", f"add `{name}: …`"))
         else:
@@ -126,6 +128,19 @@ class Sections:
             self.good[name] = targets
             self.take_in_tests(targets)
 
+    def read_goal(self, name: str, given: Any) -> None:
+        """Read the goal; its responses of the cutting test are responses of the study."""
+        keys = [one for value in given.values() for one in value] if isinstance(given, dict) else []
+        self.naming = self.naming.measuring(list(map(str, keys))) if self.naming.is_cutting else self.naming
+        self.read(name, given)
+
+    def place_surfaces(self) -> None:
+        """Set the condition of a study with a goal: the diameter of the specimen."""
+        specimen, condition = self.good.get("specimen"), self.naming.condition
+        at = NOWHERE if condition is None else field_or_none(specimen, "outer_diameter")
+        if at is not None:
+            self.good["targets"] = Targets(calibrate_at=at, means=())
+
     def read_tests(self, name: str, given: Any) -> None:
         """Read the tests: good ones, and those with unknown keys, are kept by their place in the list."""
         self.read(name, given)
@@ -194,6 +209,7 @@ class Sections:
 
 _READ: dict[str, Callable[[Sections, str, Any], None]] = {
     "factors": Sections.read_factors,
+    "goal": Sections.read_goal,
     "targets": Sections.read_targets,
     "tests": Sections.read_tests,
 }

@@ -91,5 +91,6 @@ STAGES: Registry[Any] = Registry(
         "stemcal.stages.invert:Invert",
         "stemcal.stages.refine:Refine",
         "stemcal.stages.validate:Validate",
+        "stemcal.stages.optimise:Optimise",
     ),
 )

@@ -1,0 +1,35 @@
+"""The optimum of a goal, the stage optimise: found on the response surfaces, confirmed by simulations."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from stemcal.stages.stage import Stage
+
+if TYPE_CHECKING:
+    from stemcal.study.model.study import Study
+
+
+class Optimise(Stage[Any]):
+    """The optimum on the surfaces of the goal's responses, simulated, as is the present cutter."""
+
+    name, title, attribute, reads = "optimise", "Optimum", "optimum", ("goal", "optimise")
+    pictured = True
+    help = """Find the optimum of a goal on the response surfaces and confirm it by simulations.
+
+        With two responses, the stage finds their Pareto front and its knee. The optimum and the present cutter are
+        simulated. `stemcal run` includes this stage if the spec has a `goal` section.
+        """
+    purpose = "Last stage of a study with a `goal`: the optimum, confirmed by simulations."
+
+    def needs(self, study: Study) -> str | None:
+        return "rsm"
+
+    def asked_for(self, study: Study) -> bool:
+        return study.goal is not None
+
+    def inputs(self, study: Study) -> Mapping[str, object]:
+        """Return the other materials in which the gain is simulated."""
+        others = [study.model_copy(update=one).model_dump(include=set(one)) for one in study.materials]
+        return {"materials": others} if others else {}

@@ -1,0 +1,239 @@
+"""The optimum of a goal as a stage: found on the surfaces, simulated, compared with the present cutter."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from math import hypot, isclose, isfinite
+
+import numpy as np
+
+from stemcal.doe.coding import Array
+from stemcal.doe.regression.least_squares import t_quantile
+from stemcal.doe.regression.surface import Surface
+from stemcal.errors import UsageError
+from stemcal.notes import Note
+from stemcal.runs.record import Outcome, lower_bound_notes
+from stemcal.runs.study_folder import StudyFolder
+from stemcal.solvers import make_solver
+from stemcal.solvers.protocol import Request, Solver
+from stemcal.solvers.replicates import repeated
+from stemcal.stages.design import Asked
+from stemcal.stages.fitting import fitted_surfaces, measured_means
+from stemcal.stages.fresh import read_fresh
+from stemcal.stages.optimise.options import present_levels
+from stemcal.stages.optimise.result import OPTIMUM, PRESENT, Cutter, FrontPoint, Gain, OptimiseResult
+from stemcal.stages.optimise.search import NoneAllowed, Optimum, Problem, best_of, intervals_of
+from stemcal.stages.result import Head, Interval
+from stemcal.stages.rsm.result import RsmResult
+from stemcal.stages.work import Work, a_stage
+from stemcal.storage.rows import Rows
+from stemcal.study.model.study import Study
+from stemcal.study.types import units
+
+_EDGE = 1e-3  # coded
+_NORMAL = 1.96
+
+
+@a_stage(OptimiseResult)
+def optimise(work: Work, head: Head) -> OptimiseResult:
+    """Find the optimum on the surfaces, simulate it and the present cutter, and compare."""
+    study, surface, name = work.study, work.result(RsmResult), _namer(work.study)
+    problem = problem_of(study, surface)
+    found = best_of(problem)
+    cutters = _simulated(work, _cutters(study, surface, problem, found), pictured=True)
+    elsewhere = _in_materials(work, cutters[:2])
+    gains = {
+        name(key): gain_of(key, sign, problem.surfaces[key], cutters, elsewhere) for key, sign in problem.signs.items()
+    }
+    ends = intervals_of(problem, found)
+    simulated, present = ({name(key): one.outcome.of(key) for key in problem.surfaces} for one in cutters[:2])
+    return OptimiseResult(
+        head=head,
+        minimised=tuple(name(key) for key, sign in problem.signs.items() if sign > 0.0),
+        maximised=tuple(name(key) for key, sign in problem.signs.items() if sign < 0.0),
+        limits={name(key): limit for key, limit in problem.limits.items()},
+        optimum=cutters[0].levels,
+        optimum_interval=None if ends is None else _natural(surface, ends),
+        predicted=cutters[0].predicted,
+        simulated=simulated,
+        present_levels=cutters[1].levels,
+        present=present,
+        gain_percent={key: None if one is None else one.gain for key, one in gains.items()},
+        gain_sd={key: one.sources for key, one in gains.items() if one is not None},
+        edges=_edges(study, surface, found.point),
+        front=tuple(_front_point(study, surface, problem, x) for x in found.front),
+        cutters=Rows([*cutters, *elsewhere]),
+        notes=(*_notes(study, found, gains), *lower_bound_notes([one.outcome for one in cutters])),
+    )
+
+
+def _namer(study: Study) -> Callable[[str], str]:
+    return lambda key: study.naming.named(key).name
+
+
+def problem_of(study: Study, surface: RsmResult) -> Problem:
+    """Return the surfaces of the goal's responses with its signs and limits."""
+    assert study.goal is not None
+    means, fitted = measured_means(study), fitted_surfaces(study, surface)
+    surfaces = {mean.response: one for mean, one in zip(means, fitted, strict=True) if isinstance(one, Surface)}
+    return Problem(surfaces, study.goal.signs, study.goal.at_most, surface.region)
+
+
+# ---- the cutters and their simulations
+
+
+def _cutters(study: Study, surface: RsmResult, problem: Problem, found: Optimum) -> list[Cutter]:
+    """Return the optimum, the present cutter and the ends of the front, not simulated yet."""
+    ends = {f"front, end {n}": found.front[i] for n, i in enumerate((0, -1), 1) if found.front}
+    points = {name: _levels(study, surface, x) for name, x in {OPTIMUM: found.point, **ends}.items()}
+    points = {OPTIMUM: points.pop(OPTIMUM), PRESENT: present_levels(study), **points}
+    return [_cutter(name, levels, study, surface, problem) for name, levels in points.items()]
+
+
+def _levels(study: Study, surface: RsmResult, x: Array) -> dict[str, float]:
+    """Return the level of every factor at a coded point, four digits within its range."""
+    found = dict(surface.fixed)
+    for name, value in surface.scales.levels(x).items():
+        factor = study.factor(name)
+        found[name] = min(max(float(f"{value:.4g}"), factor.low), factor.high)
+    return {name: found[name] for name in study.names}
+
+
+def _cutter(name: str, levels: Mapping[str, float], study: Study, surface: RsmResult, problem: Problem) -> Cutter:
+    x, named = surface.scales.to_coded([levels[one] for one in surface.names]), _namer(study)
+    ends = {named(key): one.prediction_interval(x)[0].tolist() for key, one in problem.surfaces.items()}
+    return Cutter(
+        cutter=name,
+        levels=dict(levels),
+        predicted={named(key): float(one.predict(x)[0]) for key, one in problem.surfaces.items()},
+        prediction_interval={key: (each[0], each[1]) if isfinite(each[0]) else None for key, each in ends.items()},
+        outcome=Outcome(response=None, status="failed"),
+    )
+
+
+def _simulated(work: Work, cutters: Sequence[Cutter], pictured: bool, first: int = 0) -> list[Cutter]:
+    """Return the cutters with what came of their simulations."""
+    simulate, at = work.simulating("optimise", pictured), work.study.targets.calibrate_at
+    outcomes = simulate(first, [one.levels for one in cutters], [at])
+    return [replace(one, outcome=outcome) for one, outcome in zip(cutters, outcomes, strict=True)]
+
+
+def _in_materials(work: Work, cutters: Sequence[Cutter]) -> list[Cutter]:
+    """Return the optimum and the present cutter in the other materials of the study."""
+    found = []
+    for number, material in enumerate(work.study.materials, 1):
+        study = work.study.model_copy(update=material)
+        other = replace(work, study=study, solver=make_solver(study).placed(work.folder.work))
+        numbered = [replace(one, material=number) for one in cutters]
+        found += _simulated(other, numbered, pictured=False, first=number * len(cutters))
+    return found
+
+
+# ---- the gain
+
+
+@dataclass(frozen=True)
+class _Compared:
+    """The gain with its interval, and its standard deviation by source, percent."""
+
+    gain: Gain
+    sources: dict[str, float]
+
+
+def gain_of(
+    key: str, sign: float, fitted: Surface, cutters: Sequence[Cutter], elsewhere: Sequence[Cutter]
+) -> _Compared | None:
+    """Compare the optimum O with the present cutter P: g = 100 (P − O)/|P| of a response to minimise.
+
+    A run scatters about the mean response with the variance v = s² own/n of its surface: var g = 100² v (1 + O²/P²)/P².
+    The other materials are one standard deviation away, along one direction each: the variance is Σ (gₘ − g)².
+    """
+    optimum, present = cutters[:2]
+    o, p = optimum.outcome.number(key), present.outcome.number(key)
+    if not np.isfinite([o, p]).all() or p == 0.0:
+        return None
+    g = sign * 100.0 * (p - o) / abs(p)
+    pairs = zip(elsewhere[::2], elsewhere[1::2], strict=True)
+    others = [(a.outcome.number(key), b.outcome.number(key)) for a, b in pairs]
+    changes = [sign * 100.0 * (b - a) / abs(b) - g for a, b in others if np.isfinite([a, b]).all()]
+    sources = {"material": hypot(*changes)} if changes else {}
+    if fitted.mean_square is None:
+        return _Compared((g, None, None), sources)
+    n = len(present.outcome.keys)
+    sources["runs"] = 100.0 * (fitted.mean_square * fitted.own_scatter / n) ** 0.5 * hypot(1.0, o / p) / abs(p)
+    half = hypot(t_quantile(0.95, fitted.df) * sources["runs"], _NORMAL * sources.get("material", 0.0))
+    return _Compared((g, g - half, g + half), sources)
+
+
+# ---- the optimum on the surfaces
+
+
+def _natural(surface: RsmResult, ends: Mapping[str, Interval]) -> dict[str, Interval]:
+    natural = {name: surface.coding[name].natural for name in ends}
+    return {name: (float(natural[name](low)), float(natural[name](high))) for name, (low, high) in ends.items()}
+
+
+def _front_point(study: Study, surface: RsmResult, problem: Problem, x: Array) -> FrontPoint:
+    found = _cutter("", _levels(study, surface, x), study, surface, problem)
+    return FrontPoint(found.levels, found.predicted)
+
+
+def _edges(study: Study, surface: RsmResult, x: Array) -> dict[str, str]:
+    """Return the ends of ranges at which the optimum is, without those that no wider range can move."""
+    region = surface.region
+    ends = {name: "high" for name, gap in zip(surface.names, region.high - x, strict=True) if gap < _EDGE}
+    ends |= {name: "low" for name, gap in zip(surface.names, x - region.low, strict=True) if gap < _EDGE}
+    if not ends and region.radius is not None and float(np.linalg.norm(x)) > region.radius - _EDGE:
+        far = int(np.argmax(np.abs(x)))
+        ends = {surface.names[far]: "high" if x[far] > 0.0 else "low"}
+    return {name: end for name, end in ends.items() if not _is_last(study, name, end)}
+
+
+def _is_last(study: Study, name: str, end: str) -> bool:
+    """Check for the end of a range that is a bound of the parameter itself, such as an angle of 0°."""
+    factor, parameter = study.factor(name), study.kind.parameters.get(name)
+    bound = None if parameter is None else parameter.lowest if end == "low" else parameter.highest
+    if parameter is None or bound is None or not isfinite(bound):
+        return False
+    return isclose(units.from_internal(factor.internal(getattr(factor, end)), parameter.unit), bound, abs_tol=1e-12)
+
+
+def _notes(study: Study, found: Optimum, gains: Mapping[str, _Compared | None]) -> Iterator[Note]:
+    """Yield what the optimum of two responses is, and what the interval of the gain includes."""
+    if found.front:
+        yield Note("knee", "info", "The optimum is the knee of the Pareto front, the point farthest from the chord.")
+    elif len(found.weights) > 1:
+        yield Note("no_conflict", "info", "One cutter is best for both responses, so there is no Pareto front.")
+    parts = [
+        f"{name}: {', '.join(f'{source} {sd:.2g} %' for source, sd in one.sources.items())}"
+        for name, one in gains.items()
+        if one is not None and one.sources
+    ]
+    if parts:
+        text = f"Standard deviations of the gain by source ({'; '.join(parts)})."
+        if not study.materials:
+            text += " The uncertainty of the material is not included; use `material: {from: FOLDER}` to include it."
+        yield Note("known", "info", text)
+
+
+# ---- before it runs
+
+
+def foresee(study: Study, solver: Solver, folder: StudyFolder | None) -> Asked:
+    """Return the runs of the cutters, at mid-levels as long as the surfaces are unknown."""
+    cutters = None
+    with suppress(UsageError, NoneAllowed):
+        if folder is not None:
+            surface = read_fresh(study, solver, folder, RsmResult)
+            problem = problem_of(study, surface)
+            cutters = [one.levels for one in _cutters(study, surface, problem, best_of(problem))]
+    count = 2 if study.goal is None or len(study.goal.signs) == 1 else 4
+    levels = [study.midlevels()] * count if cutters is None else cutters
+    at, note = study.targets.calibrate_at, None
+    if study.materials:
+        text = f"The optimum and the present cutter are also simulated in {len(study.materials)} other materials."
+        note = Note("other_materials", "info", text)
+    requests = [Request("optimise", row, each, at, pictured=True) for row, each in enumerate(levels)]
+    return Asked("optimise", repeated(requests, study.solver.repeats), cutters is not None, note)

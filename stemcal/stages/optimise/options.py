@@ -1,0 +1,71 @@
+"""The section optimise: the present cutter, and its levels."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from pydantic_core import PydanticCustomError
+
+from stemcal.study.types import units
+from stemcal.study.types.factor import SETTINGS, Factor
+from stemcal.study.types.field_types import Frozen, Number
+from stemcal.study.types.named import quantity
+from stemcal.study.types.strict_yaml import Finding
+from stemcal.vocabulary import Variable
+
+if TYPE_CHECKING:
+    from stemcal.study.model.study import Study
+    from stemcal.study.rules import Draft
+
+
+class OptimiseOptions(Frozen):
+    """The cutter with which the optimum is compared."""
+
+    present: dict[str, Number | str] = {}
+    """Levels of factors at the present cutter, such as `{edge_angle: 30 deg}`. By default, a setting of the test has
+    its default value if the range of the factor contains it. All other factors are at the middle of their ranges."""
+
+
+def _level(factor: Factor, given: float | str) -> float:
+    """Return a level that a spec has, in the unit of the factor; raise `PydanticCustomError` if it is none."""
+    return quantity(given, Variable(factor.name, factor.name, "", factor.unit))
+
+
+def _present_is_possible(draft: Draft) -> Iterator[Finding]:
+    """The present cutter is within the ranges, and the study optimises."""
+    given, known = draft.study.of(OptimiseOptions).present, {one.name: one for one in draft.factors.values()}
+    if given and draft.study.goal is None:
+        yield Finding(("optimise",), "the study has no goal", "add `goal: {minimise: [force]}`, or remove this section")
+    for name, value in given.items():
+        path = ("optimise", "present", name)
+        if name not in draft.names:
+            yield draft.unknown_factor(path, name)
+        elif (factor := known.get(name)) is not None:
+            try:
+                level = _level(factor, value)
+            except PydanticCustomError as error:
+                context = error.context or {}
+                yield Finding(path, str(context.get("message", "")), str(context.get("remedy", "")))
+                continue
+            if not factor.low <= level <= factor.high:
+                ends = f"{factor.low:g} to {factor.high:g} {factor.unit}".removesuffix(" 1")
+                message = f"{value} is outside the range of the factor ({ends})"
+                yield Finding(path, message, "widen the range so that the present cutter is inside")
+
+
+OptimiseOptions.rules = (_present_is_possible,)
+
+
+def present_levels(study: Study) -> dict[str, float]:
+    """Return the levels of the present cutter: of the spec, else of the sections, else the middle of the ranges."""
+    found, given = study.midlevels(), study.of(OptimiseOptions).present
+    for factor in study.factors:
+        if factor.name in given:
+            found[factor.name] = _level(factor, given[factor.name])
+        elif factor.name in SETTINGS.keys() & study.kind.parameters.keys():
+            usual = getattr(getattr(study, SETTINGS[factor.name].section), factor.name, None)
+            level = units.from_internal(usual, factor.unit) if isinstance(usual, int | float) else None
+            if level is not None and factor.low <= level <= factor.high:
+                found[factor.name] = float(f"{level:.12g}")
+    return found

@@ -1,0 +1,139 @@
+"""The result of an optimisation: the optimum and its front, simulated, next to the present cutter."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import ClassVar
+
+from stemcal.drawing.table import Table
+from stemcal.formats import fixed, series
+from stemcal.notes import Note
+from stemcal.runs.record import Outcome
+from stemcal.stages.result import Head, Interval, StageResult
+from stemcal.storage.rows import Rows
+from stemcal.storage.typed import Spread, absent, inline
+from stemcal.vocabulary import Variable
+
+OPTIMUM, PRESENT = "optimum", "present"
+Gain = tuple[float, float | None, float | None]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Cutter(Spread):
+    """One cutter that was simulated: its levels, what the surfaces predict for each response, and the outcome.
+
+    `prediction_interval` is that of one run. `material` numbers the other materials from 1.
+    """
+
+    cutter: str
+    levels: dict[str, float]
+    predicted: dict[str, float]
+    prediction_interval: dict[str, Interval | None]
+    material: int | None = absent()
+    outcome: Outcome = inline()
+
+    @property
+    def label(self) -> str:
+        """The name of the run."""
+        return self.cutter if self.material is None else f"{self.cutter}, material {self.material}"
+
+
+@dataclass(frozen=True)
+class FrontPoint:
+    """A point of the Pareto front: its levels, and the responses there on their surfaces."""
+
+    levels: dict[str, float]
+    predicted: dict[str, float]
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class OptimiseResult(StageResult):
+    """The optimum, its front, and simulations of the optimum and the present cutter.
+
+    Responses have the study's names, of which `minimised` and `maximised` are optimised. `gain_percent` is the
+    improvement over the present cutter with its 95 % interval, and `gain_sd` its standard deviation by source.
+    `edges` are the ends of ranges at which the optimum is.
+    """
+
+    name: ClassVar[str] = "optimise"
+    shown = ("optimum",)
+
+    head: Head = inline()
+    minimised: tuple[str, ...]
+    maximised: tuple[str, ...]
+    limits: dict[str, float]
+    optimum: dict[str, float]
+    optimum_interval: dict[str, Interval] | None
+    predicted: dict[str, float]
+    simulated: dict[str, float | None]
+    present_levels: dict[str, float]
+    present: dict[str, float | None]
+    gain_percent: dict[str, Gain | None]
+    gain_sd: dict[str, dict[str, float]]
+    edges: dict[str, str]
+    front: tuple[FrontPoint, ...] = ()
+    cutters: Rows[Cutter]
+    notes: tuple[Note, ...] = ()
+
+    @property
+    def optimised(self) -> tuple[str, ...]:
+        """The optimised responses."""
+        return (*self.minimised, *self.maximised)
+
+    @property
+    def found(self) -> tuple[str, ...]:
+        """The simulated optimum, each response compared with the present cutter, as sentences."""
+        texts = [self.compared(name) for name in self.optimised]
+        place = series(f"{name} {value:.4g}" for name, value in self.optimum.items() if name in self.head_factors)
+        return (f"{'; '.join(texts)}.", f"Optimum: {place}.")
+
+    @property
+    def head_factors(self) -> Sequence[str]:
+        """The factors of the surfaces."""
+        return tuple(self.optimum_interval or self.optimum)
+
+    def named(self, name: str) -> Variable:
+        """Return what a response is called."""
+        return self.naming.named(name)
+
+    def compared(self, name: str) -> str:
+        """Return a response at the optimum and its difference from the present cutter.
+
+        The gain of 31 % (24 to 37 %) of a minimised response is "212 mJ, 31 % less (95 %: 24 to 37 %)".
+        """
+        named, value, gain = self.named(name), self.simulated[name], self.gain_percent[name]
+        if value is None or gain is None:
+            return f"{named.long}: not simulated"
+        way = ("less", "more") if name in self.minimised else ("more", "less")
+        size = f"{fixed(abs(gain[0]), 0 if abs(gain[0]) >= 10 else 1)} % {way[gain[0] < 0.0]}"
+        known = "" if gain[1] is None or gain[2] is None else f" (95 %: {_ends(gain[1], gain[2])} %)"
+        return f"{named.long} {named.text(value, '.4g')}, {size} than the present cutter{known}"
+
+    def _tables(self) -> dict[str, Table]:
+        """Return the simulated cutters, and the front."""
+        names = (*self.optimum, *self.predicted)
+        rows = [
+            {"cutter": one.label, **one.levels, **{name: one.outcome.of(self.key(name)) for name in self.predicted},
+             **{f"predicted_{name}": value for name, value in one.predicted.items()},
+             "status": one.outcome.status, "reason": one.outcome.reason}
+            for one in self.cutters
+        ]  # fmt: skip
+        columns = ("cutter", *names, *(f"predicted_{name}" for name in self.predicted), "status", "reason")
+        tables = {"optimise": Table.of(columns, rows)}
+        front = [{**one.levels, **one.predicted} for one in self.front]
+        return tables | ({"optimise_front": Table.of(names, front)} if front else {})
+
+    def key(self, name: str) -> str:
+        """Return the key of a response in an outcome."""
+        return "response" if name == self.naming.response.name else name
+
+    def runs(self) -> Iterator[tuple[str, Outcome]]:
+        """Yield label and outcome of every run."""
+        for one in self.cutters:
+            yield one.label, one.outcome
+
+
+def _ends(low: float, high: float) -> str:
+    places = 0 if max(abs(low), abs(high)) >= 10 else 1
+    return f"{fixed(low, places)} to {fixed(high, places)}"

@@ -1,0 +1,161 @@
+"""The optimum on response surfaces: of one response its least value, of two their Pareto front and its knee.
+
+All responses are made small: one to maximise counts with the sign −1. With uᵢ the least value of response i on the
+front and nᵢ its value at the other end, fᵢ = (yᵢ − uᵢ)/(nᵢ − uᵢ). The front has the least f₂ for each bound on f₁
+(V. Chankong and Y. Y. Haimes, Multiobjective Decision Making, 1983). The knee is the point of the front farthest from
+the chord of its ends (I. Das, Structural Optimization 18 (1999) 107), which is the point of least f₁ + f₂.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from stemcal.doe.calibration.region import Objective, Region, optimise, search_from
+from stemcal.doe.coding import Array, term_columns, term_gradient
+from stemcal.doe.regression.surface import Surface, fit_surface
+from stemcal.errors import TargetUnreachable
+
+_CLOUD = 12
+_FRONT = 13  # points of a front
+_STARTS = 2  # points of the cloud from which each of them is searched
+_SECOND = 1e-3  # weight of the other response at an end of the front, which makes that end unique
+_CONFLICT = 1e-3  # of the span of a response: ends of a front that are closer are one point
+_SHRINK = 0.6 ** np.arange(16)
+
+
+class NoneAllowed(TargetUnreachable):
+    """The limits of a goal exclude the whole region."""
+
+    def __init__(self, text: str) -> None:
+        Exception.__init__(self, text)
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """Surfaces over the same coded factors, the signs of those to optimise, limits in the units of the responses."""
+
+    surfaces: Mapping[str, Surface]
+    signs: Mapping[str, float]
+    limits: Mapping[str, float]
+    region: Region
+
+    @cached_property
+    def cloud(self) -> Array:
+        """Points of the region within the limits; raises `NoneAllowed` if there are none."""
+        points = self.region.cloud(_CLOUD)
+        seeds = [optimise(self.sum_of({name: 1.0}), points, self.region)[0] for name in self.limits]
+        every = np.vstack([points, *seeds])
+        allowed = every[np.all([self._room(name, every) >= 0.0 for name in self.limits], axis=0)] if seeds else every
+        if not len(allowed):
+            least = {name: float(self.surfaces[name].predict(x)[0]) for name, x in zip(self.limits, seeds, strict=True)}
+            raise NoneAllowed(self._excluded(least))
+        return allowed
+
+    def _excluded(self, least: Mapping[str, float]) -> str:
+        limits = self.limits.items()
+        found = ", ".join(f"{name} at most {limit:g} (smallest {least[name]:.4g})" for name, limit in limits)
+        return (
+            f"goal.at_most: no point of the response surfaces satisfies the limits: {found}. Raise a limit in "
+            "`goal.at_most`, or widen the factor ranges."
+        )
+
+    def _room(self, name: str, points: Array) -> Array:
+        return np.asarray(self.limits[name] - self.surfaces[name].predict(points))
+
+    @cached_property
+    def spans(self) -> dict[str, float]:
+        """The span of each response over the region."""
+        points = self.region.cloud(_CLOUD)
+        return {name: float(np.ptp(one.predict(points))) or 1.0 for name, one in self.surfaces.items()}
+
+    def sum_of(self, weights: Mapping[str, float]) -> Objective:
+        """Make Σ wᵢ yᵢ small, of order one."""
+        scale = sum(abs(weight) * self.spans[name] for name, weight in weights.items())
+        beta = np.sum([weight / scale * self.surfaces[name].beta for name, weight in weights.items()], axis=0)
+        return Objective(
+            lambda x: float(term_columns(x)[0] @ beta),
+            lambda x: np.asarray(beta @ term_gradient(x)),
+            lambda points: np.asarray(term_columns(points) @ beta),
+        )
+
+    def least(self, weights: Mapping[str, float]) -> Array:
+        """Return the point of least Σ wᵢ yᵢ within the limits."""
+        bounds = [(1.0, name, limit) for name, limit in self.limits.items()]
+        return optimise(self.sum_of(weights), self.cloud, self.region, self._rule(bounds) if bounds else None)[0]
+
+    def next_on_front(self, last: Array, one: str, two: str, bound: float) -> Array:
+        """Return the point of least `two` with `one` up to a bound, searched from the last point and from the cloud."""
+        objective, sign = self.sum_of({two: self.signs[two]}), self.signs[one]
+        rule = self._rule([*((1.0, name, limit) for name, limit in self.limits.items()), (sign, one, bound)])
+        within = np.vstack([last, self.cloud[sign * self.surfaces[one].predict(self.cloud) <= bound]])
+        starts = [last, *within[np.argsort(objective.many(within))[:_STARTS]]]
+        ends = [search_from(x, objective, self.region, rule) for x in starts]
+        return min((x for x in (last, *ends) if x is not None), key=objective.value)
+
+    def _rule(self, bounds: Sequence[tuple[float, str, float]]) -> dict[str, Any]:
+        """Return sᵢ yᵢ ≤ bᵢ as SLSQP takes it, of order one."""
+        betas = np.array([s * self.surfaces[n].beta / self.spans[n] for s, n, _ in bounds])
+        most = np.array([b / self.spans[n] for _, n, b in bounds])
+        return {
+            "type": "ineq",
+            "fun": lambda x: most - betas @ term_columns(x)[0],
+            "jac": lambda x: -betas @ term_gradient(x),
+        }
+
+
+@dataclass(frozen=True, eq=False)
+class Optimum:
+    """The optimum and the front of two responses in order, coded; `weights` make the optimum the least Σ wᵢ yᵢ."""
+
+    point: Array
+    weights: Mapping[str, float]
+    front: tuple[Array, ...] = ()
+
+
+def best_of(problem: Problem) -> Optimum:
+    """Return the least point of one response, or the front of two and its knee."""
+    if len(problem.signs) == 1:
+        return Optimum(problem.least(problem.signs), problem.signs)
+    (one, s1), (two, s2) = problem.signs.items()
+    each = {name: sign / problem.spans[name] for name, sign in problem.signs.items()}
+    ends = [problem.least({**each, name: _SECOND * each[name]}) for name in (two, one)]
+    y1, y2 = ([sign * float(problem.surfaces[n].predict(x)[0]) for x in ends] for n, sign in problem.signs.items())
+    if y1[1] - y1[0] < _CONFLICT * problem.spans[one] or y2[0] - y2[1] < _CONFLICT * problem.spans[two]:
+        return Optimum(problem.least(each), each)  # one cutter is best for both
+    weights = {one: s1 / (y1[1] - y1[0]), two: s2 / (y2[0] - y2[1])}
+    bounds = np.linspace(y1[0], y1[1], _FRONT)[1:-1].tolist()
+    front = [ends[0]]
+    for bound in bounds:
+        front.append(problem.next_on_front(front[-1], one, two, bound))
+    return Optimum(problem.least(weights), weights, (*front, ends[1]))
+
+
+# ---- where the optimum may be
+
+
+def intervals_of(problem: Problem, found: Optimum) -> dict[str, tuple[float, float]] | None:
+    """Return the coded 95 % interval of each factor at the optimum; None without an error of the surface.
+
+    With S = Σ wᵢ yᵢ and d = φ(x) − φ(x̂) a point x is possible if S(x) − S(x̂) = dᵀβ ≤ √(k F(k, ν)) s √(dᵀ(XᵀX)⁻¹d); the
+    interval spans the possible points. As G. E. P. Box and J. S. Hunter, Biometrika 41 (1954) 190, but within a region:
+    J. J. Peterson, S. Cahya and E. del Castillo, Biometrics 58 (2002) 422.
+    """
+    from scipy.special import fdtri
+
+    first = next(iter(problem.surfaces.values()))
+    values = sum(weight * problem.surfaces[name].response for name, weight in found.weights.items())
+    whole = fit_surface(first.design, values, first.names, first.terms)
+    if whole.mean_square is None:
+        return None
+    points = np.vstack([found.point + part * (problem.cloud - found.point) for part in _SHRINK])
+    d = term_columns(points) - term_columns(found.point)
+    error = np.sqrt(whole.mean_square * np.einsum("ij,jk,ik->i", d, whole.unscaled_covariance, d))
+    k = problem.region.k
+    possible = points[d @ whole.beta <= np.sqrt(k * fdtri(k, whole.df, 0.95)) * error]
+    ends = np.vstack([possible, found.point])
+    return dict(zip(first.names, zip(ends.min(axis=0).tolist(), ends.max(axis=0).tolist(), strict=True), strict=True))

@@ -1,0 +1,116 @@
+"""How an optimum is shown: its levels, its confirmation, the Pareto front."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import partial
+
+from stemcal.doe.comparison import error_percent
+from stemcal.drawing.columns import factor
+from stemcal.drawing.plot import Plot
+from stemcal.drawing.showing import RANGE, Setting, Showing
+from stemcal.drawing.style import BLUE, FAINT, INK, ORANGE, Figure, legend_above, literal, new_figure
+from stemcal.drawing.table import Column, Table
+from stemcal.formats import interval, percent, significant
+from stemcal.stages.optimise.result import OPTIMUM, PRESENT, Cutter, OptimiseResult
+from stemcal.stages.rsm.result import RsmResult
+from stemcal.vocabulary import Wording
+
+
+class OptimiseShowing(Showing[OptimiseResult]):
+    """The words, tables and figures of an optimum."""
+
+    def outcome(self, result: OptimiseResult, names: Wording) -> list[str]:
+        return list(result.found)
+
+    def tables(self, result: OptimiseResult, names: Wording) -> list[Table]:
+        return [_levels_table(result, names), *_confirmations(result), *_front_table(result, names)]
+
+    def closing(self, result: OptimiseResult, setting: Setting) -> list[Table]:
+        return [_levels_table(result, Wording(setting.study.naming)), *_confirmations(result)]
+
+    def figures(self, result: OptimiseResult, setting: Setting) -> list[Plot]:
+        if not result.front:
+            return []
+        text = (
+            "Pareto front on the response surfaces (line), runs of the design (grey), and the simulated optimum and "
+            "present cutter. On the front, one response improves only if the other gets worse."
+        )
+        surface = setting.results.of(RsmResult)
+        return [Plot("pareto-front", "optimise", text, partial(pareto, result, surface))]
+
+
+def _levels_table(result: OptimiseResult, names: Wording) -> Table:
+    """Return the levels of both cutters."""
+    known = result.optimum_interval or {}
+    rows = [
+        {"factor": name, PRESENT: result.present_levels[name], OPTIMUM: level, "range": known.get(name)}
+        for name, level in result.optimum.items()
+    ]
+    columns = [
+        factor(names),
+        Column(PRESENT, "Present cutter", form=significant),
+        Column(OPTIMUM, "Optimum", form=significant),
+        Column("range", RANGE.capitalize(), form=lambda ends: "" if ends is None else interval(ends, 3), words=True),
+    ]
+    return Table.of(columns, rows, "Optimal and present cutter")
+
+
+def _confirmations(result: OptimiseResult) -> list[Table]:
+    """Return predicted against simulated values of each response, and the change from the present cutter."""
+    return [_confirmation(result, name) for name in result.predicted]
+
+
+def _confirmation(result: OptimiseResult, name: str) -> Table:
+    unit, key, before = result.named(name).written, result.key(name), result.present[name]
+
+    def error(one: Cutter) -> float | None:
+        value = one.outcome.of(key)
+        return None if value is None else error_percent(value, one.predicted[name])
+
+    def change(one: Cutter) -> float | None:
+        value = one.outcome.of(key)
+        return 100.0 * (value / before - 1.0) if value and before and one.cutter != PRESENT else None
+
+    columns = [
+        Column("cutter", "Cutter"),
+        Column("predicted", "Predicted", unit, significant, lambda one: one.predicted[name]),
+        Column("simulated", "Simulated", unit, significant, lambda one: one.outcome.of(key)),
+        Column("error_percent", "Error", "%", percent, error),
+        Column("change", "Change", "%", percent, change),
+    ]
+    foot = "Error in % = 100·(simulated − predicted)/simulated. Change: difference from the present cutter."
+    rows = [one for one in result.cutters if one.material is None]
+    return Table.of(columns, rows, f"Confirmation by simulation: {result.named(name).long}", (foot,))
+
+
+def _front_table(result: OptimiseResult, names: Wording) -> Iterator[Table]:
+    """Yield the points of the front."""
+    if not result.front:
+        return
+    columns = [Column(name, names.factor(name), form=significant) for name in result.optimum]
+    columns += [
+        Column(name, result.named(name).capital, result.named(name).written, significant) for name in result.predicted
+    ]
+    rows = [{**one.levels, **one.predicted} for one in result.front]
+    yield Table.of(columns, rows, "Pareto front on the response surfaces", detail=True)
+
+
+def pareto(result: OptimiseResult, surface: RsmResult | None) -> Figure:
+    """Return the front in the plane of both responses."""
+    x, y = result.optimised
+    with new_figure(height=3.4) as figure:
+        axes = figure.add_subplot()
+        runs = () if surface is None else (part.runs for part in surface.conditions)
+        every = [[run.outcome.number(result.key(name)) for name in (x, y)] for part in runs for run in part]
+        axes.plot([a for a, _ in every], [b for _, b in every], "o", color=FAINT, markersize=4, label="design runs")
+        front = [(point.predicted[x], point.predicted[y]) for point in result.front]
+        axes.plot(*zip(*front, strict=True), color=BLUE, label="front")
+        marks = {PRESENT: (result.present, "s", INK), OPTIMUM: (result.simulated, "*", ORANGE)}
+        for label, (values, mark, colour) in marks.items():
+            if (a := values[x]) is not None and (b := values[y]) is not None:
+                axes.plot(a, b, mark, color=colour, markersize=11, label=label)
+        for set_label, name in ((axes.set_xlabel, x), (axes.set_ylabel, y)):
+            set_label(literal(result.named(name).headed(result.named(name).long)))
+        legend_above(axes)
+    return figure

@@ -1,0 +1,247 @@
+"""The optimum of a goal: planted programs with a known optimum, and what the verdict makes of them."""
+
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from edits import accepted
+
+from stemcal.doe.calibration.region import Region
+from stemcal.doe.coding import Array
+from stemcal.doe.designs import SurfaceOptions, surface_design, surface_runs
+from stemcal.doe.regression.surface import fit_surface
+from stemcal.errors import TargetUnreachable
+from stemcal.runs.record import Outcome
+from stemcal.runs.study_folder import StudyFolder
+from stemcal.stages.fresh import make_all
+from stemcal.stages.optimise.analysis import gain_of
+from stemcal.stages.optimise.result import Cutter, OptimiseResult
+from stemcal.stages.optimise.search import NoneAllowed, Problem, best_of, intervals_of
+from stemcal.stages.results import fresh_results
+from stemcal.stages.stage import stage_called
+from stemcal.stages.verdict.result import Verdict
+from stemcal.stages.verdict.verdict_rules import verdict_of
+from stemcal.stages.work import HERE
+from stemcal.study.reading import load_study
+from stemcal.testing import check_stage
+
+SLOW = pytest.mark.slow
+NAMES = ("a", "b", "c", "e")
+PRESENT = np.array([0.8, -0.6, -0.5, 0.3])
+
+
+def force(x: Array) -> float:
+    """Least at (0.3, −0.2, 0.1, −0.4)."""
+    a, b, c, e = x - [0.3, -0.2, 0.1, -0.4]
+    return float(150 + 30 * a * a + 15 * b * b + 10 * c * c + 6 * e * e + 8 * a * c)
+
+
+def energy(x: Array) -> float:
+    """Least at (−0.4, 0.3, 0.3, −0.1)."""
+    a, b, c, e = x - [-0.4, 0.3, 0.3, -0.1]
+    return float(300 + 60 * a * a + 20 * b * b + 40 * c * c + 10 * e * e)
+
+
+LAWS: dict[str, Callable[[Array], float]] = {"response": force, "energy": energy}
+DESIGN = SurfaceOptions("box-behnken", 3)
+RUNS, RADIUS = surface_runs(4, DESIGN), surface_design("box-behnken").radius(4, DESIGN)
+REGION = Region(-np.ones(4), np.ones(4), RADIUS)
+
+
+def planted(count: int, noise: float, rng: np.random.Generator, **limits: float) -> Problem:
+    """Return the surfaces of one or two responses with a relative scatter."""
+    surfaces = {}
+    for name, law in list(LAWS.items())[:count]:
+        values = np.array([law(x) for x in RUNS]) * (1.0 + noise * rng.standard_normal(len(RUNS)))
+        surfaces[name] = replace(fit_surface(RUNS, values, NAMES), deterministic=noise == 0.0)
+    return Problem(surfaces, dict.fromkeys(surfaces, 1.0), limits, REGION)
+
+
+def test_optimum_of_one_response_without_scatter() -> None:
+    """The stationary point, to rounding."""
+    found = best_of(planted(1, 0.0, np.random.default_rng(0)))
+    assert found.point == pytest.approx([0.3, -0.2, 0.1, -0.4], abs=1e-5)
+    assert found.front == ()
+
+
+def test_front_of_two_quadratics() -> None:
+    """On the front the gradients are opposite (here no bound is active); the knee is farthest from its chord."""
+    problem = planted(2, 0.0, np.random.default_rng(0))
+    found = best_of(problem)
+    one, two = problem.surfaces.values()
+    assert found.front[0] == pytest.approx([0.3, -0.2, 0.1, -0.4], abs=2e-2)
+    assert found.front[-1] == pytest.approx([-0.4, 0.3, 0.3, -0.1], abs=2e-2)
+    for x in found.front[2:-2]:
+        p, q = one.gradient(x), two.gradient(x)
+        assert p @ q / np.linalg.norm(p) / np.linalg.norm(q) == pytest.approx(-1.0, abs=1e-3)
+    y = np.array([[float(s.predict(x)[0]) for s in (one, two)] for x in (*found.front, found.point)])
+    scaled = (y - y[:-1].min(axis=0)) / np.ptp(y[:-1], axis=0)
+    depth = 1.0 - scaled.sum(axis=1)  # √2 times the distance from the chord
+    assert depth[-1] >= depth[:-1].max() - 1e-9
+    assert depth[-1] > 0.3
+
+
+def test_limit_moves_the_optimum_to_its_border() -> None:
+    """min energy with force ≤ 160 N: force is 160 N there, and the gradients are opposite (Lagrange)."""
+    whole = planted(2, 0.0, np.random.default_rng(0))
+    problem = replace(whole, signs={"energy": 1.0}, limits={"response": 160.0})
+    x = best_of(problem).point
+    p, q = (problem.surfaces[name].gradient(x) for name in ("response", "energy"))
+    assert float(problem.surfaces["response"].predict(x)[0]) == pytest.approx(160.0, abs=1e-4)
+    assert p @ q / np.linalg.norm(p) / np.linalg.norm(q) == pytest.approx(-1.0, abs=1e-4)
+
+
+def test_limits_that_exclude_everything() -> None:
+    with pytest.raises(NoneAllowed, match=r"smallest 150\)"):
+        best_of(planted(1, 0.0, np.random.default_rng(0), response=149.0))
+
+
+def truth(count: int) -> Array:
+    return best_of(planted(count, 0.0, np.random.default_rng(0))).point
+
+
+@pytest.mark.parametrize(("count", "noise"), [(1, 0.0), (2, 0.0), (1, 0.02), pytest.param(2, 0.02, marks=SLOW)])
+def test_planted_optimum_is_within_its_interval(count: int, noise: float) -> None:
+    """20 of 20; at a scatter of 2 % the intervals leave out part of the range of each factor."""
+    rng, true, shares = np.random.default_rng(5), truth(count), []
+    for _ in range(20 if noise else 1):
+        problem = planted(count, noise, rng)
+        low, high = np.array(list((intervals_of(problem, best_of(problem)) or {}).values())).T
+        assert np.all((true >= low - 2e-4) & (true <= high + 2e-4))
+        shares.append((high - low) / 2.0)
+    assert np.mean(shares) < (0.7 if noise else 1e-6)
+
+
+def simulated(x: Array, noise: float, rng: np.random.Generator) -> Cutter:
+    values = {name: law(x) * (1.0 + noise * float(rng.standard_normal())) for name, law in LAWS.items()}
+    outcome = Outcome(response=values["response"], responses={"energy": values["energy"]}, key="k")
+    return Cutter(cutter="", levels={}, predicted={}, prediction_interval={}, outcome=outcome)
+
+
+@pytest.mark.parametrize("count", [1, pytest.param(2, marks=SLOW)])
+def test_coverage_of_the_gain(count: int) -> None:
+    """Over 100 studies with a scatter of 2 %, the 95 % interval contains the true gain in 90 to 99 of them."""
+    rng = np.random.default_rng(1)
+    covered = dict.fromkeys(list(LAWS)[:count], 0)
+    for _ in range(100):
+        problem = planted(count, 0.02, rng)
+        x = best_of(problem).point
+        cutters = [simulated(x, 0.02, rng), simulated(PRESENT, 0.02, rng)]
+        for name, surface in problem.surfaces.items():
+            found, law = gain_of(name, 1.0, surface, cutters, []), LAWS[name]
+            assert found is not None
+            _, low, high = found.gain
+            covered[name] += low <= 100.0 * (1.0 - law(x) / law(PRESENT)) <= high
+    assert all(90 <= hits <= 99 for hits in covered.values()), covered
+
+
+# ---- whole studies
+
+SPEC = """\
+name: planted
+responses: [{name: force, unit: N}, {name: energy, unit: mJ}]
+factors:
+  - {name: a, unit: deg, low: -1, high: 1}
+  - {name: b, low: -1, high: 1}
+  - {name: c, low: -1, high: 1}
+  - {name: e, low: -1, high: 1}
+solver: {kind: python, file: laws.py, class: Laws}
+screen: {design: none}
+rsm: {design: box-behnken, factors: [a, b, c, e], centre_points: 1}
+"""
+PROGRAM = """\
+class Laws:
+    def solve(self, levels, condition):
+        a, b, c, e = (levels[name] for name in "abce")
+        force = 150 + 30 * (a - 0.3)**2 + 15 * (b + 0.2)**2 + 10 * (c - 0.1)**2 + 6 * (e + 0.4)**2
+        return {"force": force, "energy": 300 + 60 * (a + 0.4)**2 + 20 * (b - 0.3)**2 - 40 * c + 10 * e}
+"""
+
+
+def optimised(folder: Path, goal: str) -> tuple[OptimiseResult | None, Verdict]:
+    """Take a study with a goal through its stages; None where no optimum is found."""
+    (folder / "laws.py").write_text(PROGRAM, encoding="utf-8")
+    (folder / "spec.yaml").write_text(SPEC + goal, encoding="utf-8")
+    study, place = load_study(folder / "spec.yaml"), StudyFolder(folder / "out")
+    with suppress(TargetUnreachable):
+        make_all(study, place, HERE)
+    verdict = verdict_of(study, place)
+    accepted(SPEC + goal, verdict, study.source)
+    return fresh_results(study, place).of(OptimiseResult), verdict
+
+
+def kinds(verdict: Verdict) -> set[str]:
+    return {reason.kind for reason in verdict.reasons}
+
+
+def test_confirmed(tmp_path: Path) -> None:
+    """The gain of the simulated optimum over the present cutter, by the planted law."""
+    goal = "goal: {minimise: [force]}\noptimise: {present: {a: -0.5 deg, b: 0.5}}\n"
+    found, verdict = optimised(tmp_path, goal)
+    assert found is not None
+    assert verdict.verdict == "calibrated"
+    assert found.optimum == pytest.approx({"a": 0.3, "b": -0.2, "c": 0.1, "e": -0.4}, abs=1e-3)
+    assert found.present_levels == {"a": -0.5, "b": 0.5, "c": 0.0, "e": 0.0}
+    before = 150 + 30 * 0.64 + 15 * 0.49 + 10 * 0.01 + 6 * 0.16
+    gain = found.gain_percent["force"]
+    assert found.present["force"] == pytest.approx(before)
+    assert gain is not None
+    assert gain[0] == pytest.approx(100 * (1 - 150 / before), abs=1e-3)
+    assert verdict.found[0].startswith("maximum force 150 N, 16 % less than the present cutter (95 %: 16 to 16 %)")
+
+
+def test_maximise(tmp_path: Path) -> None:
+    """The greatest force is at the border of the region: a and b away from their optimum, no range beyond it."""
+    found, verdict = optimised(tmp_path, "goal: {maximise: [force]}\n")
+    assert found is not None
+    gain = found.gain_percent["force"]
+    assert gain is not None
+    assert gain[0] > 20.0
+    assert found.maximised == ("force",)
+    assert "at_edge" in kinds(verdict)
+
+
+def test_the_present_cutter_is_the_optimum(tmp_path: Path) -> None:
+    goal = "goal: {minimise: [force]}\noptimise: {present: {a: 0.3, b: -0.2, c: 0.1, e: -0.4}}\n"
+    _, verdict = optimised(tmp_path, goal)
+    assert kinds(verdict) & {"not_distinguishable", "present_is_better"}
+    assert verdict.verdict == "not_calibrated"
+
+
+def test_edge_of_a_range(tmp_path: Path) -> None:
+    """The energy falls with c everywhere: the remedy widens that range."""
+    found, verdict = optimised(tmp_path, "goal: {minimise: [energy]}\n")
+    assert found is not None
+    assert found.edges["c"] == "high"
+    (edge,) = (one for one in verdict.reasons if one.kind == "at_edge" and "c" in one.text.split())
+    assert edge.remedy is not None
+    assert edge.remedy.edit == "factors: [{name: c, high: 2}]"
+
+
+def test_limits_that_exclude_every_run(tmp_path: Path) -> None:
+    found, verdict = optimised(tmp_path, "goal: {minimise: [energy], at_most: {force: 140}}\n")
+    assert found is None
+    assert "limits_exclude_all" in kinds(verdict)
+    assert verdict.verdict == "not_calibrated"
+
+
+def test_front_of_a_study(tmp_path: Path) -> None:
+    """Both ends of the front are simulated; on the knee both responses are between those of the ends."""
+    found, _ = optimised(tmp_path, "goal: {minimise: [energy, force]}\n")
+    assert found is not None
+    assert [one.cutter for one in found.cutters] == ["optimum", "present", "front, end 1", "front, end 2"]
+    for name in ("energy", "force"):
+        ends = sorted(one.outcome.number(found.key(name)) for one in found.cutters[2:])
+        value = found.simulated[name]
+        assert value is not None
+        assert ends[0] < value < ends[1]
+    assert len(found.front) == 13
+
+
+def test_stage_passes_the_checks(tmp_path: Path) -> None:
+    optimised(tmp_path, goal := "goal: {minimise: [energy, force]}\n")
+    assert goal in (tmp_path / "spec.yaml").read_text(encoding="utf-8")
+    check_stage(stage_called("optimise"), tmp_path / "spec.yaml")

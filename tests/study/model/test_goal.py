@@ -1,0 +1,63 @@
+"""A goal instead of targets: its responses, units and the condition of its surfaces."""
+
+from math import isnan
+from pathlib import Path
+
+import pytest
+
+from stemcal.study.model.study import Study
+from stemcal.study.reading import load_study
+
+EMBEDDED = """\
+name: cutter
+factors:
+  - {name: edge_angle, unit: deg, low: 15, high: 60}
+  - {name: speed, unit: m/s, low: 0.5, high: 3}
+material: {density: 1100 kg/m3, elastic_modulus: 1000 MPa, poisson_ratio: 0.3, yield_stress: 15 MPa,
+  tangent_modulus: 0.5 MPa, hardening_parameter: 0.05, failure_strain: 0.03}
+specimen: {outer_diameter: 10 mm}
+loading: {until: severed}
+solver: {rate_law: none}
+screen: {design: none}
+rsm: {factors: [edge_angle, speed]}
+"""
+OWN = """\
+name: own
+responses: [{name: energy, unit: J}, {name: mass, unit: g}]
+factors: [{name: a, low: 0, high: 1}, {name: b, low: 0, high: 1}]
+solver: {kind: sheet}
+screen: {design: none}
+rsm: {factors: [a, b]}
+"""
+
+
+def read(folder: Path, text: str) -> Study:
+    path = folder / "spec.yaml"
+    path.write_text(text, encoding="utf-8")
+    return load_study(path)
+
+
+def test_goal_of_the_cutting_test(tmp_path: Path) -> None:
+    """Responses have their places among those of a cut, limits their units, surfaces the diameter of the specimen."""
+    goal = "goal: {minimise: [cutting_energy, force], at_most: {force: 0.15 kN, travel: 1 cm}}\n"
+    study = read(tmp_path, EMBEDDED + goal)
+    assert study.goal is not None
+    assert study.goal.signs == {"cutting_energy": 1.0, "response": 1.0}
+    assert study.goal.at_most == pytest.approx({"response": 150.0, "travel": 10.0})
+    assert study.naming.response.name == "force"
+    assert [one.name for one in study.naming.further] == ["travel", "work", "cutting_energy"]
+    assert study.fitted_responses == ("response", "cutting_energy", "travel")
+    (place,) = study.joint_targets
+    assert place.condition == study.targets.calibrate_at == 10.0
+    assert isnan(place.response)
+    assert study.targets.means == ()
+
+
+def test_goal_of_a_program(tmp_path: Path) -> None:
+    """A declared response has its own unit; the study has no condition."""
+    study = read(tmp_path, f"{OWN}goal: {{maximise: [mass], at_most: {{energy: 500 mJ}}}}\n")
+    assert study.goal is not None
+    assert study.goal.signs == {"mass": -1.0}
+    assert study.goal.at_most == pytest.approx({"response": 0.5})
+    assert study.targets.calibrate_at == 0.0
+    assert study.naming.condition is None
