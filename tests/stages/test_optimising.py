@@ -19,7 +19,7 @@ from stemcal.runs.study_folder import StudyFolder
 from stemcal.stages.fresh import make_all
 from stemcal.stages.optimise.analysis import gain_of
 from stemcal.stages.optimise.result import Cutter, OptimiseResult
-from stemcal.stages.optimise.search import NoneAllowed, Problem, best_of, intervals_of
+from stemcal.stages.optimise.search import NoneAllowed, Problem, find_optimum, intervals_of
 from stemcal.stages.results import fresh_results
 from stemcal.stages.stage import stage_called
 from stemcal.stages.verdict.result import Verdict
@@ -62,7 +62,7 @@ def planted(count: int, noise: float, rng: np.random.Generator, **limits: float)
 
 def test_optimum_of_one_response_without_scatter() -> None:
     """The stationary point, to rounding."""
-    found = best_of(planted(1, 0.0, np.random.default_rng(0)))
+    found = find_optimum(planted(1, 0.0, np.random.default_rng(0)))
     assert found.point == pytest.approx([0.3, -0.2, 0.1, -0.4], abs=1e-5)
     assert found.front == ()
 
@@ -70,7 +70,7 @@ def test_optimum_of_one_response_without_scatter() -> None:
 def test_front_of_two_quadratics() -> None:
     """On the front the gradients are opposite (here no bound is active); the knee is farthest from its chord."""
     problem = planted(2, 0.0, np.random.default_rng(0))
-    found = best_of(problem)
+    found = find_optimum(problem)
     one, two = problem.surfaces.values()
     assert found.front[0] == pytest.approx([0.3, -0.2, 0.1, -0.4], abs=2e-2)
     assert found.front[-1] == pytest.approx([-0.4, 0.3, 0.3, -0.1], abs=2e-2)
@@ -88,7 +88,7 @@ def test_limit_moves_the_optimum_to_its_border() -> None:
     """min energy with force ≤ 160 N: force is 160 N there, and the gradients are opposite (Lagrange)."""
     whole = planted(2, 0.0, np.random.default_rng(0))
     problem = replace(whole, signs={"energy": 1.0}, limits={"response": 160.0})
-    x = best_of(problem).point
+    x = find_optimum(problem).point
     p, q = (problem.surfaces[name].gradient(x) for name in ("response", "energy"))
     assert float(problem.surfaces["response"].predict(x)[0]) == pytest.approx(160.0, abs=1e-4)
     assert p @ q / np.linalg.norm(p) / np.linalg.norm(q) == pytest.approx(-1.0, abs=1e-4)
@@ -96,11 +96,11 @@ def test_limit_moves_the_optimum_to_its_border() -> None:
 
 def test_limits_that_exclude_everything() -> None:
     with pytest.raises(NoneAllowed, match=r"smallest 150\)"):
-        best_of(planted(1, 0.0, np.random.default_rng(0), response=149.0))
+        find_optimum(planted(1, 0.0, np.random.default_rng(0), response=149.0))
 
 
 def truth(count: int) -> Array:
-    return best_of(planted(count, 0.0, np.random.default_rng(0))).point
+    return find_optimum(planted(count, 0.0, np.random.default_rng(0))).point
 
 
 @pytest.mark.parametrize(("count", "noise"), [(1, 0.0), (2, 0.0), (1, 0.02), pytest.param(2, 0.02, marks=SLOW)])
@@ -109,7 +109,7 @@ def test_planted_optimum_is_within_its_interval(count: int, noise: float) -> Non
     rng, true, shares = np.random.default_rng(5), truth(count), []
     for _ in range(20 if noise else 1):
         problem = planted(count, noise, rng)
-        low, high = np.array(list((intervals_of(problem, best_of(problem)) or {}).values())).T
+        low, high = np.array(list((intervals_of(problem, find_optimum(problem)) or {}).values())).T
         assert np.all((true >= low - 2e-4) & (true <= high + 2e-4))
         shares.append((high - low) / 2.0)
     assert np.mean(shares) < (0.7 if noise else 1e-6)
@@ -128,7 +128,7 @@ def test_coverage_of_the_gain(count: int) -> None:
     covered = dict.fromkeys(list(LAWS)[:count], 0)
     for _ in range(100):
         problem = planted(count, 0.02, rng)
-        x = best_of(problem).point
+        x = find_optimum(problem).point
         cutters = [simulated(x, 0.02, rng), simulated(PRESENT, 0.02, rng)]
         for name, surface in problem.surfaces.items():
             found, law = gain_of(name, 1.0, surface, cutters, []), LAWS[name]

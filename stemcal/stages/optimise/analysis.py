@@ -24,7 +24,7 @@ from stemcal.stages.fitting import fitted_surfaces, measured_means
 from stemcal.stages.fresh import read_fresh
 from stemcal.stages.optimise.options import present_levels
 from stemcal.stages.optimise.result import OPTIMUM, PRESENT, Cutter, FrontPoint, Gain, OptimiseResult
-from stemcal.stages.optimise.search import NoneAllowed, Optimum, Problem, best_of, intervals_of
+from stemcal.stages.optimise.search import NoneAllowed, Optimum, Problem, find_optimum, intervals_of
 from stemcal.stages.result import Head, Interval
 from stemcal.stages.rsm.result import RsmResult
 from stemcal.stages.work import Work, a_stage
@@ -41,7 +41,7 @@ def optimise(work: Work, head: Head) -> OptimiseResult:
     """Find the optimum on the surfaces, simulate it and the present cutter, and compare."""
     study, surface, name = work.study, work.result(RsmResult), _namer(work.study)
     problem = problem_of(study, surface)
-    found = best_of(problem)
+    found = find_optimum(problem)
     cutters = _simulated(work, _cutters(study, surface, problem, found), pictured=True)
     elsewhere = _in_materials(work, cutters[:2])
     gains = {
@@ -228,7 +228,7 @@ def foresee(study: Study, solver: Solver, folder: StudyFolder | None) -> Asked:
         if folder is not None:
             surface = read_fresh(study, solver, folder, RsmResult)
             problem = problem_of(study, surface)
-            cutters = [one.levels for one in _cutters(study, surface, problem, best_of(problem))]
+            cutters = [one.levels for one in _cutters(study, surface, problem, find_optimum(problem))]
     count = 2 if study.goal is None or len(study.goal.signs) == 1 else 4
     levels = [study.midlevels()] * count if cutters is None else cutters
     at, note = study.targets.calibrate_at, None

@@ -117,7 +117,7 @@ class Optimum:
     front: tuple[Array, ...] = ()
 
 
-def best_of(problem: Problem) -> Optimum:
+def find_optimum(problem: Problem) -> Optimum:
     """Return the least point of one response, or the front of two and its knee."""
     if len(problem.signs) == 1:
         return Optimum(problem.least(problem.signs), problem.signs)

@@ -37,7 +37,7 @@ class OptimiseShowing(Showing[OptimiseResult]):
             "present cutter. On the front, one response improves only if the other gets worse."
         )
         surface = setting.results.of(RsmResult)
-        return [Plot("pareto-front", "optimise", text, partial(pareto, result, surface))]
+        return [Plot("pareto-front", "optimise", text, partial(draw_front, result, surface))]
 
 
 def _levels_table(result: OptimiseResult, names: Wording) -> Table:
@@ -96,7 +96,7 @@ def _front_table(result: OptimiseResult, names: Wording) -> Iterator[Table]:
     yield Table.of(columns, rows, "Pareto front on the response surfaces", detail=True)
 
 
-def pareto(result: OptimiseResult, surface: RsmResult | None) -> Figure:
+def draw_front(result: OptimiseResult, surface: RsmResult | None) -> Figure:
     """Return the front in the plane of both responses."""
     x, y = result.optimised
     with new_figure(height=3.4) as figure:
