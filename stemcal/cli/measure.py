@@ -82,10 +82,13 @@ def diameters(
 ) -> None:
     """Fit a normal distribution to stem diameters and define diameter grades.
 
+    If the table also has columns of the bore or the thickness of the skin, their means per grade are printed as the
+    tables of a spec.
+
     Example: [bold]stemcal measure diameters configs/data/measured-diameters.csv --grades 7,8,9,10,11[/bold]
     """
     from stemcal.drawing.table import Table
-    from stemcal.measured.diameters import measure_diameters
+    from stemcal.measured.diameters import geometry_section, measure_diameters
     from stemcal.measured.tables import Form
     from stemcal.overview import measured_tests as tables
     from stemcal.report import curves as figures
@@ -97,9 +100,11 @@ def diameters(
         raise UsageError(f"--grades {grades}: write diameters in mm separated by commas, such as 7,8,9,10,11") from None
     stems = measure_diameters(file, form, nominal, step, diameter_column, label_column)
     content = {"schema_version": 3, "stage": "measure-diameters", **to_json(stems)}
+    section = geometry_section(stems)
     if out:
-        _leave_files(out, content, Table.of_rows(stems.stems), {"diameters": figures.diameter_histogram(stems)})
-    _show(content, stems.synthetic, tables.diameter_tables(stems), stems.notes, as_json, quiet)
+        drawn = {"diameters": figures.diameter_histogram(stems)}
+        _leave_files(out, content, Table.of_rows(stems.stems), drawn, section, "specimen")
+    _show(content, stems.synthetic, tables.diameter_tables(stems), stems.notes, as_json, quiet, section)
 
 
 @app.command()
@@ -227,7 +232,12 @@ def _rewrite(spec: Path, change: Callable[[str], str]) -> None:
 
 
 def _leave_files(
-    folder: Path, content: Mapping[str, Any], rows: Table, figures: dict[str, Figure], section: str = ""
+    folder: Path,
+    content: Mapping[str, Any],
+    rows: Table,
+    figures: dict[str, Figure],
+    section: str = "",
+    called: str = "targets",
 ) -> None:
     """Write the results as JSON, their rows as CSV, the figures as SVG and PNG."""
     from stemcal.drawing.style import save
@@ -236,7 +246,7 @@ def _leave_files(
 
     folder.mkdir(parents=True, exist_ok=True)
     stage = content["stage"]
-    texts = {f"{stage}.json": as_json(content), f"{stage}.csv": rows.csv(), "targets.yaml": section}
+    texts = {f"{stage}.json": as_json(content), f"{stage}.csv": rows.csv(), f"{called}.yaml": section}
     for name, text in texts.items():
         if text:
             write_atomic(folder / name, text)

@@ -3,8 +3,8 @@
 import math
 import re
 from collections import Counter
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from itertools import groupby, pairwise
 from pathlib import Path
 
@@ -12,7 +12,7 @@ import numpy as np
 
 from stemcal.errors import UsageError
 from stemcal.formats import counted, series
-from stemcal.measured.headings import DIAMETER, LABEL, MILLIMETRES, is_called, is_missing, quoted
+from stemcal.measured.headings import BORE, DIAMETER, LABEL, MILLIMETRES, SKIN, is_called, is_missing, quoted
 from stemcal.measured.statistics import ShapiroWilk, Summary, shapiro_wilk, summarise
 from stemcal.measured.tables import Form, TextTable, columns_of, given_columns, matching, read_table, scale_of
 from stemcal.notes import Note, Remedy
@@ -55,6 +55,9 @@ class Diameters(Spread):
     summary: Summary = inline()
     normality: ShapiroWilk
     grades: Rows[Grade]
+    bore: dict[str, float] = field(default_factory=dict)
+    skin: dict[str, float] = field(default_factory=dict)
+    """Mean bore diameter and mean thickness of the skin of the stems in each grade, mm, if these were measured."""
     share_percent: float
     synthetic: bool
     notes: tuple[Note, ...] = ()
@@ -92,10 +95,35 @@ def measure_diameters(
         summary=summary,
         normality=shapiro_wilk(values),
         grades=grades_of_stems,
+        bore=_by_grade(table, labels, matching(table, BORE, MILLIMETRES), stems, grades_of_stems),
+        skin=_by_grade(table, labels, matching(table, SKIN, MILLIMETRES), stems, grades_of_stems),
         share_percent=sum(grade.share_percent for grade in grades_of_stems),
         synthetic=table.synthetic,
         notes=notes,
     )
+
+
+def _by_grade(
+    table: TextTable, labels: Sequence[int], columns: Sequence[int], stems: Mapping[str, Sequence[float]],
+    grades: Sequence[Grade],
+) -> dict[str, float]:  # fmt: skip
+    """Return the mean of a length inside the stems of each grade, mm, by its diameter; of the first of the columns."""
+    inside = {name: float(np.mean(each)) for name, each in _stems_of(table, labels, columns[:1], least=-1e-9).items()}
+    sizes = {name: float(np.mean(each)) for name, each in stems.items() if name in inside}
+    for name, size in sizes.items():
+        if inside[name] >= size:
+            place = f"{table.source}: stem {quoted(name)[1:-1]}: {quoted(table.columns[columns[0]])}"
+            raise UsageError(f"{place} is {inside[name]:g} mm, but the diameter {size:g} mm; correct one of them")
+    of_grades = {g.diameter: [inside[n] for n, d in sizes.items() if g.low <= d < g.high] for g in grades}
+    return {f"{diameter:g} mm": float(f"{np.mean(each):.4g}") for diameter, each in of_grades.items() if each}
+
+
+def geometry_section(found: Diameters) -> str:
+    """Return the measured bore and skin as the tables of a spec in YAML; empty if neither was measured."""
+    bore, skin = (", ".join(f"{d}: {mm:g} mm" for d, mm in one.items()) for one in (found.bore, found.skin))
+    specimen = f"specimen:\n  bore: {{{bore}}}\n" if bore else ""
+    layers = f"layers:\n  - {{name: skin, thickness: {{{skin}}}}}\n  - {{name: pith}}\n" if skin else ""
+    return specimen + layers
 
 
 def _check_grades(grades: Sequence[float], step: float) -> None:
@@ -127,8 +155,10 @@ def _label(cells: Sequence[str], row: int, labels: Sequence[int]) -> str:
     return " ".join(cells[i] for i in labels) if labels else str(row + 1)
 
 
-def _stems_of(table: TextTable, labels: Sequence[int], columns: Sequence[int]) -> dict[str, list[float]]:
-    """Return the readings (mm) of every stem: those of its row, and of all rows that carry its label."""
+def _stems_of(
+    table: TextTable, labels: Sequence[int], columns: Sequence[int], least: float = 0.0
+) -> dict[str, list[float]]:
+    """Return the readings (mm, above `least`) of every stem: those of its row, and of all rows with its label."""
     scales = {column: scale_of(table, column, MILLIMETRES, "mm") for column in columns}
     stems: dict[str, list[float]] = {}
     for row, cells in enumerate(table.rows):
@@ -137,7 +167,7 @@ def _stems_of(table: TextTable, labels: Sequence[int], columns: Sequence[int]) -
         for column in columns:
             value = table.number(row, column)
             if value is not None:
-                stems.setdefault(name, []).append(checked_diameter(value * scales[column], place))
+                stems.setdefault(name, []).append(checked_diameter(value * scales[column], place, least))
             elif not is_missing(cells[column]):
                 raise UsageError(f"{place}: {quoted(cells[column])} is not a number")
     return stems
@@ -171,9 +201,9 @@ def _words(table: TextTable, column: int) -> bool:
     return all(table.number(row, column) is None for row in range(len(table.rows)))
 
 
-def checked_diameter(value: float, place: str) -> float:
+def checked_diameter(value: float, place: str, least: float = 0.0) -> float:
     """Return a diameter (mm) that a stem may have; raise `UsageError` for another, naming the place."""
-    if not 0.0 < value < WIDEST:
+    if not least < value < WIDEST:
         raise UsageError(f"{place}: {value:g} mm is not a plausible diameter; correct the value or add its unit")
     return value
 
@@ -189,7 +219,8 @@ def _label_columns(table: TextTable) -> list[int]:
 
 def _reading_columns(table: TextTable, labels: Sequence[int]) -> list[int]:
     """Return the columns called diameters, or the only one of numbers next to the labels if none has a heading."""
-    if named := matching(table, DIAMETER, MILLIMETRES):
+    inside = {*matching(table, BORE), *matching(table, SKIN)}
+    if named := [i for i in matching(table, DIAMETER, MILLIMETRES) if i not in inside]:
         return named
     numeric = [i for i in range(len(table.columns)) if i not in labels and not _words(table, i)]
     if len(numeric) == 1 and not table.headed:

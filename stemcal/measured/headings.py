@@ -75,6 +75,10 @@ DIAMETER = (
     *("diameter", "durchmesser", "diametro", "diámetro", "diamètre", "çap", "диаметр", "діаметр"),
     *("直径", "径", "직경", "지름", "reading", "measurement", "d1", "d2", "d3", "d4"),
 )
+BORE = ("bore", "inner", "inside", "innen", "innendurchmesser", "interior", "intérieur", "interno", "iç", "внутренний",
+        "внутрішній", "内径", "孔径", "내경")  # fmt: skip
+SKIN = ("skin", "bark", "rind", "phloem", "epidermis", "rinde", "écorce", "corteza", "corteccia", "casca", "kabuk",
+        "кора", "皮", "皮厚", "표피")  # fmt: skip
 LABEL = (
     *("stem", "sample", "specimen", "plant", "no", "no.", "nr", "nr.", "id", "number", "numune", "образец", "номер"),
     *("编号", "序号", "试样", "茎", "시편", "번호"),

@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 
 from stemcal.errors import UsageError
-from stemcal.measured.diameters import _proposed_grades, measure_diameters
+from stemcal.measured.diameters import _proposed_grades, geometry_section, measure_diameters
 from stemcal.measured.shear import find_files, measure_shear, read_index, section_of, target_rows
 from stemcal.measured.shear_curves import CurveOptions, contact_begins, read_curves
+from stemcal.study.model.layers import layers_at
+from stemcal.study.reading.read import read_study
 
 DATA = Path(__file__).parents[2] / "configs" / "data"
 MEANS = {7.0: 120.0, 8.0: 159.2, 9.0: 213.8, 10.0: 300.0, 11.0: 378.2}
@@ -250,3 +252,42 @@ def test_adjacent_readings_of_a_stem_are_no_question(tmp_path: Path) -> None:
     path.write_text("plant,diameter\n1,6.0\n1,6.2\n2,7.0\n2,7.2\n3,8.0\n3,8.2\n")
     found = measure_diameters(path)
     assert [stem.diameter for stem in found.stems] == pytest.approx([6.1, 7.1, 8.1]) and found.notes == ()
+
+
+SECTIONED = """\
+stem;outer diameter (mm);inner diameter (mm);skin thickness / mm
+a;6.9;2.7;0.40
+a;7.1;2.9;0.42
+b;7.2;2.6;
+c;8.1;3.3;0.50
+d;7.9;3.1;0.52
+e;10.2;0;0.71
+"""
+
+
+def test_bore_and_skin_are_means_of_each_grade_and_a_spec_reads_them(tmp_path: Path) -> None:
+    """7 mm: stems a (7.0; 2.8, .41) and b (7.2; 2.6); 8 mm: c, d; 10 mm: e, a solid stem. Of 9 mm there are none."""
+    path = tmp_path / "sections.csv"
+    path.write_text(SECTIONED, encoding="utf-8")
+    found = measure_diameters(path)
+    assert [stem.diameter for stem in found.stems] == pytest.approx((7.0, 7.2, 8.1, 7.9, 10.2))
+    assert found.bore == pytest.approx({"7 mm": 2.7, "8 mm": 3.2, "10 mm": 0.0})
+    assert found.skin == pytest.approx({"7 mm": 0.41, "8 mm": 0.51, "10 mm": 0.71})
+    spec = "name: a\nfactors:\n  - {name: yield_stress, unit: MPa, low: 10, high: 20}\nmaterial: {density: 1100 kg/m3, "
+    spec += "elastic_modulus: 1 GPa, poisson_ratio: 0.3, tangent_modulus: 0.5 MPa, hardening_parameter: 0, "
+    spec += "failure_strain: 0.03}\nsolver: {kind: embedded, rate_law: none}\n"
+    spec += "targets: [{diameter: 8 mm, force: 100 N}, {diameter: 9 mm, force: 130 N}]\n"
+    study = read_study((spec + geometry_section(found)).encode(), tmp_path / "study.yaml")
+    assert study.specimen.ratio_at(8.0) == pytest.approx(3.2 / 8.0)
+    assert study.specimen.ratio_at(9.0) == pytest.approx(1.6 / 9.0)
+    outer, _ = layers_at(study, {}, 9.0)
+    assert outer.thickness == pytest.approx(0.61)
+
+
+def test_a_diameter_alone_has_no_section_and_a_bore_is_smaller(tmp_path: Path) -> None:
+    path = tmp_path / "sections.csv"
+    path.write_text("d,bore\n7 mm,\n".replace(" mm", "") + "7.1,\n8.2,\n", encoding="utf-8")
+    assert geometry_section(measure_diameters(path, column="d")) == ""
+    path.write_text("stem,diameter,bore\n1,7,2\n2,8,8.1\n3,9,3\n", encoding="utf-8")
+    with pytest.raises(UsageError, match=r"stem 2: 'bore' is 8.1 mm, but the diameter 8 mm"):
+        measure_diameters(path)
