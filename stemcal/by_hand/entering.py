@@ -219,6 +219,7 @@ def _record(key: str, result: _Result, solver: Solver, folder: StudyFolder, beca
 # ---- from Python
 
 
+@dataclass(frozen=True)  # equal ones of two copies of a study
 class AskAndTell:
     """Lists the pending runs in a study folder and records their results; see `Study.ask` and `Study.tell`."""
 
