@@ -18,7 +18,8 @@ Ints = NDArray[np.int32]
 
 _HAIR = 1.0e-9  # mm
 # Elements nearer to the plane than half the blade's thickness and this number of internal lengths are never deleted:
-# there the flanks crush what parts, and the weight of the mean strain, exp(−r²/ℓ²), falls to 2 %.
+# the weight of the mean strain, exp(−r²/ℓ²), falls to 2 % there. Nor are those within half the height of the body: so
+# far the flanks crush what parts, and deleted hinges over near supports would make the force depend on the mesh.
 _LENGTHS = 2.0
 # The wedge of the flanks reaches this number of its half thickness beyond the plane, for nodes that have crossed it.
 _BEYOND = 50.0
@@ -52,7 +53,7 @@ def spared(mesh: Mesh, tools: tuple[Tool, ...], length: float) -> NDArray[np.boo
         return np.zeros(len(mesh.hexes), dtype=bool)
     half = np.ptp(np.array(tools[tool].corners)[:, 0]) / 2.0 + tools[tool].radius
     away = np.abs(mesh.nodes[mesh.hexes, 0].mean(axis=1) - (tools[tool].edge or 0.0))
-    return np.asarray(away < half + _LENGTHS * length)
+    return np.asarray(away < half + max(_LENGTHS * length, 0.5 * float(np.ptp(mesh.nodes[:, 2]))))
 
 
 def cut_plane(tools: tuple[Tool, ...], mesh: Mesh, spread: SpreadEdge) -> CutPlane:

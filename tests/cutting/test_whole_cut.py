@@ -21,10 +21,11 @@ def cut(
     diameter: float = 15.0,
     speed: float = 3000.0,
     coarsening_around: float = 2.0,
+    lengths: float = 1.0,
     **blade: Any,
 ) -> ShearTest:
     """Return the cut of a solid stem of 15 mm over a span of 8 mm, as a pruner does it, at true mass."""
-    law = Material(1.1e-9, 1000.0, 0.3, 20.0, 12.0, 0.05, failure_strain=0.05, internal_length=diameter / 4.5)
+    law = Material(1.1e-9, 1000.0, 0.3, 20.0, 12.0, 0.05, failure_strain=0.05, internal_length=lengths * diameter / 4.5)
     how = Discretisation(
         element_size=diameter / elements,
         symmetry=symmetry,
@@ -36,7 +37,7 @@ def cut(
     return ShearTest(
         law,
         stem=Stem(diameter, 0.0, 50.0),
-        blade=Blade(**{"edge_spread": diameter / 9.5, **blade}),
+        blade=Blade(**{"edge_spread": lengths * diameter / 9.5, **blade}),
         supports=Supports(8.0, 1.0),
         loading=Loading(speed, 0.9 * diameter / speed, until="severed"),
         contact=Contact(0.15, 0.10),
@@ -124,6 +125,16 @@ def test_force_and_energy_converge(edge_angle: float, thickness: float) -> None:
     cuts = [
         result_of(elements=n, edge_angle=edge_angle, thickness=thickness, coarsening_around=1.0) for n in (16, 20, 24)
     ]
+    for name, spread in (("peak_force", 0.06), ("cutting_energy", 0.04)):
+        values = [getattr(one, name) for one in cuts]
+        assert max(values) / min(values) < 1.0 + spread
+
+
+@pytest.mark.slow
+def test_force_and_energy_converge_with_half_the_lengths() -> None:
+    """With `internal_length` and `edge_spread` × ½ no hinge beside the cut is deleted at any element size."""
+    cuts = [result_of(elements=n, thickness=3.0, lengths=0.5) for n in (16, 20, 24)]
+    assert all(one.severed and one.history.deleted[-1] == 0 for one in cuts)
     for name, spread in (("peak_force", 0.06), ("cutting_energy", 0.04)):
         values = [getattr(one, name) for one in cuts]
         assert max(values) / min(values) < 1.0 + spread
