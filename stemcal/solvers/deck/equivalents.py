@@ -74,7 +74,16 @@ def contact_scale(
     OpenRadioss takes SFS alone for SLSFAC · SFS. Both then combine those of stem and tool, one by the smaller, the
     other by the mean: tools of the stem's moduli and SLSFAC = 1 make them agree.
     """
-    masses, step = _masses(solver, mesh, material)
+    # the scaled mass of each element (t) and the time step (s) that the embedded solver begins with
+    mass = solver.mass_scaling * material.density * mesh.volumes()
+    # 2/ω of each element, s: fem.kernels.timestep without compiling it
+    b, volumes = np.array(mesh.modal_gradients()), mesh.volumes()
+    products = np.einsum("ime,jme->ije", b, b) / (8.0 * volumes**2)
+    trace, norm = np.trace(products), np.abs(products).sum(axis=1).max(axis=0)
+    bound = material.lame_modulus * trace + 2.0 * material.shear_modulus * norm
+    steps = solver.time_step_safety * np.asarray(2.0 / np.sqrt(8.0 * volumes * bound / mass))
+    wanted = _time_step(solver) or 0.0
+    masses, step = mass * np.maximum(1.0, wanted / steps) ** 2, max(wanted, float(steps.min()))
     nodal = np.bincount(mesh.hexes.ravel(), np.repeat(masses / 8.0, 8), minlength=len(mesh.nodes))
     face, squared_area_per_volume = _segment(mesh, place)
     per_factor = material.bulk_modulus * squared_area_per_volume
@@ -114,23 +123,6 @@ def rate_constants(law: str, c: float, p: float, rate: float) -> tuple[float, fl
     if law == "cowper_symonds":
         return c, p
     return (0.0, 0.0) if law == "none" or (rate / c) ** p < _NO_EFFECT else (c, 1.0 / p)
-
-
-def _masses(solver: EmbeddedSolver | DeckSolver, mesh: Mesh, material: Material) -> tuple[Array, float]:
-    """Return the scaled mass of each element (t) and the time step (s) that the embedded solver begins with."""
-    mass = solver.mass_scaling * material.density * mesh.volumes()
-    steps = solver.time_step_safety * _own_steps(mesh, mass, material)
-    wanted = _time_step(solver) or 0.0
-    return mass * np.maximum(1.0, wanted / steps) ** 2, max(wanted, float(steps.min()))
-
-
-def _own_steps(mesh: Mesh, mass: Array, material: Material) -> Array:
-    """Return 2/ω of each element (E,), s: `fem.kernels.timestep` without compiling it."""
-    b, volumes = np.array(mesh.modal_gradients()), mesh.volumes()
-    products = np.einsum("ime,jme->ije", b, b) / (8.0 * volumes**2)
-    trace, norm = np.trace(products), np.abs(products).sum(axis=1).max(axis=0)
-    bound = material.lame_modulus * trace + 2.0 * material.shear_modulus * norm
-    return np.asarray(2.0 / np.sqrt(8.0 * volumes * bound / mass))
 
 
 def _areas(mesh: Mesh, faces: NDArray[np.int32]) -> Array:

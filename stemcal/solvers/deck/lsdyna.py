@@ -39,7 +39,14 @@ def run(folder: Path, options: DeckSolver, spec_folder: Path, peak: Callable[...
 def _read(folder: Path, peak: Callable[..., Answer], ended: Ended) -> Answer:
     """Return the peak force by what LS-DYNA has printed and left; raise if it did not end normally."""
     code_is_zero(ended)
-    _require_normal_termination(folder, ended.output)
+    messages = ended.output + "".join(tail(folder / name) for name in _MESSAGES)
+    letters = "".join(messages.lower().split())
+    if "errortermination" in letters:
+        lines = [line.strip() for line in messages.splitlines() if "*** error" in line.lower()]
+        message = f"LS-DYNA stopped with an error{f': {lines[0][:200]}' if lines else ''}"
+        raise SimulationFailed("error_termination", message)
+    if "normaltermination" not in letters:
+        raise SimulationFailed("no_termination", "LS-DYNA did not report normal termination")
     return peak(force_in_rcforc(read_text(folder, FORCES)), failed=failed_elements(folder, ended.output))
 
 
@@ -52,9 +59,8 @@ def force_in_rcforc(text: str) -> ContactForce:
     mine = [match for match in rows if int(match[2]) == BLADE_CONTACT]
     if not mine:
         there = sorted({int(match[2]) for match in rows})
-        raise SimulationFailed(
-            "no_result", f"{FORCES} contains no force for contact {BLADE_CONTACT} (contacts found: {there})"
-        )
+        message = f"{FORCES} contains no force for contact {BLADE_CONTACT} (contacts found: {there})"
+        raise SimulationFailed("no_result", message)
     side = mine[0][1].lower()
     series = [(required_number(match[3]), required_number(match[4])) for match in mine if match[1].lower() == side]
     time, force = np.asarray(series, dtype=float).T
@@ -67,19 +73,6 @@ def failed_elements(folder: Path, printed: str) -> list[float]:
     for text in (printed, *(tail(folder / name, _MOST_BYTES) for name in _MESSAGES)):
         times.update((int(number), required_number(time)) for number, time in _FAILED.findall(text))
     return list(times.values())
-
-
-def _require_normal_termination(folder: Path, printed: str) -> None:
-    """Raise `SimulationFailed` unless LS-DYNA reports, in spaced letters, normal termination."""
-    messages = printed + "".join(tail(folder / name) for name in _MESSAGES)
-    letters = "".join(messages.lower().split())
-    if "errortermination" in letters:
-        lines = [line.strip() for line in messages.splitlines() if "*** error" in line.lower()]
-        raise SimulationFailed(
-            "error_termination", f"LS-DYNA stopped with an error{f': {lines[0][:200]}' if lines else ''}"
-        )
-    if "normaltermination" not in letters:
-        raise SimulationFailed("no_termination", "LS-DYNA did not report normal termination")
 
 
 def tail(path: Path, most: int = _TAIL_BYTES) -> str:

@@ -73,9 +73,8 @@ class Deck:
         one isotropic one, two supports and a straight edge.
         """
         if study.is_layered:
-            raise UsageError(
-                "a deck has one isotropic material; remove `layers` and `material.transverse` from the spec"
-            )
+            message = "a deck has one isotropic material; remove `layers` and `material.transverse` from the spec"
+            raise UsageError(message)
         if not isinstance(study.solver, EmbeddedSolver | DeckSolver):
             kind = study.solver.kind
             raise UsageError(f"a deck requires a solver of kind `embedded` or `deck`; this spec uses kind `{kind}`")

@@ -40,8 +40,18 @@ _CLOSE = 2e-4
 
 def engine_ran(folder: Path, ended: Ended) -> Answer:
     """Raise unless the engine came to its normal end."""
-    require_normal_termination(folder, ended)
-    return Answer("ok")
+    printed = f"{text_left(folder, ENGINE_LISTING)}\n{ended.output}"
+    if missing := re.search(r"ERROR: FILE (\S+) NOT FOUND", printed):
+        message = f"the engine did not find {missing[1]}, the restart file that the starter should have written"
+        raise SimulationFailed("no_restart", message)
+    if ended.code == 0 and "NORMAL TERMINATION" in printed:
+        return Answer("ok")
+    if "ERROR TERMINATION" in printed:
+        wrong = [line.strip() for line in printed.splitlines() if "** ERROR" in line]
+        message = f"the engine stopped with an error{f': {wrong[0][:200]}' if wrong else ''}"
+        raise SimulationFailed("engine_error", message)
+    code_is_zero(ended)
+    raise SimulationFailed("no_termination", "the engine did not report normal termination")
 
 
 def table_made(folder: Path, peak: Callable[..., Answer], ended: Ended) -> Answer:
@@ -57,10 +67,14 @@ def table_made(folder: Path, peak: Callable[..., Answer], ended: Ended) -> Answe
 
 def starter_ran(folder: Path, deck: Deck, ended: Ended) -> Answer:
     """Raise unless the starter has read the deck as it was written; then leave the engine its input."""
-    if unread := values_not_read(starter_accepted(folder, ended), deck.material, deck.nonlocal_length):
-        raise SimulationFailed(
-            "not_as_written", f"the starter did not read these values from the deck: {', '.join(unread)}"
-        )
+    listing = text_left(folder, STARTER_LISTING)
+    if found := starter_errors(listing) or starter_errors(ended.output):
+        more = f" (and {len(found) - 1} more)" if len(found) > 1 else ""
+        raise SimulationFailed("starter_error", f"the starter rejected the deck: {found[0]}{more}")
+    code_is_zero(ended)
+    if unread := values_not_read(listing, deck.material, deck.nonlocal_length):
+        message = f"the starter did not read these values from the deck: {', '.join(unread)}"
+        raise SimulationFailed("not_as_written", message)
     leave_engine_input(folder, engine_text(deck, "run") if deck.nonlocal_length > 0.0 else None)
     return Answer("ok")
 
@@ -68,9 +82,8 @@ def starter_ran(folder: Path, deck: Deck, ended: Ended) -> Answer:
 def leave_engine_input(folder: Path, text: str | None) -> None:
     """Write the engine's input, by default what the starter has left for it, with the name of our runs and titles."""
     if (folder / ENGINE_INPUT).is_symlink():
-        raise SimulationFailed(
-            "no_engine_input", f"{ENGINE_INPUT} is a symbolic link, and stemcal writes only to regular files"
-        )
+        message = f"{ENGINE_INPUT} is a symbolic link, and stemcal writes only to regular files"
+        raise SimulationFailed("no_engine_input", message)
     try:
         engine = read_text(folder, ENGINE_INPUT) if text is None else text
     except SimulationFailed as missing:
@@ -140,9 +153,8 @@ def force_in_histories(text: str) -> ContactForce:
         )
     if len(chosen) != 2:
         there = sorted({number for _, number in _columns(names)})
-        raise SimulationFailed(
-            "no_result", f"the time histories contain no force for contact {BLADE_CONTACT} (contacts found: {there})"
-        )
+        message = f"the time histories contain no force for contact {BLADE_CONTACT} (contacts found: {there})"
+        raise SimulationFailed("no_result", message)
     try:
         values = np.array([[required_number(row[index]) for index in (0, *chosen)] for row in rows if row])
     except IndexError:
@@ -168,34 +180,6 @@ def _columns(names: list[str]) -> Iterator[tuple[int, int]]:
 def starter_errors(text: str) -> list[str]:
     """Return the errors of a listing or of what was printed, each in one line with its description."""
     return [" ".join(match[0].split())[:300] for match in _ERROR.finditer(text.replace("\r\n", "\n"))]
-
-
-def starter_accepted(folder: Path, ended: Ended) -> str:
-    """Return the starter's listing; raise `SimulationFailed` if it reports errors."""
-    listing = text_left(folder, STARTER_LISTING)
-    if found := starter_errors(listing) or starter_errors(ended.output):
-        more = f" (and {len(found) - 1} more)" if len(found) > 1 else ""
-        raise SimulationFailed("starter_error", f"the starter rejected the deck: {found[0]}{more}")
-    code_is_zero(ended)
-    return listing
-
-
-def require_normal_termination(folder: Path, ended: Ended) -> None:
-    """Raise `SimulationFailed` unless the engine came to its normal end."""
-    printed = f"{text_left(folder, ENGINE_LISTING)}\n{ended.output}"
-    if missing := re.search(r"ERROR: FILE (\S+) NOT FOUND", printed):
-        raise SimulationFailed(
-            "no_restart", f"the engine did not find {missing[1]}, the restart file that the starter should have written"
-        )
-    if ended.code == 0 and "NORMAL TERMINATION" in printed:
-        return
-    if "ERROR TERMINATION" in printed:
-        wrong = [line.strip() for line in printed.splitlines() if "** ERROR" in line]
-        raise SimulationFailed(
-            "engine_error", f"the engine stopped with an error{f': {wrong[0][:200]}' if wrong else ''}"
-        )
-    code_is_zero(ended)
-    raise SimulationFailed("no_termination", "the engine did not report normal termination")
 
 
 def text_left(folder: Path, name: str) -> str:

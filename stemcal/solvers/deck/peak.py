@@ -32,9 +32,8 @@ class ContactForce(NamedTuple):
             last = time[good].max(initial=0.0)
             raise SimulationFailed("nan", f"the blade force in {file} is not a number after {last:g} s")
         if len(time) < 2 or not (np.diff(time) > 0).all():
-            raise SimulationFailed(
-                "bad_result", f"the time values of the blade force in {file} are not in increasing order"
-            )
+            message = f"the time values of the blade force in {file} are not in increasing order"
+            raise SimulationFailed("bad_result", message)
         return cls(time, force if force.max() >= -force.min() else -force)
 
 
@@ -58,9 +57,8 @@ def peak_answer(
     broken = break_row(filtered, deleted, BREAK_DROP)
     peak = int(np.argmax(filtered[:broken]))
     if filtered[peak] <= 0.0:
-        raise SimulationFailed(
-            "no_contact", "the blade exerted no force on the stem; check the gap, the speed and the duration of loading"
-        )
+        message = "the blade exerted no force on the stem; check the gap, the speed and the duration of loading"
+        raise SimulationFailed("no_contact", message)
     travel = loading.speed * time - GAP
     broke = None if broken is None else float(travel[broken])
     scores = curve_scores(modes, travel, filtered, broke)

@@ -42,7 +42,15 @@ def blade_mesh(
 
 def supports_mesh(supports: Supports, stem: Stem, size: float) -> Mesh:
     """Return both supports below the stem; the gap between them is the clearance."""
-    right = _support_section(supports, stem, size)
+    r, near = supports.fillet_radius, 0.5 * supports.clearance
+    top = -0.5 * stem.outer_diameter
+    far = max(0.5 * stem.length, near + r) + _BEYOND
+    turn = np.linspace(pi, 0.5 * pi, (_AROUND if r > 0 else 0) + 1)
+    rounding = np.stack([near + r + r * np.cos(turn), top - r + r * np.sin(turn)], axis=-1)
+    flat = _even(near + r, far, size)[1:]
+    upper = np.concatenate([rounding, np.stack([flat, np.full(flat.size, top)], axis=-1)])
+    lower = np.stack([upper[:, 0], np.full(len(upper), top - r - _BELOW)], axis=-1)
+    right = np.stack([lower, upper])  # nodes (2 rows, columns, 2): its rounded top above its flat bottom
     left = right * (-1.0, 1.0)
     half = 0.5 * stem.outer_diameter
     return _drawn_out([right, left], _even(-half, half, size))
@@ -93,19 +101,6 @@ def _rounding(r: float, lean_left: float, lean_right: float, size: float) -> Arr
         [np.linspace(-pi + lean_left, lowest, half + 1), np.linspace(lowest, -lean_right, half + 1)[1:]]
     )
     return np.stack([r * np.cos(turn), r + r * np.sin(turn)], axis=-1)
-
-
-def _support_section(supports: Supports, stem: Stem, size: float) -> Array:
-    """Return the nodes (2 rows, columns, 2) of the right support: its rounded top above its flat bottom."""
-    r, near = supports.fillet_radius, 0.5 * supports.clearance
-    top = -0.5 * stem.outer_diameter
-    far = max(0.5 * stem.length, near + r) + _BEYOND
-    turn = np.linspace(pi, 0.5 * pi, (_AROUND if r > 0 else 0) + 1)
-    rounding = np.stack([near + r + r * np.cos(turn), top - r + r * np.sin(turn)], axis=-1)
-    flat = _even(near + r, far, size)[1:]
-    upper = np.concatenate([rounding, np.stack([flat, np.full(flat.size, top)], axis=-1)])
-    lower = np.stack([upper[:, 0], np.full(len(upper), top - r - _BELOW)], axis=-1)
-    return np.stack([lower, upper])
 
 
 def _even(low: float, high: float, size: float) -> Array:
