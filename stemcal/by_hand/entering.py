@@ -1,7 +1,7 @@
-"""Results that people enter: every row of a sheet is checked, the right ones are recorded like those of any run.
+"""The runs that a study is waiting for, and the results that people enter.
 
-The others are refused with a reason. A result that is there already is never overwritten by another without a reason;
-the log of the study has both.
+Every row of a sheet is checked; right ones are recorded like the results of any run, others are refused with a reason.
+A result that is there already is never overwritten by another without a reason; the log of the study has both.
 """
 
 import getpass
@@ -12,16 +12,20 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
-from stemcal.by_hand.awaited import advance_study, awaited_runs, enterable_runs
 from stemcal.by_hand.likely import likely_columns, misplaced_value, require_likely
 from stemcal.by_hand.row_checks import RowRefused, by_name, first_of, meant_run, result_in
 from stemcal.by_hand.run_sheet import FAILED, STUDY, WHEN, WHO, Filled, fields_of, narrow, rows_from_mappings, run_name
-from stemcal.errors import StemcalError, UsageError
-from stemcal.runs.answer import keep
-from stemcal.runs.record import Run, is_final
+from stemcal.errors import StemcalError, UsageError, Waiting
+from stemcal.runs.answer import keep, watch_nothing
+from stemcal.runs.executors import InlineExecutor
+from stemcal.runs.record import Run, by_key, is_final
 from stemcal.runs.study_folder import StudyFolder, place_of, provenance
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import RESPONSES, Answer, Request, Solver
+from stemcal.solvers.replicates import seed_of
+from stemcal.stages.fresh import make
+from stemcal.stages.ledger import asked, ledger, missing
+from stemcal.stages.stage import stage_called, stages_of
 from stemcal.storage.log import now
 from stemcal.study.model.study import Study
 from stemcal.vocabulary import FIRST
@@ -214,6 +218,47 @@ def _record(key: str, result: _Result, solver: Solver, folder: StudyFolder, beca
         folder.log("result_replaced", key=key, run=filled.run, reason=because, **values)
     answer = replace(result.answer, details={**result.answer.details, **origin})
     keep(Run.of(solver, result.request), (answer, {**provenance(), "finished": time}), folder)
+
+
+# ---- the runs that a study is waiting for
+
+
+def advance_study(study: Study, folder: StudyFolder) -> Waiting | None:
+    """Take a study through its stages as far as its results allow; return what it waits for, None at the end."""
+    try:
+        for stage in stages_of(study):
+            make(stage, study, folder, InlineExecutor(), watch_nothing)
+    except Waiting as waiting:
+        return waiting
+    return None
+
+
+def awaited_runs(study: Study, folder: StudyFolder, waiting: Waiting) -> list[Request]:
+    """Return the runs without results: all that the waiting stage will ask for, if that is known already.
+
+    Where equal runs may differ they are in random order, so that no drift is taken for an effect.
+    """
+    study = stage_called(waiting.stage).seen(study)
+    solver = make_solver(study)
+    wanted = by_key(solver, waiting.requests)
+    for part in asked(study, solver, folder):
+        left = by_key(solver, missing(part, study, solver, folder))
+        if part.stage == waiting.stage and part.settled and wanted.keys() <= left.keys():
+            wanted = left
+    rows = list(wanted.values())
+    if study.solver.repeats:
+        rows.sort(key=lambda row: seed_of(row))
+    return rows
+
+
+def enterable_runs(study: Study, folder: StudyFolder, waiting: Waiting | None) -> dict[str, Request]:
+    """Return by their keys the runs whose results may be entered: those that are awaited, and those that have some."""
+    elsewhere = {stage.name for stage in stages_of(study) if stage.seen(study) is not study}
+    there = study.by_hand is not study
+    solver = make_solver(study.by_hand)
+    awaited = () if waiting is None else waiting.requests
+    asked_for = [entry.request for entry in ledger(study, folder) if (entry.stage in elsewhere) is there]
+    return by_key(solver, (*awaited, *asked_for))
 
 
 # ---- from Python

@@ -5,8 +5,7 @@ from contextlib import suppress
 from datetime import UTC, datetime
 from pathlib import Path
 
-from stemcal.by_hand.awaited import awaited_runs, enterable_runs
-from stemcal.by_hand.entering import record_results
+from stemcal.by_hand.entering import awaited_runs, enterable_runs, record_results
 from stemcal.by_hand.row_checks import RowRefused, by_name, meant_run
 from stemcal.by_hand.run_sheet import (
     FAILED,

@@ -5,8 +5,7 @@ import io
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from stemcal.by_hand.awaited import advance_study, awaited_runs
-from stemcal.by_hand.entering import Entered, record_results
+from stemcal.by_hand.entering import Entered, advance_study, awaited_runs, record_results
 from stemcal.by_hand.run_sheet import filled, sheet_text
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.study.model.study import Study
