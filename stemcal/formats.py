@@ -58,11 +58,7 @@ def percent(value: float | None) -> str:
 
 
 def direction(error_percent: float | None, unit: str = "", digits: int = 2) -> str:
-    """Return an error 100·(measured − simulated)/measured with its direction: what is positive is simulated too low.
-
-    >>> direction(3.8312), direction(-0.52, " %", 1), direction(0.001), direction(None)
-    ('3.83 too low', '0.5 % too high', '0.00', '–')
-    """
+    """Return an error 100·(measured − simulated)/measured with its direction: ``3.83 too low`` for a positive one."""
     size = fixed(None if error_percent is None else abs(error_percent), digits)
     if error_percent is None or size == fixed(0.0, digits):
         return size if error_percent is None else f"{size}{unit}"
@@ -103,11 +99,7 @@ def change(factor: str, size: float, unit: str) -> str:
 
 
 def decimals(values: Iterable[float | None], usual: int, digits: int = 3) -> int:
-    """Return the decimals with which the largest of some values has a number of digits, at least the usual ones.
-
-    >>> decimals([74.69, -8.0], 1), decimals([0.0312, None], 2)
-    (1, 4)
-    """
+    """Return the decimals with which the largest of some values has a number of digits, at least the usual ones."""
     largest = max((abs(value) for value in values if value is not None and math.isfinite(value)), default=0.0)
     return usual if largest == 0.0 else min(max(usual, digits - 1 - math.floor(math.log10(largest))), 9)
 

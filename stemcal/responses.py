@@ -105,12 +105,7 @@ class Response:
 def secant(travel: Array, force: Array, shares: tuple[float, float] = SECANT) -> float | None:
     """Return the slope (N/mm) of a line fitted by least squares to a curve until the break.
 
-    It is fitted from one share of the largest force to another.
-
-    None if fewer than three rows lie between.
-
-    >>> round(secant(np.arange(5.0), 2.0 * np.arange(5.0), (0.1, 0.9)), 9)
-    2.0
+    It is fitted from one share of the largest force to another; None if fewer than three rows lie between.
     """
     low, high = (int(np.argmax(force >= share * force.max())) for share in shares)
     u, f = travel[low : high + 1], force[low : high + 1]
@@ -123,9 +118,6 @@ def work_until(travel: ArrayLike, force: ArrayLike, end: float) -> float:
     """Integrate the force over the travel from first touch to `end`; N·mm, which is mJ.
 
     W = ∫₀ᵉⁿᵈ F du by the trapezoidal rule, the force at both ends interpolated.
-
-    >>> work_until([-1.0, 0.0, 1.0, 2.0], [0.0, 0.0, 10.0, 20.0], 1.5)
-    11.25
     """
     u, f = np.asarray(travel, dtype=float), np.asarray(force, dtype=float)
     inner = u[(u > 0.0) & (u < end)]

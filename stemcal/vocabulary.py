@@ -233,11 +233,7 @@ class Wording:
         return listed if self.condition == DIAMETER else f"{self.condition.long} {listed}"
 
     def at(self, *values: float) -> str:
-        """Return `` at a diameter of 8 mm``, or nothing if the study has no condition.
-
-        >>> Wording().at(7.0, 8.0), Wording(Vocabulary(condition=None)).at(0.0)
-        (' at diameters of 7 and 8 mm', '')
-        """
+        """Return `` at a diameter of 8 mm``, or nothing if the study has no condition."""
         of = ("a diameter of " if len(values) == 1 else "diameters of ") if self.condition == DIAMETER else ""
         return f" at {of}{self.conditions(values)}" if self.placed else ""
 

@@ -3,6 +3,8 @@
 from stemcal.formats import (
     change,
     counted,
+    decimals,
+    direction,
     fixed,
     in_bytes,
     listed,
@@ -23,6 +25,9 @@ def test_numbers() -> None:
     assert [fixed(value) for value in (-4.75, -0.001)] == ["−4.75", "0.00"]
     assert [percent(value) for value in (60.19, 0.0006, -7.83)] == ["60.19", "0.001", "−7.83"]
     assert (outwards(44.2, True), outwards(0.0373, False), outwards(0.0, False)) == (45.0, 0.037, 0.0)
+    assert (decimals([74.69, -8.0], 1), decimals([0.0312, None], 2)) == (1, 4)
+    assert (direction(3.8312), direction(-0.52, " %", 1)) == ("3.83 too low", "0.5 % too high")
+    assert (direction(0.001), direction(None)) == ("0.00", "–")
 
 
 def test_p_values() -> None:

@@ -1,6 +1,6 @@
 """How sentences name responses, conditions and factors."""
 
-from stemcal.vocabulary import CUTTING, FORCE, TRAVEL, Variable, Wording, small
+from stemcal.vocabulary import CUTTING, FORCE, TRAVEL, Variable, Vocabulary, Wording, small
 
 ANGLE, RESTITUTION = Variable("a", "Angle of repose", "θ", "deg"), Variable("e", "COR", "e", "1")
 DENSITY, SCORE = Variable("rho", "", "", "kg/m3"), Variable("curve_1", "", "", "N", apart=True)
@@ -43,3 +43,5 @@ def test_factors_in_sentences() -> None:
 def test_values_in_sentences() -> None:
     assert (Wording().quantity(-74.69), Wording().quantity(74.69, "+.3g")) == ("−74.69 N", "+74.7 N")
     assert Wording().quantities((153.2, 160.0)) == "153.2 to 160.0 N"
+    assert Wording().at(7.0, 8.0) == " at diameters of 7 and 8 mm"
+    assert Wording(Vocabulary(condition=None)).at(0.0) == ""

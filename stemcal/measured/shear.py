@@ -208,11 +208,7 @@ def _specimen(
 
 
 def _named_grade(path: Path) -> float | None:
-    """Return the grade in mm in the name of a file or of its folder.
-
-    >>> _named_grade(Path("shear/10mm-3.csv")), _named_grade(Path("7.5 mm/a.txt")), _named_grade(Path("a/b.csv"))
-    (10.0, 7.5, None)
-    """
+    """Return the grade in mm in the name of a file or of its folder."""
     return next((found for text in (path.stem, path.parent.name) if (found := millimetres_in(text)) is not None), None)
 
 

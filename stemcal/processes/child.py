@@ -116,11 +116,7 @@ def computed_apart(call: Callable[[], T], limit: float | None = None, environmen
 
 
 def _ending(code: int | None) -> str:
-    """Return the end of a process in words.
-
-    >>> _ending(3), _ending(-9)
-    ('exit code 3', 'signal SIGKILL, usually because the system ran out of memory')
-    """
+    """Return the end of a process in words."""
     if code is None:
         return "no exit code"
     if code < 0:

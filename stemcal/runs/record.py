@@ -72,11 +72,7 @@ def by_key(solver: Solver, requests: Iterable[Request]) -> dict[str, Request]:
 
 
 def validated(answer: Answer, naming: Vocabulary = CUTTING) -> Answer:
-    """Return the answer, or a failed one in its place if its force, or any further response, is not a number.
-
-    >>> validated(Answer("ok", response=float("nan"))).reason
-    'nan'
-    """
+    """Return the answer, or a failed one in its place if its force, or any further response, is not a number."""
     if answer.status != "ok":
         return Answer("failed", None, answer.reason or "failed", answer.message, answer.details)
     rest, nouns = dict(answer.details), {response.name: response.noun for response in naming.responses}

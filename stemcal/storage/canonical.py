@@ -9,14 +9,7 @@ from typing import Any
 
 
 def as_json(content: Any) -> str:
-    """Return JSON for files: keys in the order given, two spaces, a newline at the end.
-
-    >>> print(as_json({"b": 0.1, "a": float("nan")}), end="")
-    {
-      "b": 0.1,
-      "a": null
-    }
-    """
+    """Return JSON for files: keys in the order given, two spaces, a newline at the end."""
     return json.dumps(jsonable(content), ensure_ascii=False, indent=2, allow_nan=False) + "\n"
 
 

@@ -67,11 +67,7 @@ _WITHIN = re.compile(r"([;|\t\r\n]\s*)(?=[=+\-@\uFF1D\uFF0B\uFF0D\uFF20\u2212])"
 
 
 def visible(text: str) -> str:
-    r"""Return a text with its control and invisible characters spelled out; tabs and line ends stay.
-
-    >>> print(visible("\x1b[31mred\0"))
-    \x1b[31mred\x00
-    """
+    """Return a text with its control and invisible characters spelled out; tabs and line ends stay."""
     return text.translate(_SPELLED)
 
 
@@ -81,20 +77,12 @@ def in_a_line(text: str) -> str:
 
 
 def unprintable(text: str) -> str | None:
-    r"""Return the first character that is none to be read, spelled out; None if there is none.
-
-    >>> unprintable("x\x1b"), unprintable("切割 °")
-    ('\\x1b', None)
-    """
+    """Return the first character that is none to be read, spelled out; None if there is none."""
     return next((_SPELLED.get(ord(c), repr(c)[1:-1]) for c in text if ord(c) in _SPELLED or c in "\t\n"), None)
 
 
 def csv_text(rows: Iterable[Iterable[object]], newline: str = "\n") -> str:
-    """Return rows as CSV; cells of None are empty, texts that a spreadsheet would execute begin with an apostrophe.
-
-    >>> print(csv_text([["-2+3+cmd|' /C calc'!A0", "-4.75 **", -1.5, None]]), end="")
-    '-2+3+cmd|' /C calc'!A0,-4.75 **,-1.5,
-    """
+    """Return rows as CSV; cells of None are empty, texts that a spreadsheet would execute begin with an apostrophe."""
     text = io.StringIO(newline="")
     writer = csv.writer(text, lineterminator=newline)
     writer.writerows([_harmless(cell) if isinstance(cell, str) else cell for cell in row] for row in rows)

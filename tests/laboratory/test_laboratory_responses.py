@@ -11,7 +11,7 @@ from stemcal.fem.state import start
 from stemcal.laboratory.build import build_piece
 from stemcal.laboratory.perform import Gauges
 from stemcal.laboratory.radial_compression import RadialCompression
-from stemcal.responses import secant
+from stemcal.responses import secant, work_until
 
 
 def test_a_secant_is_the_line_between_its_shares() -> None:
@@ -42,3 +42,8 @@ def test_the_give_of_the_contact_is_taken_out() -> None:
     assert gauges.give == [pytest.approx(0.08, rel=0.02)]
     for skin in np.unique(tools.skin[:, :4])[::7]:  # what falls to the faces around a node is all of its mass
         assert tools.skin_mass[tools.skin[:, :4] == skin].sum() == pytest.approx(body.mass[skin], rel=1e-12)
+
+
+def test_work_is_the_integral_from_first_touch() -> None:
+    """W = ½·10·1.5² of F = 10 u."""
+    assert work_until([-1.0, 0.0, 1.0, 2.0], [0.0, 0.0, 10.0, 20.0], 1.5) == 11.25

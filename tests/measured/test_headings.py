@@ -1,6 +1,9 @@
 """Cells and headings of laboratories in many languages."""
 
+from pathlib import Path
+
 from stemcal.measured.headings import folded, is_missing, quoted, units_in
+from stemcal.measured.shear import _named_grade
 
 
 def test_cells() -> None:
@@ -12,3 +15,8 @@ def test_headings() -> None:
     names = ("KUVVET（Ｎ）", "YER DEĞİŞTİRME", "ｋＮ")
     assert [folded(name) for name in names] == ["kuvvet(n)", "yer değiştirme", "kn"]
     assert units_in(["Force [kN], travel [mm]", "Load cell: 5 kN", "s"]) == ["kN", "mm", "kN", "s"]
+
+
+def test_grades_in_the_names_of_files_and_folders() -> None:
+    paths = ("shear/10mm-3.csv", "7.5 mm/a.txt", "a/b.csv")
+    assert [_named_grade(Path(path)) for path in paths] == [10.0, 7.5, None]

@@ -2,9 +2,9 @@
 
 import math
 
-from stemcal.runs.record import Outcome, merged
+from stemcal.runs.record import Outcome, merged, validated
 from stemcal.runs.study_folder import place_of
-from stemcal.solvers.protocol import Request
+from stemcal.solvers.protocol import Answer, Request
 from stemcal.solvers.replicates import Replicates, repeated
 from stemcal.vocabulary import FIRST
 
@@ -43,6 +43,7 @@ def test_travel_and_work_are_means_too() -> None:
 
 
 def test_a_failed_run_is_no_number() -> None:
+    assert validated(Answer("ok", response=float("nan"))).reason == "nan"
     assert Outcome(response=0.0).number(FIRST) == 0.0
     assert math.isnan(Outcome(response=None, status="failed").number(FIRST))
 

@@ -64,11 +64,7 @@ def quantity(given: Any, named: Variable) -> float:
 
 
 def as_written(value: float, unit: str) -> float:
-    """Return an internal value in a unit as people write it: 0.25 is 25 %, not 25.000000000000004 %.
-
-    >>> as_written(0.07, "%"), as_written(2.0, "N")
-    (7.0, 2.0)
-    """
+    """Return an internal value in a unit as people write it: 0.25 is 25 %, not 25.000000000000004 %."""
     internal = units.INTERNAL[units.parse_unit(unit).dimension] == units.parse_unit(unit).name
     return value if internal else float(f"{units.from_internal(value, unit):.12g}")
 
