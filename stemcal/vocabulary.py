@@ -12,7 +12,7 @@ import re
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
-from stemcal.formats import interval, minus, series, short
+from stemcal.formats import interval, minus, series, short, unit_written
 from stemcal.responses import CUT, TABLE, Response, known_response, response_of, responses_in
 
 FIRST = "response"
@@ -203,10 +203,10 @@ class Wording:
         """Return the name of a factor, or of a term of several: ``Yield stress:failure_strain``."""
         return re.sub(r"[^:^]+", lambda found: self.labels.get(found[0]) or found[0], name)
 
-    def in_text(self, name: str) -> str:
-        """Return the name of a factor inside a sentence: ``yield stress``."""
+    def in_text(self, name: str, unit: str = "") -> str:
+        """Return the name of a factor inside a sentence, ``yield stress``, without the `unit` of its value."""
         label = self.labels.get(name)
-        return small(label) if label else name
+        return small(label).removesuffix(f" ({unit_written(unit)})") if label else name
 
     def factors(self, names: Iterable[str]) -> str:
         """List factors inside a sentence: ``a, b and c``."""

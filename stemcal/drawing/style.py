@@ -31,6 +31,7 @@ _OF_THE_PAGE = {FAINT: "var(--faint)", BLUE: "var(--blue)", ORANGE: "var(--orang
 COLOURS = {INK: "currentColor", **_OF_THE_PAGE}
 
 _INCH = 25.4
+_LOOKS = 6  # at a view in space, each from farther off
 # Pixels without transparency pack well at once: higher levels take twice as long for a tenth less.
 _PACKED: dict[str, dict[str, Any]] = {"png": {"compress_level": 3}, "tiff": {"compression": "tiff_lzw"}}
 
@@ -111,11 +112,18 @@ def in_lines(text: str, most: int) -> str:
 
 
 def frame_in_space(axes: Any, share: float = 1.0) -> None:
-    """Set a view in space so far off that names of several lines next to its edges are not cut off."""
-    further = max(axis.get_label_text().count("\n") for axis in (axes.xaxis, axes.yaxis))
-    for axis in (axes.xaxis, axes.yaxis):
+    """Set a view in space so far off that no name next to its edges is cut off."""
+    page, zoom = axes.figure.bbox, 0.98 * share
+    for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
         axis.labelpad = 4.0 + 8.0 * axis.get_label_text().count("\n") * share
-    axes.set_box_aspect((1.0, 1.0, 0.85), zoom=0.98 * share / (1.0 + 0.2 * further))
+    for _ in range(_LOOKS):
+        axes.set_box_aspect((1.0, 1.0, 0.85), zoom=zoom)
+        axes.figure.draw_without_rendering()
+        box = axes.get_tightbbox()
+        over = max(page.x0 - box.x0, box.x1 - page.x1, page.y0 - box.y0, box.y1 - page.y1)
+        if over <= 0.0:
+            return
+        zoom *= max(0.5, 1.0 - 2.0 * over / min(page.width, page.height) - 0.01)
 
 
 @contextmanager

@@ -181,7 +181,10 @@ class Table:
 
 @dataclass(frozen=True)
 class PaperTable:
-    """A table to publish: number, caption, headings, cells of one line each, note; `left` columns are aligned left."""
+    """A table to publish: number, caption, headings, cells of one line each, note.
+
+    `left` columns are aligned left; rows that are `strong` are printed in bold.
+    """
 
     number: int
     caption: str
@@ -189,6 +192,7 @@ class PaperTable:
     cells: tuple[tuple[str, ...], ...]
     left: tuple[bool, ...]
     note: str = ""
+    strong: frozenset[int] = frozenset()
 
 
 def showable(tables: Iterable[Table], holds: bool) -> list[Table]:

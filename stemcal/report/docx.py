@@ -12,12 +12,15 @@ from docx.oxml import OxmlElement
 from docx.oxml.ns import qn
 from docx.shared import Cm, Inches, Pt, RGBColor
 from docx.text.run import Run
+from rich.cells import cell_len
 
 from stemcal.drawing.plot import Plot
 from stemcal.drawing.table import PaperTable
 from stemcal.storage.atomic import write_atomic
 
-_WIDTH, _HIGHEST = 16.0, 20.0  # cm of a figure between the margins of an A4 page
+_WIDTH, _HIGHEST = 16.0, 20.0  # cm of a figure or a table between the margins of an A4 page
+# pt of text; cm of a bold letter per pt, of a wide font; cm at both sides of a cell
+_SIZE, _LETTER, _MARGIN = 9.0, 0.025, 0.5
 
 
 def write_word(tables: Sequence[PaperTable], plots: Sequence[Plot], path: Path) -> None:
@@ -26,7 +29,7 @@ def write_word(tables: Sequence[PaperTable], plots: Sequence[Plot], path: Path) 
     page = document.sections[0]
     page.page_width, page.page_height = Cm(21.0), Cm(29.7)
     page.left_margin = page.right_margin = page.top_margin = page.bottom_margin = Cm(2.5)
-    document.styles["Normal"].font.size = Pt(9)
+    document.styles["Normal"].font.size = Pt(_SIZE)
     document.core_properties.title = "Tables and figures from a stemcal study"
     for table in tables:
         _add_table(document, table)
@@ -71,12 +74,33 @@ def _add_table(document: Any, table: PaperTable) -> None:
     grid.alignment = WD_TABLE_ALIGNMENT.CENTER
     for name, value in (("val", "0620"), ("firstColumn", "0"), ("noHBand", "1")):  # LibreOffice reads the first
         grid._tbl.tblPr.find(qn("w:tblLook")).set(qn(f"w:{name}"), value)
-    for cells in (table.heads, *table.cells):
-        for place, cell, at_left in zip(grid.add_row().cells, cells, table.left, strict=True):
-            line = place.paragraphs[0]
-            line.add_run(cell)
+    widths, size = _widths(table)
+    grid.autofit = False
+    for number, cells in enumerate((table.heads, *table.cells)):
+        for place, cell, at_left, width in zip(grid.add_row().cells, cells, table.left, widths, strict=True):
+            place.width, line = Cm(width), place.paragraphs[0]
+            run = line.add_run(cell)
+            run.font.size, run.bold = Pt(size), number - 1 in table.strong or None
             line.alignment = WD_ALIGN_PARAGRAPH.LEFT if at_left else WD_ALIGN_PARAGRAPH.RIGHT
             line.paragraph_format.space_before = line.paragraph_format.space_after = Pt(1.5)
+    for column, width in zip(grid.columns, widths, strict=True):
+        column.width = Cm(width)
     grid.rows[0]._tr.get_or_add_trPr().append(OxmlElement("w:tblHeader"))
     note = document.add_paragraph(f"Note: {table.note}" if table.note else "")
     note.paragraph_format.space_before = Pt(3)
+
+
+def _widths(table: PaperTable) -> tuple[list[float], float]:
+    """Return the width of each column (cm), so that no word is broken, and the size of the text (pt).
+
+    A column is as wide as its longest cell where the page allows it, else between that and its longest word.
+    """
+    rows = list(zip(table.heads, *table.cells, strict=True))
+    whole = [max(map(cell_len, cells)) for cells in rows]
+    # stars stay next to their number
+    words = [max((cell_len(w) for c in cells for w in c.replace(" *", "-*").split()), default=1) for cells in rows]
+    room = _WIDTH - _MARGIN * len(rows)
+    size = min(_SIZE, room / (_LETTER * sum(words)))
+    share = min(1.0, (room / (_LETTER * size) - sum(words)) / (sum(whole) - sum(words) or 1))
+    letters = [least + max(0.0, share) * (most - least) for least, most in zip(words, whole, strict=True)]
+    return [_MARGIN + _LETTER * size * count for count in letters], size

@@ -25,9 +25,9 @@ def study_tables(study: Study, results: Results, holds: bool = True) -> list[Tab
     Where the study's verdict is that nothing is calibrated, `holds` is false and ranges are left out.
     """
     setting = Setting(study, results, holds)
-    tables = [factors_table(study)]
+    tables = [factors_table(study, keys=False)]
     for result in results.done:
-        tables += design_tables(result, setting.symbols.labels)
+        tables += design_tables(result, setting.symbols.labels, setting.labelled.labels)
         tables += showing_of(result).tables(result, names_of(result, setting.labelled.labels))
     return showable([*tables, *_parameters(setting)], holds)
 
@@ -66,7 +66,10 @@ def numbered(tables: Iterable[Table]) -> list[PaperTable]:
             tuple(tuple(in_a_line(cell).rstrip() for cell in row) for row in table.cells),
             # cells with stars are aligned left, so that the digits are below each other
             tuple(column.left or column.form is starred for column in table.columns),
-            in_a_line(" ".join((*table.foot, *table.claimed)).replace("`", "")),
+            in_a_line(
+                " ".join(f"{line.removesuffix('.')}." for line in (*table.foot, *table.claimed)).replace("`", "")
+            ),
+            table.strong,
         )
         for number, table in enumerate(tables, 1)
     ]
@@ -106,9 +109,10 @@ def _markdown(table: PaperTable) -> str:
     | x\\|y | 1 |
     """
     rules = ["---" if left else "--:" for left in table.left]
-    cells = [[_markdown_cell(cell) for cell in row] for row in (table.heads, *table.cells)]
-    lines = [f"**Table {table.number}.** {_markdown_cell(table.caption)}", "", f"| {' | '.join(cells[0])} |"]
-    lines += [f"|{'|'.join(rules)}|", *(f"| {' | '.join(row)} |" for row in cells[1:])]
+    heads, *cells = [list(map(_markdown_cell, row)) for row in (table.heads, *table.cells)]
+    cells = [[f"**{cell}**" if i in table.strong and cell else cell for cell in row] for i, row in enumerate(cells)]
+    lines = [f"**Table {table.number}.** {_markdown_cell(table.caption)}", "", f"| {' | '.join(heads)} |"]
+    lines += [f"|{'|'.join(rules)}|", *(f"| {' | '.join(row)} |" for row in cells)]
     lines += ["", f"Note: {_markdown_cell(table.note)}"] if table.note else []
     return "\n".join(lines) + "\n"
 
@@ -148,6 +152,9 @@ def _latex(table: PaperTable) -> str:
     kinds = ["l" if left else "r" for left in table.left]
     heads = [_heading(name, kind) for name, kind in zip(table.heads, kinds, strict=True)]
     rows = [list(map(escaped, row)) for row in table.cells]
+    rows = [
+        [rf"\textbf{{{cell}}}" if i in table.strong and cell else cell for cell in row] for i, row in enumerate(rows)
+    ]
     lines = [
         rf"\setcounter{{table}}{{{table.number - 1}}}",
         r"\begin{table}[htbp]",

@@ -23,14 +23,19 @@ if TYPE_CHECKING:
 MANY = 4  # factors beyond which columns are headed by symbols instead of names
 
 
-def design_tables(result: StageResult, symbols: Mapping[str, str]) -> list[Table]:
-    """Return the runs of the design of a stage, the varied levels and the responses; nothing where it has none."""
+def design_tables(
+    result: StageResult, symbols: Mapping[str, str], labels: Mapping[str, str] | None = None
+) -> list[Table]:
+    """Return the runs of the design of a stage, the varied levels and the responses; nothing where it has none.
+
+    Columns of levels are headed by the names of the factors, or their `labels`; many of them by symbols.
+    """
     if not isinstance(design := getattr(result, "design", None), DesignRuns):
         return []
     naming, crowded = result.naming, len(design.varied) > MANY
     columns = [
         Column("run", "Run", form=format),
-        *levels(design.varied, Wording(naming, symbols if crowded else {}), lambda value: short(value, 4)),
+        *levels(design.varied, Wording(naming, symbols if crowded else labels or {}), lambda value: short(value, 4)),
         simulated(naming.response),
         *map(_other, (one for one in naming.further if one not in (TRAVEL, WORK))),
     ]
@@ -77,12 +82,12 @@ def grown_table(study: Study, levels: Mapping[str, float]) -> Table:
     return Table.of(columns, diameters, "Calibrated material parameters for each stem", claims=True)
 
 
-def factors_table(study: Study) -> Table:
-    """Return the screened factors with their levels."""
+def factors_table(study: Study, keys: bool = True) -> Table:
+    """Return the screened factors with their levels, and with their `keys` in the spec."""
     columns = [
-        Column("symbol", ""),
-        Column("name", "Factor"),
-        Column("label", "Meaning"),
+        Column("symbol", "Symbol"),
+        *([Column("name", "Factor")] if keys else []),
+        Column("label", "Meaning" if keys else "Factor"),
         Column("unit", "Unit", form=unit_written, words=True),
         Column("low", "Low", form=short),
         Column("high", "High", form=short),

@@ -1,5 +1,6 @@
 """What the page has beyond the terminal: verdicts, the surface's own axes, diagnostics."""
 
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -26,7 +27,11 @@ def test_canonical_axes_of_the_published_surface(stages: dict[str, Any]) -> None
     assert [row[1] for row in table.cells] == ["3.981", "2.204", "−2.839"]
     squares = {row.term: row.value for row in surface.coefficients if row.term.endswith("^2")}
     assert sum(surface.canonical.eigenvalues) == pytest.approx(sum(squares.values()))
-    assert "a saddle" in table.foot[0] and "154.4 N" in table.foot[0] and "outside" in table.foot[0]
+    assert "a saddle" in table.foot[0] and "outside" in table.foot[0] and "6.04" in table.foot[0]
+    assert "154.4" not in table.foot[0]  # an extrapolation far outside the runs
+    inside = replace(surface.canonical, inside=True)
+    found = canonical_table(surface, inside, Wording(labels={"yield_stress": "Yield stress (MPa)"})).foot[0]
+    assert "154.4 N" in found and "yield stress 14.71 MPa" in found
 
 
 def test_crowded_designs_bear_symbols(stages: dict[str, Any]) -> None:

@@ -133,6 +133,61 @@ def test_word_has_tables_and_figures_with_caption_fields(
     assert cells[2:7] == ["79.42", "60.19", "18921.02", "444.32", "0.0022 **"]
 
 
+def test_rows_in_bold_are_bold_in_every_format(tables: dict[str, Table], tmp_path: Path) -> None:
+    """The published study: yield stress and failure strain (X4, X9) are significant; nothing else is bold."""
+    import docx
+
+    found = tables["Effects on the maximum force"]
+    assert "in bold" in found.foot[0]
+    (paper,) = numbered([found])
+    marked = [line for line in _markdown(paper).splitlines() if line.startswith("| **")]
+    assert [line.split(" | ")[0] for line in marked] == ["| **X4**", "| **X9**"]
+    assert all(cell.strip().startswith("**") for line in marked for cell in line.strip("|").split("|"))
+    rows = [line for line in _latex(paper).splitlines() if line.startswith(r"\textbf")]
+    assert [line[:10] for line in rows] == [r"\textbf{X4}"[:10], r"\textbf{X9}"[:10]]
+    assert all(line.count(r"\textbf{") == len(paper.heads) for line in rows)
+    (path,) = export_tables([found], "docx", tmp_path)
+    (grid,) = docx.Document(str(path)).tables
+    bold = [[run.bold for cell in row.cells for line in cell.paragraphs for run in line.runs] for row in grid.rows[1:]]
+    assert [i for i, row in enumerate(bold) if any(row)] == sorted(found.strong) == [3, 8]
+    assert all(bold[3]) and all(bold[8])
+
+
+WIDE = Table(tuple(Column(f"c{n}", "Quite long heading", form=str) for n in range(14)), (("0.0022 **",) * 14,), "Wide")
+
+
+def test_columns_of_word_are_as_wide_as_their_words_and_fit_the_page(tables: dict[str, Table], tmp_path: Path) -> None:
+    import docx
+
+    (path,) = export_tables([*tables.values(), NASTY, WIDE], "docx", tmp_path)
+    for grid in docx.Document(str(path)).tables:
+        widths = [column.width.cm for column in grid.columns]
+        assert sum(widths) <= 16.01 and not grid.autofit
+        for row in grid.rows:
+            for cell, width in zip(row.cells, widths, strict=True):
+                (run,) = cell.paragraphs[0].runs or [None]
+                size = 9.0 if run is None else run.font.size.pt
+                longest = max(map(len, cell.text.split()), default=0)
+                assert cell.width.cm == pytest.approx(width, abs=0.01)
+                assert longest * 0.6 * size * 2.54 / 72 < width  # bold letters are 0.6 of their size wide
+    narrow, *_, wide = docx.Document(str(path)).tables
+    assert (
+        narrow.columns[1].width > 2 * narrow.columns[0].width
+        and wide.rows[1].cells[0].paragraphs[0].runs[0].font.size.pt < 9
+    )
+
+
+def test_tables_to_publish_have_labels_and_units_instead_of_keys(
+    replayed: tuple[Any, Any], tables: dict[str, Table]
+) -> None:
+    keys = [factor.name for factor in replayed[0].factors] + ["least_coded_distance"]
+    for table in numbered(tables.values()):
+        text = " ".join((*table.heads, *(cell for row in table.cells for cell in row), table.note))
+        assert not [key for key in keys if re.search(rf"\b{key}\b", text) and "_" in key], table.caption
+    assert tables["Response surface runs"].heads[1] == "Yield stress (MPa)"
+    assert "(MPa) 17" not in " ".join(tables["Calibrated parameters"].claimed)
+
+
 def test_word_tables_have_three_rules_and_repeat_their_heading(tables: dict[str, Table], tmp_path: Path) -> None:
     import docx
 

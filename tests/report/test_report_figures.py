@@ -1,17 +1,21 @@
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
 import pytest
+from matplotlib.colors import to_hex
 
 from stemcal.drawing.plot import Plot, Shared, inline_svg
-from stemcal.drawing.style import save, svg
+from stemcal.drawing.style import ORANGE, resize, save, svg
 from stemcal.report.curves import force_travel
 from stemcal.report.gallery import _run_plots, write_figures
 from stemcal.report.records import Details, RunCurve, _RunRecord
-from stemcal.stages.rsm.figures import Solution, contours, observed_predicted
+from stemcal.stages.fitting import Measured
+from stemcal.stages.rsm.figures import Solution, contours, observed_predicted, relief
 from stemcal.stages.screen.showing import pareto
 from stemcal.stages.validate.showing import draw_validation
+from stemcal.vocabulary import FIRST
 
 NAMES = {"density": "$x^$", "elastic_modulus": "屈服应力", "poisson_ratio": "<script>"}
 CURVES = {
@@ -82,6 +86,36 @@ def test_contour_shows_the_solution_in_natural_units(stages: dict[str, Any]) -> 
     star = next(line for line in figure.axes[0].lines if line.get_marker() == "*")
     assert (star.get_xdata()[0], star.get_ydata()[0]) == pytest.approx((18.3687, 90.0525), abs=1e-3)
     assert figure.axes[0].get_xlabel() == "yield_stress, MPa"
+
+
+def test_contours_of_a_joint_fit_show_the_line_of_each_mean(stages: dict[str, Any]) -> None:
+    """On a surface twice as high, the line of a mean twice as large is that of the first."""
+    rsm, target = stages["rsm"], stages["invert"].target
+    double = replace(rsm.fitted, beta=2.0 * rsm.fitted.beta)
+    further = ((Measured(9.0, FIRST, 2.0 * target), double), (Measured(10.0, FIRST, 1.1 * target), rsm.fitted))
+    solved = Solution(stages["invert"].parameters, target, further)
+    axes = contours(rsm, ("yield_stress", "failure_strain"), solved).axes[0]
+    orange = [one for one in axes.collections if [to_hex(colour) for colour in one.get_edgecolor()] == [ORANGE]]
+    same, higher, own = (one.get_paths()[0].vertices for one in orange)
+    assert same == pytest.approx(own) and higher.mean(axis=0)[0] > own.mean(axis=0)[0]
+    assert [text.get_text() for text in axes.get_legend().get_texts()] == ["runs", "9 mm", "10 mm"]
+
+
+LONG = "Yield stress of the outer layer along the grain of the stem at harvest"
+
+
+@pytest.mark.parametrize("width", [None, 90.0, 170.0])
+@pytest.mark.parametrize("label", ["", LONG])
+def test_names_next_to_a_surface_in_space_are_not_cut(stages: dict[str, Any], label: str, width: float | None) -> None:
+    pair = ("yield_stress", "strain_rate_c")
+    figure = relief(stages["rsm"], pair, None, dict.fromkeys(pair, label) if label else None)
+    if width is not None:
+        resize(figure, width)
+    figure.draw_without_rendering()
+    axes: Any = figure.axes[0]
+    boxes = [axis.label.get_window_extent() for axis in (axes.xaxis, axes.yaxis, axes.zaxis)]
+    assert all(figure.bbox.x0 <= box.x0 and box.x1 <= figure.bbox.x1 for box in boxes)
+    assert all(figure.bbox.y0 <= box.y0 and box.y1 <= figure.bbox.y1 for box in boxes)
 
 
 def test_failed_runs_are_left_out(stages: dict[str, Any], edited: Any) -> None:

@@ -106,22 +106,29 @@ def calibration_table(stage: InvertResult, names: Wording, refined: Mapping[str,
         Column("range", RANGE, form=str, claims=True),
         Column("coded", "Coded", form=to_decimals(3)),
     ]
-    rule = f"the `{stage.rule}` rule" if stage.joint is None else "least squares over all fitted values"
+    rule = _RULES[stage.rule] if stage.joint is None else "least squares over all fitted values"
     where = (
         f"The calibration target is {names.quantity(stage.target, '.6g')}, and the predicted value at the calibrated "
         f"point is {names.quantity(point.predicted)}. The calibrated point, determined by {rule}, is at a coded "
         f"distance of {point.coded_radius:.3f} from the design centre."
     )
-    of_mean, of_run = (
+    mean, run = (
         MISSING if bounds is None else names.quantities(bounds)
         for bounds in (point.mean_interval, point.prediction_interval)
     )
-    ends = (
-        f"The 95 % confidence interval of the mean {names.response.long} is {of_mean}. The 95 % prediction interval "
-        f"for a single run is {of_run}."
-    )
+    ends = f"The 95 % confidence interval of the mean {names.response.long} is {mean}."
+    if mean != run:
+        ends += f" The 95 % prediction interval for a single run is {run}."
+    elif point.mean_interval is not None:
+        ends += " A single run has the same interval, because runs of a deterministic solver do not scatter."
     claimed = (ends, *range_to_cite(stage, names))
     return Table.of(columns, rows, "Calibrated parameters", (where, *valid_for(stage)), claimed=claimed)
+
+
+_RULES = {
+    "least_coded_distance": "the smallest coded distance",
+    "others_at_centre": "the strongest factor with all others at their centre values",
+}
 
 
 def _ranges(stage: InvertResult) -> dict[str, str]:

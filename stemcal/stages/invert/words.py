@@ -95,7 +95,7 @@ def range_to_cite(stage: InvertResult, names: Wording) -> list[str]:
     if len(stage.point.solution) < 2 or stage.joint is not None:
         return []
     exact = series(
-        f"{names.in_text(name)} {with_unit(interval(stage.ranges[name]), stage.certainty.units[name])}"
+        f"{names.in_text(name, unit := stage.certainty.units[name])} {with_unit(interval(stage.ranges[name]), unit)}"
         for name in stage.point.solution
     )
     return [

@@ -4,30 +4,49 @@ from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
-from itertools import combinations
+from itertools import chain, combinations, repeat
 from statistics import NormalDist
 from typing import Any
 
 import numpy as np
 
 from stemcal.doe.coding import Array
+from stemcal.doe.regression.section import AnySurface
 from stemcal.drawing.plot import Plot
-from stemcal.drawing.style import BLUE, FAINT, ORANGE, Figure, axis_of, frame_in_space, in_lines, literal, new_figure
+from stemcal.drawing.style import (
+    BLUE,
+    FAINT,
+    ORANGE,
+    Axes,
+    Figure,
+    axis_of,
+    frame_in_space,
+    in_lines,
+    legend_above,
+    literal,
+    new_figure,
+)
+from stemcal.stages.fitting import Measured
 from stemcal.stages.rsm.result import RsmResult
-from stemcal.vocabulary import Wording
+from stemcal.vocabulary import FIRST, Wording
 
 _NORMAL = NormalDist()
 _GRID = 41  # values of each factor
 _LONGEST, _LONGEST_IN_SPACE = 46, 28  # cells of a line of an axis' name
+_STYLES = ("--", ":", "-.", (0, (1, 1)), (0, (6, 1)), (0, (4, 1, 1, 1, 1, 1)))  # of lines of a joint fit
 _HEIGHT = "viridis"  # its lightness rises steadily with the force
 
 
 @dataclass(frozen=True)
 class Solution:
-    """The calibrated level of every factor, and the measured response that the surface has there."""
+    """The calibrated level of every factor, and the measured response that the surface has there.
+
+    Of a joint fit `further` has the other measured means, each with its surface.
+    """
 
     levels: Mapping[str, float]
     target: float
+    further: tuple[tuple[Measured, AnySurface], ...] = ()
 
 
 def rsm_plots(rsm: RsmResult, solved: Solution | None, labels: Mapping[str, str]) -> list[Plot]:
@@ -58,6 +77,11 @@ def _pair_plots(
     held = "" if len(rsm.names) == 2 else f", with the remaining {others} fixed at {value}"
     unit = f" ({response.written})" if response.written else ""
     met = f" The orange line marks the measured {response.long}; the star marks the calibrated point." if solved else ""
+    if solved is not None and solved.further:
+        met = (
+            " Each orange line marks a measured mean on its own response surface, the thick line that of the contours; "
+            "the star marks the point of the joint fit."
+        )
     lines = f"Contours of the {response.long}{unit} {over}{held}.{met} The white dots are design points."
     base = "The contours are projected onto the base of the plot."
     relieved = f"Response surface of the {response.long} {over}{held}. {base}"
@@ -146,10 +170,7 @@ def contours(
         for point in (point for point, count in counts.items() if count > 1):
             axes.annotate(str(counts[point]), point, (5, 4), textcoords="offset points", size=8, color="white")
         if solved is not None:
-            if grid[2].min() < solved.target < grid[2].max():
-                axes.contour(*grid, levels=[solved.target], colors=[ORANGE], linewidths=2.2)
-            at = ([solved.levels[name]] for name in pair)
-            axes.plot(*at, "*", color=ORANGE, markeredgecolor="white", markersize=14, zorder=6)
+            _mark_target(axes, rsm, grid, solved, pair)
         _label(axes, rsm, pair, labels)
     return figure
 
@@ -172,7 +193,7 @@ def relief(
             point = *([solved.levels[name]] for name in pair), [rsm.predict(solved.levels).response]
             axes.plot(*point, "*", color=ORANGE, markeredgecolor="white", markersize=14, zorder=9)
         _label(axes, rsm, pair, labels, _LONGEST_IN_SPACE)
-        axes.set_zlabel(_height(rsm))
+        axes.set_zlabel(in_lines(_height(rsm), _LONGEST_IN_SPACE))
         for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
             axis.label.set_size(8)
         axes.set_zlim(base, levels[-1])
@@ -203,3 +224,28 @@ def _label(
     for axis, setter, name in ((axes.xaxis, axes.set_xlabel, pair[0]), (axes.yaxis, axes.set_ylabel, pair[1])):
         setter(in_lines(axis_of((labels or {}).get(name, name), rsm.factor(name).unit), longest))
         axis.set_major_locator(MaxNLocator(nbins=6, steps=[1, 2, 5, 10]))
+
+
+def _mark_target(
+    axes: Axes, rsm: RsmResult, grid: tuple[Array, Array, Array], solved: Solution, pair: tuple[str, str]
+) -> None:
+    """Draw the line on which the surface meets the measured force, those of a joint fit, and the solution."""
+    levels = [np.full(grid[0].size, solved.levels[name]) for name in rsm.names]
+    for name, values in zip(pair, grid[:2], strict=True):
+        levels[rsm.names.index(name)] = values.ravel()
+    points = rsm.scales.to_coded(np.column_stack(levels))
+    several = len({FIRST, *(mean.response for mean, _ in solved.further)}) > 1
+    for (mean, surface), style in zip(solved.further, chain(_STYLES, repeat(":")), strict=False):
+        place = Wording(mean.naming).conditions([mean.condition]) if mean.naming.condition is not None else ""
+        name = ", ".join(filter(None, (mean.named.noun if several else "", place)))
+        lines: Any = {"linestyles": [style], "linewidths": 1.4}
+        heights = surface.predict(points).reshape(grid[0].shape)
+        if heights.min() < mean.value < heights.max():
+            axes.contour(*grid[:2], heights, levels=[mean.value], colors=[ORANGE], **lines)
+            axes.plot([], [], color=ORANGE, linestyle=style, linewidth=1.4, label=literal(name))
+    if solved.further:
+        legend_above(axes)
+    if grid[2].min() < solved.target < grid[2].max():
+        axes.contour(*grid, levels=[solved.target], colors=[ORANGE], linewidths=2.2)
+    at = (solved.levels[name] for name in pair)
+    axes.plot(*([level] for level in at), "*", color=ORANGE, markeredgecolor="white", markersize=14, zorder=6)

@@ -13,6 +13,7 @@ from stemcal.drawing.showing import Setting, Showing
 from stemcal.drawing.table import Column, Table
 from stemcal.errors import UsageError
 from stemcal.formats import counted, fixed, short, significant, with_unit
+from stemcal.stages.fitting import fitted_surfaces, measured_means
 from stemcal.stages.rsm import figures
 from stemcal.stages.rsm.figures import Solution
 from stemcal.stages.rsm.profiler import profiler_data
@@ -51,7 +52,11 @@ class RsmShowing(Showing[RsmResult]):
     def figures(self, result: RsmResult, setting: Setting) -> list[Plot]:
         settled = (one.settles for one in setting.results.done)  # the first lie on the surface, refined ones do not
         levels = next((found for found in settled if found is not None), None)
-        solved = None if levels is None else Solution(levels, setting.study.calibration_target.response)
+        study = setting.study
+        shown = (FIRST, study.targets.calibrate_at)
+        means = zip(measured_means(study), fitted_surfaces(study, result), strict=True) if levels else ()
+        further = tuple((mean, fit) for mean, fit in means if (mean.response, mean.condition) != shown)
+        solved = None if levels is None else Solution(levels, study.calibration_target.response, further)
         return figures.rsm_plots(result, solved, setting.labels)
 
     def profiler(self, result: RsmResult, setting: Setting) -> dict[str, Any]:
@@ -138,7 +143,8 @@ def _coefficient_table(stage: RsmResult, names: Wording) -> Table:
         Column("high", "95 % high", response.written, form),
     ]
     coded = (
-        f"{entry.symbol or entry.factor} = ({entry.factor} − {short(entry.center)}) / {short(entry.half_step)}"
+        f"{entry.symbol or entry.factor} = ({names.in_text(entry.factor, entry.unit)} − {short(entry.center)}) / "
+        f"{short(entry.half_step)}"
         for entry in stage.factors
         if entry.factor in stage.axes
     )
@@ -182,15 +188,17 @@ def canonical_table(stage: RsmResult, shape: CanonicalForm, names: Wording) -> T
     ]
     point = "The response surface has no unique stationary point because it is linear or constant in one direction."
     if shape.natural is not None and shape.predicted is not None:
-        place = ", ".join(
-            f"{names.in_text(name)} {with_unit(significant(value), stage.factor(name).unit)}"
-            for name, value in shape.natural.items()
-        )
+        where = "inside" if shape.inside else "outside"
         point = (
-            f"The stationary point is a {shape.called} {'inside' if shape.inside else 'outside'} the experimental "
-            f"region, at a coded distance of {shape.coded_radius:.2f} from the design centre. The predicted "
-            f"{names.response.long} at the stationary point is {names.quantity(shape.predicted)} ({place})."
+            f"The stationary point is a {shape.called} {where} the experimental region, at a coded distance of "
+            f"{shape.coded_radius:.2f} from the design centre."
         )
+        if shape.inside:  # anywhere else the surface extrapolates
+            place = ", ".join(
+                f"{names.in_text(one.factor, one.unit)} {with_unit(significant(shape.natural[one.factor]), one.unit)}"
+                for one in stage.factors
+            )
+            point += f" The predicted {names.response.long} there is {names.quantity(shape.predicted)} ({place})."
     curved = (
         f"Along an axis of negative curvature, the {names.response.long} decreases in both directions from the "
         "stationary point. The last columns of the table give the direction of each axis in coded units."
