@@ -133,6 +133,40 @@ def _work(test: ForceTravel) -> float | None:
     return float(np.trapezoid(test.force, test.travel))
 
 
+# A measured stem is cut through where the force stays below this share of its maximum, and has its first fracture where
+# the force falls by this share of the largest one before.
+_FALLEN = 0.1
+_BEGUN = 0.2  # share of the maximum below which the blade still settles
+
+
+def _measured_energy(test: ForceTravel) -> float | None:
+    """Return the work (mJ) until a measured force stays below a tenth of its maximum; None if it never does.
+
+    >>> _measured_energy(ForceTravel(np.arange(5.0), np.array([0.0, 10.0, 20.0, 0.0, 0.0]), 20.0, 2.0, 8.0))
+    30.0
+    """
+    high = np.flatnonzero(test.force > _FALLEN * test.force.max(initial=0.0))
+    if test.numbers or not len(high) or high[-1] == len(test.force) - 1:
+        return None
+    return work_until(test.travel, test.force, float(test.travel[high[-1] + 1]))
+
+
+def _measured_fracture(test: ForceTravel) -> tuple[float | None, float | None]:
+    """Return force (N) and travel (mm) of the first peak of a measured curve from which the force falls by a tenth.
+
+    >>> _measured_fracture(ForceTravel(np.arange(5.0), np.array([0.0, 10.0, 8.0, 30.0, 0.0]), 30.0, 3.0, 8.0))
+    (10.0, 1.0)
+    """
+    largest = np.maximum.accumulate(test.force)
+    fallen = (test.force <= (1.0 - _FALLEN) * largest) & (largest > _BEGUN * largest[-1:])
+    if test.numbers or not fallen.any():
+        return None, None
+    peak = int(np.argmax(test.force[: np.argmax(fallen)]))
+    return float(test.force[peak]), float(test.travel[peak])
+
+
+WHOLE_CUT = ("cutting_energy", "first_fracture_force", "first_fracture_travel")
+"""The responses that only a cut all the way through the stem has."""
 _WHOLE_CUT: Any = {"tests": frozenset({CUT}), "why_only": "only a cut all the way through the stem has it"}
 
 TABLE: tuple[Response, ...] = (
@@ -169,20 +203,23 @@ TABLE: tuple[Response, ...] = (
     ),
     Response(
         *("cutting_energy", "Cutting energy", "Wc", "mJ"),
-        of=lambda test: None,
-        meaning="Mean work of the blade until the stem is cut through (`loading.until: severed`).",
+        of=_measured_energy,
+        meaning="""Mean work of the blade until the stem is cut through (`loading.until: severed`); in measured curves,
+        until the force stays below 10 % of its maximum.""",
         **_WHOLE_CUT,
     ),
     Response(
         *("first_fracture_force", "Force at first fracture", "Ff", "N"),
-        of=lambda test: None,
-        meaning="Mean of the largest force up to the first fracture, in whole cuts (`loading.until: severed`).",
+        of=lambda test: _measured_fracture(test)[0],
+        meaning="""Mean of the largest force up to the first fracture, in whole cuts (`loading.until: severed`); in
+        measured curves, up to the first drop by 10 %.""",
         **_WHOLE_CUT,
     ),
     Response(
         *("first_fracture_travel", "Travel at first fracture", "uf", "mm"),
-        of=lambda test: None,
-        meaning="Mean travel from first contact to the first fracture, in whole cuts (`loading.until: severed`).",
+        of=lambda test: _measured_fracture(test)[1],
+        meaning="""Mean travel from first contact to the first fracture, in whole cuts (`loading.until: severed`); in
+        measured curves, to the peak before the first drop by 10 %.""",
         **_WHOLE_CUT,
         varies_with_mesh=True,
     ),

@@ -15,6 +15,7 @@ from stemcal.measured.statistics import Summary, outlier_of, summarise
 from stemcal.measured.tables import columns_of, matching, read_table, scale_of
 from stemcal.notes import Note, Remedy
 from stemcal.power_law import PowerLaw, fit_power_law
+from stemcal.responses import CUT, WHOLE_CUT, ForceTravel, known_response
 from stemcal.storage.typed import Spread, inline
 
 _SUFFIXES = (".csv", ".txt", ".dat", ".tsv", ".asc", ".tra", ".xlsx", ".xlsm", ".xls")
@@ -36,7 +37,9 @@ class TestedSpecimen:
         c = self.curve
         numbers = {"max_force": c.max_force, "travel_at_max": c.travel_at_max, "work_to_max": c.work_to_max}
         who = {"specimen": self.name, "grade": self.grade, "diameter": self.diameter}
-        return who | numbers | {"trimmed_points": c.trimmed, "notes": c.notes}
+        test = ForceTravel.until_break(c.travel, c.force, self.diameter, CUT)
+        whole = {name: known_response(name).value(test) for name in WHOLE_CUT}
+        return who | numbers | whole | {"trimmed_points": c.trimmed, "notes": c.notes}
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -172,6 +172,11 @@ def shear_tables(tests: ShearTests) -> list[Table]:
         Column("travel", "Travel", "mm", fixed, lambda one: one.curve.travel_at_max),
         Column("trimmed", "Points trimmed", "", format, lambda one: one.curve.trimmed),
     ]
+    if any(one.row()["cutting_energy"] is not None for one in tests.specimens):
+        specimens[4:4] = [
+            Column("energy", "Cutting energy", "mJ", significant, lambda one: one.row()["cutting_energy"]),
+            Column("fracture", "First fracture", "N", significant, lambda one: one.row()["first_fracture_force"]),
+        ]
     foot = []
     if (law := tests.power_law) is not None:
         ends = "" if law.exponent_interval is None else f" (95 % CI {interval(law.exponent_interval, 3)})"

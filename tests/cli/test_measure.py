@@ -5,6 +5,7 @@ import time
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from commanding import command
 
@@ -83,6 +84,28 @@ def test_columns_that_may_be_specimens_or_channels(tmp_path: Path) -> None:
     assert peaks(tmp_path, "--force-column", "2", "--displacement-column", "1") == {"8mm": PEAK}
     both = peaks(tmp_path, "--force-column", "2,4", "--displacement-column", "1,3")
     assert both == {"8mm#1": PEAK, "8mm#2": 2 * PEAK}
+
+
+def test_a_curve_of_a_whole_cut_has_its_responses(tmp_path: Path) -> None:
+    """A triangle to 100 N at 1 mm, down to 80 N, a triangle to 300 N at 3 mm, down to 0 N at 4 mm: ∫F du = 530 mJ.
+
+    The curve begins at the preload of 5 N, 0.05 mm after first contact, and ends at 30 N: less 0.125 and 1.5 mJ.
+    """
+    corners = np.array([[0.0, 0.0], [1.0, 100.0], [1.5, 80.0], [3.0, 300.0], [4.0, 0.0], [5.0, 0.0]])
+    travel = np.arange(0.0, 5.001, 0.05)
+    force = np.interp(travel, *corners.T)
+    rows = "".join(f"{u:.2f},{f:.4f}\n" for u, f in zip(travel, force, strict=True))
+    write(tmp_path / "8mm-1.csv", "Travel [mm],Force [N]\n" + rows)
+    ended = travel <= 2.5
+    rows = "".join(f"{u:.2f},{f:.4f}\n" for u, f in zip(travel[ended], force[ended], strict=True))
+    write(tmp_path / "8mm-2.csv", "Travel [mm],Force [N]\n" + rows)
+    whole, short = shear(tmp_path)["specimens"]
+    assert whole["cutting_energy"] == pytest.approx(50.0 + 45.0 + 285.0 + 150.0 - 0.125 - 1.5)
+    assert whole["first_fracture_force"] == pytest.approx(100.0) and whole["travel_at_max"] == pytest.approx(2.95)
+    assert whole["first_fracture_travel"] == pytest.approx(0.95)
+    assert short["cutting_energy"] is None and short["first_fracture_force"] == pytest.approx(100.0)
+    shown = command("measure", "shear", tmp_path).stdout
+    assert "energy, mJ" in shown and "528.4" in shown
 
 
 def test_a_choice_among_channels_is_said(tmp_path: Path) -> None:
