@@ -9,11 +9,7 @@ MISSING = "–"
 
 
 def significant(value: float | None, digits: int = 4) -> str:
-    """Return `value` with a number of significant digits, in plain notation where that stays short.
-
-    >>> significant(18921.0208), significant(0.18750), significant(17.96), significant(None)
-    ('18921', '0.1875', '17.96', '–')
-    """
+    """Return `value` with a number of significant digits, in plain notation where that stays short: 18921, 0.1875."""
     if value is None or not math.isfinite(value):
         return MISSING
     if value == 0.0:
@@ -71,11 +67,7 @@ def interval(
     missing: str = MISSING,
     bounded: tuple[bool, bool] = (True, True),
 ) -> str:
-    """Return a range; an end that is not `bounded` is where the search ended, and is marked.
-
-    >>> interval([17.6258, 18.9641]), interval([10, 18.9641], bounded=(False, True))
-    ('17.63 to 18.96', '≤ 10.00 to 18.96')
-    """
+    """Return a range; an end that is not `bounded` is where the search ended, and is marked: ``≤ 10.00 to 18.96``."""
     if not bounds:
         return missing
     low, high = (significant(end, digits) for end in bounds)
@@ -105,11 +97,7 @@ def decimals(values: Iterable[float | None], usual: int, digits: int = 3) -> int
 
 
 def duration(seconds: float | None) -> str:
-    """Return a time as people say it.
-
-    >>> duration(0.004), duration(48.2), duration(600), duration(9000), duration(7.2e7), duration(None)
-    ('under 1 s', '48 s', '10 min', '2 h 30 min', '833 days', 'unknown')
-    """
+    """Return a time as people say it: ``under 1 s``, ``10 min``, ``2 h 30 min``, ``833 days``."""
     if seconds is None:
         return "unknown"
     if seconds < 1.0:

@@ -221,11 +221,7 @@ class Wording:
         return f"{interval(ends)}{self.response.unit_suffix}"
 
     def conditions(self, values: Iterable[float]) -> str:
-        """List values of the condition, or count many of them; a stem's diameter goes without its name.
-
-        >>> Wording().conditions([7.0, 8.0, 11.0]), Wording().conditions(range(1, 501))
-        ('7, 8 and 11 mm', '500 values from 1 to 500 mm')
-        """
+        """List values of the condition, or count many of them; a stem's diameter goes without its name."""
         values = list(values)
         many = len(values) > MOST_LISTED
         listed = f"{len(values)} values from {short(min(values))} to {short(max(values))}" if many else ""

@@ -5,8 +5,10 @@ from stemcal.formats import (
     counted,
     decimals,
     direction,
+    duration,
     fixed,
     in_bytes,
+    interval,
     listed,
     nearest,
     outwards,
@@ -15,12 +17,17 @@ from stemcal.formats import (
     series,
     short,
     signed_probability,
+    significant,
     unit_written,
     with_unit,
 )
 
 
 def test_numbers() -> None:
+    values = (18921.0208, 0.18750, 17.96, None)
+    assert [significant(value) for value in values] == ["18921", "0.1875", "17.96", "–"]
+    assert interval([17.6258, 18.9641]) == "17.63 to 18.96"
+    assert interval([10, 18.9641], bounded=(False, True)) == "≤ 10.00 to 18.96"
     assert [short(value) for value in (1100.0, 0.30000000000000004, 14.995)] == ["1100", "0.3", "14.995"]
     assert [fixed(value) for value in (-4.75, -0.001)] == ["−4.75", "0.00"]
     assert [percent(value) for value in (60.19, 0.0006, -7.83)] == ["60.19", "0.001", "−7.83"]
@@ -42,7 +49,9 @@ def test_units() -> None:
     assert change("failure_strain", 0.0141, "1") == "failure_strain increases by 0.0141"
 
 
-def test_memory() -> None:
+def test_time_and_memory() -> None:
+    times = {0.004: "under 1 s", 48.2: "48 s", 600: "10 min", 9000: "2 h 30 min", 7.2e7: "833 days", None: "unknown"}
+    assert {time: duration(time) for time in times} == times
     sizes = (2.5e8, 7.1e9, 3e15, float("inf"), None)
     assert [in_bytes(size) for size in sizes] == ["0.2 GB", "7.1 GB", *["more than 1000 TB"] * 2, "–"]
 

@@ -43,5 +43,7 @@ def test_factors_in_sentences() -> None:
 def test_values_in_sentences() -> None:
     assert (Wording().quantity(-74.69), Wording().quantity(74.69, "+.3g")) == ("−74.69 N", "+74.7 N")
     assert Wording().quantities((153.2, 160.0)) == "153.2 to 160.0 N"
+    assert Wording().conditions([7.0, 8.0, 11.0]) == "7, 8 and 11 mm"
+    assert Wording().conditions(range(1, 501)) == "500 values from 1 to 500 mm"
     assert Wording().at(7.0, 8.0) == " at diameters of 7 and 8 mm"
     assert Wording(Vocabulary(condition=None)).at(0.0) == ""

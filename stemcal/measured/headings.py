@@ -209,11 +209,7 @@ def _columns_named(cells: Sequence[str]) -> int:
 
 
 def _is_unit_row(cells: Sequence[str], every: bool = False) -> bool:
-    """Test whether at least half of the filled cells, or `every` one, are units and none names a quantity.
-
-    >>> _is_unit_row(["d", "kN"]), _is_unit_row(["", "kN", "mm", "mm"]), _is_unit_row(["kN", "Weg"])
-    (True, True, False)
-    """
+    """Test whether at least half of the filled cells, or `every` one, are units and none names a quantity."""
     filled = [cell for cell in cells if cell not in _NUMBERS and _bare_unit(cell) != ""]
     units = sum(bool(_bare_unit(cell)) for cell in filled)
     return 0 < len(filled) <= (1 if every else 2) * units and not _columns_named(filled)
@@ -254,11 +250,7 @@ def names_and_units(above: Sequence[Sequence[str]], width: int) -> tuple[tuple[s
 
 
 def millimetres_in(text: str) -> float | None:
-    """Return the first length in mm that a text holds; a speed is none.
-
-    >>> [millimetres_in(text) for text in ("12.1 mm", "A, d = 12,1mm", "8毫米-3", "1e99mm", "1e-9 mm", "10 mm/min")]
-    [12.1, 12.1, 8.0, None, None, None]
-    """
+    """Return the first length in mm that a text holds; a speed is none."""
     length = r"(?<![\d.,])(?<!\d[eE])(?<!\d[eE][-+])(\d{1,9}(?:[.,]\d{1,9})?)[ _]?(?:mm|毫米|мм)(?!\s*/|[²³])"
     match = re.search(length, text, re.IGNORECASE | re.ASCII)
     return float(match[1].replace(",", ".")) if match else None

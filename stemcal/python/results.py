@@ -43,12 +43,7 @@ class StudyResults:
     Results are attributes: `screen`, `climb`, `surface`, `inversion`, `refinement`, `validation`, and those of other
     packages' stages by their names; `of` returns one by its class.
 
-    Attributes
-    ----------
-    study : Study
-    folder : StudyFolder
-    stale : tuple of str
-        Reasons why existing stage files are not used: an input has changed since.
+    `stale` has the reasons for which existing stage files are not used: an input has changed since.
     """
 
     def __init__(self, study: Study, folder: StudyFolder) -> None:

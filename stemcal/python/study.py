@@ -29,14 +29,9 @@ _Workers = Annotated[Whole, Field(ge=1)] | None
 def load_study(path: str | Path, **changes: object) -> Study:
     """Return the study in a YAML file; raise `SpecError` with all its mistakes.
 
-    Parameters
-    ----------
-    changes
-        Changes of the spec by the name of a section or a factor, written as in a spec. A mapping is merged into the
-        spec; another value replaces the value in the spec.
+    Changes of the spec are by the name of a section or a factor, written as in a spec. A mapping is merged into the
+    spec; another value replaces the value in the spec:
 
-    Examples
-    --------
     ``load_study("my-stems.yaml", yield_stress={"high": 25}, rsm={"alpha": "face"})``
     """
     study = read_spec(path, **changes)
@@ -53,21 +48,12 @@ def calibrate(
 ) -> StudyResults:
     """Run all stages of a study; finished runs in the folder are reused.
 
-    Parameters
-    ----------
-    study : Study or path
-        The study, or the path of its YAML file.
-    out : path, optional
-        The study folder; by default ``runs/<study name>``.
-    workers : int, optional
-        Number of parallel simulations; by default the number of cores.
-    progress : bool, optional
-        Whether to show a progress bar; by default in a terminal and in Jupyter.
+    study      the study, or the path of its YAML file
+    out        the study folder; by default ``runs/<study name>``
+    workers    number of parallel simulations; by default the number of cores
+    progress   whether to show a progress bar; by default in a terminal and in Jupyter
 
-    Raises
-    ------
-    RunsFailed, TargetUnreachable, FolderLocked, Waiting, UsageError
-        As on the command line.
+    Raises `RunsFailed`, `TargetUnreachable`, `FolderLocked`, `Waiting` and `UsageError` as on the command line.
     """
     study, workers = _study(study), checked(_Workers, workers, "workers")
     folder = StudyFolder(place_of(study.name, out))
@@ -101,15 +87,8 @@ def _warn_before(demand: Demand, workers: int) -> None:
 def open_results(folder: str | Path, study: Study | None = None) -> StudyResults:
     """Return the results in a study folder.
 
-    Parameters
-    ----------
-    study : Study, optional
-        By default it is read from the spec of the last `calibrate` or `stemcal run`.
-
-    Raises
-    ------
-    UsageError
-        If the folder does not exist or does not contain its spec.
+    The study is by default read from the spec of the last `calibrate` or `stemcal run`. Raises `UsageError` if the
+    folder does not exist or does not contain its spec.
     """
     place = Path(folder)
     if not place.is_dir():
@@ -126,22 +105,12 @@ def open_results(folder: str | Path, study: Study | None = None) -> StudyResults
 def simulate(study: Study | str | Path, diameter: float | str | None = None, **levels: float | str) -> Simulated:
     """Run one virtual shear test of a study.
 
-    Parameters
-    ----------
-    study : Study or path
-        The study, or the path of its YAML file.
-    diameter : float or str, optional
-        Outer diameter of the stem, in mm or with a unit; by default that of the specimen.
-    levels : float or str
-        Values of factors in the units of the spec or with a unit; the others are at mid-level.
+    study      the study, or the path of its YAML file
+    diameter   outer diameter of the stem, in mm or with a unit; by default that of the specimen
+    levels     values of factors in the units of the spec or with a unit; the others are at mid-level
 
-    Raises
-    ------
-    UsageError
-        If the solver is not the embedded one, a factor is unknown, a value is not allowed in a spec, or the simulation
-        needs too much time or memory.
-    SimulationFailed
-        If the simulation is not reliable.
+    Raises `UsageError` if the solver is not the embedded one, a factor is unknown, a value is not allowed in a spec, or
+    the simulation needs too much time or memory; `SimulationFailed` if the simulation is not reliable.
     """
     study = _study(study)
     if not study.kind.simulates_stems:

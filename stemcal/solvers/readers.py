@@ -243,11 +243,7 @@ def required_number(text: str) -> float:
 
 
 def _number_of(text: str) -> float | None:
-    """Return the number that a text is, NaN if it marks a missing value or an overflow; None for any other.
-
-    >>> [_number_of(text) for text in ("1.5-101", " -2.5D+01", "****", "1_000", "12 N")]
-    [1.5e-101, -25.0, nan, None, None]
-    """
+    """Return the number that a text is, NaN if it marks a missing value or an overflow; None for any other."""
     text = text.strip()
     if _NUMBER.fullmatch(text):
         parts = _PARTS.fullmatch(text)

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from stemcal.measured.headings import folded, is_missing, quoted, units_in
+from stemcal.measured.headings import _is_unit_row, folded, is_missing, millimetres_in, quoted, units_in
 from stemcal.measured.shear import _named_grade
 
 
@@ -20,3 +20,10 @@ def test_headings() -> None:
 def test_grades_in_the_names_of_files_and_folders() -> None:
     paths = ("shear/10mm-3.csv", "7.5 mm/a.txt", "a/b.csv")
     assert [_named_grade(Path(path)) for path in paths] == [10.0, 7.5, None]
+
+
+def test_rows_of_units_and_lengths() -> None:
+    rows = (["d", "kN"], ["", "kN", "mm", "mm"], ["kN", "Weg"])
+    assert [_is_unit_row(row) for row in rows] == [True, True, False]
+    texts = ("12.1 mm", "A, d = 12,1mm", "8毫米-3", "1e99mm", "1e-9 mm", "10 mm/min")
+    assert [millimetres_in(text) for text in texts] == [12.1, 12.1, 8.0, None, None, None]

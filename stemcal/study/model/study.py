@@ -125,10 +125,7 @@ class Study(StudyForm):
         For a study with ``solver: {kind: sheet}``. Each run is a row of the sheet: values by the names of its columns,
         None for those that `tell` takes.
 
-        Parameters
-        ----------
-        out : path, optional
-            The study folder; by default ``runs/<study name>``.
+        The study folder `out` is by default ``runs/<study name>``.
         """
         runs: list[dict[str, Any]] = self._theirs().ask(self, out)
         return runs
@@ -136,19 +133,9 @@ class Study(StudyForm):
     def tell(self, rows: Sequence[Mapping[str, Any]], out: str | Path | None = None, *, replace: str = "") -> int:
         """Record results; return how many were accepted.
 
-        Parameters
-        ----------
-        rows : sequence of mappings
-            As `ask` returns them, with the responses filled in, or ``failed`` with the reason. Levels may be left out.
-        out : path, optional
-            The study folder.
-        replace : str
-            Why results replace earlier ones; without it they are refused.
-
-        Raises
-        ------
-        UsageError
-            With every row that is not taken; the others are.
+        The rows are as `ask` returns them, with the responses filled in, or ``failed`` with the reason; levels may be
+        left out. `replace` is why results replace earlier ones; without it they are refused. Raises `UsageError` with
+        every row that is not taken; the others are.
         """
         return int(self._theirs().tell(self, rows, out, replace=replace))
 

@@ -84,11 +84,7 @@ def _meanings_of_fields(model: type) -> dict[str, str]:
 
 
 def section_places() -> dict[str, str]:
-    """Return the places of the keys of each class of the model in a spec.
-
-    >>> [section_places()[name] for name in ("TargetRow", "Growth")]
-    ['targets[]', 'specimen.*']
-    """
+    """Return the places of the keys of each class of the model in a spec, such as ``targets[]``."""
     found: dict[str, tuple[str, list[str]]] = {}
     for path, name in _classes():
         place = "".join(step if step == "[]" else f".{step}" for step in path if step[0] != "=").removeprefix(".")
@@ -146,11 +142,7 @@ def meaning_of(path: NodePath) -> str:
 
 
 def meanings() -> dict[str, str]:
-    """Return the meaning of each key of a spec, by its place.
-
-    >>> meanings()["screen.alpha"], meanings()["solver.files, kind: command"]
-    ('Significance level. Factors with a smaller p-value are significant.', 'Files that are copied to each run folder.')
-    """
+    """Return the meaning of each key of a spec, by its place, such as ``solver.files, kind: command``."""
     found = {key: node["description"] for key, node in json_schema()["properties"].items()}
     for name, place in section_places().items():
         path, comma, kind = place.partition(",")

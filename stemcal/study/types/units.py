@@ -123,11 +123,7 @@ _OTHERS = {"length": ("m",), "stress": ("Pa", "GPa"), "density": ("g/cm3", "t/mm
 
 
 def with_unit(number: str, dimension: str, usual: str) -> str:
-    """Return the remedy for a number without a unit; where the usual one is not plausible, the first that is.
-
-    >>> with_unit("8", "length", "mm"), with_unit("0.01", "length", "mm"), with_unit("1e9", "stress", "MPa")
-    ('write "8 mm"', 'write "0.01 m" (10 mm), or "0.01 mm"', 'write "1e9 Pa" (1000 MPa), or "1e9 MPa"')
-    """
+    """Return the remedy for a number without a unit; where the usual one is not plausible, the first that is."""
     low, high = _PLAUSIBLE.get(dimension, (-math.inf, math.inf))
     values = {unit: convert(abs(float(number)), unit) for unit in (usual, *_OTHERS.get(dimension, ()))}
     likely = next((unit for unit, value in values.items() if low <= value <= high), usual)
@@ -138,11 +134,7 @@ def with_unit(number: str, dimension: str, usual: str) -> str:
 
 
 def with_point(text: str) -> str:
-    """Return a number with a decimal point for its comma; three digits behind it may be thousands.
-
-    >>> with_point("152,5 N"), with_point("1,234 N")
-    ('152.5 N', '1.234 N (or 1234 N, if the comma separates thousands)')
-    """
+    """Return a number with a decimal point for its comma; three digits behind it may be thousands."""
     point = text.strip().replace(",", ".", 1)[:_LONGEST]
     if not re.fullmatch(r"[-+]?[1-9][0-9]{0,2},[0-9]{3}(?![0-9]).*", text.strip()):
         return point

@@ -36,6 +36,12 @@ def test_no_key_is_undescribed() -> None:
     assert set(section_places()) == set(schema["$defs"])
 
 
+def test_a_key_has_its_meaning() -> None:
+    found = meanings()["screen.alpha"], meanings()["solver.files, kind: command"]
+    significance = "Significance level. Factors with a smaller p-value are significant."
+    assert found == (significance, "Files that are copied to each run folder.")
+
+
 def test_sections_have_places() -> None:
     places = section_places()
     assert places["Factor"] == "factors[]"

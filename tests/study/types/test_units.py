@@ -96,3 +96,11 @@ def test_very_long_texts_are_cut_in_messages() -> None:
 def test_every_dimension_begins_with_its_internal_unit() -> None:
     for dimension, name in units.INTERNAL.items():
         assert units.convert(1.0, name, dimension) == 1.0
+
+
+def test_remedies_for_numbers_without_a_unit_or_with_a_comma() -> None:
+    assert units.with_unit("8", "length", "mm") == 'write "8 mm"'
+    assert units.with_unit("0.01", "length", "mm") == 'write "0.01 m" (10 mm), or "0.01 mm"'
+    assert units.with_unit("1e9", "stress", "MPa") == 'write "1e9 Pa" (1000 MPa), or "1e9 MPa"'
+    assert units.with_point("152,5 N") == "152.5 N"
+    assert units.with_point("1,234 N") == "1.234 N (or 1234 N, if the comma separates thousands)"
