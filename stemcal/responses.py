@@ -5,12 +5,10 @@ A new response is one entry of `TABLE`; in another package it is a `Response` wi
 returns its value. Every value of a response, measured or simulated, is in its `unit`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from math import isfinite
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -54,7 +52,7 @@ class ForceTravel:
     numbers: Mapping[str, Any] = field(default_factory=dict)
 
     @classmethod
-    def until_break(cls, travel: Array, force: Array, diameter: float, kind: str) -> ForceTravel:
+    def until_break(cls, travel: Array, force: Array, diameter: float, kind: str) -> Self:
         """Return the curve of a laboratory test (mm, N) that ends at the break."""
         peak = int(np.argmax(force))
         return cls(travel, force, float(force[peak]), float(travel[peak]), diameter, kind)

@@ -5,12 +5,11 @@ the keys of files they are ``response`` and ``condition`` in every study; their 
 figure and sentence, and is once in each stage file.
 """
 
-from __future__ import annotations
-
 import operator
 import re
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
+from typing import Self
 
 from stemcal.formats import interval, minus, series, short, unit_written
 from stemcal.responses import CUT, TABLE, Response, known_response, response_of, responses_in
@@ -35,7 +34,7 @@ class Variable:
     """Whether what counts is how far a value is from the measured mean, which by itself is of something else."""
 
     @classmethod
-    def of(cls, response: Response) -> Variable:
+    def of(cls, response: Response) -> Self:
         """Return the names of a response of the table, as the cutting test has it."""
         return cls(response.name, response.label, response.symbol, response.unit)
 
@@ -125,12 +124,12 @@ class Vocabulary:
         own = (response for response in self.responses if response.name == name)
         return next(own, None) or Variable.of(known_response(name))
 
-    def measuring(self, names: Collection[str]) -> Vocabulary:
+    def measuring(self, names: Collection[str]) -> Self:
         """Return it with those of the names that are responses of the cutting test."""
         more = (Variable.of(one) for one in responses_in(CUT, measured=names) if one.name in names)
         return replace(self, responses=tuple(dict.fromkeys((*self.responses, *more))))
 
-    def with_primary(self, name: str) -> Vocabulary:
+    def with_primary(self, name: str) -> Self:
         """Return it with another of the responses as the first."""
         first = self.named(name)
         return replace(self, responses=(first, *(one for one in self.responses if one != first)))
@@ -141,7 +140,7 @@ class Vocabulary:
         return (self.response, self.condition) == (FORCE, DIAMETER)
 
     @property
-    def of_logarithm(self) -> Vocabulary:
+    def of_logarithm(self) -> Self:
         """The names where the first response is replaced by its logarithm, ``ln F``."""
         first = self.response
         logarithm = Variable(f"ln_{first.name}", f"Logarithm of the {first.long}", f"ln {first.symbol}", "1")

@@ -3,12 +3,10 @@
 Known runs are those of a file, all others come from people.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 from stemcal.by_hand.options import SheetSolver
 from stemcal.by_hand.row_checks import RowRefused, Unread, first_of, number_in, other_level, result_in
@@ -52,7 +50,7 @@ class Sheet(Solver):
     rows: Mapping[str, Sequence[_KnownRow]] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, study: Study) -> Sheet:
+    def of(cls, study: Study) -> Self:
         """Read what templates and the file hold now."""
         options = study.solver
         assert isinstance(options, SheetSolver)

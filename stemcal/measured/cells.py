@@ -53,9 +53,6 @@ def decoded_table(content: bytes, encoding: str | None, path: Path) -> tuple[str
     """Return a text and its encoding.
 
     It is that of the byte order mark, UTF-8 or UTF-16, else that of Chinese or of Western European machines.
-
-    >>> decoded_table("力/N".encode("gbk"), None, Path("a.csv"))
-    ('力/N', 'gb18030')
     """
     try:
         found = encodings.decoded(content, [encoding] if encoding else encodings.guesses(content))

@@ -57,8 +57,7 @@ def quoted(cell: str, most: int = 40) -> str:
 
 FORCE = (
     *("force", "load", "kraft", "fuerza", "carga", "effort", "forza", "força", "kuvvet", "kuvveti", "síla", "siła"),
-    *("last",),
-    *("yük", "yükü"),
+    *("last", "yük", "yükü"),
     *("сила", "усилие", "нагрузка", "зусилля", "навантаження"),
     *("力", "载荷", "负荷", "负载", "載荷", "荷重", "試験力", "힘", "하중", "시험력"),
 )

@@ -1,8 +1,6 @@
 """The keys of each kind of solver: the embedded one, any program, decks, a Python class."""
 
-from __future__ import annotations
-
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import BeforeValidator, Field, StringConstraints
 
@@ -101,7 +99,7 @@ class EmbeddedSolver(SolverOptions):
     def without_curve(self) -> tuple[str, str] | None:
         return None
 
-    def at_speed(self, speed: float) -> EmbeddedSolver:
+    def at_speed(self, speed: float) -> Self:
         """Return the options for a blade of this speed (mm/s): unchanged up to 100 mm/min, in proportion above.
 
         Inertia grows as ρV²: added mass that is harmless there must go as V⁻², time step and filter as V⁻¹, so that

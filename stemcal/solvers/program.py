@@ -1,7 +1,5 @@
 """A run of a program from beginning to end: its folder, its inputs, the process or processes, what it leaves."""
 
-from __future__ import annotations
-
 import hashlib
 import shutil
 import tempfile
@@ -41,7 +39,7 @@ class Inputs:
     named: Mapping[Path, str] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, templates: Sequence[Path], files: Sequence[Path], named: Sequence[Path] = ()) -> Inputs:
+    def of(cls, templates: Sequence[Path], files: Sequence[Path], named: Sequence[Path] = ()) -> Self:
         """Record the current content of the files."""
         return cls(*({path: file_hash(path) for path in paths} for paths in (templates, files, named)))
 

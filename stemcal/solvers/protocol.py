@@ -1,11 +1,9 @@
 """The interface of a solver: it returns the response at given levels and a given diameter or other condition."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Self
 
 from stemcal.storage.encodings import in_a_line, visible
 from stemcal.vocabulary import CUTTING, Vocabulary
@@ -58,7 +56,7 @@ class Answer:
         """Whether the force may be used in an analysis."""
         return self.status == "ok"
 
-    def readable(self) -> Answer:
+    def readable(self) -> Self:
         """Return it without control characters in its texts, which may come from a program, at limited length."""
         more = "…" * (len(self.message) > MOST_MESSAGE)
         return replace(self, reason=in_a_line(self.reason)[:100], message=visible(self.message[:MOST_MESSAGE]) + more)
@@ -94,7 +92,7 @@ class Solver:
     def get_ready(self) -> None:
         """Prepare this process for its first run; this time does not count towards a time limit."""
 
-    def placed(self, _folder: Path) -> Solver:
+    def placed(self, _folder: Path) -> Self:
         """Return the solver with a folder of the study for the files of its runs."""
         return self
 

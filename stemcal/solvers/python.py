@@ -1,7 +1,5 @@
 """A class in a Python file next to the spec as a solver."""
 
-from __future__ import annotations
-
 import importlib.util
 import inspect
 import sys
@@ -11,7 +9,7 @@ from dataclasses import dataclass
 from importlib.machinery import SourceFileLoader
 from numbers import Real
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 from stemcal.errors import SimulationFailed, UsageError
 from stemcal.processes.child import ChildDied, computed_apart
@@ -38,7 +36,7 @@ class PythonClass(Solver):
     inputs: Mapping[Path, str]
 
     @classmethod
-    def of(cls, study: Study) -> PythonClass:
+    def of(cls, study: Study) -> Self:
         """Record the current content of the file and of its inputs."""
         assert isinstance(study.solver, PythonSolver)
         file = study.solver.file

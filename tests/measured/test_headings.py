@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from stemcal.measured.cells import decoded_table
 from stemcal.measured.headings import _is_unit_row, folded, is_missing, millimetres_in, quoted, units_in
 from stemcal.measured.shear import _named_grade
 
@@ -27,3 +28,7 @@ def test_rows_of_units_and_lengths() -> None:
     assert [_is_unit_row(row) for row in rows] == [True, True, False]
     texts = ("12.1 mm", "A, d = 12,1mm", "8毫米-3", "1e99mm", "1e-9 mm", "10 mm/min")
     assert [millimetres_in(text) for text in texts] == [12.1, 12.1, 8.0, None, None, None]
+
+
+def test_the_encoding_of_a_chinese_machine() -> None:
+    assert decoded_table("力/N".encode("gbk"), None, Path("a.csv")) == ("力/N", "gb18030")

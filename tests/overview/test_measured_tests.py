@@ -151,3 +151,12 @@ def test_a_folder_without_tests_and_an_unknown_specimen_are_refused(lab: Path) -
 )
 def test_however_a_spec_is_laid_out(text: str, known: str) -> None:
     assert with_rows(text, {"pull": ["{a: 1}"]}) == known
+
+
+def test_only_the_rows_of_targets_change() -> None:
+    spec = "targets:\n  - {test: pull, diameter: 7 mm}\n  - {diameter: 8 mm}\nname: a\n"
+    changed = "targets:\n  - {diameter: 8 mm}\n  - {test: pull, diameter: 9 mm}\nname: a\n"
+    assert with_rows(spec, {"pull": ["{test: pull, diameter: 9 mm}"]}) == changed
+    row = {"": ["{diameter: 8 mm}"]}
+    assert with_rows("targets: [{diameter: 7 mm}]\n", row) == "targets:\n  - {diameter: 8 mm}\n"
+    assert with_rows("name: a\n", row) == "name: a\n\ntargets:\n  - {diameter: 8 mm}\n"

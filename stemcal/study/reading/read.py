@@ -130,17 +130,6 @@ def with_rows(text: str, rows: Mapping[str, Sequence[str]]) -> str:
     """Return the text with other rows of some tests: by a test's name ("" for the main one) rows in YAML, or comments.
 
     Comments between the rows are lost.
-
-    >>> spec = "targets:\\n  - {test: pull, diameter: 7 mm}\\n  - {diameter: 8 mm}\\nname: a\\n"
-    >>> print(with_rows(spec, {"pull": ["{test: pull, diameter: 9 mm}"]}), end="")
-    targets:
-      - {diameter: 8 mm}
-      - {test: pull, diameter: 9 mm}
-    name: a
-    >>> with_rows("targets: [{diameter: 7 mm}]\\n", {"": ["{diameter: 8 mm}"]})
-    'targets:\\n  - {diameter: 8 mm}\\n'
-    >>> with_rows("name: a\\n", {"": ["{diameter: 8 mm}"]})
-    'name: a\\n\\ntargets:\\n  - {diameter: 8 mm}\\n'
     """
     line_end = "\r\n" if "\r\n" in text else "\n"
     new = [row if row.startswith("#") else f"- {row}" for of_test in rows.values() for row in of_test]
