@@ -85,17 +85,19 @@ def _meanings_of_fields(model: type) -> dict[str, str]:
 
 def section_places() -> dict[str, str]:
     """Return the places of the keys of each class of the model in a spec, such as ``targets[]``."""
-    found: dict[str, tuple[str, list[str]]] = {}
+    uses: dict[str, dict[str, dict[str, list[str]]]] = {}
     for path, name in _classes():
         place = "".join(step if step == "[]" else f".{step}" for step in path if step[0] != "=").removeprefix(".")
-        kinds = [step[1:] for step in path if step[0] == "="]
-        first, known = found.setdefault(name, (place, kinds))
-        above = place.rpartition(".")[0]
-        if place == first:
-            known += [kind for kind in kinds if kind not in known]
-        elif above == first.rpartition(".")[0]:  # under several keys of a section
-            found[name] = f"{above}.*", known
-    return {name: place + (f", kind: {', '.join(kinds)}" if kinds else "") for name, (place, kinds) in found.items()}
+        of_section = uses.setdefault(name, {}).setdefault(place.rpartition(".")[0], {})
+        of_section.setdefault(place, []).extend(step[1:] for step in path if step[0] == "=")
+    found = {}
+    for name, sections in uses.items():
+        # the section with most keys of the class, a list of sections last: a growing value is one of `material`
+        above, places = max(sections.items(), key=lambda one: (not one[0].endswith("]"), len(one[1])))
+        (place, kinds), *others = places.items()
+        place = f"{above}.*" if others and above else place
+        found[name] = place + (f", kind: {', '.join(dict.fromkeys(kinds))}" if kinds else "")
+    return found
 
 
 @functools.cache

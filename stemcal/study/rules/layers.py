@@ -7,11 +7,13 @@ from math import sqrt
 from operator import itemgetter
 from typing import Any
 
+from stemcal.formats import series
 from stemcal.study.model.growth import Interpolated, value_at
 from stemcal.study.model.layers import MOST_LAYERS, LayerSection
 from stemcal.study.model.shear_test import Relative
 from stemcal.study.rules import Draft
 from stemcal.study.rules.factors import possible_values, values_in
+from stemcal.study.types.factor import PARAMETERS, TRANSVERSE
 from stemcal.study.types.strict_yaml import Finding, NodePath
 
 # Elements through a layer, at least; and the mass that an element of it may be given for the time step, times its own.
@@ -61,6 +63,17 @@ def _layers_are_complete(draft: Draft) -> Iterator[Finding]:
             for at, factor in draft.factors.items():
                 if factor.name == f"{layer.name}_thickness":
                     yield Finding(("factors", at, "name"), message, "remove this factor")
+
+
+def _factors_act_in_a_layer(draft: Draft) -> Iterator[Finding]:
+    """A factor of the whole stem is a parameter of at least one layer: not all have their own value."""
+    for index, factor in draft.factors.items() if draft.layers and draft.kind.has_layers else ():
+        each = [f"{layer.name}_{factor.name}" for layer in draft.layers]
+        follow = [name for name in each if name in draft.places and draft.places[name].given is None]
+        if factor.name.removeprefix("transverse_") in (*PARAMETERS, *TRANSVERSE) and not {*follow} - {*draft.names}:
+            message = f"{factor.name} has no effect, because no layer uses the value of the whole stem"
+            remedy = f"remove this factor, or remove {series(each, 'or')} from its layer or from the factors"
+            yield Finding(("factors", index, "name"), message, remedy)
 
 
 def _bore_is_given_once(draft: Draft) -> Iterator[Finding]:
@@ -219,7 +232,7 @@ def _across(draft: Draft, layer: LayerSection | None, name: str, diameter: float
 
 
 RULES: tuple[Callable[[Draft], Iterator[Finding]], ...] = (
-    _solver_has_layers, _layers_are_complete, _bore_is_given_once, _measured_values_cover_the_diameters,
-    _layers_fit_the_wall, _laws_are_possible,
+    _solver_has_layers, _layers_are_complete, _factors_act_in_a_layer, _bore_is_given_once,
+    _measured_values_cover_the_diameters, _layers_fit_the_wall, _laws_are_possible,
 )  # fmt: skip
 """The rules of this file."""

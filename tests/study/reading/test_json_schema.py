@@ -46,6 +46,7 @@ def test_sections_have_places() -> None:
     places = section_places()
     assert places["Factor"] == "factors[]"
     assert places["TargetRow"] == "targets[]"
+    assert places["Growth"] == "material.*"  # also in `specimen` and in layers
     assert places["ResultReader"] == "solver.result, kind: command"
 
 
