@@ -125,11 +125,11 @@ def _files(deck: Deck, path: Path, text: str) -> dict[Path, str]:
     is_radioss = path.suffix == RADIOSS
     name = path.stem.removesuffix("_0000") if is_radioss else path.stem
     keyword_deck = path.with_name(f"{name}.k") if is_radioss else path
-    if not is_radioss and (deck.form.for_ls_dyna or deck.nonlocal_length == 0.0):
+    if not is_radioss and (deck.form.for_ls_dyna or not deck.nonlocal_lengths):
         return {keyword_deck: text}
     return {
         keyword_deck: text,
-        path.with_name(f"{name}_0000{RADIOSS}"): starter_around(keyword_deck.name, deck.nonlocal_length),
+        path.with_name(f"{name}_0000{RADIOSS}"): starter_around(keyword_deck.name, deck.nonlocal_lengths),
         path.with_name(f"{name}_0001{RADIOSS}"): engine_text(deck, name),
     }
 
@@ -180,6 +180,10 @@ def export_material(
     with opened(spec, out, workers, executor, quiet) as session:
         study = session.study
         at = study.targets.calibrate_at
+        if study.is_layered:
+            raise UsageError(
+                "a material card is of a stem without `layers` and `transverse`; use `stemcal export deck`"
+            )
         if size > _COARSEST * at:
             most = f"Use at most {_COARSEST * at:g} mm."
             raise UsageError(f"--element-size: {size:g} mm is too large for a stem diameter of {at:g} mm. {most}")

@@ -264,7 +264,10 @@ def _bound(law: Material) -> float:
 # ---- every shipped study
 
 KINDS = ("embedded", "deck")
-SHIPPED = sorted(path for path in CONFIGS.glob("*.yaml") if load_study(path).solver.kind in KINDS)
+STUDIES = {path: load_study(path) for path in sorted(CONFIGS.glob("*.yaml"))}
+SHIPPED = [
+    path for path, one in STUDIES.items() if one.solver.kind in KINDS and one.material.transverse is None
+]  # fibres have no deck
 
 
 @pytest.mark.parametrize("spec", SHIPPED, ids=lambda path: path.stem)
@@ -324,7 +327,7 @@ def test_lengths_stand_in_each_programs_own_words() -> None:
     assert card[2] == f"{1:10d}{1:10d}{8.0:10}{2.0:10}{fitted(dyna.nonlocal_length, 10):>10}{100:10d}{1:10d}{0:10d}"
     assert card[4] == f"{1:10d}"
     assert "MAT_NONLOCAL" not in deck_text(plain) + deck_text(radioss)
-    starter = starter_around("run.k", radioss.nonlocal_length).splitlines()
+    starter = starter_around("run.k", radioss.nonlocal_lengths).splitlines()
     at = starter.index("/NONLOCAL/MAT/1")
     assert float(starter[at + 2][:20]) == radioss.nonlocal_length
     assert starter[starter.index("/INCLUDE_LS-DYNA/") + 1] == "run.k"
@@ -452,3 +455,86 @@ def test_tools_are_meshed_where_they_touch_and_the_stem_rests_on_nodes() -> None
     assert len(parts.blade.hexes) < 4000
     layers = np.unique(np.round(parts.stem.nodes[:, 0], 9))
     assert {-11.0, 11.0} <= set(layers.tolist())
+
+
+# ---- layers: a part and a material each
+
+LAYERED = load_study(CONFIGS / "hemp-two-layers.yaml")
+PHLOEM, XYLEM = 4, 1  # the numbers of their parts
+LEVELS = {"phloem_yield_stress": 20.0}
+
+
+def cards(text: str, name: str) -> list[list[str]]:
+    """Return the lines of each keyword of this name, without headings of fields."""
+    found: list[list[str]] = []
+    for line in text.splitlines():
+        if line.startswith("*"):
+            found.append([line])
+        elif found and not line.startswith("$"):
+            found[-1].append(line)
+    return [lines[1:] for lines in found if lines[0] == f"*{name}"]
+
+
+def columns(line: str, width: int = 10) -> list[float]:
+    return [float(line[i : i + width]) for i in range(0, len(line), width)]
+
+
+@pytest.mark.parametrize("program", ["lsdyna", "openradioss"])
+@pytest.mark.parametrize("lengths", [False, True])
+def test_each_layer_is_a_part_with_its_material(program: Any, lengths: bool) -> None:
+    """Phloem of 0.5 mm on xylem: densities, moduli, yield stresses of the spec; elements by the radius of their centre.
+
+    The layers are one body: both contacts have the set of both parts, and the elements at the interface share nodes.
+    """
+    deck = Deck.of(LAYERED, LEVELS, 9.3, DeckForm(program, lengths))
+    text = deck_text(deck)
+    name = "MAT_PLASTIC_KINEMATIC" if program == "lsdyna" else "MAT_PIECEWISE_LINEAR_PLASTICITY"
+    laws = {int(values[0]): values for lines in cards(text, name) if (values := columns(lines[0]))}
+    factor = laws[XYLEM][1] / 1e-9
+    assert {part: laws[part][2:5] for part in (PHLOEM, XYLEM)} == {
+        PHLOEM: [3607.5, 0.3, 20.0],
+        XYLEM: [1343.5, 0.3, 16.0],
+    }
+    assert laws[PHLOEM][1] == pytest.approx(laws[XYLEM][1]) and (factor > 1.0) == (lengths and program != "lsdyna")
+    parts = {lines[0]: columns(lines[1]) for lines in cards(text, "PART")}
+    assert (parts["phloem"][0], parts["phloem"][2]) == (PHLOEM, PHLOEM)
+    assert (parts["xylem"][0], parts["xylem"][2]) == (XYLEM, XYLEM)
+    (((sid,), pids),) = ([columns(line) for line in lines] for lines in cards(text, "SET_PART_LIST"))
+    assert pids == [XYLEM, PHLOEM]
+    for contact in ("ERODING", "AUTOMATIC"):
+        (lines,) = cards(text, f"CONTACT_{contact}_SURFACE_TO_SURFACE_ID")
+        assert (columns(lines[1])[0], columns(lines[1])[2]) == (sid, 2.0)
+    (nodes,) = cards(text, "NODE")
+    place = {int(line[:8]): np.array(columns(line[8:], 16)) for line in nodes}
+    (elements,) = cards(text, "ELEMENT_SOLID")
+    corners: dict[int, list[list[int]]] = {}
+    for line in elements:
+        _, part, *own = (int(value) for value in columns(line, 8))
+        corners.setdefault(part, []).append(own)
+    radius = {
+        part: np.array([np.linalg.norm(np.mean([place[n] for n in own], axis=0)[1:]) for own in corners[part]])
+        for part in (PHLOEM, XYLEM)
+    }
+    interface = 4.65 - 0.5
+    assert radius[PHLOEM].min() > interface * 0.985 and radius[XYLEM].max() < interface
+    assert {n for own in corners[PHLOEM] for n in own} & {n for own in corners[XYLEM] for n in own}
+    assert len(corners[PHLOEM]) + len(corners[XYLEM]) == len(deck.parts.stem.hexes)
+    assert "these decks were not run" in " ".join(deck.notes)
+
+
+def test_each_layer_averages_its_own_failure() -> None:
+    text = deck_text(Deck.of(LAYERED, LEVELS, 9.3, DeckForm("lsdyna", lengths=True)))
+    averaged = {int(columns(lines[0])[0]): columns(lines[0])[4] for lines in cards(text, "MAT_NONLOCAL")}
+    assert averaged == pytest.approx({PHLOEM: 2.5**0.5 * 9.3 / 4.5, XYLEM: 2.5**0.5 * 9.3 / 4.5}, rel=1e-6)
+    starter = starter_around("run.k", Deck.of(LAYERED, LEVELS, 9.3, DeckForm(lengths=True)).nonlocal_lengths)
+    assert re.findall(r"/NONLOCAL/MAT/(\d)", starter) == [str(PHLOEM), str(XYLEM)]
+
+
+def test_step_and_contact_are_of_the_stiffest_and_of_the_outer_layer() -> None:
+    deck = Deck.of(LAYERED, LEVELS, 9.3)
+    assert (deck.law.elastic_modulus, deck.fastest.elastic_modulus) == (3607.5, 3607.5)
+    soft = LAYERED.model_copy(
+        update={"layers": (LAYERED.layers[0].model_copy(update={"elastic_modulus": 500.0}), LAYERED.layers[1])}
+    )
+    deck = Deck.of(soft, LEVELS, 9.3)
+    assert (deck.law.elastic_modulus, deck.fastest.elastic_modulus) == (500.0, 1343.5)

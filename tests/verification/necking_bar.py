@@ -234,7 +234,7 @@ def pulled_there(breadth: float, size: float, share: float) -> Pulled:
     there = installation(options, Path.cwd())
     (folder / DECK).write_text("\n".join(deck_lines(mesh)) + "\n", "utf-8")
     further = "\n".join([*histories_asked(len(mesh.hexes)), "/END"])
-    (folder / STARTER_INPUT).write_text(starter_around(DECK, length).replace("/END", further), "utf-8")
+    (folder / STARTER_INPUT).write_text(starter_around(DECK, {1: length}).replace("/END", further), "utf-8")
     engine = (
         "/RUN/run/1/",
         f"{DURATION}",

@@ -60,8 +60,8 @@ class DeckProgram(Program[DeckSolver]):
         self.inputs.write(folder, {})
         deck = self._deck(request)
         write_atomic(folder / DECK, deck_text(deck))
-        if not self._is_lsdyna and deck.nonlocal_length > 0.0:
-            write_atomic(folder / STARTER_INPUT, starter_around(DECK, deck.nonlocal_length))
+        if not self._is_lsdyna and deck.nonlocal_lengths:
+            write_atomic(folder / STARTER_INPUT, starter_around(DECK, deck.nonlocal_lengths))
 
     def _deck(self, request: Request) -> Deck:
         """Return the deck in the form that the program reads; for OpenRadioss without pictures, 50 files for a run."""

@@ -8,7 +8,7 @@ from stemcal.solvers.deck.model import BLADE, STEM, SUPPORTS, Deck
 from stemcal.study.model.shear_test import DAMPING
 
 BLADE_CONTACT, SUPPORTS_CONTACT = 1, 2
-_BY_PART = 3
+_BY_PART_SET, _BY_PART = 2, 3
 
 
 def contact_cards(deck: Deck) -> Iterator[str]:
@@ -20,7 +20,12 @@ def contact_cards(deck: Deck) -> Iterator[str]:
     near, radius = 0.5 * study.supports.clearance + study.supports.fillet_radius, 0.5 * deck.diameter
     blade = friction, _scales(deck, c.penalty * deck.edge_share, (0.0, 0.0, radius)), erosion
     supports = friction, _scales(deck, c.penalty, (near, 0.0, -radius))
-    kinds = {"sstyp": _BY_PART, "mstyp": _BY_PART, "sboxid": 0, "mboxid": 0, "spr": 1, "mpr": 1}
+    layered = len(deck.layers) > 1
+    if layered:
+        parts = {f"pid{i}": part for i, part in enumerate(sorted(deck.layers), 1)}
+        yield from keyword("SET_PART_LIST", {"sid": STEM}, parts)
+    kinds = {"sstyp": _BY_PART_SET if layered else _BY_PART, "mstyp": _BY_PART}
+    kinds |= {"sboxid": 0, "mboxid": 0, "spr": 1, "mpr": 1}
     for number, name, tool, title, cards in (
         (BLADE_CONTACT, "ERODING", BLADE, "blade and stem", blade),
         (SUPPORTS_CONTACT, "AUTOMATIC", SUPPORTS, "supports and stem", supports),

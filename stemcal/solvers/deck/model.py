@@ -8,13 +8,15 @@ from functools import cached_property
 from math import floor, pi
 
 import numpy as np
+from numpy.typing import NDArray
 
-from stemcal.cutting.build import mesh_size, stem_mesh
+from stemcal.cutting.build import materials, mesh_size, stem_mesh
 from stemcal.cutting.parts import Blade, Discretisation, Stem, Supports, rate_filter
 from stemcal.errors import UsageError
 from stemcal.fem.contact import POINTS_PER_FACE
-from stemcal.fem.material import Material
+from stemcal.fem.material import Layers, Material
 from stemcal.fem.mesh import Mesh
+from stemcal.formats import series
 from stemcal.solvers.deck.equivalents import (
     density_factor,
     nonlocal_length,
@@ -26,6 +28,7 @@ from stemcal.solvers.deck.equivalents import (
 from stemcal.solvers.deck.keywords import WIDTH, DeckForm, fitted, form_of
 from stemcal.solvers.deck.tools import blade_mesh, supports_mesh
 from stemcal.solvers.options import DeckSolver, EmbeddedSolver
+from stemcal.study.model.layers import LayerValues, layers_at
 from stemcal.study.model.shear_test import GAP
 from stemcal.study.model.study import Study
 from stemcal.study.types.factor import PARAMETERS
@@ -72,13 +75,15 @@ class Deck:
         Raises `UsageError` if the study's solver computes no stem: its factors are then no stem material. A deck has
         one isotropic one, two supports and a straight edge.
         """
-        if study.is_layered:
-            message = "a deck has one isotropic material; remove `layers` and `material.transverse` from the spec"
-            raise UsageError(message)
         if not isinstance(study.solver, EmbeddedSolver | DeckSolver):
             kind = study.solver.kind
             raise UsageError(f"a deck requires a solver of kind `embedded` or `deck`; this spec uses kind `{kind}`")
         diameter, study = study.stem_at(levels, diameter), study.at(levels)
+        if any(layer.across is not None for layer in layers_at(study, levels, diameter)):
+            raise UsageError(
+                "a deck has isotropic materials: the laws of LS-DYNA and OpenRadioss for fibres (such as *MAT_157 and "
+                "LAW93) are not those of the study, and their force is unknown; remove `transverse` from the spec"
+            )
         for key, other in (
             (f"supports.kind: {study.supports.kind}", study.supports.kind != "span"),
             (f"blade.sliding_angle: {study.blade.sliding_angle:g} deg", study.blade.sliding_angle != 0.0),
@@ -94,14 +99,41 @@ class Deck:
         return self.study.solver
 
     @cached_property
+    def layers(self) -> dict[int, LayerValues]:
+        """The layers of the stem by their parts, from the outside to the inside; the innermost is the part `STEM`."""
+        layers = layers_at(self.study, self.levels, self.diameter)
+        return dict(zip([*range(SUPPORTS + 1, SUPPORTS + len(layers)), STEM], layers, strict=True))
+
+    @cached_property
+    def layer_of(self) -> NDArray[np.int64]:
+        """The part of each element of the stem (E,)."""
+        *outer, inner = map(self._law, self.layers.values())
+        found = materials(self.parts.stem, self._stem, inner, tuple(outer))
+        of = found.of if isinstance(found, Layers) else np.zeros(len(self.parts.stem.hexes), dtype=int)
+        return np.array([*self.layers])[::-1][of]
+
+    @property
+    def _stem(self) -> Stem:
+        specimen, thicknesses = self.study.specimen, [layer.thickness for layer in self.layers.values()]
+        return Stem(self.diameter, specimen.ratio_at(self.diameter), specimen.length, tuple(thicknesses[:-1]))
+
+    @cached_property
     def given(self) -> dict[str, float]:
-        """The nine parameters of the study."""
-        return self.study.parameters(self.levels, self.diameter)
+        """The nine parameters of the study, in the innermost layer."""
+        return self.layers[STEM].along
 
     @property
     def law(self) -> Material:
-        """The elastic law of the stem."""
-        return Material(self.given["density"], self.given["elastic_modulus"], self.given["poisson_ratio"])
+        """The elastic law of the stem at its surface."""
+        return self._law(next(iter(self.layers.values())))
+
+    @property
+    def fastest(self) -> Material:
+        """The elastic law of the layer with the fastest waves, which determines the time step."""
+        return max(map(self._law, self.layers.values()), key=lambda law: law.p_wave_modulus / law.density)
+
+    def _law(self, layer: LayerValues) -> Material:
+        return Material(layer.along["density"], layer.along["elastic_modulus"], layer.along["poisson_ratio"])
 
     @property
     def edge_spread(self) -> float:
@@ -110,8 +142,8 @@ class Deck:
 
     @property
     def internal_length(self) -> float:
-        """Over which length failure is averaged in the study, mm."""
-        return self.study.material.internal_length.at(self.diameter) if self._has_lengths else 0.0
+        """Over which length failure is averaged in the study, mm, in the innermost layer."""
+        return self.layers[STEM].internal_length if self._has_lengths else 0.0
 
     @property
     def _has_lengths(self) -> bool:
@@ -148,20 +180,29 @@ class Deck:
 
     @property
     def nonlocal_length(self) -> float:
-        """The length of the program's own card of nonlocal failure, mm; 0 for none."""
-        if not self.form.lengths:
-            return 0.0
-        return nonlocal_length(self.internal_length, self.form.program, self._element_size)
+        """The length of the program's own card of nonlocal failure in the innermost layer, mm; 0 for none."""
+        return self.nonlocal_lengths.get(STEM, 0.0)
+
+    @property
+    def nonlocal_lengths(self) -> dict[int, float]:
+        """The lengths of the program's own cards of nonlocal failure, mm, by part; none for one without."""
+        lengths = {part: layer.internal_length for part, layer in self.layers.items()} if self.form.lengths else {}
+        found = {part: nonlocal_length(mm, self.form.program, self._element_size) for part, mm in lengths.items()}
+        return {part: length for part, length in found.items() if length > 0.0}
 
     @cached_property
     def density_factor(self) -> float:
         """The factor on the stem's density; OpenRadioss's nonlocal field diverges where nodes are given mass."""
-        return density_factor(self.solver, self.parts.stem, self.law) if self.form.by_density else 1.0
+        return density_factor(self.solver, self.parts.stem, self.fastest) if self.form.by_density else 1.0
 
     @cached_property
     def material(self) -> dict[str, float]:
         """The values of the stem's card, ``ro e pr sigy etan beta c p fail``, as its columns hold them."""
-        given = self.given
+        return self.material_of(STEM)
+
+    def material_of(self, part: int) -> dict[str, float]:
+        """Return the values of the card of a part of the stem."""
+        given = self.layers[part].along
         c, p = rate_constants(self._rate_law, given["strain_rate_c"], given["strain_rate_p"], self._strain_rate)
         density = given["density"] * self.density_factor
         given = {**given, "density": density, "strain_rate_c": c, "strain_rate_p": p}
@@ -179,8 +220,7 @@ class Deck:
     def parts(self) -> Parts:
         """The meshes of the three parts."""
         study, solver, diameter = self.study, self.solver, self.diameter
-        stem = Stem(diameter, study.specimen.ratio_at(diameter), study.specimen.length)
-        b = study.blade
+        stem, b = self._stem, study.blade
         blade = Blade(b.thickness, b.width, b.edge_angle, self.nose, b.bevel)
         how = _discretisation(solver, diameter)
         elements = mesh_size(stem, how).elements
@@ -201,7 +241,8 @@ class Deck:
     @cached_property
     def notes(self) -> list[str]:
         """The differences of the deck from the study."""
-        return [*self._whole_cut(), *self._without_lengths(), *self._hardening(), *self._rate(), *self._rate_filter()]
+        first = (*self._of_layers(), *self._whole_cut(), *self._without_lengths())
+        return [*first, *self._hardening(), *self._rate(), *self._rate_filter()]
 
     @property
     def _element_size(self) -> float:
@@ -216,6 +257,15 @@ class Deck:
     def _strain_rate(self) -> float:
         """The largest strain rate that the blade can drive an element at, 1/s: its speed over the shortest."""
         return self.study.loading.speed / shortest(self.parts.stem)
+
+    def _of_layers(self) -> Iterator[str]:
+        if len(self.layers) > 1:
+            names = [layer.name for layer in self.study.layers]
+            each = series(f"{name} {part}" for name, part in zip(names, self.layers, strict=True))
+            yield (
+                f"the layers are separate parts that share nodes ({each}); their contact stiffness and time step are "
+                "those of the outer and of the stiffest layer, and these decks were not run"
+            )
 
     def _whole_cut(self) -> Iterator[str]:
         if self.study.loading.until == "severed":

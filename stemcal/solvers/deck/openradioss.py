@@ -78,7 +78,7 @@ _LEAST_SECONDS = 2.0  # for each program, also after one that took all of the ti
 
 def run(folder: Path, options: DeckSolver, spec_folder: Path, peak: Callable[..., Answer], deck: Deck) -> Answer:
     """Run starter, engine and ``th_to_csv`` on the deck in `folder`, in one time limit; return the answer."""
-    given = STARTER_INPUT if deck.nonlocal_length > 0.0 else DECK
+    given = STARTER_INPUT if deck.nonlocal_lengths else DECK
     there = installation(options, spec_folder)
     options = options.model_copy(update={"environment": there.environment})
     steps: dict[str, tuple[list[str], Callable[[Ended], Answer]]] = {

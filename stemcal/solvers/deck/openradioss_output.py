@@ -75,7 +75,7 @@ def starter_ran(folder: Path, deck: Deck, ended: Ended) -> Answer:
     if unread := values_not_read(listing, deck.material, deck.nonlocal_length):
         message = f"the starter did not read these values from the deck: {', '.join(unread)}"
         raise SimulationFailed("not_as_written", message)
-    leave_engine_input(folder, engine_text(deck, "run") if deck.nonlocal_length > 0.0 else None)
+    leave_engine_input(folder, engine_text(deck, "run") if deck.nonlocal_lengths else None)
     return Answer("ok")
 
 

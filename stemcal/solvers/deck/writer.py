@@ -9,12 +9,10 @@ from itertools import chain
 from textwrap import wrap
 
 from stemcal.fem.material import Material
-from stemcal.fem.mesh import Mesh
 from stemcal.solvers.deck.contact_card import contact_cards
 from stemcal.solvers.deck.equivalents import wanted_step
 from stemcal.solvers.deck.keywords import Card, DeckForm, fitted, keyword
-from stemcal.solvers.deck.model import BLADE, HOURGLASS, STEM, SUPPORTS, Deck, Parts
-from stemcal.solvers.options import DeckSolver, EmbeddedSolver
+from stemcal.solvers.deck.model import BLADE, HOURGLASS, STEM, SUPPORTS, Deck
 
 # Files of a run: all are named after the deck.
 DECK, STARTER_LISTING, ENGINE_INPUT, ENGINE_LISTING, HISTORY, TABLE = (
@@ -43,20 +41,21 @@ def _deck_lines(deck: Deck) -> Iterator[str]:
     yield from _head(deck)
     yield from _control(deck)
     yield from _output(deck)
-    yield from stem_material(deck.material, deck.form)
-    if deck.form.for_ls_dyna and deck.nonlocal_length > 0.0:
-        # the increments of plastic strain averaged over the stem with LS-DYNA's usual exponents
-        length = float(fitted(deck.nonlocal_length, 10))
-        weight = {"idnl": STEM, "pid": STEM, "p": 8.0, "q": 2.0, "l": length, "nfreq": 100, "nhv": 1, "nhvt": 0}
+    for part in deck.layers:
+        yield from stem_material(deck.material_of(part), deck.form, part)
+    for part, mm in deck.nonlocal_lengths.items() if deck.form.for_ls_dyna else ():
+        # the increments of plastic strain averaged over the part with LS-DYNA's usual exponents
+        length = float(fitted(mm, 10))
+        weight = {"idnl": part, "pid": part, "p": 8.0, "q": 2.0, "l": length, "nfreq": 100, "nhv": 1, "nhvt": 0}
         yield from keyword("MAT_NONLOCAL", weight, {"nl1": 1})
     # OpenRadioss decides by the first group of elements whether failure is nonlocal (``sforc3.F``), and sorts
     # groups by the number of their law: that of rigid bodies comes before any that fails. So the tools get the stem's.
     held = deck.form.by_density
     yield from _held_tools(deck) if held else _tool_materials(deck.law)
-    yield from _part_cards(deck.solver, STEM if held else BLADE)
+    yield from _part_cards(deck, STEM if held else BLADE)
     yield from _motion(deck, "SET" if held else "RIGID")
     yield from contact_cards(deck)
-    yield from _mesh(deck.parts)
+    yield from _mesh(deck)
     yield "*END"
 
 
@@ -70,7 +69,7 @@ def _head(deck: Deck) -> Iterator[str]:
 
 
 def _control(deck: Deck) -> Iterator[str]:
-    solver, stem, law = deck.solver, deck.parts.stem, deck.law
+    solver, stem, law = deck.solver, deck.parts.stem, deck.fastest
     yield from keyword("CONTROL_TERMINATION", {"endtim": deck.study.loading.duration_at(deck.diameter)})
     step = 0.0 if deck.form.by_density else -wanted_step(solver, stem, law) + 0.0
     yield from keyword(
@@ -132,12 +131,13 @@ def _held_tools(deck: Deck) -> Iterator[str]:
         yield from keyword("BOUNDARY_SPC_SET", {"nsid": part, "cid": 0, **held})
 
 
-def _part_cards(solver: EmbeddedSolver | DeckSolver, tools: int) -> Iterator[str]:
+def _part_cards(deck: Deck, tools: int) -> Iterator[str]:
     yield from keyword("SECTION_SOLID", {"secid": STEM, "elform": 1})
     if tools != STEM:
         yield from keyword("SECTION_SOLID", {"secid": tools, "elform": 1})
-    for title, part in (("stem", STEM), ("blade", BLADE), ("supports", SUPPORTS)):
-        section = STEM if part == STEM else tools
+    names = [layer.name for layer in deck.study.layers] or ["stem"]
+    for title, part in (*zip(names, deck.layers, strict=True), ("blade", BLADE), ("supports", SUPPORTS)):
+        section = STEM if part in deck.layers else tools
         yield from keyword("PART", {"pid": part, "secid": section, "mid": part}, title=title)
 
 
@@ -151,35 +151,33 @@ def _motion(deck: Deck, of: str) -> Iterator[str]:
         yield f"{time!r:>20}{loading.speed!r:>20}"
 
 
-def _mesh(parts: Parts) -> Iterator[str]:
-    meshes = {STEM: parts.stem, BLADE: parts.blade, SUPPORTS: parts.supports}
+def _mesh(deck: Deck) -> Iterator[str]:
+    stem, tools = deck.parts.stem, {BLADE: deck.parts.blade, SUPPORTS: deck.parts.supports}
     yield "*NODE"
     yield "$#   nid               x               y               z"
-    first = 1
-    for mesh in meshes.values():
-        for number, point in enumerate(mesh.nodes.tolist(), start=first):
-            yield f"{number:8d}" + "".join(f"{fitted(value, 15):>16}" for value in point)
-        first += len(mesh.nodes)
+    points = chain.from_iterable(mesh.nodes.tolist() for mesh in (stem, *tools.values()))
+    for number, point in enumerate(points, 1):
+        yield f"{number:8d}" + "".join(f"{fitted(value, 15):>16}" for value in point)
     yield "*ELEMENT_SOLID"
     yield "$#   eid     pid      n1      n2      n3      n4      n5      n6      n7      n8"
-    yield from _elements(meshes)
-
-
-def _elements(meshes: Mapping[int, Mesh]) -> Iterable[str]:
-    node = element = 1
-    for part, mesh in meshes.items():
-        for number, corners in enumerate((mesh.hexes + node).tolist(), start=element):
-            yield f"{number:8d}{part:8d}" + "".join(f"{corner:8d}" for corner in corners)
-        node, element = node + len(mesh.nodes), element + len(mesh.hexes)
+    parts = deck.layer_of.tolist()
+    corners, first = (stem.hexes + 1).tolist(), 1 + len(stem.nodes)
+    for part, mesh in tools.items():
+        parts += [part] * len(mesh.hexes)
+        corners += (mesh.hexes + first).tolist()
+        first += len(mesh.nodes)
+    for number, (part, nodes) in enumerate(zip(parts, corners, strict=True), 1):
+        yield f"{number:8d}{part:8d}" + "".join(f"{node:8d}" for node in nodes)
 
 
 # ---- files of OpenRadioss around a deck, for what its reader of decks does not convert
 
 
-def starter_around(name: str, nonlocal_length: float) -> str:
-    """Return the starter's file around the deck of a file `name` (run.k); a length (mm) makes the failure nonlocal."""
-    length = (f"/NONLOCAL/MAT/{STEM}", f"#{'LENGTH':>19}{'LE_MAX':>20}", f"{nonlocal_length!r:>20}{0:>20}")
-    averaging = length if nonlocal_length > 0.0 else ()
+def starter_around(name: str, lengths: Mapping[int, float]) -> str:
+    """Return the starter's file around the deck of a file `name` (run.k); lengths (mm) make parts fail nonlocally."""
+    heading = f"#{'LENGTH':>19}{'LE_MAX':>20}"
+    each = ((f"/NONLOCAL/MAT/{part}", heading, f"{length!r:>20}{0:>20}") for part, length in lengths.items())
+    averaging = chain.from_iterable(each)
     units = f"{'Mg':>20}{'mm':>20}{'s':>20}"
     return "\n".join(
         [

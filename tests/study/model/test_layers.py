@@ -148,8 +148,8 @@ def test_each_layer_is_in_the_identity_of_a_run(study: Study) -> None:
     assert len(set(keys)) == len(keys)
 
 
-def test_a_deck_of_layers_is_refused(study: Study) -> None:
-    with pytest.raises(UsageError, match="isotropic"):
+def test_a_deck_with_fibres_is_refused(study: Study) -> None:
+    with pytest.raises(UsageError, match="MAT_157.*remove `transverse`"):
         Deck.of(study, study.midlevels(), 8.0)
 
 
