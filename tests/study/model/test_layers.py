@@ -149,7 +149,7 @@ def test_each_layer_is_in_the_identity_of_a_run(study: Study) -> None:
 
 
 def test_a_deck_with_fibres_is_refused(study: Study) -> None:
-    with pytest.raises(UsageError, match="MAT_157.*remove `transverse`"):
+    with pytest.raises(UsageError, match=r"MAT_157.*remove `transverse`"):
         Deck.of(study, study.midlevels(), 8.0)
 
 
