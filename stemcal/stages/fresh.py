@@ -176,6 +176,8 @@ def make(stage: Stage[R], study: Study, folder: StudyFolder, executor: RunExecut
     """Run a stage, or read it where it is fresh; its result then is in the folder."""
     with folder:
         if (known := fresh(stage.result(), study, folder)) is None:
+            if study.pending:
+                raise UsageError(study.pending)
             return stage.making()(study, folder, executor, watch)
         outcomes = [outcome for _, outcome in known.runs()]
         distinct = {outcome.keys: outcome.ok for outcome in outcomes}

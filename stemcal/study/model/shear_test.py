@@ -250,3 +250,15 @@ class MaterialSection(Frozen):
     def growing(self) -> dict[str, Growth]:
         """Return the parameters that depend on the diameter."""
         return {name: value for name in PARAMETERS if isinstance(value := field_or_none(self, name), Growth)}
+
+
+class StemMaterialSection(MaterialSection):
+    """Fixed values of the material parameters that are not factors, or the material of a finished study.
+
+    Each of them except `internal_length` and `transverse` may be a power of the stem diameter, for example
+    `{value: 15 MPa, at: 8 mm, exponent: 0.5}`. Omit `value` if the parameter is a factor.
+    """
+
+    from_: str | None = Field(default=None, validation_alias="from", serialization_alias="from", exclude=True)
+    """Folder of a finished calibration, relative to the spec, such as `../runs/wild-chrysanthemum`. Its calibrated
+    values are used, with its stem, friction, lengths, law and mesh. Keys set in this spec must have the same values."""

@@ -26,8 +26,8 @@ from stemcal.study.model.shear_test import (
     ContactSection,
     LoadingSection,
     MachineSection,
-    MaterialSection,
     SpecimenSection,
+    StemMaterialSection,
     SupportsSection,
 )
 from stemcal.study.types.factor import FRICTION, MOST_FACTORS, PARAMETERS, SETTINGS, Factor, OwnQuantity
@@ -66,7 +66,7 @@ class OwnSections(Frozen):
     """Motion of the blade."""
     contact: ContactSection = ContactSection()
     """Friction and contact between stem, blade and supports."""
-    material: MaterialSection = MaterialSection()
+    material: StemMaterialSection = StemMaterialSection()
     """Fixed values of the material parameters that are not factors, and the internal length."""
     layers: Annotated[tuple[LayerSection, ...], Field(max_length=MOST_LAYERS)] = ()
     """Layers of the stem from the outside to the inside, such as skin and pith; by default the stem is one layer."""
@@ -116,7 +116,9 @@ class Study(StudyForm):
     further: dict[str, Frozen] = Field(default={}, exclude=True)
     """Sections of stages from other packages, by stage name."""
     materials: tuple[dict[str, Any], ...] = Field(default=(), exclude=True)
-    """Other materials that the calibration allows: sections of the study, one standard deviation away each."""
+    """Other materials that the calibration of `material.from` allows: sections, one standard deviation away each."""
+    pending: str = Field(default="", exclude=True)
+    """The study that must be run before this one; empty if there is none."""
     _hands: Any = PrivateAttr(default=None)  # what asks for results of runs done by hand, and records them
 
     def ask(self, out: str | Path | None = None) -> list[dict[str, Any]]:

@@ -55,7 +55,7 @@ def read_study(content: bytes, path: Path, changes: Mapping[str, object] | None 
     study = Study.model_validate(values)
     doubtful = ((document.place(doubt.path, doubt.at_key), doubt) for doubt in doubts(study))
     warnings = tuple(str(_problem(path, document, *both)) for both in doubtful)
-    return study.model_copy(update={"warnings": warnings})
+    return study.model_copy(update={"warnings": (*filter(None, [study.pending]), *warnings)})
 
 
 def _changed(data: Any, changes: Mapping[str, object]) -> Any:

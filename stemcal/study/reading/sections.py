@@ -34,6 +34,7 @@ def read_sections(data: Any, folder: Path) -> Sections:
         message = "the file is empty" if data is None else "a spec must consist of lines of the form `key: value`"
         sections.findings.append(Finding((), message, "create a new spec with `stemcal init`"))
         return sections
+    data = sections.take_material()
     sections.read_further()
     for name, key in StudyForm.model_fields.items():
         if spelled(name) in data:
@@ -128,6 +129,17 @@ class Sections:
         if (targets := rows.targets(calibrate_at, field_or_none(machine, "stiffness"))) is not None:
             self.good[name] = targets
             self.take_in_tests(targets)
+
+    def take_material(self) -> dict[str, Any]:
+        """Return the spec with the material of another study (`material.from`), and keep what comes with that."""
+        material = self.data.get("material")
+        if isinstance(material, dict) and "from" in material:
+            taken = next(one for stage in STAGES.built_in if (one := stage.completed(self.data, self.folder)))
+            self.data, self.findings = taken.data, [*self.findings, *taken.findings]
+            read = [{name: _adapter(name).validate_python(one, context=self.context) for name, one in other.items()}
+                    for other in taken.others]  # fmt: skip
+            self.good |= {"materials": tuple(read), "pending": taken.pending}
+        return self.data
 
     def read_goal(self, name: str, given: Any) -> None:
         """Read the goal; its responses of the cutting test are responses of the study."""

@@ -112,6 +112,8 @@ def _values_are_physical(draft: Draft) -> Iterator[Finding]:
 
 def wrong_levels(study: Study, levels: Mapping[str, float], diameter: float | None = None) -> Iterator[str]:
     """Yield the mistakes in levels (units of the spec) and a diameter that are not in a spec."""
+    if study.pending:
+        yield study.pending
     if not study.kind.parameters:
         return
     if diameter is not None and diameter > _WIDEST:
@@ -208,7 +210,7 @@ def _rate_parameters_are_used(draft: Draft) -> Iterator[Finding]:
 
 def _material_is_complete(draft: Draft) -> Iterator[Finding]:
     """The solver has a value for each of its nine parameters."""
-    if not draft.kind.parameters or not draft.names:
+    if not draft.kind.parameters or not draft.names or draft.study.material.from_ is not None:
         return
     meant = {nearest(name, PARAMETERS) for name in draft.names if name not in SETTINGS}
     wrong = {name for name in PARAMETERS if not has_fields(draft.study.material, name)}  # reported already
