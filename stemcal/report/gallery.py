@@ -55,7 +55,8 @@ def _run_plots(study: Study, records: Records) -> list[Plot]:
     curves = {label: replace(one.curve, broke=one.break_travel) for label, one in details.items() if one.curve}
     if curves:
         chosen = [label for label in curves if records[label].at_solution]
-        text = "Force versus blade travel. Validation runs are in colour; all other runs are grey."
+        which = "Validation runs" if study.goal is None else "Runs of the optimum, the present cutter and the front"
+        text = f"Force versus blade travel. {which} are in colour; all other runs are grey."
         if any(curve.broke for curve in curves.values()):
             travels = [broke for label in chosen if (broke := curves[label].broke) is not None]
             ends = " to ".join(dict.fromkeys(significant(end(travels), 3) for end in (min, max) if travels))
@@ -75,15 +76,16 @@ def _run_plots(study: Study, records: Records) -> list[Plot]:
     hollow = study.specimen.ratio_at(study.targets.calibrate_at) > 0.0
     for label, record in records.items():
         if record.at_solution:
-            plots += _run(label, record.details, label == calibrated, hollow)
+            on_page = label in (calibrated, "optimum", "present")
+            plots += _run(label, record.details, on_page, hollow, " cutter" if study.goal is not None else " stem")
     return plots
 
 
-def _run(label: str, details: Details, on_page: bool, hollow: bool) -> list[Plot]:
+def _run(label: str, details: Details, on_page: bool, hollow: bool, what: str) -> list[Plot]:
     """Return the pictures of one run: energies and cut stem. The page shows those of the calibration diameter."""
     name, plots = label.replace(" ", ""), []
     if details.energies:
-        text = f"Energies versus blade travel in the simulation of the {label} stem."
+        text = f"Energies versus blade travel in the simulation of the {label}{what}."
         draw = partial(energies, details.energies)
         plots.append(Plot(f"energies-{name}", "runs", text, draw, on_page, detail=True))
     if details.shape:
@@ -92,7 +94,7 @@ def _run(label: str, details: Details, on_page: bool, hollow: bool) -> list[Plot
         if details.severed is not None:
             end = "The stem is cut through." if details.severed else "The stem is not cut through within the stroke."
         text = (
-            f"The {label} stem at the end of the simulation: side view and section{bore}. {end} "
+            f"The {label}{what} at the end of the simulation: side view and section{bore}. {end} "
             "Colours show the plastic strain; failed elements are removed. The blade and the supports are grey."
         )
         name = f"fracture-{name}"

@@ -232,7 +232,7 @@ def test_front_of_a_study(tmp_path: Path) -> None:
     """Both ends of the front are simulated; on the knee both responses are between those of the ends."""
     found, _ = optimised(tmp_path, "goal: {minimise: [energy, force]}\n")
     assert found is not None
-    assert [one.cutter for one in found.cutters] == ["optimum", "present", "front, end 1", "front, end 2"]
+    assert [one.cutter for one in found.cutters] == ["optimum", "present", "front 1", "front 2"]
     for name in ("energy", "force"):
         ends = sorted(one.outcome.number(found.key(name)) for one in found.cutters[2:])
         value = found.simulated[name]

@@ -54,6 +54,7 @@ def optimise(work: Work, head: Head) -> OptimiseResult:
         minimised=tuple(name(key) for key, sign in problem.signs.items() if sign > 0.0),
         maximised=tuple(name(key) for key, sign in problem.signs.items() if sign < 0.0),
         limits={name(key): limit for key, limit in problem.limits.items()},
+        units={factor.name: factor.unit for factor in study.factors},
         optimum=cutters[0].levels,
         optimum_interval=None if ends is None else _natural(surface, ends),
         predicted=cutters[0].predicted,
@@ -86,7 +87,7 @@ def problem_of(study: Study, surface: RsmResult) -> Problem:
 
 def _cutters(study: Study, surface: RsmResult, problem: Problem, found: Optimum) -> list[Cutter]:
     """Return the optimum, the present cutter and the ends of the front, not simulated yet."""
-    ends = {f"front, end {n}": found.front[i] for n, i in enumerate((0, -1), 1) if found.front}
+    ends = {f"front {n}": found.front[i] for n, i in enumerate((0, -1), 1) if found.front}
     points = {name: _levels(study, surface, x) for name, x in {OPTIMUM: found.point, **ends}.items()}
     points = {OPTIMUM: points.pop(OPTIMUM), PRESENT: present_levels(study), **points}
     return [_cutter(name, levels, study, surface, problem) for name, levels in points.items()]

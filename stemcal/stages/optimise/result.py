@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import ClassVar
 
 from stemcal.drawing.table import Table
-from stemcal.formats import fixed, series
+from stemcal.formats import fixed
 from stemcal.notes import Note
 from stemcal.runs.record import Outcome
 from stemcal.stages.result import Head, Interval, StageResult
@@ -63,6 +63,7 @@ class OptimiseResult(StageResult):
     minimised: tuple[str, ...]
     maximised: tuple[str, ...]
     limits: dict[str, float]
+    units: dict[str, str]
     optimum: dict[str, float]
     optimum_interval: dict[str, Interval] | None
     predicted: dict[str, float]
@@ -83,15 +84,8 @@ class OptimiseResult(StageResult):
 
     @property
     def found(self) -> tuple[str, ...]:
-        """The simulated optimum, each response compared with the present cutter, as sentences."""
-        texts = [self.compared(name) for name in self.optimised]
-        place = series(f"{name} {value:.4g}" for name, value in self.optimum.items() if name in self.head_factors)
-        return (f"{'; '.join(texts)}.", f"Optimum: {place}.")
-
-    @property
-    def head_factors(self) -> Sequence[str]:
-        """The factors of the surfaces."""
-        return tuple(self.optimum_interval or self.optimum)
+        """The simulated optimum, each response compared with the present cutter."""
+        return (f"{'; '.join(map(self.compared, self.optimised))}.",)
 
     def named(self, name: str) -> Variable:
         """Return what a response is called."""

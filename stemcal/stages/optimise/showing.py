@@ -11,7 +11,7 @@ from stemcal.drawing.plot import Plot
 from stemcal.drawing.showing import RANGE, Setting, Showing
 from stemcal.drawing.style import BLUE, FAINT, INK, ORANGE, Figure, legend_above, literal, new_figure
 from stemcal.drawing.table import Column, Table
-from stemcal.formats import interval, percent, significant
+from stemcal.formats import interval, percent, series, significant, unit_written, with_unit
 from stemcal.stages.optimise.result import OPTIMUM, PRESENT, Cutter, OptimiseResult
 from stemcal.stages.rsm.result import RsmResult
 from stemcal.vocabulary import Wording
@@ -21,7 +21,11 @@ class OptimiseShowing(Showing[OptimiseResult]):
     """The words, tables and figures of an optimum."""
 
     def outcome(self, result: OptimiseResult, names: Wording) -> list[str]:
-        return list(result.found)
+        levels = series(
+            f"{names.in_text(name)} {with_unit(significant(value), result.units[name])}"
+            for name, value in result.optimum.items()
+        )
+        return [f"Optimum on the response surfaces: {levels}."]
 
     def tables(self, result: OptimiseResult, names: Wording) -> list[Table]:
         return [_levels_table(result, names), *_confirmations(result), *_front_table(result, names)]
@@ -44,11 +48,18 @@ def _levels_table(result: OptimiseResult, names: Wording) -> Table:
     """Return the levels of both cutters."""
     known = result.optimum_interval or {}
     rows = [
-        {"factor": name, PRESENT: result.present_levels[name], OPTIMUM: level, "range": known.get(name)}
+        {
+            "factor": name,
+            "unit": result.units[name],
+            PRESENT: result.present_levels[name],
+            OPTIMUM: level,
+            "range": known.get(name),
+        }
         for name, level in result.optimum.items()
     ]
     columns = [
         factor(names),
+        Column("unit", "Unit", form=unit_written, words=True),
         Column(PRESENT, "Present cutter", form=significant),
         Column(OPTIMUM, "Optimum", form=significant),
         Column("range", RANGE.capitalize(), form=lambda ends: "" if ends is None else interval(ends, 3), words=True),

@@ -65,6 +65,8 @@ def indistinguishable(evidence: Evidence) -> Iterator[Note]:
     worse = [name for name, (value, _, high) in known.items() if value <= 0.0 and (high is None or high < 0.0)]
     equal = [name for name in known if name not in (*better, *worse)]
     remedy = None if surface is None else advice.more_runs(surface)
+    if better and found.front:
+        remedy = Remedy("Choose another point of the Pareto front, or limit the response with `goal.at_most`.")
     for names, kind, what in (
         (equal, "not_distinguishable", "is not distinguishable from that of the present cutter"),
         (worse, "present_is_better", "is worse than that of the present cutter"),

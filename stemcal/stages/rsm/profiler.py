@@ -7,13 +7,14 @@ are the terms of the full quadratic at the coded levels and C = s²(XᵀX)⁻¹.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from math import isnan
+from dataclasses import replace
 from typing import Any
 
 from stemcal.doe.regression.least_squares import t_quantile
 from stemcal.doe.regression.section import AnySurface, Section
 from stemcal.formats import unit_written
 from stemcal.stages.fitting import FactorCoding, Measured, fitted_surfaces, measured_means
+from stemcal.stages.optimise.options import present_levels
 from stemcal.stages.rsm.result import RsmResult
 from stemcal.study.model.study import Study
 from stemcal.vocabulary import FIRST, Wording, capital
@@ -26,9 +27,11 @@ _NORMAL = 1.96
 def profiler_data(study: Study, rsm: RsmResult, values: Mapping[str, float], holds: bool) -> dict[str, Any]:
     """Return the data of the profiler, for JSON.
 
-    `values` are the calibrated levels, or nothing: then the profiler begins at the centre. Where the calibration does
-    not hold no band of possible parameters is drawn.
+    `values` are the calibrated or optimal levels, or nothing: then the profiler begins at the centre. Where the
+    calibration does not hold no band of possible parameters is drawn. A goal compares with the present cutter.
     """
+    goal = study.goal is not None
+    present = present_levels(study) if goal else {}
     pairs = zip(measured_means(study), fitted_surfaces(study, rsm), strict=True)
     surfaces = [(mean, fit) for mean, fit in pairs if not mean.named.apart]
     calibrated = [(mean.response, mean.condition) for mean, _ in surfaces[:MOST]]
@@ -36,12 +39,19 @@ def profiler_data(study: Study, rsm: RsmResult, values: Mapping[str, float], hol
     return {
         "factors": [_factor(rsm, entry, values) for entry in rsm.factors],
         "radius": rsm.radius,
-        "called": "Calibrated" if values else "Centre",
-        "holds": holds,
-        "surfaces": [_surface(study, mean, fit) for mean, fit in surfaces[:MOST]],
+        "called": ("Optimal" if goal else "Calibrated") if values else "Centre",
+        "holds": holds and not goal,
+        "present": [present[name] for name in rsm.names] if goal else None,
+        "surfaces": [_surface(study, _against(mean, fit, rsm, present), fit) for mean, fit in surfaces[:MOST]],
         "first": calibrated.index(first) if first in calibrated else 0,
         "more": len(surfaces[MOST:]),
     }
+
+
+def _against(mean: Measured, fit: AnySurface, rsm: RsmResult, present: Mapping[str, float]) -> Measured:
+    """Return a measured mean; of a goal the prediction at the present cutter."""
+    x = rsm.scales.to_coded([present[name] for name in rsm.names]) if present else None
+    return mean if x is None else replace(mean, value=float(fit.predict(x)[0]))
 
 
 def _factor(rsm: RsmResult, entry: FactorCoding, values: Mapping[str, float]) -> dict[str, Any]:
@@ -78,7 +88,7 @@ def _surface(study: Study, mean: Measured, surface: AnySurface) -> dict[str, Any
         "own": s2 * fit.own_scatter if known else None,
         "t": t_quantile(0.95, fit.df) if known else None,
         **_where(surface),
-        "measured": None if isnan(mean.value) else mean.value,
+        "measured": mean.value,
         "sd": mean.sd or 0.0,
         "error": half_width,
         "simulate": command if simulated and mean.response == FIRST else "",
