@@ -24,6 +24,7 @@ from stemcal.stages.results import Results, fresh_results
 from stemcal.stages.verdict.verdict_rules import verdict_of
 from stemcal.stages.verdict.words import brief
 from stemcal.storage.plain import read_plain
+from stemcal.study.model.shear_test import MaterialSection
 from stemcal.study.model.study import Study
 from stemcal.study.reading import load_study
 from stemcal.study.types import units
@@ -152,7 +153,7 @@ def _take(taken: Taken, source: Study, tree: Mapping[str, Any], levels: Mapping[
         taken.find(message, f"use `solver: {{kind: {source.solver.kind}}}`, or calibrate with this solver")
         return
     sections = _sections(source, tree, levels)
-    keys = {name: sections[name] for name in _OF_MATERIAL if isinstance(sections.get(name), dict)}
+    keys = {"material": {**dict.fromkeys(MaterialSection.model_fields), **sections["material"]}}
     for name, each in _TAKEN.items():
         part = {**(tree.get(name) or {}), **(sections.get(name) or {})}
         keys[name] = {key: part.get(key) for key in each}

@@ -1,0 +1,132 @@
+"""The material of a finished study in another spec: its values, its uncertainty, and what `check` refuses."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from fakes import TWO_FACTORS
+from planting import HALF, MIDDLE, Law, judged
+
+from stemcal.errors import SpecError, UsageError
+from stemcal.runs.study_folder import StudyFolder
+from stemcal.stages.fresh import make_all
+from stemcal.stages.work import HERE
+from stemcal.study.model.study import Study
+from stemcal.study.reading import load_study
+
+LAW = Law(p=20.0, q=8.0, r=0.0)
+SOURCE = TWO_FACTORS.replace("failure_strain, low", "failure_strain, prior: {mean: 0.03, sd: 0.01, source: known}, low")
+SOURCE += """\
+targets: [{diameter: 8 mm, force: 110 N, sd: 2 N}, {diameter: 9 mm, force: 139.2 N}]
+solver: {rate_law: paper, element_size: d/12}
+contact: {static_friction: 0.2}
+screen: {design: none}
+rsm: {factors: [yield_stress, failure_strain]}
+"""
+CUTTER = """\
+name: cutter
+material: {from: out}
+specimen: {outer_diameter: 8.5 mm}
+factors:
+  - {name: edge_angle, unit: deg, low: 15, high: 60}
+  - {name: thickness, unit: mm, low: 1, high: 4}
+loading: {until: severed, stroke: d/1}
+goal: {minimise: [cutting_energy]}
+screen: {design: none}
+rsm: {factors: [edge_angle, thickness]}
+"""
+
+
+@pytest.fixture
+def calibrated(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder with a finished calibration in `out`."""
+    verdict, _ = judged(tmp_path, SOURCE, LAW, monkeypatch)
+    assert verdict.holds, verdict.reasons
+    StudyFolder(tmp_path / "out").remember_spec(tmp_path / "study.yaml")
+    return tmp_path
+
+
+def cutter(folder: Path, text: str = CUTTER) -> Study:
+    (folder / "cutter.yaml").write_text(text, encoding="utf-8")
+    return load_study(folder / "cutter.yaml")
+
+
+def force(study: Study) -> float:
+    """Return the planted force of the material of a study at 8 mm."""
+    values = study.parameters({}, 8.0)
+    a, b = (np.array([values["yield_stress"], values["failure_strain"]]) - MIDDLE) / HALF
+    return LAW.at(float(a), float(b), 8.0)[0]
+
+
+def test_values_and_settings_of_the_calibration(calibrated: Path) -> None:
+    """The material gives the measured force again; mesh, friction and fixed values are those of the calibration."""
+    study = cutter(calibrated)
+    assert force(study) == pytest.approx(110.0, abs=0.05)
+    assert study.material.given()["elastic_modulus"] == 1000.0
+    assert str(study.solver.element_size) == "d/12"
+    assert study.contact.static_friction == 0.2
+    assert not study.pending
+
+
+def test_other_materials_have_the_scatter_of_the_measurement(calibrated: Path) -> None:
+    """Propagated to the force that was measured, the covariance is its variance: Σ ΔF² = 2² N²."""
+    study = cutter(calibrated)
+    changes = [force(study.model_copy(update=other)) - force(study) for other in study.materials]
+    assert len(changes) == 2
+    assert np.linalg.norm(changes) == pytest.approx(2.0, rel=0.1)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "place"),
+    [
+        ("loading:", "solver: {element_size: d/16}\nloading:", "solver.element_size"),
+        ("loading:", "solver: {rate_law: cowper_symonds}\nloading:", "solver.rate_law"),
+        ("loading:", "blade: {edge_spread: 1 mm}\nloading:", "blade.edge_spread"),
+        ("from: out", "from: out, internal_length: d/5", "material.internal_length"),
+        ("from: out", "from: out, elastic_modulus: 900 MPa", "material.elastic_modulus"),
+        ("8.5 mm", "8.5 mm, diameter_ratio: 0.5", "specimen.diameter_ratio"),
+        ("8.5 mm", "12 mm", "specimen.outer_diameter"),
+        ("from: out", "from: elsewhere", "material.from"),
+        ("loading:", "solver: {kind: deck, program: openradioss}\nloading:", "material.from"),
+    ],
+)
+def test_check_names_the_difference(calibrated: Path, old: str, new: str, place: str) -> None:
+    with pytest.raises(SpecError) as caught:
+        cutter(calibrated, CUTTER.replace(old, new))
+    assert caught.value.problems[0].path == place
+    assert caught.value.problems[0].remedy
+
+
+def test_equal_settings_are_accepted(calibrated: Path) -> None:
+    text = CUTTER.replace("loading:", "solver: {element_size: d/12.0}\nblade: {edge_spread: d/9.5}\nloading:")
+    assert str(cutter(calibrated, text).solver.element_size) == "d/12"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "reason"),
+    [("110 N", "115 N", "out of date"), ("sd: 2 N", "sd: 2 N, n: 3", "out of date")],
+)
+def test_stale_calibration_is_refused(calibrated: Path, old: str, new: str, reason: str) -> None:
+    (calibrated / "study.yaml").write_text(SOURCE.replace(old, new), encoding="utf-8")
+    with pytest.raises(SpecError, match=reason):
+        cutter(calibrated)
+
+
+def test_damaged_and_unfinished_calibrations_are_refused(calibrated: Path) -> None:
+    (calibrated / "out" / "validate.json").unlink()
+    with pytest.raises(SpecError, match="not calibrated"):
+        cutter(calibrated)
+    (calibrated / "out" / "invert.json").write_text("{}", encoding="utf-8")
+    with pytest.raises(SpecError, match=r"material\.from"):
+        cutter(calibrated)
+
+
+def test_calibration_that_was_not_run_yet(tmp_path: Path) -> None:
+    """With its spec next to this one, the study can be checked, but no stage runs."""
+    (tmp_path / "out.yaml").write_text(SOURCE, encoding="utf-8")
+    study = cutter(tmp_path)
+    assert "out.yaml" in study.pending
+    assert study.warnings[0] == study.pending
+    assert study.parameters({}, 8.0)["yield_stress"] == 15.0
+    with pytest.raises(UsageError, match=r"stemcal run"):
+        make_all(study, StudyFolder(tmp_path / "cutter"), HERE)
