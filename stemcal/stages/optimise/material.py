@@ -154,9 +154,9 @@ def _take(taken: Taken, source: Study, tree: Mapping[str, Any], levels: Mapping[
         return
     sections = _sections(source, tree, levels)
     keys = {"material": {**dict.fromkeys(MaterialSection.model_fields), **sections["material"]}}
-    for name, each in _TAKEN.items():
+    for name, names in _TAKEN.items():
         part = {**(tree.get(name) or {}), **(sections.get(name) or {})}
-        keys[name] = {key: part.get(key) for key in each}
+        keys[name] = {key: part.get(key) for key in names}
     varied = {str(one.get("name")) for one in taken.data.get("factors") or () if isinstance(one, dict)}
     for name, each in keys.items():
         own = taken.data[name] if isinstance(taken.data.get(name), dict) else {}
