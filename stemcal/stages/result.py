@@ -167,6 +167,11 @@ class StageResult(Spread):
         return ()
 
     @property
+    def best(self) -> tuple[Mapping[str, float], Mapping[str, float]] | None:
+        """The levels of the optimum of a goal, and the present ones; None of any other result."""
+        return None
+
+    @property
     def found(self) -> tuple[str, ...]:
         """The result of an optimisation in sentences."""
         return ()

@@ -83,6 +83,11 @@ class OptimiseResult(StageResult):
         return (*self.minimised, *self.maximised)
 
     @property
+    def best(self) -> tuple[dict[str, float], dict[str, float]]:
+        """The levels of both cutters."""
+        return self.optimum, self.present_levels
+
+    @property
     def found(self) -> tuple[str, ...]:
         """The simulated optimum, each response compared with the present cutter."""
         return (f"{'; '.join(map(self.compared, self.optimised))}.",)

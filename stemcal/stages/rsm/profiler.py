@@ -14,7 +14,6 @@ from stemcal.doe.regression.least_squares import t_quantile
 from stemcal.doe.regression.section import AnySurface, Section
 from stemcal.formats import unit_written
 from stemcal.stages.fitting import FactorCoding, Measured, fitted_surfaces, measured_means
-from stemcal.stages.optimise.options import present_levels
 from stemcal.stages.rsm.result import RsmResult
 from stemcal.study.model.study import Study
 from stemcal.vocabulary import FIRST, Wording, capital
@@ -24,14 +23,21 @@ MOST = 24
 _NORMAL = 1.96
 
 
-def profiler_data(study: Study, rsm: RsmResult, values: Mapping[str, float], holds: bool) -> dict[str, Any]:
+def profiler_data(
+    study: Study,
+    rsm: RsmResult,
+    values: Mapping[str, float],
+    holds: bool,
+    present: Mapping[str, float] | None = None,
+) -> dict[str, Any]:
     """Return the data of the profiler, for JSON.
 
     `values` are the calibrated or optimal levels, or nothing: then the profiler begins at the centre. Where the
-    calibration does not hold no band of possible parameters is drawn. A goal compares with the present cutter.
+    calibration does not hold no band of possible parameters is drawn. An optimum is compared with the levels of the
+    `present` cutter.
     """
     goal = study.goal is not None
-    present = present_levels(study) if goal else {}
+    before = {entry.factor: entry.center for entry in rsm.factors} if present is None else present
     pairs = zip(measured_means(study), fitted_surfaces(study, rsm), strict=True)
     surfaces = [(mean, fit) for mean, fit in pairs if not mean.named.apart]
     calibrated = [(mean.response, mean.condition) for mean, _ in surfaces[:MOST]]
@@ -41,17 +47,19 @@ def profiler_data(study: Study, rsm: RsmResult, values: Mapping[str, float], hol
         "radius": rsm.radius,
         "called": ("Optimal" if goal else "Calibrated") if values else "Centre",
         "holds": holds and not goal,
-        "present": [present[name] for name in rsm.names] if goal else None,
-        "surfaces": [_surface(study, _against(mean, fit, rsm, present), fit) for mean, fit in surfaces[:MOST]],
+        "present": [before[name] for name in rsm.names] if goal else None,
+        "surfaces": [
+            _surface(study, _against(mean, fit, rsm, before) if goal else mean, fit) for mean, fit in surfaces[:MOST]
+        ],
         "first": calibrated.index(first) if first in calibrated else 0,
         "more": len(surfaces[MOST:]),
     }
 
 
 def _against(mean: Measured, fit: AnySurface, rsm: RsmResult, present: Mapping[str, float]) -> Measured:
-    """Return a measured mean; of a goal the prediction at the present cutter."""
-    x = rsm.scales.to_coded([present[name] for name in rsm.names]) if present else None
-    return mean if x is None else replace(mean, value=float(fit.predict(x)[0]))
+    """Return the prediction at the present cutter in the place of a measured mean."""
+    x = rsm.scales.to_coded([present[name] for name in rsm.names])
+    return replace(mean, value=float(fit.predict(x)[0]))
 
 
 def _factor(rsm: RsmResult, entry: FactorCoding, values: Mapping[str, float]) -> dict[str, Any]:

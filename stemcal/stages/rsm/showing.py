@@ -14,7 +14,6 @@ from stemcal.drawing.table import Column, Table
 from stemcal.errors import UsageError
 from stemcal.formats import counted, fixed, short, significant, with_unit
 from stemcal.stages.fitting import fitted_surfaces, measured_means
-from stemcal.stages.optimise.result import OptimiseResult
 from stemcal.stages.rsm import figures
 from stemcal.stages.rsm.figures import Solution
 from stemcal.stages.rsm.profiler import profiler_data
@@ -62,9 +61,8 @@ class RsmShowing(Showing[RsmResult]):
 
     def profiler(self, result: RsmResult, setting: Setting) -> dict[str, Any]:
         values = setting.results.parameters if setting.results.calibrated else {}
-        if (optimal := setting.results.of(OptimiseResult)) is not None:
-            values = optimal.optimum
-        return profiler_data(setting.study, result, values, setting.holds)
+        values, present = next((one.best for one in setting.results.done if one.best is not None), (values, None))
+        return profiler_data(setting.study, result, values, setting.holds, present)
 
     def in_notebook(self, result: RsmResult, setting: Setting) -> RsmResult:
         surface = object.__new__(NotebookSurface)
