@@ -83,14 +83,9 @@ class Supports:
 
     With a ``counter_edge`` one block is below the clamped side, next to the blade.
 
-    Parameters
-    ----------
-    clearance : float
-        Distance between the two blocks, or between the counter-edge and the blade, mm.
-    fillet_radius : float
-        Radius of the edges of the blocks next to the blade, mm.
-    height : float
-        Distance of the blade from the clamp, mm.
+    clearance: Distance between the two blocks, or between the counter-edge and the blade, mm.
+    fillet_radius: Radius of the edges of the blocks next to the blade, mm.
+    height: Distance of the blade from the clamp, mm.
     """
 
     clearance: float = 20.0
@@ -119,33 +114,21 @@ class Loading:
 class Discretisation:
     """How the stem is meshed and integrated.
 
-    Parameters
-    ----------
-    element_size : float
-        Length of an element along and around the stem, mm.
-    through_wall : int or None
-        Elements through the wall; with None they are at most `element_size` long.
-    symmetry : str
-        ``quarter`` and ``half`` mirror the rest of the stem.
-    edge_over : str
-        Mesh phase along the stem: the edge comes down over the middle of a row of ``elements``, which no mirror plane
-        may cut in two, or on a row of ``nodes``.
-    turn, shift : float
-        Fractions of an element by which the mesh is turned about the axis (full model) and shifted along it (full
-        and half model).
-    coarsening : float
-        Length along the stem of the outermost elements over that of those under the blade; 1 is an even mesh.
-    coarsening_around : float
-        Width around the stem of the elements at its bottom over that of those under the edge.
-    hourglass, integration : float, Integration
-        Of the solver, see `fem.model.Model`.
-    filter_window : float
-        Width of the moving mean over the force, s.
-    break_drop : float
-        The stem counts as fractured once elements have failed and the force has dropped by this share of its peak, as a
-        testing machine's break detection has it; 1 never finds a break, so that the peak is that of the whole stroke.
-    stop_after_peak : bool
-        End the simulation at the first fracture.
+    element_size: Length of an element along and around the stem, mm.
+    through_wall: Elements through the wall; with None they are at most `element_size` long.
+    symmetry: ``quarter`` and ``half`` mirror the rest of the stem.
+    edge_over: Mesh phase along the stem: the edge comes down over the middle of a row of ``elements``, which no mirror
+        plane may cut in two, or on a row of ``nodes``.
+    turn, shift: Fractions of an element by which the mesh is turned about the axis (full model) and shifted along it
+        (full and half model).
+    coarsening: Length along the stem of the outermost elements over that of those under the blade; 1 is an even mesh.
+    coarsening_around: Width around the stem of the elements at its bottom over that of those under the edge.
+    hourglass, integration: Of the solver, see `fem.model.Model`.
+    filter_window: Width of the moving mean over the force, s.
+    break_drop: The stem counts as fractured once elements have failed and the force has dropped by this share of its
+        peak, as a testing machine's break detection has it; 1 never finds a break, so that the peak is that of the
+        whole stroke.
+    stop_after_peak: End the simulation at the first fracture.
     """
 
     element_size: float = 1.0

@@ -16,26 +16,17 @@ from stemcal.fem.kernels.spread import SpreadEdge
 class Tool:
     """A rigid tool that moves along z: a convex polygon in (x, z), swollen by a radius, drawn out along y.
 
-    Parameters
-    ----------
-    corners : tuple of (x, z)
-        Counter-clockwise, in the tool's own frame, mm.
-    radius : float
-        Radius of all its edges: a point is inside if it is nearer than this to the polygon, mm.
-    height, speed : float
-        z of the frame's origin at the start (mm) and its velocity (mm/s).
-    edge : float or None
-        x of a cutting edge whose lowest line is z = 0 of the frame; its points then meet the body's faces.
-    spread : float
-        Distance from the tool within which its edge acts on the surface next to it, mm (`kernels.spread`); 0 leaves the
-        edge a line.
-    faces : bool
-        Whether it meets the faces of the body's skin, those with crowns, anywhere (`kernels.contact.push_skin_out`), or
-        their nodes alone.
-    parts : bool
-        Whether a spread edge parts the body on the plane under it (`kernels.parting`), which layers of nodes then are.
-    slide : float
-        Its velocity along y, mm/s: an oblique edge slides along itself.
+    corners: Counter-clockwise, in the tool's own frame, mm.
+    radius: Radius of all its edges: a point is inside if it is nearer than this to the polygon, mm.
+    height, speed: z of the frame's origin at the start (mm) and its velocity (mm/s).
+    edge: x of a cutting edge whose lowest line is z = 0 of the frame; its points then meet the body's faces.
+    spread: Distance from the tool within which its edge acts on the surface next to it, mm (`kernels.spread`); 0 leaves
+        the edge a line.
+    faces: Whether it meets the faces of the body's skin, those with crowns, anywhere (`kernels.contact.push_skin_out`),
+        or their nodes alone.
+    parts: Whether a spread edge parts the body on the plane under it (`kernels.parting`), which layers of nodes then
+        are.
+    slide: Its velocity along y, mm/s: an oblique edge slides along itself.
     """
 
     corners: tuple[tuple[float, float], ...]
@@ -159,14 +150,9 @@ _WIDEST = 1.2
 def spread_edge(tools: tuple[Tool, ...], x: NDArray[np.float64], hexes: NDArray[np.int32], size: float) -> SpreadEdge:
     """Return the rows along the first tool edge that is spread over a length, without the plane on which it parts.
 
-    Parameters
-    ----------
-    x : array (N, 3)
-        Where the nodes are, mm; a body that ends at the edge, or at y = 0, is mirrored there.
-    hexes : array of int (E, 8)
-        Corners of the elements.
-    size : float
-        Length of the smallest elements, mm.
+    x: Where the nodes are, mm; a body that ends at the edge, or at y = 0, is mirrored there.
+    hexes: Corners of the elements.
+    size: Length of the smallest elements, mm.
     """
     tool = next((t for t, tool in enumerate(tools) if tool.edge is not None and tool.spread > 0.0), -1)
     a, place = (max(_reach_beside(tools[tool])), float(tools[tool].edge or 0.0)) if tool >= 0 else (1.0, 0.0)

@@ -76,14 +76,9 @@ def _write_vtu(
 ) -> None:
     """Write hexahedra with data at nodes and in cells.
 
-    Parameters
-    ----------
-    nodes : array (N, 3)
-        mm.
-    hexes : array (E, 8)
-        In VTK's order, which is that of `fem.mesh`.
-    point_data, cell_data : mapping
-        Arrays (N,) or (N, c), and (E,) or (E, c), by name.
+    nodes: mm.
+    hexes: In VTK's order, which is that of `fem.mesh`.
+    point_data, cell_data: Arrays (N,) or (N, c), and (E,) or (E, c), by name.
     """
     count = len(hexes)
     cells = [

@@ -34,18 +34,11 @@ _PARTS = 16
 class Lanes:
     """Where elements lie.
 
-    Attributes
-    ----------
-    slots : array (E,)
-        Block · `LANES` + lane of each element.
-    runs : array (B, 8, RUNS)
-        First node of each run of corners.
-    targets : array (B, 8, RUNS)
-        First row of the nodal forces for each of them: the same, or a row apart.
-    late : array (L,)
-        The nodes of the rows apart; these follow the N + `RUN` rows of the nodes.
-    ends : array (P + 1,)
-        Part p is blocks ends[p]…ends[p+1]−1.
+    slots: Block · `LANES` + lane of each element.
+    runs: First node of each run of corners.
+    targets: First row of the nodal forces for each of them: the same, or a row apart.
+    late: The nodes of the rows apart; these follow the N + `RUN` rows of the nodes.
+    ends: Part p is blocks ends[p]…ends[p+1]−1.
     """
 
     slots: Ints

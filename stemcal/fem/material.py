@@ -29,14 +29,11 @@ _NEVER = 1.0e30
 class Transverse:
     """Properties of a material across its axis; those of `Material` are then along it.
 
-    Parameters
-    ----------
-    elastic_modulus, shear_modulus : float
-        E_T across the axis, G_LT between the axis and a direction across it, MPa.
-    poisson_ratio : float
-        ν_TT between two directions across the axis; the material's ν_LT is of widening by a pull along the axis.
-    yield_stress, shear_yield_stress : float
-        In tension across the axis, and in shear between the axis and a direction across it, MPa.
+    elastic_modulus, shear_modulus: E_T across the axis, G_LT between the axis and a direction across it, MPa.
+    poisson_ratio: ν_TT between two directions across the axis; the material's ν_LT is of widening by a pull along the
+        axis.
+    yield_stress, shear_yield_stress: In tension across the axis, and in shear between the axis and a direction across
+        it, MPa.
     """
 
     elastic_modulus: float
@@ -53,30 +50,18 @@ class Material:
     It is isotropic, or with `transverse` only across its axis, which is the edge ζ of the elements: then E, ν, yield
     stress, E_t and failure strain are those of tension along the axis.
 
-    Parameters
-    ----------
-    density : float
-        ρ, t/mm³.
-    elastic_modulus, poisson_ratio : float
-        E in MPa, ν.
-    yield_stress, tangent_modulus : float
-        σ_y and E_t in MPa, E_t < E; the plastic modulus is Eₚ = E E_t / (E − E_t).
-    hardening_parameter : float
-        β, 0 for kinematic and 1 for isotropic hardening.
-    strain_rate_c, strain_rate_p : float
-        C in 1/s and P of the rate law; C = 0 switches it off.
-    failure_strain : float
-        Effective plastic strain at which an element is eroded.
-    rate_law : str
-        ``cowper_symonds`` scales yield by 1 + (ε̇/C)^(1/P), ``paper`` by 1 + (ε̇/C)^P.
-    rate_filter : float
-        Time over which the plastic strain rate is smoothed before it enters the law, s. With 0 the rate is that of each
-        step by itself, in which every vibration counts.
-    internal_length : float
-        ℓ of the weight exp(−r²/ℓ²) over which the plastic strain is averaged before it is held against the failure
-        strain, mm; 0 takes each element by itself. See `kernels.nonlocal_mean`.
-    transverse : Transverse, optional
-        Properties across the axis; isotropic if None.
+    density: ρ, t/mm³.
+    elastic_modulus, poisson_ratio: E in MPa, ν.
+    yield_stress, tangent_modulus: σ_y and E_t in MPa, E_t < E; the plastic modulus is Eₚ = E E_t / (E − E_t).
+    hardening_parameter: β, 0 for kinematic and 1 for isotropic hardening.
+    strain_rate_c, strain_rate_p: C in 1/s and P of the rate law; C = 0 switches it off.
+    failure_strain: Effective plastic strain at which an element is eroded.
+    rate_law: ``cowper_symonds`` scales yield by 1 + (ε̇/C)^(1/P), ``paper`` by 1 + (ε̇/C)^P.
+    rate_filter: Time over which the plastic strain rate is smoothed before it enters the law, s. With 0 the rate is
+        that of each step by itself, in which every vibration counts.
+    internal_length: ℓ of the weight exp(−r²/ℓ²) over which the plastic strain is averaged before it is held against the
+        failure strain, mm; 0 takes each element by itself. See `kernels.nonlocal_mean`.
+    transverse: Properties across the axis; isotropic if None.
     """
 
     density: float

@@ -96,20 +96,12 @@ def hollow_cylinder(
 ) -> Mesh:
     """Return a hollow cylinder about the x axis, its nodes numbered along it first, then around, then through the wall.
 
-    Parameters
-    ----------
-    inner, outer : float
-        Radii, mm.
-    along : array
-        x of the layers of nodes, mm, increasing.
-    counts : (around, through)
-        Elements around and through the wall.
-    angles : (from, to)
-        Where the section begins and ends, from +y towards +z; a full turn closes it.
-    widths : array (around,), optional
-        How wide the elements around are, in proportion; all alike if None.
-    radii : array (through + 1,), optional
-        Those of the nodes from `inner` to `outer`, mm; evenly spaced if None.
+    inner, outer: Radii, mm.
+    along: x of the layers of nodes, mm, increasing.
+    counts (around, through): Elements around and through the wall.
+    angles (from, to): Where the section begins and ends, from +y towards +z; a full turn closes it.
+    widths: How wide the elements around are, in proportion; all alike if None.
+    radii: Those of the nodes from `inner` to `outer`, mm; evenly spaced if None.
     """
     around, through = counts
     closed = abs(angles[1] - angles[0] - 2 * pi) < 1e-12
@@ -133,22 +125,13 @@ def solid_cylinder(
 
     Sectors that run to the axis would have elements without width there.
 
-    Parameters
-    ----------
-    radius : float
-        mm.
-    along : array
-        x of the layers of nodes, mm, increasing.
-    through : int
-        Rings of elements around the square.
-    widths : array (around,)
-        How wide the elements around the half y ≥ 0 are from the bottom to the top, in proportion; at least six.
-    whole : bool
-        The whole section instead of that half.
-    turn : float
-        How far the section is turned about the axis, rad.
-    beyond : sequence of floats
-        Radii of the nodes of further rings around that cylinder, mm, increasing.
+    radius: mm.
+    along: x of the layers of nodes, mm, increasing.
+    through: Rings of elements around the square.
+    widths: How wide the elements around the half y ≥ 0 are from the bottom to the top, in proportion; at least six.
+    whole: The whole section instead of that half.
+    turn: How far the section is turned about the axis, rad.
+    beyond: Radii of the nodes of further rings around that cylinder, mm, increasing.
     """
     points, quads = _half_disc(radius, through, widths, beyond)
     if whole:
@@ -222,14 +205,9 @@ def _with_mirror_image(points: Array, quads: Ints) -> tuple[Array, Ints]:
 def _drawn_out(section: Array, quads: Ints, along: Array) -> Mesh:
     """Return a section drawn out along x, its nodes and elements numbered along it first.
 
-    Parameters
-    ----------
-    section : array (M, 2)
-        y and z of its points, mm.
-    quads : array of int (Q, 4)
-        Its quadrilaterals, turning from y towards z.
-    along : array
-        x of the layers of nodes, mm, increasing.
+    section: y and z of its points, mm.
+    quads: Its quadrilaterals, turning from y towards z.
+    along: x of the layers of nodes, mm, increasing.
     """
     layers = len(along)
     nodes = np.empty((len(section), layers, 3))

@@ -20,22 +20,15 @@ Precision = Literal["mixed", "double"]
 class Integration:
     """How the equations of motion are integrated.
 
-    Parameters
-    ----------
-    mass_scaling : float
-        Factor on the density; loading keeps its real speed, waves become slower by its root.
-    time_step : float or None
-        Elements that cannot take this step, s, are given mass until they can; None leaves it to the fastest of them.
-    safety : float
-        Share of the stable time step that is used.
-    outputs : int
-        Rows of the history.
-    threads : int
-        Cores for this one model; worth it from some ten thousand elements on. The result does not depend on it.
-    precision : str
-        ``mixed`` works out strains, stresses and hourglass forces of elements in single precision, relative to each
-        element's first corner; positions, velocities, forces and sums of energy stay in double precision. ``double``
-        is for comparison with known answers; studies are always computed with ``mixed``.
+    mass_scaling: Factor on the density; loading keeps its real speed, waves become slower by its root.
+    time_step: Elements that cannot take this step, s, are given mass until they can; None leaves it to the fastest of
+        them.
+    safety: Share of the stable time step that is used.
+    outputs: Rows of the history.
+    threads: Cores for this one model; worth it from some ten thousand elements on. The result does not depend on it.
+    precision: ``mixed`` works out strains, stresses and hourglass forces of elements in single precision, relative to
+        each element's first corner; positions, velocities, forces and sums of energy stay in double precision.
+        ``double`` is for comparison with known answers; studies are always computed with ``mixed``.
     """
 
     mass_scaling: float = 1.0
@@ -50,25 +43,15 @@ class Integration:
 class Model:
     """Everything that determines a simulation.
 
-    Parameters
-    ----------
-    mesh, material : Mesh, Material or Layers
-        The deformable body.
-    tools, contact : tuple of Tool, Contact
-        Rigid tools around it and the law between them and it.
-    hourglass : float
-        Coefficient of the stiffness against the hourglass modes (`material.HOURGLASS_SHARE`).
-    held : array of bool (N, 3), optional
-        Components that do not follow forces; they move with `velocity`, or are fixed.
-    velocity : array (N, 3), optional
-        Velocity at the start, mm/s; on held components at all times.
-    loads : array (N, 3), optional
-        Constant nodal forces, N.
-    crowns : array (E, 6), optional
-        How far the true surface bulges over the middle of each face along a spread edge, mm.
-    settling : float
-        Share of what velocities differ by from those at the start that is taken from them at every output, so that a
-        slow loading does not swing; its energy counts as lost with eroded nodes.
+    mesh, material: The deformable body.
+    tools, contact: Rigid tools around it and the law between them and it.
+    hourglass: Coefficient of the stiffness against the hourglass modes (`material.HOURGLASS_SHARE`).
+    held: Components that do not follow forces; they move with `velocity`, or are fixed.
+    velocity: Velocity at the start, mm/s; on held components at all times.
+    loads: Constant nodal forces, N.
+    crowns: How far the true surface bulges over the middle of each face along a spread edge, mm.
+    settling: Share of what velocities differ by from those at the start that is taken from them at every output, so
+        that a slow loading does not swing; its energy counts as lost with eroded nodes.
     """
 
     mesh: Mesh

@@ -40,18 +40,11 @@ def exchange(
 ) -> Exchange:
     """Return the exchange that averages over an internal length; length 0 makes failure local.
 
-    Parameters
-    ----------
-    neighbours : array of int (E, 6)
-        The element behind each face, −1 where there is none.
-    failure_strain, length : float or array (E,)
-        The limit, and ℓ of the weight exp(−r²/ℓ²), mm; both are those of the element's material.
-    strains : array (blocks, lanes)
-        The plastic strains as the blocks of elements hold them.
-    materials : array of int (E,), optional
-        The material of each element; the mean is over elements of one.
-    spared : array (E,), optional
-        Elements that are never deleted.
+    neighbours: The element behind each face, −1 where there is none.
+    failure_strain, length: The limit, and ℓ of the weight exp(−r²/ℓ²), mm; both are those of the element's material.
+    strains: The plastic strains as the blocks of elements hold them.
+    materials: The material of each element; the mean is over elements of one.
+    spared: Elements that are never deleted.
     """
     elements = len(mesh.hexes)
     time = np.full((elements, 1), 0.25) * np.square(length).reshape(-1, 1)

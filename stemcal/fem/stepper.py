@@ -26,34 +26,20 @@ Array = NDArray[np.float64]
 class History:
     """Rows over time; energies in mJ (N·mm), forces in N.
 
-    Attributes
-    ----------
-    time : array (R,)
-        End of each output interval, s; the first row is the start.
-    force : array (R, T, 3)
-        Mean force of the body on each tool over the interval that ends there: impulse over its length.
-    height : array (R, T)
-        z of each tool, mm.
-    kinetic, internal, hourglass, eroded, external : array (R,)
-        Energies. `internal` and `hourglass` are of standing elements, `eroded` what eroded elements and nodes took
-        with them, `external` the work of tools and loads.
-    held : array (R, 3, T)
-        What of that work contact holds or has turned into heat: the surface of each tool by penalty springs and
+    time: End of each output interval, s; the first row is the start.
+    force: Mean force of the body on each tool over the interval that ends there: impulse over its length.
+    height: z of each tool, mm.
+    kinetic, internal, hourglass, eroded, external: Energies. `internal` and `hourglass` are of standing elements,
+        `eroded` what eroded elements and nodes took with them, `external` the work of tools and loads.
+    held: What of that work contact holds or has turned into heat: the surface of each tool by penalty springs and
         damping, its edge, and the friction of both. No share of it can be negative but by numerical error.
-    deleted, parted : array (R,)
-        Eroded elements, and places of the cut plane that have parted.
-    plastic_rate : array (R,)
-        Largest smoothed plastic strain rate of the standing elements, 1/s: the rate that the rate law takes.
-    steps : int
-        Time steps taken.
-    x : array (N, 3)
-        Where the nodes ended.
-    state : array (E, rows)
-        State of the elements, as in `kernels.block`.
-    standing : array (E,)
-        Which elements are left.
-    added_mass : float
-        What scaling and the wanted time step have added to the body's mass, over its true mass.
+    deleted, parted: Eroded elements, and places of the cut plane that have parted.
+    plastic_rate: Largest smoothed plastic strain rate of the standing elements, 1/s: the rate that the rate law takes.
+    steps: Time steps taken.
+    x: Where the nodes ended.
+    state: State of the elements, as in `kernels.block`.
+    standing: Which elements are left.
+    added_mass: What scaling and the wanted time step have added to the body's mass, over its true mass.
     """
 
     time: Array
@@ -166,13 +152,9 @@ _LEAST = 1e-300  # s, until the first step is known
 def simulate(model: Model, duration: float, watch: Watch | None = None, inspect: Inspect | None = None) -> History:
     """Integrate the model from rest (or its given velocity) over `duration` seconds.
 
-    Parameters
-    ----------
-    watch : callable, optional
-        Called after every output with the time, the mean tool forces (T, 3) of the interval and the number of eroded
+    watch: Called after every output with the time, the mean tool forces (T, 3) of the interval and the number of eroded
         elements; the simulation ends there if it returns True.
-    inspect : callable, optional
-        Called at the start and after every output with the time and the whole state, to look at, not to change:
+    inspect: Called at the start and after every output with the time and the whole state, to look at, not to change:
         `frames.FrameWriter` is one.
 
     Raises

@@ -23,17 +23,12 @@ Array = NDArray[np.float64]
 class Kind:
     """What is done to the piece, which is along x about the axis. A subclass is a frozen dataclass of its sizes, mm.
 
-    Attributes
-    ----------
-    PERIODS : float
-        The loading takes at least this number of the slowest natural periods: mass is scaled up to that.
-    MOMENT : int, optional
-        The moment m of the section that determines the response, ∫zᵐ dA: 0 its area, 2 its second moment; None for
+    PERIODS: The loading takes at least this number of the slowest natural periods: mass is scaled up to that.
+    MOMENT: The moment m of the section that determines the response, ∫zᵐ dA: 0 its area, 2 its second moment; None for
         that of the wall about its mid-line (`build.rounded`).
-    LAYERS : int, optional
-        The number of elements through the wall; None as the size of the elements gives it.
-    LONGER, WIDER : float
-        How much longer the elements are at the ends of the piece, and how much wider around it, than at the tool.
+    LAYERS: The number of elements through the wall; None as the size of the elements gives it.
+    LONGER, WIDER: How much longer the elements are at the ends of the piece, and how much wider around it, than at the
+        tool.
     """
 
     PERIODS: ClassVar[float] = 60.0

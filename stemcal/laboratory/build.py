@@ -25,12 +25,8 @@ _FEWEST_LAYERS = 3
 class LaboratoryTest:
     """Everything that determines one virtual test of a piece of stem other than cutting.
 
-    Parameters
-    ----------
-    kind : Kind
-        What is done to the piece.
-    material, outer : Material, tuple of Material
-        That of the innermost layer, and those of the layers around it, from the outside.
+    kind: What is done to the piece.
+    material, outer: That of the innermost layer, and those of the layers around it, from the outside.
     """
 
     kind: Kind

@@ -31,12 +31,8 @@ _WIDENED = 1e-6
 class LaboratoryResult(CuttingResult):
     """What a virtual laboratory test gives, besides those of every run.
 
-    Attributes
-    ----------
-    until_break : ForceTravel
-        Force over travel until the break, or to the end of the stroke.
-    responses : dict
-        Its responses by name, in their units; those that the curve does not have are left out.
+    until_break: Force over travel until the break, or to the end of the stroke.
+    responses: Its responses by name, in their units; those that the curve does not have are left out.
     """
 
     until_break: ForceTravel | None = None
