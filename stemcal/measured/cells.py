@@ -8,7 +8,7 @@ from typing import NamedTuple
 from zipfile import ZipFile
 
 from stemcal.errors import UsageError
-from stemcal.measured.headings import quoted
+from stemcal.measured.headings import quoted, words_known
 from stemcal.storage import encodings
 from stemcal.storage.plain import MIB
 
@@ -19,6 +19,10 @@ _SMALLER = "export fewer points, or split the file by specimen"
 
 _MODERN = b"PK\x03\x04"  # xlsx, and ods
 _OTHERS = (b"\xd0\xcf\x11\xe0", b"<html", b"<!doctype", b"<?xml", b"<table")  # xls, and what is called so
+
+
+_OLD = ("gb18030", "cp1252", "cp1250", "cp1251")
+_HEAD = 4000  # characters in which known words are looked for
 
 
 class Line(NamedTuple):
@@ -52,10 +56,14 @@ def split(texts: Sequence[str], separator: str) -> list[Line]:
 def decoded_table(content: bytes, encoding: str | None, path: Path) -> tuple[str, str]:
     """Return a text and its encoding.
 
-    It is that of the byte order mark, UTF-8 or UTF-16, else that of Chinese or of Western European machines.
+    It is that of the byte order mark, UTF-8 or UTF-16, else that of Chinese or of European machines: the one in which
+    the most words are known, the first of several.
     """
     try:
         found = encodings.decoded(content, [encoding] if encoding else encodings.guesses(content))
+        if found is not None and not encoding and found[1] in _OLD:
+            texts = (encodings.decoded(content, [code]) for code in (found[1], *_OLD))
+            found = max(filter(None, texts), key=lambda each: words_known(each[0][:_HEAD]))
     except (LookupError, ValueError):
         raise UsageError(
             f"--encoding {quoted(encoding or '')[1:-1]}: unknown encoding; use utf-8, utf-16, gbk or another "

@@ -57,13 +57,15 @@ def quoted(cell: str, most: int = 40) -> str:
 
 FORCE = (
     *("force", "load", "kraft", "fuerza", "carga", "effort", "forza", "força", "kuvvet", "kuvveti", "síla", "siła"),
-    *("last", "yük", "yükü"),
+    *("last", "sila", "zatížení", "zaťaženie", "obciążenie", "erő", "terhelés", "forță", "forţă", "sarcină"),
+    *("yük", "yükü"),
     *("сила", "усилие", "нагрузка", "зусилля", "навантаження"),
     *("力", "载荷", "负荷", "负载", "載荷", "荷重", "試験力", "힘", "하중", "시험력"),
 )
 TRAVEL = (
     *("displacement", "travel", "extension", "stroke", "position", "crosshead", "deflection", "deformation"),
     *("disp", "disp.", "displ", "displ.", "dráha", "posun", "posuv", "przemieszczenie", "droga"),
+    *("elmozdulás", "deplasare", "pomak", "pomik", "wydłużenie", "ugięcie", "průhyb", "deformace"),
     *("distance", "compression", "weg", "verformung", "desplazamiento", "deslocamento", "déplacement", "course"),
     *("spostamento", "corsa", "uzama", "uzaması", "deplasman", "deplasmanı", "yer değiştirme"),
     *("yerdeğiştirme", "strok", "stroku", "konum"),
@@ -121,6 +123,16 @@ def is_called(name: str, words: Sequence[str]) -> bool:
     return any(word in lowered if word in anywhere else word in parts for word in sought) or any(
         part.endswith(ends) for part in parts if ends
     )
+
+
+def words_known(text: str) -> int:
+    """Count the known words of a text that are not of ASCII letters alone.
+
+    >>> words_known("Posuv [mm];Zatížení [N]"), words_known("Posuv [mm];Zatí¾ení [N]"), words_known("Kraft [N]")
+    (1, 0, 0)
+    """
+    known = {folded(word) for word in (*FORCE, *TRAVEL, *DIAMETER, *BORE, *SKIN, *LABEL) if not word.isascii()}
+    return sum(word in known for word in re.findall(r"[^\W\d_]+", folded(text)))
 
 
 NEWTONS = {

@@ -105,8 +105,13 @@ def measure_shear(
     The `index` has diameter and grade (or None) by the name of the file or its stem.
     """
     listed = index or {}
-    repeated = {stem for stem, count in Counter(path.stem for path in files).items() if count > 1}
-    tested = tuple(s for path in files for s in _specimens(path, path.stem in repeated, how, listed))
+    shared = Counter(tail for path in files for tail in _tails(path))
+    bases = {path: next((tail for tail in _tails(path) if shared[tail] == 1), str(path)) for path in files}
+    for entry in (entry for entry in listed if shared[entry.partition("#")[0]] > 1):
+        raise UsageError(
+            f"--index: {quoted(entry)} is the name of several files; write the folder, as in `7mm/{entry}`"
+        )
+    tested = tuple(s for path, base in bases.items() for s in _specimens(path, base, how, listed))
     names = [s.name for s in tested]
     if unknown := set(exclude) - set(names):
         raise UsageError(f"--exclude {quoted(min(unknown))}: no such specimen; {did_you_mean(min(unknown), names)}")
@@ -128,12 +133,22 @@ def measure_shear(
 
 def _not_there(index: Mapping[str, object], files: Sequence[Path], specimens: Sequence[TestedSpecimen]) -> list[Note]:
     """Return a note on the names in the index that do not exist."""
-    there = {path.name for path in files} | {path.stem for path in files} | {s.name for s in specimens}
+    there = {tail for path in files for tail in _tails(path)} | {s.name for s in specimens}
     parts = {name: name.partition("#") for name in index}  # the specimen ``a.csv#1`` may be called ``a#1``
     stems = {name: f"{Path(file).stem}{mark}{label}" for name, (file, mark, label) in parts.items()}
     missing = [name for name, stem in stems.items() if name not in there and stem not in there]
     text = f"The index lists files that do not exist: {_some_of(missing)}."
     return [Note("not_there", "warning", text)] if missing else []
+
+
+def _tails(path: Path) -> list[str]:
+    """Return what a file may be called, the shortest first: its name, and with the folders above it.
+
+    >>> _tails(Path("shear/7mm/1.csv"))[:4]
+    ['1', '1.csv', '7mm/1', '7mm/1.csv']
+    """
+    ends = [path.parts[-count:-1] for count in range(1, len(path.parts) + 1)]
+    return ["/".join((*end, name)) for end in ends for name in dict.fromkeys((path.stem, path.name))]
 
 
 def find_files(folder: Path) -> list[Path]:
@@ -174,28 +189,31 @@ def read_index(path: Path) -> dict[str, tuple[float, float | None]]:
             raise UsageError(f"{place}: {quoted(cells[diameter])} is not a diameter")
         nominal = table.number(row, grade[0]) if grade else None
         known = checked_diameter(value * scale, place)
-        found[Path(cells[name]).name] = (known, None if nominal is None else checked_diameter(nominal, place))
+        found[cells[name].replace("\\", "/").removeprefix("./")] = (
+            known,
+            None if nominal is None else checked_diameter(nominal, place),
+        )
     return found
 
 
 def _specimens(
-    path: Path, repeated: bool, how: CurveOptions, index: Mapping[str, tuple[float, float | None]]
+    path: Path, base: str, how: CurveOptions, index: Mapping[str, tuple[float, float | None]]
 ) -> list[TestedSpecimen]:
-    """Return the specimens of one file; `repeated`: whether another file has the same name but for its ending."""
+    """Return the specimens of one file, which is called `base`."""
     try:
         curves = read_curves(path, how)
     except UsageError as error:
         raise UsageError(
             str(error) if str(path) in str(error) or "--" in str(error)[:2] else f"{path}: {error}"
         ) from None
-    base = path.name if repeated else path.stem
     return [_specimen(path, f"{base}#{c.label}" if c.label else base, c, index) for c in curves]
 
 
 def _specimen(
     path: Path, name: str, curve: ShearCurve, index: Mapping[str, tuple[float, float | None]]
 ) -> TestedSpecimen:
-    entries = (f"{path.name}#{curve.label}", f"{path.stem}#{curve.label}", path.name, path.stem)
+    names = _tails(path)[::-1]
+    entries = [*(f"{one}#{curve.label}" for one in names), *names]
     listed, grade = next((index[entry] for entry in entries if entry in index), (None, None))
     named = _named_grade(path) if curve.over is None else None
     diameter = next((value for value in (listed, curve.diameter, curve.over, named) if value is not None), None)

@@ -22,6 +22,7 @@ from stemcal.notes import Note, Remedy
 
 Array = NDArray[np.float64]
 PRELOAD = 5.0  # N
+_FEWEST = 5  # points of a curve
 RISE = 0.2  # share of the maximum that settling never reaches
 _NAME_THEM = "specify both columns by name or number with `--force-column` and `--displacement-column`"
 
@@ -205,9 +206,10 @@ def _curve(table: TextTable, across: int, up: int, how: CurveOptions, notes: lis
                 f"{table.source}: column {quoted(table.columns[column])} contains {quoted(held)} instead of numbers"
             )
     rows, omitted = _usable(table, across, up)
-    if len(rows.rows) < 5:
+    if len(rows.rows) < _FEWEST:
         raise UsageError(
-            f"{table.source}: the curve has only {counted(len(rows.rows), 'point')}; use a file with at least 5 points"
+            f"{table.source}: the curve has only {counted(len(rows.rows), 'point')}; use a file with at least "
+            f"{_FEWEST} points"
         )
     wanted = {
         "force": (up, NEWTONS, "N", how.force_unit),
@@ -221,6 +223,7 @@ def _curve(table: TextTable, across: int, up: int, how: CurveOptions, notes: lis
             notes.append(Note("unit_assumed", "caution", text, Remedy(f"If the unit differs, use `--{what}-unit`.")))
     force, travel = scaled
     notes += omitted
+    _require_one_curve(rows, travel, force)
     if -force.min() > force.max():
         force = -force
         text = "The sign of the force was reversed so that compression is positive."
@@ -231,6 +234,24 @@ def _curve(table: TextTable, across: int, up: int, how: CurveOptions, notes: lis
         notes.append(Note("largest_at_end", "warning", text))
     travel = np.abs(travel[begin:] - travel[begin])
     return ShearCurve(table.source, travel, force[begin:], begin, None, table.synthetic, tuple(notes))
+
+
+def _require_one_curve(table: TextTable, travel: Array, force: Array) -> None:
+    """Raise `UsageError` for a displacement that jumps back to where it began, from where the force rises again.
+
+    The machine's return stroke does not rise again.
+    """
+    steps = np.diff(travel) * np.sign(travel[np.argmax(np.abs(travel - travel[0]))] - travel[0])
+    back = int(np.argmin(steps)) + 1
+    again = np.abs(force[back:]).max() > 0.5 * np.abs(force[:back]).max() and np.ptp(travel[back:]) > 0.2 * np.ptp(
+        travel
+    )
+    if -steps[back - 1] > 0.5 * np.ptp(travel) and again and len(force) - back >= _FEWEST:
+        raise UsageError(
+            f"{table.source}: the displacement jumps from {travel[back - 1]:.4g} to {travel[back]:.4g} mm at row "
+            f"{back + 1} of the numbers, and the force rises again: the file contains several curves; save each curve in "
+            "a separate file"
+        )
 
 
 def _usable(table: TextTable, *columns: int) -> tuple[TextTable, list[Note]]:
@@ -249,7 +270,8 @@ def _usable(table: TextTable, *columns: int) -> tuple[TextTable, list[Note]]:
         notes.append(Note("rows_left_out", "info", text))
     if table.unread:
         text = f"Numeric rows outside the curve table were skipped ({counted(table.unread, 'row')})."
-        notes.append(Note("rows_apart", "caution", text))
+        remedy = Remedy("If the rows are a further curve, save the curve in a separate file.")
+        notes.append(Note("rows_apart", "caution", text, remedy))
     return replace(table, rows=tuple(kept)), notes
 
 

@@ -202,7 +202,7 @@ def _table(lines: Sequence[Line], form: Form, source: str, ragged: bool) -> Text
         columns=columns,
         units=units,
         rows=tuple(_filled(line.cells, run.width) for line in lines[run.begin : run.end] if line.cells),
-        unread=sum(_is_data(line, run.width, decimal) for line in apart),
+        unread=sum(_is_data(line, len(line.cells), decimal) and len(line.cells) > 1 for line in apart),
         labels=_filled(over, run.width) if 2 <= len(over) <= run.width else (),
         headed=bool(taken),
         sheet=form.sheet or "",
