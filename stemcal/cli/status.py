@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from itertools import islice
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from stemcal.cli.console import fail, say, say_json, say_tables
+from stemcal.cli.console import fail, say, say_json, say_tables, say_whole
 from stemcal.cli.session import AsJson, Out, Spec, existing_folder, study_or_exit
-from stemcal.formats import counted
+from stemcal.formats import counted, series, short
+from stemcal.storage.encodings import in_a_line
 from stemcal.storage.typed import to_json
 
 if TYPE_CHECKING:
     from stemcal.overview.status import StageStatus, Status
     from stemcal.runs.study_folder import StudyFolder
+    from stemcal.stages.ledger import LedgerRow
     from stemcal.study.model.study import Study
     from stemcal.vocabulary import Wording
 
@@ -122,7 +124,22 @@ def _runs(study: Study, folder: StudyFolder, failed: bool, as_json: bool) -> dic
 
     entries, names = ledger(study, folder), Wording(study.naming)
     found = [entry for entry in entries if not failed or entry.status == "failed"]
-    if not as_json:
-        title = f"{'Failed runs' if failed else 'Runs'} of study {study.name}"
-        say_tables(runs_table(found, names, title))
+    if not as_json and failed:
+        say_whole(*_failures(found, names) or ["No run has failed."])
+    elif not as_json:
+        say_tables(runs_table(found, names, f"Runs of study {study.name}"))
     return {"study": study.name, "naming": to_json(study.naming), "runs": to_json(found)}
+
+
+def _failures(failed: Iterable[LedgerRow], names: Wording) -> list[str]:
+    """Return a line for each record of a failure: its runs, condition and levels of factors, the reason."""
+    runs: dict[str, list[LedgerRow]] = {}
+    for entry in failed:
+        runs.setdefault(entry.key, []).append(entry)
+    lines = []
+    for first, *more in runs.values():
+        numbers = list(dict.fromkeys(entry.run for entry in (first, *more)))
+        levels = ", ".join(f"{name}={short(value)}" for name, value in first.levels.items())
+        where = f"{first.stage} {'run' if len(numbers) == 1 else 'runs'} {series(numbers)}"
+        lines.append(f"{where}{names.at(first.condition)} ({levels}): {in_a_line(f'{first.reason}: {first.message}')}")
+    return lines

@@ -249,8 +249,8 @@ def _require_one_curve(table: TextTable, travel: Array, force: Array) -> None:
     if -steps[back - 1] > 0.5 * np.ptp(travel) and again and len(force) - back >= _FEWEST:
         raise UsageError(
             f"{table.source}: the displacement jumps from {travel[back - 1]:.4g} to {travel[back]:.4g} mm at row "
-            f"{back + 1} of the numbers, and the force rises again: the file contains several curves; save each curve in "
-            "a separate file"
+            f"{back + 1} of the numbers, and the force rises again: the file contains several curves; save each curve "
+            "in a separate file"
         )
 
 

@@ -2,6 +2,7 @@
 
 import json
 import shutil
+from dataclasses import replace
 from itertools import count
 from pathlib import Path
 from typing import Any
@@ -10,10 +11,13 @@ import pytest
 from commanding import REPLAY, command
 from fakes import SPEC, SpecSolver, force, lines
 
+from stemcal.cli.status import _failures
 from stemcal.runs.study_folder import StudyFolder
+from stemcal.stages.ledger import LedgerRow
 from stemcal.storage.sealed import sealed
 from stemcal.study.types.solver_kind import SOLVERS
 from stemcal.version import code_version
+from stemcal.vocabulary import Wording
 
 pytestmark = pytest.mark.usefixtures("without_workers")
 TWO = "rsm: {factors: [yield_stress, failure_strain], centre_points: 3}\n"
@@ -156,7 +160,18 @@ def test_runs_are_listed(failed: Known) -> None:
     (bad,) = failed.json("status", "--failed")["runs"]
     assert (bad["run"], bad["reason"], bad["response"], bad["again"]) == (3, "inverted", None, False)
     assert "element 17" in bad["message"]
-    assert "inverted" in failed("status", "--failed").stdout
+    (line,) = failed("status", "--failed").stdout.splitlines()
+    levels = ", ".join(f"{name}={value:g}" for name, value in bad["levels"].items())
+    assert line.startswith(f"screen run 3 at 8 mm ({levels}): inverted: ") and "element 17" in line
+
+
+def test_runs_of_one_record_are_one_failure() -> None:
+    row = LedgerRow("rsm", 9, "a", "failed", None, "crashed", "in\nstep 3", False, 8.0, {"x": 1.0})
+    again = [replace(row, run=10), replace(row, run=9, replicate=1), replace(row, run=11, key="b", levels={"x": 2.5})]
+    assert _failures([row, *again], Wording()) == [
+        "rsm runs 9 and 10 at 8 mm (x=1): crashed: in step 3",
+        "rsm run 11 at 8 mm (x=2.5): crashed: in step 3",
+    ]
 
 
 # ---- retry
