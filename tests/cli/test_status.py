@@ -162,15 +162,15 @@ def test_runs_are_listed(failed: Known) -> None:
     assert "element 17" in bad["message"]
     (line,) = failed("status", "--failed").stdout.splitlines()
     levels = ", ".join(f"{name}={value:g}" for name, value in bad["levels"].items())
-    assert line.startswith(f"screen run 3 at 8 mm ({levels}): inverted: ") and "element 17" in line
+    assert line.startswith(f"screen run 3 at a diameter of 8 mm ({levels}): inverted: ") and "element 17" in line
 
 
 def test_runs_of_one_record_are_one_failure() -> None:
     row = LedgerRow("rsm", 9, "a", "failed", None, "crashed", "in\nstep 3", False, 8.0, {"x": 1.0})
     again = [replace(row, run=10), replace(row, run=9, replicate=1), replace(row, run=11, key="b", levels={"x": 2.5})]
     assert _failures([row, *again], Wording()) == [
-        "rsm runs 9 and 10 at 8 mm (x=1): crashed: in step 3",
-        "rsm run 11 at 8 mm (x=2.5): crashed: in step 3",
+        "rsm runs 9 and 10 at a diameter of 8 mm (x=1): crashed: in step 3",
+        "rsm run 11 at a diameter of 8 mm (x=2.5): crashed: in step 3",
     ]
 
 
