@@ -1,7 +1,5 @@
 """Whether the stem is in two parts: no chain of standing elements and of nodes that hold together joins its ends."""
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components

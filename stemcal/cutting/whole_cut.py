@@ -1,7 +1,5 @@
 """What a cut all the way through gives: its largest force, its energy, its first fracture, and whether it severed."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The base class of what shows a stage: its sentences, tables and figures, made from its result."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property

@@ -1,7 +1,5 @@
 """The plane under the edge of a blade on which a body parts, from the mesh and the tools."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Sentences, tables and notes of finished stages, as page, terminal and export show them."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Iterable, Mapping
 from typing import Any

@@ -1,7 +1,5 @@
 """The results of a study as far as it has come."""
 
-from __future__ import annotations
-
 import functools
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -4,8 +4,6 @@ The profile of factor j is the least rise of D over the other factors with xⱼ 
 rise is at most `Tangents.allowed`. An end at the edge of the region is the region's, not what the data allow.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any

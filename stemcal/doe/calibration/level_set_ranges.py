@@ -1,7 +1,5 @@
 """Where one surface takes one measured value: all its points, the range of each factor over them, one chosen point."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

@@ -9,8 +9,6 @@ The lanes are filled in runs of `RUN`: elements whose corners follow one another
 all of them is a run of nodes (`llvm`), named by the first. `stemcal.fem.lanes` finds them; empty lanes are dead.
 """
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import numpy as np

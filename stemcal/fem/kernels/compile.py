@@ -7,8 +7,6 @@ another user, or one that others may write, is not used; nor can one on a read-o
 files then serves.
 """
 
-from __future__ import annotations
-
 import hashlib
 import os
 import stat

@@ -10,8 +10,6 @@ Force of a point with mass m at a penetration δ into a tool:
     friction    μ = μ_d + (μ_s − μ_d) exp(−DC |ẋₜ|)
 """
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import numpy as np

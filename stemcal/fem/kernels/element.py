@@ -1,7 +1,5 @@
 """One explicit step of the one-point hexahedron: the physics of one element, and the loops over blocks of them."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -3,8 +3,6 @@
 Which elements have failed is decided in `element` or, with an internal length, in `nonlocal_mean`.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

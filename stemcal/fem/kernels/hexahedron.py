@@ -16,8 +16,6 @@ with the sums over the corners that make the modes, Xₘ = 8 xₘ, and saves the
 Corners are numbered as in LS-DYNA: 1-4 around the face ζ = −1, 5-8 above them.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 from stemcal.fem.kernels.compile import HALF, ONE, QUARTER, ZERO, inlined, like

@@ -16,8 +16,6 @@ The force acts βΔt ahead, Q + β a q̇ Δt, and so damps what swings in these 
 Flanagan and Belytschko, Int. J. Numer. Meth. Eng. 17, 679-706 (1981), in modal form.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 from numpy import sqrt

@@ -4,8 +4,6 @@ A study of one isotropic material is compiled for `MaterialNumbers` alone. With 
 `transverse`, of which an isotropic layer is a special case; that is compiled when a study first has them.
 """
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 from numba.extending import overload

@@ -4,8 +4,6 @@ LLVM does not find by itself that a component of a run is one vector: it is spel
 that LLVM breaks down to what the processor has; speed without them: `docs/explanation/how-it-is-tested.md`.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import llvmlite.binding

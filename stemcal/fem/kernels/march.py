@@ -9,8 +9,6 @@ Several threads may march together: each adds the internal forces of its blocks 
 rest, and they meet wherever one needs what another has done.
 """
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Nodal part of a step: kick, hold, drift; and the sums over nodes that the energy balance needs."""
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import numpy as np

@@ -18,8 +18,6 @@ was: elements that have failed keep the strain at which they went, as in the cit
 strained material would no longer count: the mean around a gap would fall, and the more the smaller the elements are.
 """
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import numpy as np

@@ -11,8 +11,6 @@ the two faces of the cut apart, as a sharp wedge that meets the nodes beside it.
 highest place under each of its lines where the plane still holds, which moves between nodes as the strain there rises.
 """
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import numpy as np

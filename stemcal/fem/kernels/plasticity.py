@@ -4,8 +4,6 @@
 theory into structural computer programs" (ASME AMD 20, 1976). Stresses are symmetric tensors (xx, yy, zz, xy, yz, zx).
 """
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 from numpy import sqrt

@@ -4,8 +4,6 @@ The lists hold everything within `margin` of a tool. They stay valid until nodes
 that margin, which the march adds up from the largest speed of every step, or until an element is eroded.
 """
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import numpy as np

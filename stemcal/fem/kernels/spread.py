@@ -16,8 +16,6 @@ changes, from the forces of the step before (projected Gauss–Seidel; the time 
 Methods Appl. Mech. Eng. 177, 235-257, 1999). Friction opposes the mean slip of a row with up to μ times its force.
 """
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import numpy as np

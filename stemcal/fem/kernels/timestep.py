@@ -1,7 +1,5 @@
 """The largest stable time step of central differences, from the elements as they are now."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

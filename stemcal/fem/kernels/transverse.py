@@ -12,8 +12,6 @@ Yield after Hill (Proc. R. Soc. A 193, 281-297, 1948), isotropic across the axis
 With h = (3/2, 0, 0) it is von Mises' stress, and this law that of `plasticity`.
 """
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 from numpy import sqrt

@@ -1,7 +1,5 @@
 """The sentences of a calibration: its outcome, the validity of the parameters, its notes."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 
 from stemcal.doe.calibration.observations import COARSEST, FINEST

@@ -1,7 +1,5 @@
 """The optimum of a goal as a stage: found on the surfaces, simulated, compared with the present cutter."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace

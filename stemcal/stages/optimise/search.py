@@ -6,8 +6,6 @@ front and nᵢ its value at the other end, fᵢ = (yᵢ − uᵢ)/(nᵢ − uᵢ
 the chord of its ends (I. Das, Structural Optimization 18 (1999) 107), which is the point of least f₁ + f₂.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property

@@ -1,7 +1,5 @@
 """How an optimum is shown: its levels, its confirmation, the Pareto front."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from functools import partial
 

@@ -1,7 +1,5 @@
 """Rules of the verdict on an optimum: limits, failed runs, a gain within its interval, an end of a range."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 from stemcal.formats import outwards, series

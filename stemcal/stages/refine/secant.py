@@ -11,8 +11,6 @@ within a box about that point. Broyden's update makes J follow each step: J ← 
 (Math. Comp. 19 (1965) 577).
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

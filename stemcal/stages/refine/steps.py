@@ -12,8 +12,6 @@ when a step has not helped. That is a trust-region method with first-order corre
 others, Structural Optimization 15 (1998) 16–23.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import isfinite

@@ -1,7 +1,5 @@
 """The response surface as a stage: its design run, its terms fitted."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """One design and one surface over the factors and the conditions that are fitted together."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import replace

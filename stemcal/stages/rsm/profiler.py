@@ -4,8 +4,6 @@ It evaluates ŷ = φᵀβ with the intervals ŷ ± t·√(φᵀCφ) of the mean 
 are the terms of the full quadratic at the coded levels and C = s²(XᵀX)⁻¹.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any

@@ -1,7 +1,5 @@
 """The result of a response surface: coefficients, analysis of variance, diagnostics, and the surface itself."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property

@@ -1,7 +1,5 @@
 """Rules of the verdict on runs and surface: chance, units, failed and few runs, reach, signs, roughness."""
 
-from __future__ import annotations
-
 from collections import Counter, defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace

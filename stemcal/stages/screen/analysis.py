@@ -4,8 +4,6 @@ One rule chooses the factors: the F test against the residual where that has thr
 otherwise Lenth's method. The residual holds the columns without a factor, repeated runs and the scatter of centre runs.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 

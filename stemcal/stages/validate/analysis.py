@@ -1,7 +1,5 @@
 """The validation as a stage: simulate all measurements with the calibrated parameters and compare."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """The section of the validation."""
 
-from __future__ import annotations
-
 from typing import Annotated
 
 from pydantic import Field

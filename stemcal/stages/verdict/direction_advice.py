@@ -3,8 +3,6 @@
 While a piece is elastic its slope is proportional to E, so that a test requires E times measured over simulated slope.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from math import exp, hypot, inf, log

@@ -4,8 +4,6 @@ A parameter θ that grows as θ(d) = θ₀ (d/d₀)ⁿ gives the force F_d(θ₀
 every level stays inside the ranges.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 

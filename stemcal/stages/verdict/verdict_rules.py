@@ -6,8 +6,6 @@ the name of the kind of its reasons. The rules about all runs are here, those of
 of its package.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from enum import IntEnum
