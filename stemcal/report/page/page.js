@@ -197,12 +197,12 @@ const addressed = (address, factors, count) => {
     keep: keep.filter(one => one[1]) };
 };
 
-const profiler = (home, { factors, surfaces, radius, called, holds, first, present }) => {
+const profiler = (home, { factors, surfaces, radius, called, holds, first, kept, against }) => {
   const calibrated = factors.map(factor => factor.at);
   const part = query => $(query, home);
   const code = levels => levels.map((level, i) => (level - factors[i].center) / factors[i].half);
   const level = (i, coded) => factors[i].center + factors[i].half * coded;
-  let at = [...calibrated], seen = first, pair = [0, 1], kept = present ? [["Present", present]] : [], due = false, drawn = "", aim = null;
+  let at = [...calibrated], seen = first, pair = [0, 1], due = false, drawn = "", aim = null;
   const change = () => {
     if (!due) requestAnimationFrame(() => { due = false; show(); });
     due = true;
@@ -267,7 +267,7 @@ const profiler = (home, { factors, surfaces, radius, called, holds, first, prese
         dot("dot", inside(axis, level(i, run[i])), along(y, run.at(-1)), 3, near(run, x, [i])))).join("") +
       trace("curve", path(line(p => p.y))) + trace("now", `M${here} 8V172`) +
       star(inside(axis, calibrated[i]), inside(y, predict(surface, code(calibrated)).y)) +
-      (present ? dot("dot", inside(axis, present[i]), inside(y, measured), 6) : "") +
+      kept.map(([, one]) => dot("dot", inside(axis, one[i]), inside(y, predict(surface, code(one)).y), 5)).join("") +
       dot("now", here, inside(y, predict(surface, x).y), 4.5);
   };
 
@@ -300,11 +300,11 @@ const profiler = (home, { factors, surfaces, radius, called, holds, first, prese
         cx: along(across, level(a, 0)), cy: along(up, level(b, 0)), rx: size(a, across), ry: size(b, up) })) +
       surface.runs.map(run => dot("spot", inside(across, level(a, run[a])), inside(up, level(b, run[b])), 3.5,
         near(run, x, pair))).join("") +
-      (present ? dot("spot", inside(across, present[a]), inside(up, present[b]), 6) : "") +
+      kept.map(([, one]) => dot("spot", inside(across, one[a]), inside(up, one[b]), 5)).join("") +
       star(inside(across, calibrated[a]), inside(up, calibrated[b]));
   };
   const drawMap = x => {
-    const key = JSON.stringify([seen, pair, aim, at.filter((_, i) => !pair.includes(i))]);
+    const key = JSON.stringify([seen, pair, aim, kept, at.filter((_, i) => !pair.includes(i))]);
     if (key !== drawn) map.children[0].innerHTML = drawBase(x);
     drawn = key;
     put(map.children[2], frame(...axes()));
@@ -381,7 +381,7 @@ const profiler = (home, { factors, surfaces, radius, called, holds, first, prese
       texts[0].textContent = short(y) + unit;
       texts[1].textContent = !run ? "Saturated fit: no interval"
         : `95 %: ${whole}${one === whole ? "" : ` (mean), ${one} (one run)`}`;
-      texts[2].textContent = `${present ? "Present" : "Measured"} ${short(measured)}${sd ? ` ± ${short(sd, 3)}` : ""}${unit}: ${present ? "gain" : "error"} ${
+      texts[2].textContent = `${against[0]} ${short(measured)}${sd ? ` ± ${short(sd, 3)}` : ""}${unit}: ${against[1]} ${
         (100 * (measured - y) / measured).toFixed(1).replace("-", "−")} %`;
     });
     const said = factors.flatMap(({ label, unit, half, low, high }, i) => (

@@ -45,7 +45,8 @@ def profiler_data(
         "radius": rsm.radius,
         "called": ("Optimal" if goal else "Calibrated") if values else "Centre",
         "holds": holds and not goal,
-        "present": [before[name] for name in rsm.names] if goal else None,
+        "kept": [["Present", [before[name] for name in rsm.names]]] if goal else [],
+        "against": ["Present", "gain"] if goal else ["Measured", "error"],
         "surfaces": [
             _surface(study, _against(mean, fit, rsm, before) if goal else mean, fit) for mean, fit in surfaces[:MOST]
         ],
