@@ -199,6 +199,10 @@ _BEFORE = re.compile(rf"\d{_MARK}$|[-−–.]$", re.ASCII)
 _COLUMNS = re.compile(r"\.\{\d+\}\)")  # a group of a fixed width: columns may touch
 
 
+# A thousand and its hundreds, apart: nothing next to them is a number, as it would be in a row of a table.
+_GROUPED = re.compile(r"(?<![\d.,])(?<!\d )[1-9]\d{0,2}( \d{3})+(\.\d+)?(?! ?[\d.,+-])", re.ASCII)
+
+
 def _is_part_of_number(match: re.Match[str], group: str | int, ended: int = 0) -> bool:
     r"""Return whether a group of a match contains only part of the number in the line.
 
@@ -216,13 +220,29 @@ def _is_part_of_number(match: re.Match[str], group: str | int, ended: int = 0) -
         return False
     if _CONTINUES.match(after) or (number[0] not in "+-" and _BEGINS.search(before)):
         return True
+    for one in _GROUPED.finditer(line):
+        inside = one.start() <= start and end <= one.end()
+        before_read = one.start() == start or match.start() < start - 1
+        after_read = one.end() == end or match.end() > end + 1
+        if inside and not (before_read and after_read):
+            return True
     if "." in number and _FORTRAN.match(after) and number[-1].isdigit():
         return True
+    following = match.re.search(line, match.end())
+    if (
+        "." not in number and match.end() == end + 1 and _AFTER.match(after)
+    ):  # the match ends at the mark between digits
+        of_list = following is not None and following.start(group) == end + 1
+        if not of_list or (len(number.lstrip("+-")) <= 3 and re.match(r".\d{3}(?!\d)", after)):
+            return True
     marks = [end] if _AFTER.match(after) else []
     marks += [start - 1] if start > ended and number[0] not in "+-" and _BEFORE.search(before) else []
     # a pattern that finds the same text with another mark in its place ignores the mark
     others = [line[:place] + "\N{SECTION SIGN}" + line[place + 1 :] for place in marks]
-    return any(other.span(group) == match.span(group) for text in others for other in match.re.finditer(text))
+    if any(other.span(group) == match.span(group) for text in others for other in match.re.finditer(text)):
+        return True
+    unsigned = [line[:place] + line[place + 1 :] for place in marks if place < start]  # the sign was optional
+    return any(other.start(group) == start - 1 for text in unsigned for other in match.re.finditer(text))
 
 
 def _finite(numbers: Sequence[float]) -> Array:
