@@ -100,7 +100,7 @@ class Registry(Generic[T]):
         if name in {one.name for one in self.built_in} or self._external(name) is None:
             return ""
         entry = self._entries[name]
-        return f"{_package(entry)}+{package_hash(entry.module)}"
+        return f"{_package(entry)}+{_package_hash(entry.module)}"
 
     def _external(self, name: str) -> T | None:
         if name not in self._loaded and name in self._entries and name not in self.broken:
@@ -162,10 +162,10 @@ def _package(entry: EntryPoint) -> str:
 @cache
 def code_of(module: str) -> str:
     """Return a hash of the package of a module; nothing for stemcal's own."""
-    return "" if module.partition(".")[0] == "stemcal" else package_hash(module)
+    return "" if module.partition(".")[0] == "stemcal" else _package_hash(module)
 
 
-def package_hash(module: str) -> str:
+def _package_hash(module: str) -> str:
     """Return a hash of the package or single file of an imported module; nothing without a file."""
     top, own = (sys.modules.get(name) for name in (module.partition(".")[0], module))
     whole = top if getattr(top, "__file__", None) else own  # a namespace package has no file

@@ -41,10 +41,7 @@ def awaiting_sheet(study: Study, folder: StudyFolder) -> str | None:
 
 
 class OwnSheet:
-    """The run sheet in the study folder. Whatever was saved to it is entered before another sheet replaces it.
-
-    The folder must be locked.
-    """
+    """The run sheet in a locked study folder. Whatever was saved to it is entered before another sheet replaces it."""
 
     def __init__(self, study: Study, folder: StudyFolder) -> None:
         self.study, self.folder, self.path = study, folder, folder.path / SHEET

@@ -119,10 +119,7 @@ class Sheet(Solver):
 
 
 def _known_rows(study: Study, path: Path) -> dict[str, list[_KnownRow]]:
-    """Return the rows of a sheet by the names of their runs, those of a stage in the order of their numbers.
-
-    Raise `UsageError` with every row that is wrong.
-    """
+    """Return the rows of a sheet by the names of their runs, in their order; raise `UsageError` with all wrong rows."""
     try:
         content = read_plain(path, MAX_BYTES)
     except OSError as error:

@@ -20,14 +20,14 @@ if TYPE_CHECKING:
     from stemcal.drawing.table import Table
 
 
-def stderr() -> Terminal:
+def stderr() -> _Terminal:
     """Return a console for progress, notes and errors."""
-    return Terminal(stderr=True)
+    return _Terminal(stderr=True)
 
 
 def say(*parts: RenderableType) -> None:
     """Print data on stdout, one renderable below the other."""
-    console = Terminal(stderr=False)
+    console = _Terminal(stderr=False)
     for part in parts:
         console.print(part)
 
@@ -42,7 +42,7 @@ def say_tables(*tables: Table) -> None:
 def say_whole(*lines: str) -> None:
     """Print lines on stdout that are never broken, so that the paths in them can be copied."""
     for line in lines:
-        Terminal(stderr=False).print(line, soft_wrap=True)
+        _Terminal(stderr=False).print(line, soft_wrap=True)
 
 
 def say_text(text: str) -> None:
@@ -148,7 +148,7 @@ def _labelled(label: str, colour: str, text: str, whole: bool) -> None:
     console.print(Text.assemble((f"{label}: ", f"bold {colour}"), text), soft_wrap=whole)
 
 
-class Terminal(Console):
+class _Terminal(Console):
     """At most 80 columns, text printed unchanged."""
 
     WIDEST = 80

@@ -232,11 +232,7 @@ def _reading_columns(table: TextTable, labels: Sequence[int]) -> list[int]:
 
 
 def _proposed_grades(values: Sequence[float], step: float = 1.0) -> list[float]:
-    """Return the fewest neighbouring grades, whole multiples of `step`, that hold 95 % of the stems.
-
-    >>> _proposed_grades([7.2, 8.1, 8.3, 9.0, 9.4, 10.8, 6.9, 8.8, 7.9, 9.9])
-    [7.0, 8.0, 9.0, 10.0, 11.0]
-    """
+    """Return the fewest neighbouring grades, whole multiples of `step`, that hold 95 % of the stems."""
     # half up, so that limits fall alike everywhere
     numbers = sorted(math.floor(value / step + 0.5) for value in values)
     needed = math.ceil(SHARE * len(numbers))

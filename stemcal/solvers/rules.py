@@ -37,7 +37,7 @@ def _elements_fit_stem(draft: Draft, solver: EmbeddedSolver) -> Iterator[Finding
         yield Finding(("solver", "element_size"), message, "write d/16, or check the unit")
 
 
-class Templated(Protocol):
+class _Templated(Protocol):
     """Options of a solver that fills in templates."""
 
     @property
@@ -47,7 +47,7 @@ class Templated(Protocol):
     def repeats(self) -> int: ...
 
 
-def _texts(solver: Templated) -> Iterator[tuple[NodePath, str, bytes | OSError]]:
+def _texts(solver: _Templated) -> Iterator[tuple[NodePath, str, bytes | OSError]]:
     """Yield place, name and content of each template, or why it cannot be read; then of the command's arguments."""
     for index, path in enumerate(solver.templates):
         try:
@@ -58,7 +58,7 @@ def _texts(solver: Templated) -> Iterator[tuple[NodePath, str, bytes | OSError]]
         yield ("solver", "command", index), "", argument.encode()
 
 
-def _placeholders_are_known(draft: Draft, solver: Templated) -> Iterator[Finding]:
+def _placeholders_are_known(draft: Draft, solver: _Templated) -> Iterator[Finding]:
     """Templates and arguments name factors of the study or the diameter, nothing else."""
     condition = draft.naming.condition
     known = (*draft.names, *([] if condition is None else [condition.name]), *CHANCE)
@@ -86,7 +86,7 @@ def _placeholders_are_used(draft: Draft, solver: CommandSolver) -> Iterator[Find
             yield Finding(("factors", index, "name"), message, "write this placeholder in a template or in the command")
 
 
-def _chance_is_declared(draft: Draft, solver: Templated) -> Iterator[Finding]:
+def _chance_is_declared(draft: Draft, solver: _Templated) -> Iterator[Finding]:
     """A program that takes a seed, or is asked several times over, is not called deterministic."""
     for node, _, content in () if solver.repeats else _texts(solver):
         found = [] if isinstance(content, OSError) else [name for _, name in placeholders(content)]
@@ -96,7 +96,7 @@ def _chance_is_declared(draft: Draft, solver: Templated) -> Iterator[Finding]:
                 yield Finding(node, message, "write `replicates: 1` under `solver`")
 
 
-def _run_files_differ(_draft: Draft, solver: Templated) -> Iterator[Finding]:
+def _run_files_differ(_draft: Draft, solver: _Templated) -> Iterator[Finding]:
     """The files of a run have different names, also where case does not count; what is read the program has written."""
     readers = solver.result.values() if isinstance(solver, CommandSolver) else ()
     seen, read = set(_RESERVED), {reader.file.lower() for reader in readers}

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Iterator
 
 def decode(content: bytes) -> str | None:
     """Return the text of UTF-8, UTF-16 or GBK bytes, with or without a byte order mark; None if none fits."""
-    found = decoded(content, [*unicodes(content), "gbk"])
+    found = decoded(content, [*_unicodes(content), "gbk"])
     return None if found is None else found[0]
 
 
@@ -23,7 +23,7 @@ def decoded(content: bytes, encodings: Iterable[str]) -> tuple[str, str] | None:
     return None
 
 
-def unicodes(content: bytes) -> Iterator[str]:
+def _unicodes(content: bytes) -> Iterator[str]:
     """Yield the encoding of Unicode that a text may be in: by its byte order mark, its zeros, or else UTF-8."""
     begin = content[:4000]
     if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
@@ -36,7 +36,7 @@ def unicodes(content: bytes) -> Iterator[str]:
 
 def guesses(content: bytes) -> Iterator[str]:
     """Yield Unicode, then, unless it is UTF-16, GB18030 and the encodings of Western Europe."""
-    yield from (unicode := list(unicodes(content)))
+    yield from (unicode := list(_unicodes(content)))
     if unicode == ["utf-8"]:
         # letters of Western Europe are isolated among ASCII, Chinese ones come together
         yield from ("gb18030", "cp1252") if re.search(rb"[\x80-\xff]{2}", content) else ("cp1252",)

@@ -50,11 +50,7 @@ class Growth(Frozen):
 
 @dataclass(frozen=True)
 class Interpolated:
-    """A value measured on stems of several diameters, mm, in rising order: interpolated between them, none beyond.
-
-    >>> Interpolated(((7.0, 0.4), (9.0, 0.6))).at(8.0)
-    0.5
-    """
+    """A value measured on stems of several diameters, mm, in rising order: interpolated between them, none beyond."""
 
     points: tuple[tuple[float, float], ...]
 

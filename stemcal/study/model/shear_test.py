@@ -156,11 +156,7 @@ class ContactSection(Frozen):
 
 @dataclass(frozen=True)
 class Relative:
-    """A stress in MPa, or its ratio to the one along the axis.
-
-    >>> str(Relative(80.0)), str(Relative(0.1, is_ratio=True)), Relative(0.1, is_ratio=True).of(800.0)
-    ('80 MPa', '0.1', 80.0)
-    """
+    """A stress in MPa, or its ratio to the one along the axis."""
 
     value: float
     is_ratio: bool = False

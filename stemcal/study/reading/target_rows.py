@@ -31,10 +31,7 @@ _WHOLE = CurveOptions(preload=0.0)  # where noisy points pass the preload is fou
 
 
 def _curves_in(patterns: Sequence[str], folder: Path, path: NodePath) -> tuple[list[Curve], list[Finding]]:
-    """Return the smoothed curves of all files that patterns name, and what is wrong with these.
-
-    Each pattern names some file, and none outside the folder of the spec.
-    """
+    """Return the smoothed curves of all files that patterns name in the folder of the spec, and what is wrong there."""
     read: list[Curve] = []
     wrong: list[Finding] = []
     files: dict[Path, None] = {}

@@ -277,10 +277,7 @@ def _growing(draft: Draft) -> Mapping[str, Growth]:
 
 
 def _reached(draft: Draft, name: str, diameter: float | None = None) -> list[float]:
-    """Return the values, internal units, of a growing parameter at the corners of what the study can ask for.
-
-    At one diameter, or at all that the study has.
-    """
+    """Return the values, internal units, of a growing parameter at the corners of what the study can ask for."""
     growth, at = draft.growing[name], {factor.name: factor for factor in draft.factors.values()}
     if name in at and not _unit_fits(draft, at[name]):
         return []

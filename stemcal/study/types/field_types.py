@@ -277,13 +277,7 @@ _SHARE = re.compile(r"d\s*/\s*([0-9]+(?:\.[0-9]*)?|\.[0-9]+)", re.ASCII)
 
 @dataclass(frozen=True)
 class Length:
-    """A length in mm, or one part in `divisor` of the stem's outer diameter.
-
-    >>> Length(0.5).at(8.0), Length(divisor=8.0).at(11.0)
-    (0.5, 1.375)
-    >>> str(Length(0.5)), str(Length(divisor=8.0))
-    ('0.5 mm', 'd/8')
-    """
+    """A length in mm, or one part in `divisor` of the stem's outer diameter: ``0.5 mm``, ``d/8``."""
 
     mm: float = 0.0
     divisor: float | None = None

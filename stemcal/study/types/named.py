@@ -18,10 +18,7 @@ from stemcal.vocabulary import CUTTING, DIAMETER, FIRST, FORCE, NOWHERE, Variabl
 
 
 def naming_of(responses: Sequence[Any], conditions: Sequence[Any] | None) -> Vocabulary:
-    """Return the responses and the condition of a study; it has no condition if it declares only responses.
-
-    Both are `OwnQuantity`s of the model.
-    """
+    """Return the responses and the condition (`OwnQuantity`s) of a study; it has none if it declares only responses."""
     if not responses and conditions is None:
         return CUTTING
     condition = _named(conditions[0], "x") if conditions else None
