@@ -23,7 +23,8 @@ the mean and of one further run at points of the region. `fields`: error varianc
 correlation lengths in half-steps, in units of the mean s², relative to h and to 1 + h: medians over the region.
 
 `conditions`: one surface over one to three factors and the diameter, from one composite design. The rows give the least
-coverage of a factor, and that of each measured mean by the interval predicted from the other diameters.
+coverage of a factor, the share of solutions at a limit of the region, the share of the surface in the error of a mean,
+and, in every fifth study, the coverage of each measured mean by the interval predicted from the other diameters.
 """
 
 from __future__ import annotations
@@ -429,6 +430,7 @@ def two_mechanisms(k: int, random: np.random.Generator) -> Law:
 
 
 OVER_LAWS = {"power": exact_power, "crossed": crossed, "two mechanisms": two_mechanisms}
+_PREDICTED = 5  # studies of which one has its means predicted from each other
 SITUATIONS: dict[str, dict[str, float]] = {
     "two factors": {},
     "one factor": {"k": 1},
@@ -467,20 +469,24 @@ def of_one_surface(
 
 def condition_rows(studies: int) -> None:
     """Print studies of one surface over factors and diameters."""
-    print("one surface over factors and diameters         factors  left out  rejects, %")
+    print("one surface over factors and diameters         factors  left out  rejects, %  at a limit, %  of surface, %")
     for kind in OVER_LAWS:
         for label, options in SITUATIONS.items():
-            held, inside, rejected = [], [], 0
+            held, inside, rejected, ends_of_range, of_surface = [], [], 0, [], []
             for study in range(studies):
                 planted = of_one_surface(kind, np.random.default_rng([SEED, study]), **options)  # type: ignore[arg-type]
                 found = fit(planted.observations, planted.region)
                 held.append(holds(found, planted.truth))
-                ends = zip(left_out_intervals(found, DIAMETERS.tolist()), planted.observations, strict=True)
-                inside += [low <= mean.measured <= high for (low, high), mean in ends]
+                ends_of_range.append(bool(np.any(np.abs(found.best) > 0.999 * planted.region.high)))
+                of_surface.append(float(np.median(found._share)))
+                if study % _PREDICTED == 0:
+                    ends = zip(left_out_intervals(found, DIAMETERS.tolist()), planted.observations, strict=True)
+                    inside += [low <= mean.measured <= high for (low, high), mean in ends]
                 rejected += (found.p_value or 1.0) < 0.05
             least, predicted = 100.0 * np.mean(held, axis=0).min(), 100.0 * np.mean(inside)
-            share = 100.0 * rejected / studies
-            print(f"{kind + ', ' + label:<46} {least:7.1f} {predicted:9.1f} {share:8.1f}", flush=True)
+            more = (100.0 * float(np.mean(one)) for one in (ends_of_range, of_surface))
+            numbers = "".join(f"{value:11.1f}" for value in (predicted, 100.0 * rejected / studies, *more))
+            print(f"{kind + ', ' + label:<46} {least:7.1f}{numbers}", flush=True)
 
 
 ROWS: dict[str, Callable[[int], None]] = {

@@ -129,6 +129,8 @@ def test_a_further_response_has_its_own_surface(tmp_path: Path) -> None:
     study = spec(tmp_path, text, more=f"travel: {travel:.6f} mm, sd: {{force: 1 N, travel: 0.01 mm}}")
     rsm, found = fitted(tmp_path, study)
     assert rsm.over is not None and set(rsm.over.left_out_percent) == {"response", "travel"}
+    (fits,) = (table for table in tables_of(rsm) if table.title.startswith("Fit quality"))
+    assert [row[0] for row in fits.cells] == ["force", "travel"] and "Diameter, mm" not in fits.heads
     assert found.parameters["failure_strain"] == pytest.approx(0.034, rel=0.02)
 
 
@@ -158,6 +160,22 @@ def test_the_plan_states_the_runs_of_both_ways(tmp_path: Path, text: str) -> Non
         assert "15 runs" in note.text and ("needs 36" if text == TWO_FACTORS else "needs 60") in note.text
 
 
+@pytest.mark.parametrize(
+    ("factors", "design", "seen"),
+    [("yield_stress, failure_strain", "central-composite", True), ("yield_stress", "central-composite", False),
+     ("yield_stress, failure_strain", "box-behnken", False), ("yield_stress", "latin-hypercube", True)],
+)  # fmt: skip
+def test_the_plan_states_that_a_bend_stays_unseen(tmp_path: Path, factors: str, design: str, seen: bool) -> None:
+    """z_d³ and z_d⁴ need four more levels of d than Box–Behnken has, and degrees of freedom next to them."""
+    more = OVER.replace("yield_stress, failure_strain", factors).replace("rsm: {", f"rsm: {{design: {design}, ")
+    (note,) = (
+        note
+        for note in plan(spec(tmp_path, TWO_FACTORS + "screen: {design: none}\n" + more)).notes
+        if note.kind == "surface_runs"
+    )
+    assert ("bend" in note.text) is not seen
+
+
 @pytest.mark.parametrize("over", ["rsm: {over: conditions}\n", OVER.replace("diameters: all", "")])
 def test_one_condition_is_refused(tmp_path: Path, over: str) -> None:
     with pytest.raises(SpecError, match=r"invert\.diameters.*rsm\.over"):
@@ -184,6 +202,7 @@ def test_a_declared_condition(tmp_path: Path) -> None:
     (tmp_path / "own.yaml").write_text(text, encoding="utf-8")
     study = load_study(tmp_path / "own.yaml")
     place = StudyFolder(tmp_path / "out")
-    workflow.run_stage("rsm", study, place, InlineExecutor(), solver=Own())
+    rsm = workflow.run_stage("rsm", study, place, InlineExecutor(), solver=Own())
+    assert not [table for table in tables_of(rsm) if "Fit quality" in table.title]
     found = workflow.run_stage("invert", study, place, solver=Own())
     assert found.parameters["a"] == pytest.approx(2.5, rel=1e-3)

@@ -172,6 +172,12 @@ class Bend:
         return self.percent > _BENT_PERCENT and self.p < _BENT_P
 
 
+def bend_freedom(terms: Array, d: Array) -> int:
+    """Return the degrees of freedom left by z_d³, z_d⁴ and other terms (n, p); 0 if these are not estimable."""
+    more = np.column_stack([terms, d**3, d**4])
+    return len(d) - more.shape[1] if np.linalg.matrix_rank(more) == more.shape[1] else 0
+
+
 def bend_of(whole: Surface, logarithm: bool) -> Bend | None:
     """Return what a quadratic in the condition misses; None with fewer than five levels, or too few runs, to see it.
 
@@ -182,8 +188,7 @@ def bend_of(whole: Surface, logarithm: bool) -> Bend | None:
     kept = np.diag(whole.unscaled_covariance) > 0.0
     terms, d = term_columns(whole.design)[:, kept], whole.design[:, -1]
     more = np.column_stack([terms, d**3, d**4])
-    df = len(d) - more.shape[1]
-    if df < 1 or np.linalg.matrix_rank(more) < more.shape[1]:
+    if (df := bend_freedom(terms, d)) < 1:
         return None
     before, after = (
         float(np.sum((whole.response - x @ np.linalg.lstsq(x, whole.response, rcond=None)[0]) ** 2))

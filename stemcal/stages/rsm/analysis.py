@@ -76,8 +76,10 @@ def rsm(work: Work, head: Head) -> RsmResult:
         deterministic=repeats_itself(study),
         pure_error=_pure_error_of(runs, Wording(study.naming), study.solver.repeats > 0),
     )
-    targets = study.joint_targets if axis is None else ()
-    conditions = Rows(_at_condition(work, target, result, design) for target in targets)
+    if axis is None:
+        conditions = Rows(_at_condition(work, target, result, design) for target in study.joint_targets)
+    else:
+        conditions = Rows(_further_responses(study, result, axis))
     notes = (*chosen, *fit.notes, *lower_bound_notes(outcomes), *_notes(result))
     return replace(result, conditions=conditions, notes=notes)
 
@@ -144,7 +146,7 @@ def foresee(study: Study, solver: Solver, folder: StudyFolder | None) -> Asked:
     requests = [request for condition in dict.fromkeys(conditions) for request in design.requests(condition)]
     if known:
         names = tuple(name for name in design.names if name in study.names) + design.held
-        note = over.runs_of_both(study, names) if given is None else None
+        note = over.runs_of_both(study, names, design) if given is None else None
     else:
         assumed = f"The plan assumes {len(design.names) - bool(design.conditions)} factors for the response surface"
         note = Note("factors_assumed", "caution", f"{assumed} because the screening has not yet selected the factors.")
@@ -171,6 +173,14 @@ def _at_condition(work: Work, target: Target, result: RsmResult, design: Design)
                 )
             fits[name] = FitSummary.of(result.refitted(runs, response=name), whole=not study.naming.is_cutting)
     return AtCondition(condition=condition, runs=Rows(runs), fit=fits.pop(FIRST), responses=fits or None)
+
+
+def _further_responses(study: Study, result: RsmResult, axis: ConditionAxis) -> Iterator[AtCondition]:
+    """Yield the surfaces of further responses over factors and conditions, if there are any."""
+    whole = not study.naming.is_cutting
+    fits = {name: FitSummary.of(result.section(axis.at, name).whole, whole) for name in study.fitted_responses}
+    if further := {name: fit for name, fit in fits.items() if name != FIRST}:
+        yield AtCondition(condition=axis.at, runs=Rows(), fit=fits[FIRST], responses=further)
 
 
 # ---- the design, and the notes of `check` on it

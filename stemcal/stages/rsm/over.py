@@ -8,8 +8,8 @@ from math import exp, log
 import numpy as np
 
 from stemcal.doe import designs
-from stemcal.doe.coding import Array, Coding
-from stemcal.doe.regression.section import bend_of, fit_whole, left_out_percent
+from stemcal.doe.coding import Array, Coding, term_columns
+from stemcal.doe.regression.section import bend_freedom, bend_of, fit_whole, left_out_percent
 from stemcal.errors import UsageError
 from stemcal.formats import counted
 from stemcal.notes import Note
@@ -19,6 +19,8 @@ from stemcal.stages.result import DesignRun
 from stemcal.stages.rsm.options import RsmOptions, dimensions, growing_with
 from stemcal.study.model.study import Study
 from stemcal.vocabulary import FIRST, Wording
+
+_BEND_FREEDOM = 3  # degrees of freedom from which a test finds a bend of some percent
 
 
 def condition_axis(study: Study, names: Sequence[str]) -> ConditionAxis:
@@ -53,21 +55,28 @@ def over_design(study: Study, coding: Coding) -> Design:
     return Design("rsm", options.design, whole, coded, each, conditions=conditions, held=tuple(held))
 
 
-def runs_of_both(study: Study, names: Sequence[str]) -> Note | None:
-    """Return the number of runs of one design over all fitted conditions, and of a design at each of them."""
+def runs_of_both(study: Study, names: Sequence[str], design: Design) -> Note | None:
+    """Return the number of runs of one design over all fitted conditions, and of a design at each of them.
+
+    If the design is over conditions, it includes whether a bend of the response would be seen.
+    """
     options, conditions = study.of(RsmOptions), {target.condition for target in study.joint_targets}
     if len(conditions) < 2:
         return None
     sizes = len(names) + 1 - len(growing_with(study, names)), len(names)
+    condition, text = study.naming.condition.noun if study.naming.condition is not None else "condition", ""
     with suppress(UsageError):  # a design has its limits
         one, each = (len(np.unique(designs.surface_runs(k, options.chosen()), axis=0)) for k in sizes)
-        condition = study.naming.condition.noun if study.naming.condition is not None else "condition"
         text = (
             f"One response surface over factors and {condition} (`rsm.over: conditions`) needs {counted(one, 'run')}; "
-            f"a response surface at each of {len(conditions)} {condition}s needs {each * len(conditions)}."
+            f"a response surface at each of {len(conditions)} {condition}s needs {each * len(conditions)}. "
         )
-        return Note("surface_runs", "info", text)
-    return None
+    if design.conditions and bend_freedom(term_columns(design.coded), design.coded[:, -1]) < _BEND_FREEDOM:
+        text += (
+            f"This design shows a bend of the response over the {condition} rarely or never: compare the simulations "
+            "of the validation, or use a Latin hypercube."
+        )
+    return Note("surface_runs", "info", text.strip()) if text else None
 
 
 def scaled(axis: ConditionAxis, study: Study, design: Design, runs: Sequence[DesignRun]) -> ConditionAxis:

@@ -210,14 +210,15 @@ def canonical_table(stage: RsmResult, shape: CanonicalForm, names: Wording) -> T
 
 def _further_tables(stage: RsmResult, names: Wording) -> list[Table]:
     """Return the analysis of variance and the coefficients of each further response."""
-    tables: list[Table] = []
+    tables, over = list[Table](), stage.over
     for part in stage.conditions:
         for name in part.responses or {}:
-            fit = stage.refitted(part.runs, response=name)
+            fit = stage.refitted(part.runs, response=name) if over is None else stage.section(over.at, name).whole
             seen = replace(stage, anova=fit.anova, coefficients=fit.coefficients, pure_error=None,
                            lack_of_fit_testable=fit.lack_of_fit_testable)  # fmt: skip
-            its = replace(names, naming=stage.naming.with_primary(name))
-            title = f"{its.response.long}{its.at(part.condition)}"
+            naming = stage.naming.with_primary(name)
+            its = replace(names, naming=naming if over is None or name not in over.logarithms else naming.of_logarithm)
+            title = f"{its.response.long}{its.at(part.condition) if over is None else ''}"
             both = anova_shown(seen), _coefficient_table(seen, its)
             tables += [replace(table, title=f"{table.title}: {title}") for table in both]
     return tables
@@ -233,7 +234,7 @@ def _fits_table(stage: RsmResult, names: Wording) -> list[Table]:
     determinations = {"r2": "R²", "adjusted_r2": "Adjusted R²", "predicted_r2": "Predicted R²"}
     columns = [
         Column("response", "Response", of=lambda row: names.naming.named(row["response"]).noun),
-        *condition(names.naming),
+        *(condition(names.naming) if stage.over is None else ()),
         *(Column(key, label, form=to_decimals(4)) for key, label in determinations.items()),
         Column("cv_percent", "Coefficient of variation", "%", fixed),
     ]

@@ -122,7 +122,7 @@ def failed_runs(evidence: Evidence) -> Iterator[Note]:
         yield from _lost(evidence)
         return
     failed = np.array([run.response is None for run in surface.design.runs])
-    for part in surface.conditions:
+    for part in surface.conditions if surface.over is None else ():
         failed |= np.array([not answered.outcome.ok for answered in part.runs])
     unknown = _error_unknown(evidence.study, surface)
     if not failed.any() or (not unknown and failed.mean() < _MANY):
