@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Self
 
+from stemcal.by_hand.likely import likely_columns, require_likely
 from stemcal.by_hand.options import SheetSolver
 from stemcal.by_hand.row_checks import RowRefused, Unread, first_of, number_in, other_level, result_in
 from stemcal.by_hand.run_sheet import MAX_BYTES, Filled, filled, run_name
@@ -15,6 +16,7 @@ from stemcal.errors import UsageError, Waiting
 from stemcal.solvers.program import Inputs
 from stemcal.solvers.protocol import Answer, Request, Solver
 from stemcal.solvers.replicates import seed_of, values_of
+from stemcal.stages.stage import STAGES
 from stemcal.storage.atomic import make_folder
 from stemcal.storage.plain import read_plain
 from stemcal.study.model.study import Study
@@ -133,9 +135,27 @@ def _known_rows(study: Study, path: Path) -> dict[str, list[_KnownRow]]:
             found.setdefault(cells.run, []).append(row)
         except RowRefused as refused:
             wrong.append(str(refused))
-    if wrong := wrong or _gaps(path.name, found):
+    if wrong := wrong or _gaps(path.name, found) or _slips(study, found):
         raise UsageError("\n".join(first_of(wrong)))
     return dict(sorted(found.items(), key=lambda item: _number(item[0])))
+
+
+def _slips(study: Study, rows: Mapping[str, Sequence[_KnownRow]]) -> list[str]:
+    """Return a question for each result that is far from the others at its condition."""
+    at, usual = study.naming.condition, study.targets.calibrate_at
+    runs = []
+    known = {name: several for name, several in rows.items() if STAGES.named(name.split()[0]) is not None}
+    for name, row in ((name, row) for name, several in known.items() for row in several):
+        where = None if at is None else _level(row.cells, at.name, at.unit)
+        request = Request(name.split()[0], _number(name) - 1, dict(row.levels), usual if where is None else where)
+        runs += [(f"{name} {where}", request, row.answer, row.cells)] if row.answer is not None else []
+    columns, wrong = likely_columns(study, (run[:3] for run in runs)), []
+    for key, request, answer, cells in runs:
+        try:
+            require_likely(study, columns, key, cells, request, answer)
+        except RowRefused as refused:
+            wrong.append(str(refused))
+    return wrong
 
 
 def _number(run: str) -> int:

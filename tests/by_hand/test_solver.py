@@ -141,3 +141,23 @@ def test_responses_and_condition_of_the_study_s_own(tmp_path: Path) -> None:
     (tmp_path / "runs.csv").write_text(rows.replace("650", ""), encoding="utf-8")
     with pytest.raises(UsageError, match=r"runs\.csv:2: rsm 1 has no density"):
         Sheet.of(load_study(tmp_path / "heap.yaml"))
+
+
+SLIPS = "run,yield_stress,failure_strain,force,remark\n" + "".join(
+    f"rsm {n},{10 + n},0.03,{force},\n" for n, force in enumerate((118, 122, 125, 112, 1260, 119), 1)
+)
+
+
+@pytest.mark.parametrize(("value", "asked"), [("1260", True), ("-121", True), ("12.1", True), ("300", False)])
+def test_a_value_of_the_file_far_from_the_others_is_questioned(tmp_path: Path, value: str, asked: bool) -> None:
+    text = SLIPS.replace("1260", value)
+    if not asked:
+        assert sheet(tmp_path, text).solve(request(sheet(tmp_path, text), 4)).response == float(value)
+        return
+    with pytest.raises(
+        UsageError, match=rf"rsm 5: is force = {value} N correct\? The other values are 110 N to"
+    ) as found:
+        sheet(tmp_path, text)
+    assert "`confirmed`" in str(found.value) and "runs.csv" in str(found.value)
+    confirmed = sheet(tmp_path, text.replace(f"{value},", f"{value},confirmed"))
+    assert len(confirmed.given("rsm")) == 6
