@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from stemcal.cutting.end_state import Shape
 from stemcal.drawing.style import BLUE, FAINT, INK, ORANGE, Axes, Figure, new_figure
 from stemcal.formats import fixed
+from stemcal.responses import work_until
 from stemcal.solvers.film import Frame
 from stemcal.storage.atomic import refuse_link
 
@@ -42,9 +43,10 @@ def fracture(shape: Shape) -> Figure:
 
 
 def half_width(shape: Shape) -> float:
-    """Return half of the pictured length of the stem, mm: past the supports' edges, but not to the stem's ends."""
+    """Return half of the pictured length of the stem, mm: past the supports' edges and a diameter from the blade."""
     edges = [float(np.abs(tool[:, 0]).min()) for tool in shape.tools[1:]]
-    return min([1.35 * min(edges, default=np.inf), float(np.abs(shape.reference[:, 0]).max())])
+    x, z = (shape.reference[:, i] for i in (0, 2))
+    return min(max(1.35 * min(edges, default=np.inf), float(np.ptp(z))), float(np.abs(x).max()))
 
 
 def _strain_scale(shapes: Sequence[Shape]) -> Any:
@@ -60,7 +62,7 @@ def _colour_bar(figure: Figure, scale: Any, panels: list[Axes]) -> None:
     import matplotlib
 
     mapped = matplotlib.cm.ScalarMappable(scale, PLASTIC)
-    figure.colorbar(mapped, ax=panels, label="plastic strain", aspect=30).outline.set_visible(False)
+    figure.colorbar(mapped, ax=panels, label="plastic strain", aspect=30, panchor=False).outline.set_visible(False)
 
 
 def _side_faces(shape: Shape) -> tuple[Array, Array]:
@@ -98,9 +100,7 @@ def _normals(points: Array) -> Array:
     return np.asarray(0.5 * np.cross(points[:, 2] - points[:, 0], points[:, 3] - points[:, 1]))
 
 
-def _draw_faces(
-    axes: Axes, shape: Shape, faces: tuple[Array, Array], scale: Any, reach: float | None = None
-) -> list[Any]:
+def _draw_faces(axes: Axes, shape: Shape, faces: tuple[Array, Array], scale: Any, reach: float) -> list[Any]:
     """Draw faces with the tools, as far as `reach` from the blade; returns what was added."""
     from matplotlib.collections import PolyCollection
     from matplotlib.patches import Polygon
@@ -114,8 +114,7 @@ def _draw_faces(
         for tool in shape.tools:
             patch = Polygon(tool * (sign, 1.0), facecolor=TOOL, edgecolor=FAINT, linewidth=0.6)
             added.append(axes.add_patch(patch))
-    x, z = (shape.reference[:, i] for i in (0, 2))
-    reach = reach or 1.05 * max(np.abs(x).max(), 1.0)
+    z = shape.reference[:, 2]
     axes.set_xlim(-reach, reach)
     axes.set_ylim(1.6 * z.min(), 2.0 * z.max())
     axes.set_aspect("equal")
@@ -156,7 +155,9 @@ def write_animation(frames: Sequence[Frame], path: Path, curve: Curve | None = N
 
 def _stage(figure: Figure, frames: Sequence[Frame], along: Curve) -> Any:
     """Lay out the panels and return what shows a frame in them."""
-    side, section, curve = figure.subplots(3, 1, height_ratios=(1.0, 1.0, 0.9))
+    panels = figure.subplot_mosaic([["side", "section"], ["curve", "curve"]], height_ratios=(1.6, 1.0))
+    side, section, curve = panels.values()
+    reach = half_width(frames[-1].shape)
     scale = _strain_scale([frame.shape for frame in frames])
     _colour_bar(figure, scale, [side, section])
     curve.plot(*along, color=BLUE)
@@ -169,11 +170,13 @@ def _stage(figure: Figure, frames: Sequence[Frame], along: Curve) -> Any:
     def show(frame: Frame) -> None:
         while shown:
             shown.pop().remove()
-        for axes, faces, label in ((side, _side_faces, "side"), (section, _section_faces, "section")):
-            shown.extend(_draw_faces(axes, frame.shape, faces(frame.shape), scale))
-            axes.set_ylabel(f"{label}: z, mm")
-        section.set_xlabel("x, mm")
-        side.set_title(f"blade travel {fixed(frame.travel)} mm, force {fixed(frame.force, 0)} N", color=INK)
+        for axes, faces, label in ((side, _side_faces, "side view"), (section, _section_faces, "section")):
+            shown.extend(_draw_faces(axes, frame.shape, faces(frame.shape), scale, reach))
+            axes.set_title(label, color=INK)
+            axes.set_xlabel("x, mm")
+        side.set_ylabel("z, mm")
+        work = f"work {fixed(work_until(*along, frame.travel), 0)} mJ"
+        curve.set_title(f"travel {fixed(frame.travel)} mm, force {fixed(frame.force, 0)} N, {work}", color=INK)
         marker.set_data([frame.travel], [frame.force])
 
     return show

@@ -87,7 +87,7 @@ class Embedded(Solver):
         """Run the virtual shear test that a request asks for, and the laboratory tests next to it."""
         try:
             test, modes = self._test(request), self.study.targets.modes_at(request.condition)
-            film = Film(test.discretisation.integration.outputs) if request.pictured else None
+            film = Film() if request.pictured else None
             result = shear(test, inspect=film)
             responses, warnings = perform_all(self._laboratory_tests(request))
             scores = curve_scores(modes, result.history.travel, result.history.force_filtered, result.break_travel)

@@ -38,11 +38,13 @@ class _Moment:
 
 
 class Film:
-    """Called at the outputs of a simulation, keeps about `FRAMES` of them, evenly in time, and the end."""
+    """Called at the outputs of a simulation, keeps the start and at most `FRAMES` more, evenly in time, and the end.
 
-    def __init__(self, outputs: int) -> None:
-        self.every = max(1, outputs // FRAMES)
-        self.seen = 0
+    A cut may end long before its stroke: each time there are too many, every other one is dropped.
+    """
+
+    def __init__(self) -> None:
+        self.every, self.seen = 1, 0
         self.moments: list[_Moment] = []
 
     def __call__(self, time: float, state: State) -> None:
@@ -51,6 +53,9 @@ class Film:
             standing = state.topology.standing.astype(bool)
             strain = state.lanes.gathered(state.body.state[:, PLASTIC_STRAIN])
             self.moments.append(_Moment(time, state.body.x.copy(), standing, strain))
+            if len(self.moments) > FRAMES + 1:
+                self.every *= 2
+                self.moments = self.moments[::2]
         self.seen += 1
 
     def packed(self, result: CuttingResult) -> dict[str, Any]:
