@@ -1,7 +1,7 @@
 """From errors of pydantic to messages with plain words and a remedy."""
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from numbers import Real
 from typing import Annotated, Any
 
@@ -37,18 +37,30 @@ def finding_of(error: Mapping[str, Any], path: NodePath, shown_path: NodePath) -
     `path` is its place in the spec, without pydantic's own words; `shown_path` also has the kind of solver, for looking
     up known keys.
     """
-    kind = error["type"]
+    kind, given, context = error["type"], error["input"], error.get("ctx", {})
     if kind == "stemcal":
-        return Finding(path, error["ctx"]["message"], error["ctx"]["remedy"])
-    if (special := _SPECIAL.get(kind)) is not None:
-        return special(error, path, shown_path)
+        return Finding(path, context["message"], context["remedy"])
+    if kind == "missing":
+        key, meaning = str(path[-1]), meaning_of(shown_path)
+        return Finding(path[:-1], f"{key!r} is missing", f"add a line {key}: …{meaning and f'  # {meaning}'}")
+    if kind == "extra_forbidden":
+        return _unknown_key(path, shown_path)
+    if kind == "literal_error":
+        choices = [part.strip().strip("'") for part in context["expected"].replace(" or ", ", ").split(", ")]
+        near = nearest(given, choices) if isinstance(given, str) else None
+        remedy = f"did you mean {near}?" if near else f"write {listed(choices)}"
+        return Finding(path, f"{_show(given)} is not an allowed value", remedy)
+    if kind in ("too_short", "string_too_short"):
+        return _too_short(given.strip() if isinstance(given, str) else given, path)
+    if kind in ("too_long", "string_too_long"):
+        remedy = f"shorten the value to a length of at most {context.get('max_length')}"
+        return Finding(path, f"the value is too long (length {len(given)})", remedy)
     if kind in _KINDS:
-        return Finding(path, *_wrong_kind(error["input"], *_KINDS[kind]))
+        return Finding(path, *_wrong_kind(given, *_KINDS[kind]))
     if kind in _BOUNDS:
         words, key, remedy = _BOUNDS[kind]
-        limit = error["ctx"][key]
-        return Finding(path, f"{_show(error['input'])} {words} {limit:g}", remedy.format(limit))
-    return Finding(path, f"{_show(error['input'])}: {error['msg']}", "correct the value")
+        return Finding(path, f"{_show(given)} {words} {context[key]:g}", remedy.format(context[key]))
+    return Finding(path, f"{_show(given)}: {error['msg']}", "correct the value")
 
 
 def _wrong_kind(given: Any, wanted: str, remedy: str) -> tuple[str, str]:
@@ -61,12 +73,7 @@ def _wrong_kind(given: Any, wanted: str, remedy: str) -> tuple[str, str]:
     return f"{_show(given)} is not {wanted}", remedy
 
 
-def _missing(error: Mapping[str, Any], path: NodePath, shown_path: NodePath) -> Finding:
-    key, meaning = str(path[-1]), meaning_of(shown_path)
-    return Finding(path[:-1], f"{key!r} is missing", f"add a line {key}: …{meaning and f'  # {meaning}'}")
-
-
-def _unknown_key(error: Mapping[str, Any], path: NodePath, shown_path: NodePath) -> Finding:
+def _unknown_key(path: NodePath, shown_path: NodePath) -> Finding:
     key = str(path[-1])
     known = keys_of(shown_path[:-1]) or keys_of(path[:-1])  # a wrong `kind` names no schema
     near = nearest(key, known)
@@ -80,33 +87,12 @@ def _unknown_key(error: Mapping[str, Any], path: NodePath, shown_path: NodePath)
     return Finding(path, f"unknown key {key[:60]!r}", remedy, at_key=True)
 
 
-def _choice(error: Mapping[str, Any], path: NodePath, shown_path: NodePath) -> Finding:
-    given = error["input"]
-    choices = [part.strip().strip("'") for part in error["ctx"]["expected"].replace(" or ", ", ").split(", ")]
-    near = nearest(given, choices) if isinstance(given, str) else None
-    remedy = f"did you mean {near}?" if near else f"write {listed(choices)}"
-    return Finding(path, f"{_show(given)} is not an allowed value", remedy)
-
-
-def _length(error: Mapping[str, Any], path: NodePath, shown_path: NodePath) -> Finding:
-    if error["type"] in ("too_short", "string_too_short"):
-        given = error["input"].strip() if isinstance(error["input"], str) else error["input"]
-        if not given:
-            several = isinstance(given, list | tuple)
-            remedy = "write at least one entry, on a line that begins with `-`" if several else "write a value"
-            return Finding(path, "the value is empty", remedy)
+def _too_short(given: Any, path: NodePath) -> Finding:
+    if given:
         return Finding(path, f"{_show(given)} is too short", "write a longer value")
-    most = error["ctx"].get("max_length")
-    remedy = f"shorten the value to a length of at most {most}"
-    return Finding(path, f"the value is too long (length {len(error['input'])})", remedy)
-
-
-_SPECIAL: dict[str, Callable[[Mapping[str, Any], NodePath, NodePath], Finding]] = {
-    "missing": _missing,
-    "extra_forbidden": _unknown_key,
-    "literal_error": _choice,
-    **dict.fromkeys(("too_short", "too_long", "string_too_short", "string_too_long"), _length),
-}
+    several = isinstance(given, list | tuple)
+    remedy = "write at least one entry, on a line that begins with `-`" if several else "write a value"
+    return Finding(path, "the value is empty", remedy)
 
 
 def _show(given: Any) -> str:
