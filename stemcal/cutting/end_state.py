@@ -23,20 +23,12 @@ LARGEST = 40_000  # nodes; a finer body is not kept in records
 class Shape:
     """Body and tools at the end of a test.
 
-    Attributes
-    ----------
-    reference, nodes : array (N, 3)
-        Where the nodes began and ended, mm.
-    hexes : array (E, 8)
-        Corners of the elements.
-    standing : array (E,)
-        Which elements are left.
-    plastic_strain : array (E,)
-        Effective plastic strain.
-    tools : tuple of array (K, 2)
-        Outlines of blade and supports in x and z.
-    symmetry : str
-        Which part of the stem this is: ``none`` (all), ``half`` (y ≥ 0), ``quarter`` (x, y ≥ 0).
+    reference, nodes   where the nodes began and ended, mm, (N, 3)
+    hexes              corners of the elements, (E, 8)
+    standing           which elements are left, (E,)
+    plastic_strain     effective plastic strain, (E,)
+    tools              outlines (K, 2) of blade and supports in x and z
+    symmetry           which part of the stem this is: ``none`` (all), ``half`` (y ≥ 0), ``quarter`` (x, y ≥ 0)
     """
 
     reference: Array

@@ -68,42 +68,30 @@ class ForceHistory:
 
 @dataclass(frozen=True)
 class CuttingResult:
-    """What a virtual shear test gives.
+    """What a virtual shear test gives; forces in N, travel in mm, time in s, shares in percent.
 
-    Attributes
-    ----------
-    peak_force, peak_force_raw : float
-        Largest force until the first fracture, after and before the filter, N.
-    peak_time, peak_travel : float
-        When and where the filtered force peaks, s and mm.
-    elements, deleted_elements : int
-        Elements of the mesh that was computed, and how many of them were eroded by the time of the peak.
-    stroke_was_enough : bool
-        Whether the stem has fractured, or the force has fallen clearly below its peak by the end of the stroke.
-    energy_drift_percent : float
-        Largest error in the energy balance against the largest work done.
-    kinetic_ratio_percent : float
-        Largest kinetic over internal energy before the first element fails (or over the stroke if none does), after
-        the first tenth of the work.
-    hourglass_ratio_percent : float
-        Largest hourglass over internal energy on the way to the peak, after the first tenth of the work.
-    inertia_percent : float
-        Difference between the force on the blade and that on the supports at the peak, of the former: what inertia,
-        true or added, has in the force.
-    added_mass_percent : float
-        What mass scaling and time step have added to the stem's mass. Where they add nothing inertia is the stem's own.
-    contact_energy_percent : float
-        Smallest share of the blade's work that contact has held back until the first fracture, after the first tenth of
-        the work. Friction and damping only take: a share below 0 is energy that the numbers have created.
-    break_travel : float or None
-        Travel of the blade at the first fracture (`break_row`), mm; the curve beyond depends on the mesh and the
-        swinging stem rather than on the material. None if there is none.
-    first_fracture_force, first_fracture_travel : float or None
-        Of a whole cut: largest force until anything fails, N, and the travel at which it does, mm.
-    severed, severed_travel : bool, float or None
-        Of a whole cut: whether the stem is in two parts, and the travel at which it is, mm.
-    cutting_energy : float or None
-        Of a whole cut: work of the blade until the stem is in two parts, or over the stroke, mJ.
+    peak_force, peak_force_raw   largest force until the first fracture, after and before the filter
+    peak_time, peak_travel       when and where the filtered force peaks
+    elements, deleted_elements   elements of the mesh that was computed, and how many were eroded at the peak
+    stroke_was_enough            whether the stem has fractured, or the force has fallen clearly below its peak by the
+                                 end of the stroke
+    energy_drift_percent         largest error in the energy balance against the largest work done
+    kinetic_ratio_percent        largest kinetic over internal energy before the first element fails (or over the stroke
+                                 if none does), after the first tenth of the work
+    hourglass_ratio_percent      largest hourglass over internal energy on the way to the peak, after the first tenth
+    inertia_percent              difference between the force on the blade and that on the supports at the peak, of the
+                                 former: what inertia, true or added, has in the force
+    added_mass_percent           what mass scaling and time step have added to the stem's mass; where they add nothing,
+                                 inertia is the stem's own
+    contact_energy_percent       smallest share of the blade's work that contact has held back until the first fracture,
+                                 after the first tenth of the work. Friction and damping only take: a share below 0 is
+                                 energy that the numbers have created
+    break_travel                 travel of the blade at the first fracture (`break_row`), None without one; the curve
+                                 beyond depends on the mesh and the swinging stem rather than on the material
+
+    Of a whole cut `first_fracture_force` is the largest force until anything fails, `first_fracture_travel` the travel
+    at which it does, `severed` whether the stem is in two parts, `severed_travel` the travel at which it is, and
+    `cutting_energy` the work of the blade until then, or over the stroke, mJ.
     """
 
     peak_force: float
@@ -213,12 +201,7 @@ def short_stroke(travel: Array, force: Array, broken: int | None) -> list[Note]:
 class BreakWatch:
     """Detects the first fracture during a test: `break_row` of the outputs whose moving mean is final.
 
-    Parameters
-    ----------
-    drop : float
-        As in `break_row`.
-    window : int
-        Outputs that the filter's moving mean takes.
+    `drop` is as in `break_row`; `window` is the number of outputs that the filter's moving mean takes.
     """
 
     def __init__(self, drop: float, window: int) -> None:
@@ -251,12 +234,8 @@ def evaluate(
 ) -> CuttingResult:
     """Return the peak of a force curve until the first fracture, at row `broken`, if any, and the measures of trust.
 
-    The energy balance is judged before row `balanced`, or over the whole stroke.
-
-    Raises
-    ------
-    SimulationFailed
-        If the blade met no resistance.
+    The energy balance is judged before row `balanced`, or over the whole stroke. Raises `SimulationFailed` if the blade
+    met no resistance.
     """
     peak = int(np.argmax(curve.force_filtered[:broken]))
     if curve.force_filtered[peak] <= 0.0:

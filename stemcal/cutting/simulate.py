@@ -28,17 +28,9 @@ from stemcal.fem.stepper import Inspect, simulate
 
 
 def shear(test: ShearTest, inspect: Inspect | None = None) -> CuttingResult:
-    """Run a virtual shear test.
+    """Run a virtual shear test; `inspect` is called with time and solver state, see `fem.stepper.simulate`.
 
-    Parameters
-    ----------
-    inspect : callable, optional
-        Called with time and solver state, see `fem.stepper.simulate`.
-
-    Raises
-    ------
-    SimulationFailed
-        If the solver's state stops being physical or the blade never meets the stem.
+    Raises `SimulationFailed` if the solver's state stops being physical or the blade never meets the stem.
     """
     model = build(test)
     scale = 1.0 / SHARES[test.discretisation.symmetry]

@@ -30,15 +30,10 @@ def axial_distance(k: int, alpha: str | float = "rotatable") -> float:
 
 
 def central_composite(k: int, centre_points: int = 6, alpha: str | float = "rotatable") -> Array:
-    """Build a central composite design: corners, axial points, centre points, in this order.
+    """Return a central composite design (F + 2k + centre_points, k) in coded levels: corners, axial and centre points.
 
     From five factors on, the corners are the smallest fraction of resolution V, which still estimates every
     interaction.
-
-    Returns
-    -------
-    array (F + 2k + centre_points, k)
-        Coded levels.
     """
     if k < 1:
         raise UsageError(f"rsm.factors: the number of factors is {k}; list at least one factor")
