@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -40,35 +41,31 @@ class Place:
     condition: float
     growing: tuple[Growing, ...] = ()
 
+    @cached_property
+    def coordinates(self) -> tuple[list[int], Array, Array, list[int]]:
+        """Of each coordinate z = (start + x)·exp(rate·x_e) − start its factor, start, rate and the exponent's factor e.
+
+        Exponents are no coordinates; those of other factors are the factors themselves, with rate 0.
+        """
+        half, grows = self.coding.half_step, {each.factor: each for each in self.growing}
+        factors = [j for j in range(len(half)) if j not in {each.exponent for each in self.growing}]
+        start = [self.coding.centre[j] / half[j] if j in grows else 0.0 for j in factors]
+        rate = [grows[j].log_ratio * half[grows[j].exponent] if j in grows else 0.0 for j in factors]
+        return factors, np.array(start), np.array(rate), [grows[j].exponent if j in grows else j for j in factors]
+
     def z(self, points: ArrayLike) -> Array:
         """Return the coordinates of points on the surface, (m, factors without exponents + 1)."""
-        x = np.atleast_2d(np.asarray(points, dtype=float))
-        moved = x.copy()
-        for each in self.growing:
-            centre, half = self.coding.centre[each.factor], self.coding.half_step[each.factor]
-            value = (centre + half * x[:, each.factor]) * self._growth(each, x)
-            moved[:, each.factor] = (value - centre) / half
-        return np.column_stack([moved[:, self.shared], np.full(len(x), self.condition)])
+        x, (factors, start, rate, exponents) = np.atleast_2d(np.asarray(points, dtype=float)), self.coordinates
+        moved = (start + x[:, factors]) * np.exp(rate * x[:, exponents]) - start
+        return np.column_stack([moved, np.full(len(x), self.condition)])
 
     def slopes(self, x: Array) -> Array:
         """Return ∂z/∂x at one point without the condition, (factors without exponents, k)."""
-        found = np.eye(len(x))
-        for each in self.growing:
-            centre, half = self.coding.centre[each.factor], self.coding.half_step[each.factor]
-            growth, step = float(self._growth(each, x[None])[0]), self.coding.half_step[each.exponent]
-            found[each.factor, each.factor] = growth
-            found[each.factor, each.exponent] = (centre / half + x[each.factor]) * growth * each.log_ratio * step
-        return np.asarray(found[self.shared])
-
-    @property
-    def shared(self) -> list[int]:
-        """The places of the factors that are coordinates: all but exponents."""
-        exponents = {each.exponent for each in self.growing}
-        return [j for j in range(len(self.coding.names)) if j not in exponents]
-
-    def _growth(self, each: Growing, x: Array) -> Array:
-        """Return (d/a)^(e − e₀)."""
-        return np.asarray(np.exp(each.log_ratio * self.coding.half_step[each.exponent] * x[:, each.exponent]))
+        factors, start, rate, exponents = self.coordinates
+        found, rows, growth = np.zeros((len(factors), len(x))), range(len(factors)), np.exp(rate * x[exponents])
+        found[rows, factors] = growth
+        found[rows, exponents] += (start + x[factors]) * growth * rate
+        return found
 
 
 @dataclass(frozen=True, eq=False)

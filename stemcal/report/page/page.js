@@ -106,10 +106,8 @@ const product = (a, b) => {
   return sum;
 };
 // A surface over factors and conditions: its coordinates at one condition; exponents are in those of what grows.
-const coordinates = ({ shared, growing, condition }, x) => [...shared.map(j => {
-  const { start, rate, exponent } = growing[j] ?? { start: 0, rate: 0, exponent: j };
-  return (start + x[j]) * Math.exp(rate * x[exponent]) - start;
-}), condition];
+const coordinates = ({ factors, start, rate, exponents, condition }, x) => [...factors.map((j, i) => (
+  (start[i] + x[j]) * Math.exp(rate[i] * x[exponents[i]]) - start[i])), condition];
 const predict = ({ beta, covariance, own, t, place }, x) => {
   const phi = terms(place ? coordinates(place, x) : x), y = product(phi, beta);
   const of = place?.logarithm ? Math.exp : value => value;

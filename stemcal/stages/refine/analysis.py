@@ -47,17 +47,15 @@ def refine(work: Work, head: Head) -> RefineResult:
     simulate = work.simulating("refine", pictured=True)
     loop = Loop(steps, simulate, options.tolerance_percent, most_runs(work.study))
     loop.run()
-    result = _result(head, work, loop, steps.means, work.study.calibration_target.response)
-    if isinstance(steps, SurfaceSteps):
-        return result
-    result = replace(result, alone=True, undetermined=steps.undetermined)
-    return replace(result, notes=(*result.notes, *_without_surface(result)))
+    return _result(head, work, loop, steps.means, work.study.calibration_target.response, free=steps.undetermined)
 
 
 def _refined_there(work: Work, head: Head, options: RefineOptions) -> RefineResult:
     """Run the calibrated point in another model, correct it there, and run it at the other conditions."""
     study, there, start = work.study, work.there(), work.result(InvertResult).parameters
-    target, expected = study.calibration_target, _own_response(work, start)
+    target, own = study.calibration_target, replace(work, watch=watch_nothing).simulating("validate", pictured=True)
+    (outcome,) = own(study.targets.means.index(target), [start], [target.condition])  # recorded by the validation
+    expected = outcome.response or target.response
     # a joint fit is a compromise between the conditions, which is kept
     aim = expected if study.joint_targets else target.response
     steps = PathSteps(_path(work, there, options, start), start, target.condition, aim, expected)
@@ -67,23 +65,17 @@ def _refined_there(work: Work, head: Head, options: RefineOptions) -> RefineResu
     if loop.stopped == "tolerance":
         others = (mean.condition for mean in means if mean.condition != target.condition)
         loop.run_elsewhere(sorted(others, key=lambda condition: abs(condition - target.condition)))
-    adjusted = list(_adjusted(loop, steps, target))
-    return _result(head, there, loop, means, aim, adjusted)
-
-
-def _own_response(work: Work, levels: Mapping[str, float]) -> float:
-    """Return the response of the study's own model at the calibration, from the record that the validation left."""
-    target = work.study.calibration_target
-    simulate, row = (
-        replace(work, watch=watch_nothing).simulating("validate", pictured=True),
-        work.study.targets.means.index(target),
-    )
-    (outcome,) = simulate(row, [levels], [target.condition])
-    return outcome.response or target.response
+    return _result(head, there, loop, means, aim, list(_adjusted(loop, steps, target)))
 
 
 def _result(
-    head: Head, work: Work, loop: Loop, means: Sequence[Measured], aim: float, adjusted: Sequence[AdjustedFactor] = ()
+    head: Head,
+    work: Work,
+    loop: Loop,
+    means: Sequence[Measured],
+    aim: float,
+    adjusted: Sequence[AdjustedFactor] = (),
+    free: tuple[str, ...] = (),
 ) -> RefineResult:
     best, rows = loop.best, list(_rows(loop, means))
     errors = [abs(row.error_percent) for row in rows if row.error_percent is not None]
@@ -103,6 +95,7 @@ def _result(
         rows=Rows(rows),
         max_abs_error_percent=max(errors, default=None),
         made=Rows(loop.runs),
+        undetermined=free,
     )
     return replace(result, notes=tuple(refine_notes(result)))
 
@@ -191,11 +184,9 @@ def later(study: Study) -> Later | None:
         return Later([], Note("decided_later", "caution", text))
     conditions = [target.condition for target in study.joint_targets] or [study.targets.calibrate_at]
     round_ = [Request("refine", 0, study.midlevels(), condition, True) for condition in conditions]
-    most, rounds = most_runs(study), _USUAL_ROUNDS
-    if not has_surface(study):
-        rounds += min(len(study.factors), len(conditions))
+    most, moved = most_runs(study), 0 if has_surface(study) else min(len(study.factors), len(conditions))
     text = f"The refinement requires at most {counted(most, 'additional run')}, simulated one after another."
-    return Later([round_] * min(rounds, most), Note("decided_later", "caution", text))
+    return Later([round_] * min(_USUAL_ROUNDS + moved, most), Note("decided_later", "caution", text))
 
 
 # ---- notes
@@ -204,8 +195,8 @@ def later(study: Study) -> Later | None:
 def refine_notes(stage: RefineResult) -> list[Note]:
     """Return notes on a missed target, on errors of the surface, and on limits of another model."""
     names = Wording(stage.naming)
-    there = _in_another_model(stage, names) if stage.elsewhere else ()
-    return [*_not_reached(stage, names), *_first_outside(stage, names), *there]
+    more = _in_another_model(stage, names) if stage.elsewhere else _without_surface(stage) if stage.alone else ()
+    return [*_not_reached(stage, names), *_first_outside(stage, names), *more]
 
 
 def _not_reached(stage: RefineResult, names: Wording) -> Iterator[Note]:
@@ -220,11 +211,11 @@ def _not_reached(stage: RefineResult, names: Wording) -> Iterator[Note]:
     wider = f", or widen the range of {factors} in `refine.adjust`" if factors else ""
     remedies = {
         "budget": Remedy(f"Raise `refine.budget` to {budget}{wider}.", f"refine: {{budget: {budget}}}"),
-        "out_of_reach": Remedy(f"Widen the range of {factors} in `refine.adjust`, or add another factor."),
+        "out_of_reach": Remedy(f"Widen the range of {factors} in `refine.adjust`, or add another factor.")
+        if stage.elsewhere
+        else Remedy(f"Widen the range of {series(stage.varied)}."),
         "settled": Remedy(f"Adjust factors other than {factors}, or average over mesh positions with `replicates`."),
     }
-    if not stage.elsewhere:
-        remedies["out_of_reach"] = Remedy(f"Widen the range of {series(stage.varied)}.")
     settled_here = stage.stopped == "settled" and not stage.elsewhere
     text += " Neighbouring parameter values do not reduce the error." if settled_here else ""
     yield Note("not_reached", "warning", text, None if settled_here else remedies[stage.stopped])
@@ -232,12 +223,8 @@ def _not_reached(stage: RefineResult, names: Wording) -> Iterator[Note]:
 
 def _without_surface(stage: RefineResult) -> Iterator[Note]:
     """Yield that intervals are missing, and the factors that are not determined."""
-    text = (
-        "The parameters were calibrated without a response surface, so there is no analysis of variance, and the "
-        "uncertainty of the parameters is unknown."
-    )
-    remedy = Remedy("For confidence intervals, choose a design in `rsm.design` and run the study without `--quick`.")
-    yield Note("no_intervals", "warning", text, remedy)
+    text = "The study has no response surface: there is no analysis of variance, and the uncertainty is unknown."
+    yield Note("no_intervals", "warning", text, Remedy("For confidence intervals, choose a design in `rsm.design`."))
     if free := stage.undetermined:
         text = f"The runs do not determine {series(free, 'or')}: the middle of the range was used."
         remedy = Remedy(f"Fit further conditions or responses, or replace the range of {free[-1]} with a fixed value.")

@@ -94,17 +94,13 @@ def seen(study: Study) -> Study:
     return study.model_copy(update={"solver": solver, "refine": None, **sections})
 
 
-def _calibrates_alone(draft: Draft) -> Iterator[Finding]:
-    """Without a response surface it is in the study's own model."""
-    if draft.study.of(RefineOptions).elsewhere and not has_surface(draft.study):
-        message = "the refinement cannot calibrate the parameters in another model"
-        yield Finding(("refine", "in"), f"{message} (`rsm.design: none`)", "remove `refine.in`", at_key=True)
-
-
 def _refinement_is_possible(draft: Draft) -> Iterator[Finding]:
     """Only factors with rising ranges can move, and only in another model; people run one of two programs."""
     if (refine := draft.study.given(RefineOptions)) is None:
         return
+    if refine.elsewhere and not has_surface(draft.study):
+        message = "the refinement cannot calibrate the parameters in another model (`rsm.design: none`)"
+        yield Finding(("refine", "in"), message, "remove `refine.in`", at_key=True)
     by_name = {factor.name: factor for factor in draft.factors.values()}
     for name, ends in refine.adjust.items():
         if name not in draft.names:
@@ -155,7 +151,7 @@ def _the_model_is_possible(draft: Draft) -> Iterator[Finding]:
                 yield finding._replace(path=("refine", "adjust", factor.name))
 
 
-RefineOptions.rules = (_calibrates_alone, _refinement_is_possible, _tests_and_curves_stay_here, _the_model_is_possible)
+RefineOptions.rules = (_refinement_is_possible, _tests_and_curves_stay_here, _the_model_is_possible)
 
 
 def _doubts(study: Study) -> Iterator[Finding]:

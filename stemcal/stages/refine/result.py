@@ -55,8 +55,8 @@ class RefineResult(StageResult):
     """The refined parameters and the responses with them; `model` (key `in`) is where they are used.
 
     `aim` is the response to reach at `condition`: the measured one; in another model after a joint fit, the one that
-    the study's own model gives there. `elsewhere`: whether `model` is not the study's own. `alone`: whether the study
-    has no response surface; then `undetermined` are the factors that stayed at mid-range.
+    the study's own model gives there. `elsewhere`: whether `model` is not the study's own. In a study without a
+    response surface, `undetermined` are the factors that stayed at mid-range.
     """
 
     name: ClassVar[str] = "refine"
@@ -77,7 +77,6 @@ class RefineResult(StageResult):
     rows: Rows[RefineRow]
     max_abs_error_percent: float | None
     made: Rows[RefineRun] = field(metadata={"alias": "runs"})
-    alone: bool = absent(False)
     undetermined: tuple[str, ...] = absent(())
     notes: tuple[Note, ...] = ()
 
@@ -91,6 +90,11 @@ class RefineResult(StageResult):
         """The factors whose levels differ between the runs."""
         first = self.made[0].levels
         return tuple(name for name in first if any(run.levels[name] != first[name] for run in self.made))
+
+    @property
+    def alone(self) -> bool:
+        """Whether the study has no response surface."""
+        return self.made[0].how == "middle"
 
     @property
     def determined(self) -> tuple[str, ...]:

@@ -15,6 +15,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from stemcal.doe.calibration.observations import FINEST, Uniforms, variances
 from stemcal.doe.coding import Array
 from stemcal.stages.fitting import Measured
 from stemcal.stages.loop import NOTHING, How, PointToTry, Predicted, Stopped
@@ -28,8 +29,7 @@ _END = 0.999  # coded: where a range ends
 _TELLING = 0.2  # coded: a shorter step shows the roughness of a response rather than its slope
 _SEEN = 2.0  # times the tolerance: what a factor that is determined changes at least
 _WORTH = 0.05  # of the misfit: a step that removes less is not worth its runs
-_ALIKE, _USUAL_VARIATION = 4.0, 0.03
-"""Degrees of freedom of the scatter that all means of a response share, and its size where none was measured."""
+_USUAL_VARIATION = 0.03  # where no scatter was measured
 
 
 class SecantSteps(MeanSteps):
@@ -43,7 +43,7 @@ class SecantSteps(MeanSteps):
         low, high = (self._scaled([getattr(factor, end) for factor in self.factors]) for end in ("low", "high"))
         self.centre, self.half_range = 0.5 * (low + high), 0.5 * (high - low)
         self.logarithmic = bool(np.all(self.measured > 0.0))
-        self.precision = np.diag(1.0 / _variances(self.means))
+        self.precision = np.diag(_weights(self.means))
         self.least_change = _SEEN * tolerance_percent / 100.0
         self.slopes = np.zeros((len(self.means), len(self.factors)))
         self.untried, self.determined = list(range(len(self.factors))), list[int]()
@@ -52,7 +52,6 @@ class SecantSteps(MeanSteps):
 
     @property
     def undetermined(self) -> tuple[str, ...]:
-        """The factors that stay at the middle of their ranges."""
         return tuple(factor.name for j, factor in enumerate(self.factors) if j not in self.determined)
 
     def first(self) -> PointToTry:
@@ -168,15 +167,10 @@ class SecantSteps(MeanSteps):
         return PointToTry({**self.study.midlevels(), **self._levels(z)}, how, z, predicted)
 
 
-def _variances(means: Sequence[Measured]) -> Array:
-    """Return the squared standard errors of the means; each scatter is drawn towards that of all of its response."""
-    n = np.array([mean.n or 1 for mean in means])
-    variation = np.array([np.nan if mean.sd is None else (mean.sd / mean.value) ** 2 for mean in means])
-    df = np.where(np.isnan(variation), 0.0, np.where(n > 1, n - 1.0, 30.0))
-    found = np.empty(len(means))
-    for response in {mean.response for mean in means}:
-        mine = np.array([mean.response == response for mean in means])
-        seen, weight = np.nan_to_num(variation[mine]), df[mine]
-        common = float(seen @ weight / weight.sum()) if weight.any() else _USUAL_VARIATION**2
-        found[mine] = (_ALIKE * common + weight * seen) / (_ALIKE + weight)
-    return np.asarray(np.maximum(found, 1e-8) / n * np.array([mean.value for mean in means]) ** 2)
+def _weights(means: Sequence[Measured]) -> Array:
+    """Return the inverse squared standard errors, the scatter of each mean drawn towards that of the others."""
+    n, value = np.array([mean.n or 1 for mean in means]), np.array([mean.value for mean in means])
+    squared = (np.array([np.nan if mean.sd is None else mean.sd for mean in means]) / value) ** 2
+    df = np.where(n > 1, n - 1.0, np.inf)
+    known = variances(squared, df, Uniforms()) if np.any(squared > 0.0) else np.full((1, len(n)), _USUAL_VARIATION**2)
+    return np.asarray(np.mean(1.0 / np.maximum(known, FINEST**2), axis=0) * n / value**2)

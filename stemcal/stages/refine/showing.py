@@ -30,31 +30,25 @@ class RefineShowing(Showing[RefineResult]):
 
     def tables(self, result: RefineResult, names: Wording) -> list[Table]:
         """Return the changed parameters in another model, the responses, and every run."""
-        parameters = [_parameters(result, names)] if result.elsewhere else _without_surface(result, names)
-        return [*parameters, responses(result, names), runs(result, names)]
+        return [*_parameters(result, names), responses(result, names), runs(result, names)]
 
     def cited(self, result: RefineResult) -> Mapping[str, str]:
         return dict.fromkeys(result.determined, "")
 
     def closing(self, result: RefineResult, setting: Setting) -> list[Table]:
         names = Wording(setting.study.naming)
-        tables = self.tables(result, names) if result.elsewhere else _without_surface(result, names)
-        return [table for table in tables if not table.detail]
+        return [*_parameters(result, names), *([responses(result, names)] if result.elsewhere else [])]
 
 
-def _without_surface(stage: RefineResult, names: Wording) -> list[Table]:
-    """Return the parameters of a study without a response surface, and which of them the runs determine."""
-    if not stage.alone:
+def _parameters(stage: RefineResult, names: Wording) -> list[Table]:
+    """Return the parameters in another model; without a response surface which of them the runs determine."""
+    if stage.alone:
+        source = dict.fromkeys(stage.parameters, "mid-range") | dict.fromkeys(stage.determined, "refinement")
+        rows = [{"factor": name, "value": stage.parameters[name], "source": source[name]} for name in source]
+        columns = [factor(names), Column("value", "Value", form=significant), Column("source", "From")]
+        return [Table.of(columns, rows, "Calibrated parameters")]
+    if not stage.elsewhere:
         return []
-    rows = [
-        {"factor": name, "value": value, "determined": "refinement" if name in stage.determined else "mid-range"}
-        for name, value in stage.parameters.items()
-    ]
-    columns = [factor(names), Column("value", "Value", form=significant), Column("determined", "From")]
-    return [Table.of(columns, rows, "Calibrated parameters")]
-
-
-def _parameters(stage: RefineResult, names: Wording) -> Table:
     settings = ", ".join(f"{name} {value}" for name, value in (stage.model.depends_on or {}).items())
     known = any(one.interval is not None for one in stage.adjusted)
     columns = [
@@ -74,7 +68,7 @@ def _parameters(stage: RefineResult, names: Wording) -> Table:
             "parameters fixed."
         ]
     foot += [f"The parameters are valid only with {settings}."] if settings else []
-    return Table.of(columns, stage.adjusted, f"Parameters for {program(stage.model.kind)}", foot)
+    return [Table.of(columns, stage.adjusted, f"Parameters for {program(stage.model.kind)}", foot)]
 
 
 def responses(stage: RefineResult, names: Wording) -> Table:

@@ -86,6 +86,11 @@ class MeanSteps:
         return True
 
     @property
+    def undetermined(self) -> tuple[str, ...]:
+        """The factors that stay at the middle of their ranges."""
+        return ()
+
+    @property
     def best(self) -> Trial:
         """The trial of least misfit."""
         return min(self.trials, key=self._missed)

@@ -4,7 +4,6 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from stemcal.notes import Note
-from stemcal.stages.fitting import Surfaces
 from stemcal.stages.refine.result import RefineResult
 from stemcal.stages.verdict.verdict_rules import Evidence, Rank, ranked
 
@@ -21,7 +20,7 @@ def missed_there(evidence: Evidence) -> Iterator[Note]:
 def without_surface(evidence: Evidence) -> Iterator[Note]:
     """Yield the factors that a study without a response surface does not determine, and that there are no intervals."""
     found = evidence.of(RefineResult)
-    if found is not None and evidence.of(Surfaces) is None:
+    if found is not None:
         yield from (note for note in found.notes if note.kind in ("not_identified", "no_intervals"))
 
 

@@ -8,7 +8,7 @@ from math import exp, log
 import numpy as np
 
 from stemcal.doe import designs
-from stemcal.doe.coding import Array, Coding, term_columns
+from stemcal.doe.coding import Coding, term_columns
 from stemcal.doe.regression.section import bend_freedom, bend_of, fit_whole, left_out_percent
 from stemcal.errors import UsageError
 from stemcal.formats import counted
@@ -81,21 +81,16 @@ def runs_of_both(study: Study, names: Sequence[str], design: Design) -> Note | N
 
 def scaled(axis: ConditionAxis, study: Study, design: Design, runs: Sequence[DesignRun]) -> ConditionAxis:
     """Return the axis with the responses whose logarithm is the better quadratic, by the errors of left-out runs."""
-    errors, logarithms = {}, []
+    errors, logarithms, bend = {}, [], None
     for name in study.fitted_responses:
         values = np.array([run.number(name) for run in runs])
-        plain = _left_out(design, values, logarithm=False)
-        logged = _left_out(design, values, logarithm=True) if np.nanmin(values, initial=np.inf) > 0.0 else None
+        scales = (False, True) if np.nanmin(values, initial=np.inf) > 0.0 else (False,)
+        fits = [(fit_whole(design.coded, values, design.names, None, scale), scale) for scale in scales]
+        plain, logged = (*(left_out_percent(*fit) for fit in fits), None)[:2]
         errors[name] = plain, logged
         logarithms += [name] if logged is not None and (plain is None or logged < plain) else []
-    values = np.array([run.number(FIRST) for run in runs])
-    logarithm = FIRST in logarithms
-    bend = bend_of(fit_whole(design.coded, values, design.names, None, logarithm), logarithm)
+        bend = bend_of(*fits[name in logarithms]) if name == FIRST else bend
     return replace(axis, logarithms=tuple(logarithms), left_out_percent=errors, bend=bend)
-
-
-def _left_out(design: Design, values: Array, logarithm: bool) -> float | None:
-    return left_out_percent(fit_whole(design.coded, values, design.names, None, logarithm), logarithm)
 
 
 def notes_of(axis: ConditionAxis, names: Wording) -> Iterator[Note]:

@@ -107,15 +107,7 @@ def _where(surface: AnySurface) -> dict[str, Any]:
     if not isinstance(surface, Section):
         points = zip(surface.design.tolist(), surface.response.tolist(), strict=True)
         return {"runs": [[*x, y] for x, y in points]}
-    place = surface.place
-    centre, half = place.coding.centre, place.coding.half_step
-    growing = {
-        each.factor: {
-            "start": centre[each.factor] / half[each.factor],
-            "rate": each.log_ratio * half[each.exponent],
-            "exponent": each.exponent,
-        }
-        for each in place.growing
-    }
-    seen = {"shared": place.shared, "growing": growing, "condition": place.condition, "logarithm": surface.logarithm}
+    factors, start, rate, exponents = surface.place.coordinates
+    seen = {"factors": factors, "start": start.tolist(), "rate": rate.tolist(), "exponents": exponents}
+    seen |= {"condition": surface.place.condition, "logarithm": surface.logarithm}
     return {"runs": [], "place": seen}
