@@ -54,6 +54,7 @@ class Draft:
     def growing(self) -> dict[str, Growth]:
         """The material parameters that follow the diameter, by the names that they have as factors."""
         layers = {f"{layer.name}_{name}": one for layer in self.layers for name, one in layer.growing().items()}
+        layers |= {f"{one.name}_thickness": one.thickness for one in self.layers if isinstance(one.thickness, Growth)}
         return {**self.study.material.growing(), **layers}
 
     @property

@@ -6,14 +6,14 @@ from operator import itemgetter
 from typing import Any
 
 from stemcal.formats import did_you_mean, listed, nearest
-from stemcal.study.model.growth import MOST_EXPONENT, Growth
+from stemcal.study.model.growth import MOST_EXPONENT, Growth, Interpolated
 from stemcal.study.model.layers import LayerSection, layers_at
 from stemcal.study.model.shear_test import Relative
 from stemcal.study.model.study import Study
 from stemcal.study.rules import Draft
 from stemcal.study.types import units
 from stemcal.study.types.factor import EMBEDDED, FRICTION, PARAMETERS, SETTINGS, Factor, in_unit
-from stemcal.study.types.field_types import field_or_none, has_fields
+from stemcal.study.types.field_types import Length, field_or_none, has_fields
 from stemcal.study.types.strict_yaml import Finding, NodePath
 
 _WIDEST = 1000.0  # mm
@@ -269,6 +269,8 @@ def possible_values(draft: Draft, name: str, diameter: float | None = None) -> I
                 yield ("factors", index, level), Relative(value, is_ratio=True) if is_ratio else value
     if isinstance(given := place.given, int | float | Relative):
         yield place.path, given if not isinstance(given, Relative) or given.is_ratio else given.value
+    elif diameter and isinstance(given, Length | Interpolated):
+        yield place.path, given.at(diameter)
 
 
 def _growing(draft: Draft) -> Mapping[str, Growth]:

@@ -8,7 +8,7 @@ from operator import itemgetter
 from typing import Any
 
 from stemcal.formats import series
-from stemcal.study.model.growth import Interpolated, value_at
+from stemcal.study.model.growth import Interpolated
 from stemcal.study.model.layers import MOST_LAYERS, LayerSection
 from stemcal.study.model.shear_test import Relative
 from stemcal.study.rules import Draft
@@ -44,9 +44,8 @@ def _layers_are_complete(draft: Draft) -> Iterator[Finding]:
     for index, layer in enumerate(layers):
         path: NodePath = ("layers", index)
         if layer.name in seen:
-            yield Finding(
-                (*path, "name"), f"another layer has the name {layer.name!r}", "use a different name for each layer"
-            )
+            message = f"another layer has the name {layer.name!r}"
+            yield Finding((*path, "name"), message, "use a different name for each layer")
         if layer.name.endswith("transverse"):
             message = f"a layer cannot be named {layer.name!r}, because its factors would be those across the axis"
             yield Finding((*path, "name"), message, "choose another name")
@@ -106,28 +105,28 @@ def _measured_values_cover_the_diameters(draft: Draft) -> Iterator[Finding]:
 def _layers_fit_the_wall(draft: Draft) -> Iterator[Finding]:
     """The layers leave room for the innermost one at each diameter, and are not too thin for the time step."""
     specimen, outer = draft.study.specimen, draft.study.layers[:-1]
+    ratio = specimen.bore if specimen.bore is not None else specimen.diameter_ratio
     for diameter in _diameters(draft) if outer else ():
-        each = [_thickness(draft, index, layer, diameter) for index, layer in enumerate(outer)]
-        ratio = specimen.bore if specimen.bore is not None else specimen.diameter_ratio
-        if not all(each) or not _is_covered(ratio, diameter):
+        covered = all(_is_covered(one, diameter) for one in (ratio, *(layer.thickness for layer in outer)))
+        each = [[*possible_values(draft, f"{layer.name}_thickness", diameter)] for layer in outer] if covered else []
+        if not each or not all(each):
             return  # reported already
-        wall, most = 0.5 * diameter * (1.0 - specimen.ratio_at(diameter)), [max(one)[0] for one in each]
-        if sum(most) >= wall:
-            message = (
-                f"at a diameter of {diameter:g} mm, the layers are {sum(most):.3g} mm thick, but the wall {wall:.3g} mm"
-            )
-            yield Finding(max(each[0])[1], message, "use thinner layers, or a smaller bore")
+        wall = 0.5 * diameter * (1.0 - specimen.ratio_at(diameter))
+        place, most = f"at a diameter of {diameter:g} mm, the", sum(max(mm for _, mm in one) for one in each)
+        if most >= wall:
+            path, _ = max(each[0], key=itemgetter(1))
+            message = f"{place} layers are {most:.3g} mm thick, but the wall {wall:.3g} mm"
+            yield Finding(path, message, "use thinner layers, or a smaller bore")
             return
         for layer, values in zip(outer, each, strict=True):
-            if (least := _least_thickness(draft, layer, diameter)) > min(values)[0]:
+            path, thinnest = min(values, key=itemgetter(1))
+            if (least := _least_thickness(draft, layer, diameter)) > thinnest:
                 message = (
-                    f"at a diameter of {diameter:g} mm, the layer is {min(values)[0]:.3g} mm thick, but {_ELEMENTS} "
-                    f"elements with the time step of the solver require {least:.2g} mm"
+                    f"{place} layer is {thinnest:.3g} mm thick, but {_ELEMENTS} elements with the time step of the "
+                    f"solver require {least:.2g} mm"
                 )
-                step = draft.study.solver.time_step * min(values)[0] / least  # type: ignore[attr-defined]
-                yield Finding(
-                    min(values)[1], message, f"write `time_step: {0.95 * step:.2g} s` in the `solver` section"
-                )
+                step = 0.95 * draft.study.solver.time_step * thinnest / least  # type: ignore[attr-defined]
+                yield Finding(path, message, f"write `time_step: {step:.2g} s` in the `solver` section")
                 return
 
 
@@ -137,28 +136,12 @@ def _least_thickness(draft: Draft, layer: LayerSection, diameter: float) -> floa
     Of an element h the stable step is h √(ρ/C), with C = E as a lower bound.
     """
     solver = draft.study.solver
-    if (step := getattr(solver, "time_step", None)) is None:
-        return 0.0
-    moduli = [value for _, value in values_in(draft, layer, "elastic_modulus", diameter)]
-    densities = [value for _, value in values_in(draft, layer, "density", diameter)]
-    if not moduli or not densities:
+    names = ("elastic_modulus", "density")
+    moduli, densities = ([value for _, value in values_in(draft, layer, name, diameter)] for name in names)
+    if (step := getattr(solver, "time_step", None)) is None or not moduli or not densities:
         return 0.0
     speed = sqrt(max(moduli) / (min(densities) * solver.mass_scaling))  # type: ignore[attr-defined]
     return float(_ELEMENTS * speed * step / sqrt(_MOST_MASS))
-
-
-def _thickness(draft: Draft, index: int, layer: LayerSection, diameter: float) -> list[tuple[float, NodePath]]:
-    """Return the values that the thickness of a layer can have at a diameter, mm, with their places."""
-    if not _is_covered(layer.thickness, diameter):
-        return []
-    found = []
-    for at, factor in draft.factors.items():
-        if factor.name == f"{layer.name}_thickness":
-            levels = {level: factor.internal(getattr(factor, level)) for level in ("low", "high")}
-            found += [(value_at(layer.thickness, diameter, mm, {}), ("factors", at, key)) for key, mm in levels.items()]
-    if not found:
-        found = [(value_at(layer.thickness, diameter, None, {}), ("layers", index, "thickness"))]
-    return [(value, path) for value, path in found if value is not None]
 
 
 def _is_covered(value: object, diameter: float) -> bool:
@@ -194,9 +177,8 @@ def _surface(draft: Draft, layer: LayerSection | None, diameter: float) -> Itera
     for path, ratio in _ratios(draft, layer, "yield_stress", diameter)[-1:]:
         if ratio >= 2.0:
             message = f"the yield stress across the axis is {ratio:.3g} times that along the axis"
-            yield Finding(
-                path, message, "reduce the yield stress across the axis to less than twice that along the axis"
-            )
+            remedy = "reduce the yield stress across the axis to less than twice that along the axis"
+            yield Finding(path, message, remedy)
 
 
 def _stiffness(draft: Draft, layer: LayerSection | None, diameter: float) -> Iterator[Finding]:
