@@ -174,6 +174,9 @@ def calibrated_parameters(study: Study, solver: Solver, folder: StudyFolder) -> 
 
 def make(stage: Stage[R], study: Study, folder: StudyFolder, executor: RunExecutor, watch: Watch) -> R:
     """Run a stage, or read it where it is fresh; its result then is in the folder."""
+    lacking = "targets" if study.goal is not None else "goal"
+    if lacking in stage.reads:
+        raise UsageError(f"{stage.name}: this stage requires `{lacking}`, which the spec does not have; add `{lacking}`")
     with folder:
         if (known := fresh(stage.result(), study, folder)) is None:
             if study.pending:

@@ -115,10 +115,10 @@ def draw_front(result: OptimiseResult, surface: RsmResult | None) -> Figure:
         axes.plot([a for a, _ in every], [b for _, b in every], "o", color=FAINT, markersize=4, label="design runs")
         front = [(point.predicted[x], point.predicted[y]) for point in result.front]
         axes.plot(*zip(*front, strict=True), color=BLUE, label="front")
-        marks = {PRESENT: (result.present, "s", INK), OPTIMUM: (result.simulated, "*", ORANGE)}
-        for label, (values, mark, colour) in marks.items():
+        marks = {PRESENT: (result.present, "s", INK, 6), OPTIMUM: (result.simulated, "*", ORANGE, 13)}
+        for label, (values, mark, colour, size) in marks.items():
             if (a := values[x]) is not None and (b := values[y]) is not None:
-                axes.plot(a, b, mark, color=colour, markersize=11, label=label)
+                axes.plot(a, b, mark, color=colour, markersize=size, label=label)
         for set_label, name in ((axes.set_xlabel, x), (axes.set_ylabel, y)):
             set_label(literal(result.named(name).headed(result.named(name).long)))
         legend_above(axes)
