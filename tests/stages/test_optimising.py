@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from edits import accepted
 
+import stemcal
 from stemcal.doe.calibration.region import Region
 from stemcal.doe.coding import Array
 from stemcal.doe.designs import SurfaceOptions, surface_design, surface_runs
@@ -16,12 +17,15 @@ from stemcal.doe.regression.surface import fit_surface
 from stemcal.errors import TargetUnreachable
 from stemcal.runs.record import Outcome
 from stemcal.runs.study_folder import StudyFolder
+from stemcal.solvers import make_solver
+from stemcal.solvers.deck import Deck, deck_text
+from stemcal.solvers.deck.keywords import form_of
 from stemcal.stages.fresh import make_all
 from stemcal.stages.optimise.analysis import gain_of
 from stemcal.stages.optimise.result import Cutter, OptimiseResult
 from stemcal.stages.optimise.search import NoneAllowed, Problem, find_optimum, intervals_of
 from stemcal.stages.results import fresh_results
-from stemcal.stages.stage import stage_called
+from stemcal.stages.stage import stage_called, stages_of
 from stemcal.stages.verdict.result import Verdict
 from stemcal.stages.verdict.verdict_rules import verdict_of
 from stemcal.stages.work import HERE
@@ -245,3 +249,54 @@ def test_stage_passes_the_checks(tmp_path: Path) -> None:
     optimised(tmp_path, goal := "goal: {minimise: [energy, force]}\n")
     assert goal in (tmp_path / "spec.yaml").read_text(encoding="utf-8")
     check_stage(stage_called("optimise"), tmp_path / "spec.yaml")
+
+
+def test_runs_by_hand(tmp_path: Path) -> None:
+    """Runs done by people give the optimum that the program gives."""
+    goal = "goal: {minimise: [force]}\noptimise: {present: {a: -0.5 deg, b: 0.5}}\n"
+    (tmp_path / "spec.yaml").write_text(SPEC.replace("python, file: laws.py, class: Laws", "sheet") + goal, "utf-8")
+    study, asked = stemcal.load_study(tmp_path / "spec.yaml"), []
+    while rows := study.ask(tmp_path / "out"):
+        asked.append(len(rows))
+        for row in rows:
+            x = np.array([float(row[name]) for name in NAMES])
+            row |= {"force": force(x), "energy": energy(x)}
+        assert study.tell(rows, tmp_path / "out") == len(rows)
+    found = stemcal.open_results(tmp_path / "out", study).optimum
+    assert asked == [25, 2]
+    assert [found.optimum[name] for name in NAMES] == pytest.approx([0.3, -0.2, 0.1, -0.4], abs=1e-3)
+    assert found.simulated["force"] == pytest.approx(150.0, abs=1e-4)
+
+
+DECK = """\
+name: cutter
+factors:
+  - {name: edge_angle, unit: deg, low: 15, high: 60}
+  - {name: speed, unit: m/s, low: 0.5, high: 3}
+material: {density: 1100 kg/m3, elastic_modulus: 1000 MPa, poisson_ratio: 0.3, yield_stress: 15 MPa,
+  tangent_modulus: 0.5 MPa, hardening_parameter: 0.05, failure_strain: 0.03}
+loading: {stroke: d/2}
+solver: {kind: deck, program: lsdyna, rate_law: none, command: [ls-dyna, "i={{deck}}"]}
+screen: {design: none}
+rsm: {factors: [edge_angle, speed], centre_points: 1}
+goal: {minimise: [force, work]}
+"""
+
+
+def test_decks_of_a_goal(tmp_path: Path) -> None:
+    """Each run of the design has its own deck, with the blade and the speed of that run."""
+    (tmp_path / "spec.yaml").write_text(DECK, encoding="utf-8")
+    study = load_study(tmp_path / "spec.yaml")
+    asked = stage_called("rsm").foresee(study, make_solver(study), None)
+    assert asked is not None
+    texts = {deck_text(Deck.of(study, one.levels, one.condition, form_of(study))) for one in asked.requests}
+    assert len(asked.requests) == 9
+    assert len(texts) == 9
+
+
+def test_shipped_study_of_a_cutter() -> None:
+    """Without the first study the spec can be checked: it names the command that makes the material."""
+    study = load_study(Path(__file__).parents[2] / "configs" / "chrysanthemum-cutter.yaml")
+    assert not study.pending or "stemcal run" in study.pending
+    assert [stage.name for stage in stages_of(study)] == ["rsm", "optimise"]
+    assert study.material.from_ == "../runs/wild-chrysanthemum"
