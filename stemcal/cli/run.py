@@ -52,6 +52,7 @@ def run(
     included if the spec contains sections with these names. You can interrupt a study at any time. To resume the
     study, run the same command again; completed runs are reused.
 
+    A spec with a `goal` has the stage `optimise` instead of `invert` and `validate`.
     With `--quick`, the study has only the stages `refine` and `validate`, as with `rsm: {design: none}` in the spec.
     Other commands, such as `stemcal report`, find the results if that is in the spec.
 

@@ -176,7 +176,7 @@ def make(stage: Stage[R], study: Study, folder: StudyFolder, executor: RunExecut
     """Run a stage, or read it where it is fresh; its result then is in the folder."""
     lacking = "targets" if study.goal is not None else "goal"
     if lacking in stage.reads:
-        raise UsageError(f"{stage.name}: this stage requires `{lacking}`, which the spec does not have; add `{lacking}`")
+        raise UsageError(f"{stage.name}: this stage requires `{lacking}`; add a section `{lacking}` to the spec")
     with folder:
         if (known := fresh(stage.result(), study, folder)) is None:
             if study.pending:

@@ -208,7 +208,8 @@ def _check_diameter(taken: Taken, source: Study) -> None:
 
 def _other_levels(source: Study, results: Results) -> Iterator[dict[str, float]]:
     """Yield the calibrated levels one standard deviation away along each principal axis, the widest first."""
-    surface = next(one for one in results.done if isinstance(one, Surfaces))
+    if (surface := next((one for one in results.done if isinstance(one, Surfaces)), None)) is None:
+        return  # calibrated without a surface, and so without intervals
     region = surface.region
     ranges = 12.0 / (region.high - region.low) ** 2
     sizes, axes = np.linalg.eigh(fit_of_study(source, surface).tangents.information + np.diag(ranges))

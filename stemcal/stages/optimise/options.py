@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from pydantic_core import PydanticCustomError
 
+from stemcal.stages.rsm.options import RsmOptions
 from stemcal.study.types import units
 from stemcal.study.types.factor import SETTINGS, Factor
 from stemcal.study.types.field_types import Frozen, Number
@@ -54,7 +55,13 @@ def _present_is_possible(draft: Draft) -> Iterator[Finding]:
                 yield Finding(path, message, "widen the range so that the present cutter is inside")
 
 
-OptimiseOptions.rules = (_present_is_possible,)
+def _surface_is_made(draft: Draft) -> Iterator[Finding]:
+    """A goal has response surfaces."""
+    if draft.study.goal is not None and draft.study.of(RsmOptions).design == "none":
+        yield Finding(("rsm", "design"), "a goal requires a response surface", "write `central-composite`")
+
+
+OptimiseOptions.rules = (_present_is_possible, _surface_is_made)
 
 
 def present_levels(study: Study) -> dict[str, float]:
