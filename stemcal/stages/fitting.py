@@ -14,7 +14,7 @@ from stemcal.doe.calibration.observations import Observation
 from stemcal.doe.calibration.region import Region
 from stemcal.doe.coding import Array, Coding
 from stemcal.doe.regression.anova import AnovaRow, Coefficient
-from stemcal.doe.regression.section import AnySurface, Bend, Growing, Place, Section, fit_whole
+from stemcal.doe.regression.section import AnySurface, Bend, Place, Section, fit_whole
 from stemcal.doe.regression.surface import Surface, fit_surface
 from stemcal.runs.record import Outcome
 from stemcal.stages.result import CodedScale, DesignRun, DesignRuns, StageResult
@@ -232,10 +232,8 @@ class Surfaces(StageResult):
         """Return where the surface over factors and conditions is seen at a condition."""
         assert self.over is not None
         places = {name: j for j, name in enumerate(self.names)}
-        growing = tuple(
-            Growing(places[name], places[exponent], log(condition / at))
-            for name, (exponent, at) in self.over.growing.items()
-        )
+        grown = self.over.growing.items()
+        growing = {places[name]: (places[exponent], log(condition / at)) for name, (exponent, at) in grown}
         return Place(self.scales, self.over.coded(condition), growing)
 
     def refitted(self, answered: Sequence[Answered], further: Further = (), response: str = FIRST) -> Surface:

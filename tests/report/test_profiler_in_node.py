@@ -10,7 +10,7 @@ import pytest
 
 from stemcal.doe.coding import Coding
 from stemcal.doe.composite import central_composite
-from stemcal.doe.regression.section import Growing, Place, Section, fit_whole
+from stemcal.doe.regression.section import Place, Section, fit_whole
 from stemcal.report.page import page
 from stemcal.stages.fitting import Measured
 from stemcal.stages.rsm.profiler import _surface
@@ -22,8 +22,8 @@ NODE = shutil.which("node")
 
 @pytest.mark.skipif(NODE is None, reason="needs node")
 @pytest.mark.parametrize("logarithm", [True, False])
-@pytest.mark.parametrize("growing", [(), (Growing(0, 2, 0.3),)])
-def test_the_script_predicts_as_the_surface(logarithm: bool, growing: tuple[Growing, ...]) -> None:
+@pytest.mark.parametrize("growing", [{}, {0: (2, 0.3)}])
+def test_the_script_predicts_as_the_surface(logarithm: bool, growing: dict[int, tuple[int, float]]) -> None:
     """Over x and the condition; with growth a third factor is the exponent of the first, e^(0.3·0.5·x₂) times it."""
     design, k = central_composite(3, 1), 3 if growing else 2
     response = 100.0 * np.exp(design @ [0.2, -0.1, 0.3]) + 5.0 * design[:, 0] ** 2 + 0.5 * np.arange(15) % 3

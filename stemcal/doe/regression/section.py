@@ -12,8 +12,8 @@ at d with that exponent,
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -21,25 +21,18 @@ from numpy.typing import ArrayLike
 
 from stemcal.doe.coding import Array, Coding, term_columns, term_gradient
 from stemcal.doe.regression.surface import Surface, fit_surface
-from stemcal.vocabulary import Wording
-
-
-@dataclass(frozen=True)
-class Growing:
-    """The places of a factor and of its exponent among the factors, and ln(d/a) of the condition."""
-
-    factor: int
-    exponent: int
-    log_ratio: float
 
 
 @dataclass(frozen=True)
 class Place:
-    """A condition, coded, where the surface over factors and conditions is seen; points are (m, k) coded factors."""
+    """A condition, coded, where the surface over factors and conditions is seen; points are (m, k) coded factors.
+
+    `growing` has, of each factor that grows, by their places, its exponent and ln(d/a) of the condition.
+    """
 
     coding: Coding
     condition: float
-    growing: tuple[Growing, ...] = ()
+    growing: Mapping[int, tuple[int, float]] = field(default_factory=dict)
 
     @cached_property
     def coordinates(self) -> tuple[list[int], Array, Array, list[int]]:
@@ -47,11 +40,11 @@ class Place:
 
         Exponents are no coordinates; those of other factors are the factors themselves, with rate 0.
         """
-        half, grows = self.coding.half_step, {each.factor: each for each in self.growing}
-        factors = [j for j in range(len(half)) if j not in {each.exponent for each in self.growing}]
-        start = [self.coding.centre[j] / half[j] if j in grows else 0.0 for j in factors]
-        rate = [grows[j].log_ratio * half[grows[j].exponent] if j in grows else 0.0 for j in factors]
-        return factors, np.array(start), np.array(rate), [grows[j].exponent if j in grows else j for j in factors]
+        half, grows = self.coding.half_step, self.growing
+        factors = [j for j in range(len(half)) if j not in {exponent for exponent, _ in grows.values()}]
+        start = np.array([self.coding.centre[j] / half[j] if j in grows else 0.0 for j in factors])
+        rate = np.array([grows[j][1] * half[grows[j][0]] if j in grows else 0.0 for j in factors])
+        return factors, start, rate, [grows[j][0] if j in grows else j for j in factors]
 
     def z(self, points: ArrayLike) -> Array:
         """Return the coordinates of points on the surface, (m, factors without exponents + 1)."""
@@ -208,10 +201,9 @@ def fit_whole(
     names: Sequence[str],
     terms: Sequence[str] | None,
     logarithm: bool,
-    written: Wording = Wording(),
 ) -> Surface:
     """Fit a surface over factors and conditions to a response, or to its logarithm: then the error is relative."""
-    found = fit_surface(coded, np.log(response) if logarithm else response, names, terms, written)
+    found = fit_surface(coded, np.log(response) if logarithm else response, names, terms)
     return replace(found, cv_percent=relative_percent(found)) if logarithm else found
 
 

@@ -24,7 +24,7 @@ from stemcal.stages.rsm.options import RsmOptions
 from stemcal.study.model.study import Study
 from stemcal.vocabulary import FIRST
 
-_LEAST_PROBE, _MOST_PROBE = 0.5, 1.0  # coded
+_PROBE = 0.5  # coded: the least way of a factor that is moved by itself
 _END = 0.999  # coded: where a range ends
 _TELLING = 0.2  # coded: a shorter step shows the roughness of a response rather than its slope
 _SEEN = 2.0  # times the tolerance: what a factor that is determined changes at least
@@ -97,10 +97,9 @@ class SecantSteps(MeanSteps):
         gap = float(np.mean(self._level(self.measured) - self._level(self.best.responses)))
         if self.by_ratio[j] or factor.expected_sign:
             sign = -1.0 if (gap < 0.0) != (factor.expected_sign == "-") else 1.0
-        size = abs(gap) / self.half_range[j] if self.by_ratio[j] and self.logarithmic else _LEAST_PROBE
-        step = sign * min(max(size, _LEAST_PROBE), _MOST_PROBE)
-        moved = float(np.clip(found[j] + step, -1.0, 1.0))
-        found[j] = moved if abs(moved - found[j]) >= 0.5 * _LEAST_PROBE else found[j] - sign * _LEAST_PROBE
+        size = abs(gap) / self.half_range[j] if self.by_ratio[j] and self.logarithmic else 0.0
+        moved = min(max(found[j] + sign * min(max(size, _PROBE), 1.0), -1.0), 1.0)
+        found[j] = moved if abs(moved - found[j]) >= 0.5 * _PROBE else found[j] - sign * _PROBE
         return found
 
     def _is_seen(self, change: Array) -> bool:
@@ -160,10 +159,9 @@ class SecantSteps(MeanSteps):
         return {factor.name: float(f"{value:.12g}") for factor, value in zip(self.factors, values, strict=True)}
 
     def _point(self, z: Array, how: How) -> PointToTry:
+        values = zip(self.means, self._expected(z).tolist(), strict=True) if how == "secant" else ()
         predicted: dict[float, Predicted] = dict.fromkeys(self.conditions, NOTHING)
-        for mean, value in zip(self.means, self._expected(z).tolist(), strict=True) if how == "secant" else ():
-            if mean.response == FIRST:
-                predicted[mean.condition] = value, None
+        predicted |= {mean.condition: (value, None) for mean, value in values if mean.response == FIRST}
         return PointToTry({**self.study.midlevels(), **self._levels(z)}, how, z, predicted)
 
 

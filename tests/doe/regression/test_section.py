@@ -8,7 +8,7 @@ import pytest
 from stemcal.doe.calibration.observations import Contrasts
 from stemcal.doe.coding import Array, Coding, term_columns
 from stemcal.doe.composite import axial_distance, central_composite
-from stemcal.doe.regression.section import Bend, Growing, Place, Section, bend_of, fit_whole, left_out_percent
+from stemcal.doe.regression.section import Bend, Place, Section, bend_of, fit_whole, left_out_percent
 from stemcal.doe.regression.surface import fit_surface
 
 MIDDLE, HALF, AT = np.log(77.0) / 2.0, np.log(11.0 / 7.0) / 2.0, 8.0
@@ -27,8 +27,8 @@ def section(condition: float, logarithm: bool) -> Section:
     whole = fit_whole(
         points, np.exp(values) if logarithm else values, ["yield_stress", "failure_strain", "d"], None, logarithm
     )
-    growing = Growing(0, 2, float(np.log(diameter(condition) / AT)))
-    return Section(whole, Place(CODING, condition, (growing,)), logarithm)
+    growing = {0: (2, float(np.log(diameter(condition) / AT)))}
+    return Section(whole, Place(CODING, condition, growing), logarithm)
 
 
 @pytest.mark.parametrize("logarithm", [True, False])
@@ -57,7 +57,7 @@ def test_errors_at_two_conditions_are_correlated_by_the_runs_that_they_share(log
     random, points, x = np.random.default_rng(3), central_composite(3, 1), np.array([0.3, -0.2, 0.6])
     y = np.exp(term_columns(points) @ LAW + 0.02 * random.standard_normal(len(points)))
     whole = fit_whole(points, y, ["a", "b", "d"], None, logarithm)
-    sections = [Section(whole, Place(CODING, d, (Growing(0, 2, 0.1 * d),)), logarithm) for d in (-1.0, 0.0, 1.0)]
+    sections = [Section(whole, Place(CODING, d, {0: (2, 0.1 * d)}), logarithm) for d in (-1.0, 0.0, 1.0)]
     told = Contrasts.of(sections)
     phi = np.vstack([term_columns(s.place.z(x)) for s in sections])
     shared = phi @ np.linalg.inv(term_columns(points).T @ term_columns(points)) @ phi.T
