@@ -56,7 +56,7 @@ def outcome_sentences(result: StageResult, holds: bool = True, labels: Mapping[s
 
 def certainty(results: Results, holds: bool = True) -> list[str]:
     """Return sentences on the certainty of the parameters; without intervals if the study is not calibrated."""
-    known = [note.text for result in results.done for note in result.notes if note.kind == KNOWN]
+    known = [note.text for result in results.done for note in result.notes if note.kind in (KNOWN, "gain_sources")]
     return known if holds else [_WITHHELD]
 
 

@@ -214,7 +214,7 @@ def _notes(study: Study, found: Optimum, gains: Mapping[str, _Compared | None]) 
         text = f"Standard deviations of the gain by source ({'; '.join(parts)})."
         if not study.materials:
             text += " The uncertainty of the material is not included; use `material: {from: FOLDER}` to include it."
-        yield Note("known", "info", text)
+        yield Note("gain_sources", "info", text)
 
 
 # ---- before it runs

@@ -30,6 +30,8 @@ def _goal_or_targets(draft: Draft) -> Iterator[Finding]:
         return
     if draft.study.targets.means:
         yield Finding(("targets",), "a study has a `goal` or `targets`, not both", "remove one of them", at_key=True)
+    if draft.tests:
+        yield Finding(("tests",), "laboratory tests require `targets`", "remove this section", at_key=True)
     if draft.naming.condition not in (None, DIAMETER):
         message = "a study with a goal has no condition"
         yield Finding(("conditions",), message, "remove `conditions`, and set its value in the program", at_key=True)
