@@ -68,14 +68,14 @@ class Registry(Generic[T]):
     def _entries(self) -> dict[str, EntryPoint]:
         if not _may_declare(self.group):
             return {}
-        found: dict[str, EntryPoint] = {}
+        entries: dict[str, EntryPoint] = {}
         own = {one.name for one in self.built_in}
         for entry in sorted(_declared(self.group), key=lambda one: (one.name, one.value)):
-            if entry.name in own or entry.name in found:
+            if entry.name in own or entry.name in entries:
                 self._leave_out(entry, f"{entry.name} already exists", f"{entry.name} of {_package(entry)}")
             else:
-                found[entry.name] = entry
-        return found
+                entries[entry.name] = entry
+        return entries
 
     @property
     def external(self) -> tuple[T, ...]:
@@ -177,12 +177,12 @@ def hash_of(place: Path, length: int = 12) -> str:
     """Return a hash of a Python file, or of all Python files in a folder, the same on every system."""
     import hashlib
 
-    root, found = place.parent if place.is_file() else place, hashlib.sha256()
+    root, digest = place.parent if place.is_file() else place, hashlib.sha256()
     files = [place] if place.is_file() else place.rglob("*.py")
     for path in sorted(files, key=lambda path: path.relative_to(root).as_posix()):
-        found.update(path.relative_to(root).as_posix().encode())
-        found.update(path.read_bytes().replace(b"\r\n", b"\n"))
-    return found.hexdigest()[:length]
+        digest.update(path.relative_to(root).as_posix().encode())
+        digest.update(path.read_bytes().replace(b"\r\n", b"\n"))
+    return digest.hexdigest()[:length]
 
 
 # ---- running code of users and of other packages: it may print, exit, or raise anything of any length

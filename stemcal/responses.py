@@ -93,8 +93,8 @@ class Response:
         None if the test gives neither.
         """
         try:
-            found = test.numbers[self.name] if self.name in test.numbers else self.of(test)
-            return None if found is None or not isfinite(found) else float(found)
+            number = test.numbers[self.name] if self.name in test.numbers else self.of(test)
+            return None if number is None or not isfinite(number) else float(number)
         except Exception as error:  # of another package
             reason = f"{type(error).__name__}: {error}"
             raise UsageError(f"the response {self.name} cannot be calculated from a run: {reason}") from error
@@ -230,8 +230,8 @@ RESPONSES: Registry[Response] = Registry(Response, "stemcal.responses", TABLE)
 
 def response_of(name: str, *tests: str) -> Response | None:
     """Return the response with this name if it exists in one of these tests, by default in any."""
-    found = RESPONSES.named(name)
-    return found if found is not None and (not tests or found.tests.intersection(tests)) else None
+    response = RESPONSES.named(name)
+    return response if response is not None and (not tests or response.tests.intersection(tests)) else None
 
 
 def known_response(name: str) -> Response:

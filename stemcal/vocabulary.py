@@ -41,8 +41,8 @@ class Variable:
     @property
     def in_table(self) -> Response | None:
         """The response of the cutting test that it names; None for any other quantity."""
-        found = response_of(self.name, CUT)
-        return found if found is not None and Variable.of(found) == self else None
+        response = response_of(self.name, CUT)
+        return response if response is not None and Variable.of(response) == self else None
 
     @property
     def noun(self) -> str:

@@ -126,18 +126,18 @@ def _known_rows(study: Study, path: Path) -> dict[str, list[_KnownRow]]:
         content = read_plain(path, MAX_BYTES)
     except OSError as error:
         raise UsageError(f"solver.file: {path.name}: {error.strerror}; specify the path of a run sheet") from None
-    found: dict[str, list[_KnownRow]] = {}
+    known: dict[str, list[_KnownRow]] = {}
     wrong: list[str] = []
     for given in filled(content, path.name, study, partial=True):
         cells = replace(given.with_levels_given(), run=given.run_name)
         try:
             row = _known(study, cells)
-            found.setdefault(cells.run, []).append(row)
+            known.setdefault(cells.run, []).append(row)
         except RowRefused as refused:
             wrong.append(str(refused))
-    if wrong := wrong or _gaps(path.name, found) or _slips(study, found):
+    if wrong := wrong or _gaps(path.name, known) or _slips(study, known):
         raise UsageError("\n".join(first_of(wrong)))
-    return dict(sorted(found.items(), key=lambda item: _number(item[0])))
+    return dict(sorted(known.items(), key=lambda item: _number(item[0])))
 
 
 def _slips(study: Study, rows: Mapping[str, Sequence[_KnownRow]]) -> list[str]:
@@ -172,8 +172,8 @@ def _known(study: Study, cells: Filled) -> _KnownRow:
     at = study.naming.condition
     if at is not None:
         _level(cells, at.name, at.unit)
-    found = {factor.name: _level(cells, factor.name, factor.unit) for factor in study.factors}
-    levels = {name: level for name, level in found.items() if level is not None}
+    all_levels = {factor.name: _level(cells, factor.name, factor.unit) for factor in study.factors}
+    levels = {name: level for name, level in all_levels.items() if level is not None}
     return _KnownRow(cells, levels, None if cells.is_empty else result_in(study, cells))
 
 

@@ -64,13 +64,13 @@ def _plugins() -> list[Finding]:
     from stemcal.study.model.laboratory_kind import TESTS
     from stemcal.study.types.solver_kind import SOLVERS
 
-    found: list[Finding] = []
+    findings: list[Finding] = []
     named: dict[str, Registry[Any]] = {"stage": STAGES, "solver": SOLVERS, "design": SURFACES, "laboratory test": TESTS}
     named |= {"response": RESPONSES}
     for noun, registry in named.items():
-        found += [(f"{noun} {one.name}", registry.version_of(one.name), True) for one in registry.external]
-        found += [(f"{noun} {name}", f"skipped: {reason}", None) for name, reason in registry.broken.items()]
-    return found
+        findings += [(f"{noun} {one.name}", registry.version_of(one.name), True) for one in registry.external]
+        findings += [(f"{noun} {name}", f"skipped: {reason}", None) for name, reason in registry.broken.items()]
+    return findings
 
 
 def _folders() -> list[Finding]:

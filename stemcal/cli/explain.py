@@ -54,11 +54,11 @@ def look_up(term: str) -> list[Term]:
     wanted = _plain(term)
     keys = _keys_of_a_spec()
     exact = [entry for entry in (*glossary(), *keys) if wanted in map(_plain, entry.names)]
-    found = exact or [
+    matches = exact or [
         entry for entry in glossary() if wanted and any(wanted in _plain(name) for name in (entry.term, entry.chinese))
     ]
-    if found:
-        return found
+    if matches:
+        return matches
     for entries in (glossary(), keys):
         names = {_plain(name): entry.term for entry in entries for name in entry.names}
         if meant := [names[name] for name in near(wanted, names, most=3)]:

@@ -63,10 +63,10 @@ def tables(spec: Spec, kind: TableFormat = "csv", out: Out = None, as_json: AsJs
 
     study, folder, results = finished_work(spec, out)
     holds = verdict_of(study, folder, results).holds
-    found = study_tables(study, results, holds)
+    tables_of_study = study_tables(study, results, holds)
     plots = gallery(study, results, read_records(results, folder)) if kind == "docx" else []
     plots = [plot for plot in plots if plot.on_page and not plot.detail and (holds or not plot.claims)]
-    _print_paths([str(path) for path in export_tables(found, kind, folder.path / "tables", plots)], as_json)
+    _print_paths([str(path) for path in export_tables(tables_of_study, kind, folder.path / "tables", plots)], as_json)
 
 
 @app.command()
@@ -104,7 +104,7 @@ def figures(
         return
     drawn = [chosen(plots, name) for name in names or ["all"] if not name.startswith(ANIMATION)]
     kinds = ["svg", "png"] if kind is None else [kind]
-    paths = write_as([plot for found in drawn for plot in found], folder.path / "figures", kinds, dpi, width)
+    paths = write_as([plot for group in drawn for plot in group], folder.path / "figures", kinds, dpi, width)
     paths += [write_film(study, records, folder, name) for name in names or () if name.startswith(ANIMATION)]
     _print_paths([str(path) for path in paths], as_json)
 
@@ -122,11 +122,11 @@ def _print_paths(paths: list[str], as_json: bool) -> None:
 
 def chosen(plots: list[Plot], name: str) -> list[Plot]:
     """Return the figures called `name`, or all whose names begin so."""
-    found = [p for p in plots if name in ("all", p.name)] or [p for p in plots if p.name.startswith(name)]
-    if not found:
+    matches = [p for p in plots if name in ("all", p.name)] or [p for p in plots if p.name.startswith(name)]
+    if not matches:
         known = ", ".join(p.name for p in plots) or "not drawn yet; run `stemcal run SPEC` first"
         raise UsageError(f"no figure is named {name!r}; the figures are {known}")
-    return found
+    return matches
 
 
 def films(records: Records) -> dict[str, str]:

@@ -93,35 +93,35 @@ def check(spec: Spec, out: Out = None, workers: Workers = None, as_json: AsJson 
         *map(str, too_much),
         *(str(one) for one in before if one.severity == "warning"),
     ]
-    found = None
+    estimate = None
     if not too_much:  # the plan builds a mesh to time it
         path = place_of(study.name, out)
-        found = plan(study, StudyFolder(path) if path.is_dir() else None, workers=workers)
-        demand = Demand(found.to_run, found.seconds or 0.0, found.memory or 0.0)
-        warnings += map(str, excess(demand, found.workers, memory))
+        estimate = plan(study, StudyFolder(path) if path.is_dir() else None, workers=workers)
+        demand = Demand(estimate.to_run, estimate.seconds or 0.0, estimate.memory or 0.0)
+        warnings += map(str, excess(demand, estimate.workers, memory))
     remarks = [str(one) for one in before if one.severity != "warning"]
-    remarks += map(str, found.notes) if found else ()
+    remarks += map(str, estimate.notes) if estimate else ()
     if as_json:
-        details = {"warnings": warnings, "remarks": remarks, "plan": None if found is None else to_json(found)}
+        details = {"warnings": warnings, "remarks": remarks, "plan": None if estimate is None else to_json(estimate)}
         say_json({"ok": True, "problems": [], **details})
     else:
         count = f", {len(warnings)} warning{'s' * (len(warnings) > 1)}" if warnings else ""
         say_whole(f"{spec}: OK{count}. {study}.")
     for sentence in warnings:
         warn(sentence)
-    if not as_json and found is not None:
-        _say_plan(found)
+    if not as_json and estimate is not None:
+        _say_plan(estimate)
     for sentence in remarks:
         note(f"note: {sentence}")
 
 
-def _say_plan(found: Plan) -> None:
+def _say_plan(estimate: Plan) -> None:
     from stemcal.drawing.table import Column, Table
     from stemcal.formats import duration, in_bytes
     from stemcal.overview.plan import total
 
-    timed = any(stage.seconds is not None for stage in found.stages)
-    weighed = any(stage.memory for stage in found.stages)
+    timed = any(stage.seconds is not None for stage in estimate.stages)
+    weighed = any(stage.memory for stage in estimate.stages)
     columns = (
         Column("stage", "Stage"),
         Column("rows", "Runs", form=format),
@@ -130,7 +130,7 @@ def _say_plan(found: Plan) -> None:
         *([Column("seconds", "On one core", form=duration)] if timed else []),
         *([Column("memory", "Memory per run", form=in_bytes)] if weighed else []),
     )
-    say_tables(Table.of(columns, found.stages, f"Runs of {found.study}", [" ".join(total(found))]))
+    say_tables(Table.of(columns, estimate.stages, f"Runs of {estimate.study}", [" ".join(total(estimate))]))
 
 
 def _not_ready(study: Study) -> list[str]:

@@ -76,28 +76,28 @@ def _progress(study: Study, folder: StudyFolder, as_json: bool) -> dict[str, Any
     from stemcal.stages.verdict.words import verdict_json
     from stemcal.vocabulary import Wording
 
-    found, names = count(study, folder), Wording(study.naming)
-    if any(stage.left != 0 for stage in found.stages):
-        found = replace(found, sheet=awaiting_sheet(study, folder))
+    progress, names = count(study, folder), Wording(study.naming)
+    if any(stage.left != 0 for stage in progress.stages):
+        progress = replace(progress, sheet=awaiting_sheet(study, folder))
     if not as_json:
         heads = {"rows": "Runs", "done": "Done", "failed": "Failed", "left": "Left"}
         # None: a stage before it decides first
         counts = (Column(key, head, form=lambda n: "?" if n is None else str(n)) for key, head in heads.items())
         columns = [Column("stage", "Stage"), Column("file", "File"), *counts]
-        say_tables(Table.of(columns, found.stages, f"Study {found.study}", state(found, names)))
-    return {**to_json(found), **verdict_json(found.verdict, names)}
+        say_tables(Table.of(columns, progress.stages, f"Study {progress.study}", state(progress, names)))
+    return {**to_json(progress), **verdict_json(progress.verdict, names)}
 
 
-def state(found: Status, names: Wording) -> list[str]:
+def state(progress: Status, names: Wording) -> list[str]:
     """Return the process at work, failures, stale stages, and the verdict with all its reasons."""
     from stemcal.stages.verdict.words import in_full
     from stemcal.vocabulary import capital
 
-    stages = [line for stage in found.stages for line in _remarks(stage)]
-    if found.sheet is not None:
-        stages.append(f"Waiting for results. Fill in {found.sheet}. Then run `stemcal run SPEC`.")
-    working = found.working or "no process is working on this study"
-    return [f"{capital(working)}.", *stages, *in_full(found.verdict, names)]
+    stages = [line for stage in progress.stages for line in _remarks(stage)]
+    if progress.sheet is not None:
+        stages.append(f"Waiting for results. Fill in {progress.sheet}. Then run `stemcal run SPEC`.")
+    working = progress.working or "no process is working on this study"
+    return [f"{capital(working)}.", *stages, *in_full(progress.verdict, names)]
 
 
 def _remarks(stage: StageStatus) -> Iterator[str]:
@@ -123,12 +123,12 @@ def _runs(study: Study, folder: StudyFolder, failed: bool, as_json: bool) -> dic
     from stemcal.vocabulary import Wording
 
     entries, names = ledger(study, folder), Wording(study.naming)
-    found = [entry for entry in entries if not failed or entry.status == "failed"]
+    listed = [entry for entry in entries if not failed or entry.status == "failed"]
     if not as_json and failed:
-        say_whole(*_failures(found, names) or ["No run has failed."])
+        say_whole(*_failures(listed, names) or ["No run has failed."])
     elif not as_json:
-        say_tables(runs_table(found, names, f"Runs of study {study.name}"))
-    return {"study": study.name, "naming": to_json(study.naming), "runs": to_json(found)}
+        say_tables(runs_table(listed, names, f"Runs of study {study.name}"))
+    return {"study": study.name, "naming": to_json(study.naming), "runs": to_json(listed)}
 
 
 def _failures(failed: Iterable[LedgerRow], names: Wording) -> list[str]:

@@ -60,19 +60,19 @@ def decoded_table(content: bytes, encoding: str | None, path: Path) -> tuple[str
     the most words are known, the first of several.
     """
     try:
-        found = encodings.decoded(content, [encoding] if encoding else encodings.guesses(content))
-        if found is not None and not encoding and found[1] in _OLD:
-            texts = (encodings.decoded(content, [code]) for code in (found[1], *_OLD))
-            found = max(filter(None, texts), key=lambda each: words_known(each[0][:_HEAD]))
+        decoded = encodings.decoded(content, [encoding] if encoding else encodings.guesses(content))
+        if decoded is not None and not encoding and decoded[1] in _OLD:
+            texts = (encodings.decoded(content, [code]) for code in (decoded[1], *_OLD))
+            decoded = max(filter(None, texts), key=lambda each: words_known(each[0][:_HEAD]))
     except (LookupError, ValueError):
         raise UsageError(
             f"--encoding {quoted(encoding or '')[1:-1]}: unknown encoding; use utf-8, utf-16, gbk or another "
             "Python encoding"
         ) from None
-    if found is None:
+    if decoded is None:
         named = encoding or next(encodings.guesses(content))
         raise UsageError(f"{path} is not encoded in {named}; omit `--encoding` or choose another encoding")
-    return found
+    return decoded
 
 
 def is_workbook(content: bytes, source: object) -> bool:
@@ -100,16 +100,16 @@ def sheets(content: bytes, source: str) -> dict[str, list[Line]]:
             size = f"the workbook unpacks to {unpacked / MIB:.0f} MiB (limit {MAX_BYTES / MIB:.0f} MiB)"
             raise UsageError(f"{source}: {size}; {_SMALLER}")
         book = openpyxl.load_workbook(io.BytesIO(content), read_only=True, data_only=True)
-        found: dict[str, list[Line]] = {}
+        lines_of: dict[str, list[Line]] = {}
         rows = cells = 0
         for sheet in book.worksheets:
             sheet.reset_dimensions()  # what the file claims may be wrong
-            lines = found.setdefault(str(sheet.title), [])
+            lines = lines_of.setdefault(str(sheet.title), [])
             for row in sheet.iter_rows(values_only=True):
                 rows, cells = rows + 1, cells + len(row)
                 require_size(source, rows, cells)
                 lines.append(_line(row))
-        return found
+        return lines_of
     except UsageError:
         raise
     except Exception as error:  # openpyxl raises many kinds for damaged archives, damaged XML or strange cells

@@ -182,18 +182,18 @@ def read_index(path: Path) -> dict[str, tuple[float, float | None]]:
         )
     name, diameter = names[0], diameters[0]
     scale = scale_of(table, diameter, MILLIMETRES, "mm")
-    found = {}
+    index = {}
     for row, cells in enumerate(table.rows):
         value, place = table.number(row, diameter), f"{path}: {quoted(cells[name])}"
         if value is None:
             raise UsageError(f"{place}: {quoted(cells[diameter])} is not a diameter")
         nominal = table.number(row, grade[0]) if grade else None
         known = checked_diameter(value * scale, place)
-        found[cells[name].replace("\\", "/").removeprefix("./")] = (
+        index[cells[name].replace("\\", "/").removeprefix("./")] = (
             known,
             None if nominal is None else checked_diameter(nominal, place),
         )
-    return found
+    return index
 
 
 def _specimens(

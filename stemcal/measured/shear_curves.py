@@ -145,13 +145,13 @@ def _pairs(table: TextTable, how: CurveOptions) -> tuple[list[tuple[int, int]], 
 def _columns(
     table: TextTable, what: str, given: str | None, words: Sequence[str], units: dict[str, float]
 ) -> list[int]:
-    found = matching(table, words, units) if given is None else given_columns(table, given, what)
-    if not found:
+    columns = matching(table, words, units) if given is None else given_columns(table, given, what)
+    if not columns:
         raise UsageError(
             f"{table.source}: no {what} column found among {columns_of(table)}; specify the column with "
             f"`--{what}-column`, or the encoding of the file with `--encoding`"
         )
-    return found
+    return columns
 
 
 def _first(table: TextTable, what: str, columns: Sequence[int], notes: list[Note]) -> list[int]:

@@ -117,17 +117,17 @@ def read_tables(path: Path, form: Form = Form()) -> list[TextTable]:
 
 def _of_workbook(content: bytes, path: Path, form: Form) -> list[TextTable]:
     """Return the tables of the sheets; numbers in cells have no decimal mark, numbers in texts may have a comma."""
-    found = sheets(content, str(path))
+    lines_of = sheets(content, str(path))
     if form.sheet is not None:
-        if form.sheet not in found:
+        if form.sheet not in lines_of:
             raise UsageError(
                 f"{path}: the workbook has no sheet {quoted(form.sheet)}; its sheets are "
-                f"{', '.join(map(quoted, found))}"
+                f"{', '.join(map(quoted, lines_of))}"
             )
-        found = {form.sheet: found[form.sheet]}
+        lines_of = {form.sheet: lines_of[form.sheet]}
     marks = [_named(form.decimal, DECIMALS, "--decimal")] if form.decimal else list(DECIMALS.values())
     tables = []
-    for title, lines in found.items():
+    for title, lines in lines_of.items():
         decimal = max(marks, key=lambda mark: _score(lines[:_PROBED], mark, ragged=True))
         table = _table(lines, Form(None, None, decimal, title), f"{path} [{title}]", ragged=True)
         if table.rows:
@@ -306,8 +306,8 @@ def matching(table: TextTable, words: Sequence[str], known: Collection[str] = ()
     """
     if not table.headed:
         return []
-    found = [i for i, name in enumerate(table.columns) if is_called(name, words) and not is_called(name, NOT_MEANT)]
-    return [i for i in found if table.units[i] in known] or [i for i in found if not table.units[i]] or found
+    named = [i for i, name in enumerate(table.columns) if is_called(name, words) and not is_called(name, NOT_MEANT)]
+    return [i for i in named if table.units[i] in known] or [i for i in named if not table.units[i]] or named
 
 
 def scale_of(

@@ -32,18 +32,18 @@ def end_family(pid: int, politely: bool = False) -> None:
 
 def _family(pid: int) -> set[psutil.Process]:
     """Return a process, its descendants, and the members of the group or session that it leads, without this one."""
-    found = set()
+    members = set()
     for process in psutil.process_iter():
         with suppress(OSError, psutil.Error):
             leaders = process.ppid(), process.pid
             if sys.platform != "win32":
                 leaders = os.getpgid(process.pid), os.getsid(process.pid)
             if pid in leaders and process.pid != os.getpid():
-                found.add(process)
-    for leader in {pid, *(process.pid for process in found)}:  # also of this process, which is not among those found
+                members.add(process)
+    for leader in {pid, *(process.pid for process in members)}:  # also of this process, which is not among those found
         with suppress(psutil.Error):
-            found.update(psutil.Process(leader).children(recursive=True))
-    return {process for process in found if process.pid != os.getpid()}
+            members.update(psutil.Process(leader).children(recursive=True))
+    return {process for process in members if process.pid != os.getpid()}
 
 
 def _runs(process: psutil.Process) -> bool:

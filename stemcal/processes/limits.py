@@ -46,13 +46,13 @@ def wait_until(limit: float | None, wait: Callable[[float], bool]) -> bool:
 
 def next_of(source: queue.SimpleQueue[T], limit: float | None = None) -> T:
     """Wait for the next item of a queue, at most `limit` seconds; then raise `queue.Empty`."""
-    found: list[T] = []
+    items: list[T] = []
 
     def has_come(seconds: float) -> bool:
         with suppress(queue.Empty):
-            found.append(source.get(timeout=seconds))
-        return bool(found)
+            items.append(source.get(timeout=seconds))
+        return bool(items)
 
     if not wait_until(limit, has_come):
         raise queue.Empty
-    return found[0]
+    return items[0]

@@ -109,10 +109,10 @@ class StudyResults:
     def figure(self, name: str) -> Figure:
         """Draw the figure with this name, or the first whose name starts with it, such as ``contour``."""
         plots = {plot.name: plot for plot in gallery(self.study, self._results, self.records)}
-        found = next((plot for one, plot in plots.items() if name == one or one.startswith(f"{name}-")), None)
-        if found is None:
+        plot_named = next((plot for one, plot in plots.items() if name == one or one.startswith(f"{name}-")), None)
+        if plot_named is None:
             raise UsageError(f"figure: no figure is named {name!r}; {did_you_mean(str(name), plots)}")
-        return found.figure
+        return plot_named.figure
 
     # ---- how they show themselves
 

@@ -93,13 +93,13 @@ def open_results(folder: str | Path, study: Study | None = None) -> StudyResults
     place = Path(folder)
     if not place.is_dir():
         raise UsageError(f"{place}: the folder does not exist. Run `stemcal run SPEC` first, or pass another folder.")
-    found = StudyFolder(place)
+    results_folder = StudyFolder(place)
     if study is None:
-        spec = found.remembered_spec()
+        spec = results_folder.remembered_spec()
         if spec is None:
             raise UsageError(f"{place}: the folder contains no spec. Pass the study: `open_results(folder, study)`.")
         study = load_study(spec)
-    return StudyResults(study, found)
+    return StudyResults(study, results_folder)
 
 
 def simulate(study: Study | str | Path, diameter: float | str | None = None, **levels: float | str) -> Simulated:

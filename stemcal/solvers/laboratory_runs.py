@@ -44,9 +44,9 @@ def laboratory_test(section: PieceSection, sheared: ShearTest) -> LaboratoryTest
     """Return a test of a piece of the stem that a shear test cuts."""
     diameter, how = sheared.stem.outer_diameter, sheared.discretisation
     duration = section.stroke_at(diameter) / section.speed
-    found = TESTS.named(section.kind)  # of another package too: a worker process has read no spec
-    assert found is not None, section.kind
-    kind = found.make(section, diameter)
+    kind_of_test = TESTS.named(section.kind)  # of another package too: a worker process has read no spec
+    assert kind_of_test is not None, section.kind
+    kind = kind_of_test.make(section, diameter)
     return LaboratoryTest(
         kind=kind,
         material=replace(sheared.material, rate_filter=_SMOOTHED * duration),

@@ -284,13 +284,13 @@ class Command(Program[CommandSolver]):
         naming = self.study.naming
         for reader in self.options.result.values():
             require_end(reader, folder, ended.output)
-        found = {name: read_number(reader, folder) for name, reader in self.options.result.items()}
-        name = naming.response.name if naming.response.name in found else FIRST
-        first, rising = found.pop(name), still_rising(self.options.result[name], folder)
+        numbers = {name: read_number(reader, folder) for name, reader in self.options.result.items()}
+        name = naming.response.name if naming.response.name in numbers else FIRST
+        first, rising = numbers.pop(name), still_rising(self.options.result[name], folder)
         modes, curve = self.study.targets.modes_at(request.condition), {}
         if modes is not None and FIRST in self.options.result:
             travel, force = read_curve(self.options.result[FIRST], folder)
-            found |= curve_scores(modes, travel, force)
+            numbers |= curve_scores(modes, travel, force)
             curve = {"curve": kept_curve(travel, force)}
         limited = {"stroke_was_enough": False} if rising else {}
-        return Answer("ok", response=first, details={**({RESPONSES: found} if found else {}), **curve, **limited})
+        return Answer("ok", response=first, details={**({RESPONSES: numbers} if numbers else {}), **curve, **limited})

@@ -90,10 +90,10 @@ class PythonClass(Solver):
             made, before = self._load()
             seed = (seed_of(request),) if self.options.replicates else ()
             with contained(), _importing_from(_roots(self.study)):
-                found = made.solve(dict(request.levels), request.condition, *seed)
+                returned = made.solve(dict(request.levels), request.condition, *seed)
             self._require_known(before)
             responses = (self.naming.response, *self.naming.others)
-            values = {named.name: _number(found, named.name) for named in responses}
+            values = {named.name: _number(returned, named.name) for named in responses}
         except SimulationFailed as failure:
             return Answer("failed", reason=failure.reason, message=str(failure))
         except (ForeignError, UsageError) as error:
@@ -126,13 +126,13 @@ class PythonClass(Solver):
                 raise SimulationFailed("unknown_input", message)
 
 
-def _number(found: object, name: str) -> float:
-    if not isinstance(found, Mapping) or name not in found:
+def _number(returned: object, name: str) -> float:
+    if not isinstance(returned, Mapping) or name not in returned:
         raise SimulationFailed("no_result", f"`solve` returned no {name}; return a mapping such as {{{name!r}: 12.5}}")
-    if not isinstance(found[name], Real) or isinstance(found[name], bool):
-        message = f"the returned {name} is of type {type(found[name]).__name__}, not a number"
+    if not isinstance(returned[name], Real) or isinstance(returned[name], bool):
+        message = f"the returned {name} is of type {type(returned[name]).__name__}, not a number"
         raise SimulationFailed("bad_result", message)
-    return float(found[name])
+    return float(returned[name])
 
 
 def _roots(study: Study) -> list[Path]:

@@ -127,8 +127,8 @@ def _found(data: Any, path: str, file: str) -> Any:
     return data
 
 
-def _numbers(found: Any, where: str) -> list[float]:
-    values = found if isinstance(found, list) else [found]
+def _numbers(data: Any, where: str) -> list[float]:
+    values = data if isinstance(data, list) else [data]
     return [_number(value, where) for value in values]
 
 
@@ -170,12 +170,12 @@ def _regex(text: str, file: str, pattern: str) -> _Series:
     search = re.compile(pattern)
     along, number = "x" in search.groupindex, "y" if "y" in search.groupindex else 1
     lines = (line[:LONGEST_LINE] for line in text.splitlines())
-    found = [(row, match) for row, line in enumerate(lines, 1) for match in search.finditer(line)]
-    if not found:
+    matches = [(row, match) for row, line in enumerate(lines, 1) for match in search.finditer(line)]
+    if not matches:
         raise SimulationFailed("no_result", f"{file} contains no match for the pattern")
     groups = [number, "x"] if along else [number]
-    ended = dict.fromkeys((row for row, _ in found), 0)  # where the match before in the line ends
-    for row, match in found:
+    ended = dict.fromkeys((row for row, _ in matches), 0)  # where the match before in the line ends
+    for row, match in matches:
         for group in groups:
             if _is_part_of_number(match, group, ended[row]):
                 raise SimulationFailed(
@@ -184,7 +184,7 @@ def _regex(text: str, file: str, pattern: str) -> _Series:
                     f"{match.string.strip()[:80]!r}; extend the group to the whole number, as in (\\S+)",
                 )
         ended[row] = match.end()
-    y, *x = ([_number(match[group], f"{file}, line {row}") for row, match in found] for group in groups)
+    y, *x = ([_number(match[group], f"{file}, line {row}") for row, match in matches] for group in groups)
     return y, x[0] if x else None
 
 

@@ -49,5 +49,5 @@ def seed_of(request: Request) -> int:
     409313303
     """
     run = (request.stage, request.row, request.replicate, repr(float(request.condition)), values_of(request))
-    found = hashlib.sha256(json.dumps([0, *run], sort_keys=True).encode()).digest()
-    return 1 + int.from_bytes(found[:8], "big") % MOST_SEED
+    digest = hashlib.sha256(json.dumps([0, *run], sort_keys=True).encode()).digest()
+    return 1 + int.from_bytes(digest[:8], "big") % MOST_SEED

@@ -76,14 +76,14 @@ def checks_of(thing: object, study: AnyStudy | None = None) -> list[Check]:
 
 
 def _check(thing: object, study: AnyStudy | None = None) -> None:
-    found, failed = checks_of(thing, study), []
-    for check in found:
+    every, failed = checks_of(thing, study), []
+    for check in every:
         try:
             check()
         except Exception as error:  # any error of the object
             failed.append(f"{check.name}: {type(error).__name__}: {error}")
     if failed:
-        raise ChecksFailed("\n".join([f"{found[0].of}: {len(failed)} of {len(found)} checks failed", *failed]))
+        raise ChecksFailed("\n".join([f"{every[0].of}: {len(failed)} of {len(every)} checks failed", *failed]))
 
 
 def check_design(design: SurfaceDesign) -> None:

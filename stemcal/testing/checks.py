@@ -102,10 +102,10 @@ def _points_are_finite_for_each_number_of_factors(at: DesignAtWork) -> None:
     """A design has points for each number of factors that it declares; others from 1 to 10 raise `UsageError`."""
     for k in range(1, _MOST + 1):
         with suppress(*([] if k in at.each else [UsageError])):
-            found = at.each[k] if k in at.each else at.points(k)
-            message = f"the design points for {k} factors have shape {found.shape}, but {k} columns are required"
-            require(found.ndim == 2 and found.shape[1] == k, message)
-            require(bool(np.isfinite(found).all()), f"the design points for {k} factors are not finite")
+            points = at.each[k] if k in at.each else at.points(k)
+            message = f"the design points for {k} factors have shape {points.shape}, but {k} columns are required"
+            require(points.ndim == 2 and points.shape[1] == k, message)
+            require(bool(np.isfinite(points).all()), f"the design points for {k} factors are not finite")
 
 
 def _same_points_again(at: DesignAtWork) -> None:
@@ -214,9 +214,9 @@ def _every_response_is_answered(at: SolverAtWork) -> None:
     """An answer has a finite number for each response of the study."""
     for answer in () if at.solver.asks_people else at.answered:
         require(answer.ok, f"the run with all factors at mid-range failed: {answer.reason}: {answer.message}")
-        found = [answer.response, *(answer.of(named.name) for named in at.solver.naming.others)]
-        message = f"some responses are not finite numbers: {found}"
-        require(all(one is not None and math.isfinite(one) for one in found), message)
+        values = [answer.response, *(answer.of(named.name) for named in at.solver.naming.others)]
+        message = f"some responses are not finite numbers: {values}"
+        require(all(one is not None and math.isfinite(one) for one in values), message)
 
 
 def _interrupted_runs_equal_uninterrupted_ones(at: SolverAtWork) -> None:
@@ -276,11 +276,11 @@ class LaboratoryAtWork(AtWork):
 def _identity_of_test_changes_with_each_factor(at: LaboratoryAtWork) -> None:
     """A test is picklable; its identity consists of JSON values and changes with each level."""
     test = at.test()
-    found = [json.dumps(identity(at.section, one)) for one in (test, pickle.loads(pickle.dumps(test)))]
-    require(found[0] == found[1], "the identity of the test changes when the test is pickled")
+    identities = [json.dumps(identity(at.section, one)) for one in (test, pickle.loads(pickle.dumps(test)))]
+    require(identities[0] == identities[1], "the identity of the test changes when the test is pickled")
     for factor in at.study.factors:
         other = json.dumps(identity(at.section, at.test(**{factor.name: factor.low})))
-        require(other != found[0], f"runs with different values of {factor.name} have the same identity")
+        require(other != identities[0], f"runs with different values of {factor.name} have the same identity")
 
 
 def _model_is_sound(at: LaboratoryAtWork) -> None:
@@ -297,11 +297,11 @@ def _model_is_sound(at: LaboratoryAtWork) -> None:
 def _responses_are_positive_and_repeatable(at: LaboratoryAtWork) -> None:
     """Each usual response is a positive number that is repeated bit for bit, and no file remains."""
     with apart(at.study):
-        found, again = (perform_or_fail(at.test()).responses for _ in range(2))
+        responses, again = (perform_or_fail(at.test()).responses for _ in range(2))
     for name in at.section.usual:
-        value = found.get(name, math.nan)
+        value = responses.get(name, math.nan)
         require(0.0 < value < math.inf, f"the response {name} must be positive and finite, not {value}")
-    require(again == found, f"the responses differ between two identical runs: {found} and {again}")
+    require(again == responses, f"the responses differ between two identical runs: {responses} and {again}")
 
 
 OF_TESTS: tuple[Callable[[LaboratoryAtWork], None], ...] = (

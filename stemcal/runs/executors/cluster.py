@@ -108,15 +108,15 @@ class DaskExecutor(RunExecutor):
 
     def _check_versions(self) -> None:
         try:
-            found: dict[str, str] = self._client.run(_version)
+            versions: dict[str, str] = self._client.run(_version)
         except Exception as error:
             raise UsageError(
                 f"--executor dask://{self.address}: a worker cannot import stemcal ({error}); install stemcal "
                 f"{__version__} on its machine"
             ) from None
-        if not found:
+        if not versions:
             logger.warning("the Dask scheduler at %s has no workers yet; the runs are waiting", self.address)
-        for worker, version in found.items():
+        for worker, version in versions.items():
             if version != code_version():
                 raise UsageError(_mismatch(worker, version, code_version()))
 
@@ -185,12 +185,12 @@ def _connected(address: str) -> Any:
     # encrypted if Dask's configuration has certificates for it
     encrypted = dask.config.get("distributed.comm.require-encryption", False)
     scheme = "tls" if encrypted or dask.config.get("distributed.comm.tls.client.cert", None) else "tcp"
-    url, found = f"{scheme}://{address}", list[Any]()
+    url, clients = f"{scheme}://{address}", list[Any]()
     # Dask's client waits for minutes where a port is silent or speaks another protocol
-    _at_most(CONNECT_S, lambda: found.append(Client(url, timeout=CONNECT_S, set_as_default=False)))
-    if not found:
+    _at_most(CONNECT_S, lambda: clients.append(Client(url, timeout=CONNECT_S, set_as_default=False)))
+    if not clients:
         raise UsageError(
             f"--executor dask://{address}: no Dask scheduler responds at this address; start a scheduler with "
             "`dask scheduler` (default port 8786)"
         )
-    return found[0]
+    return clients[0]

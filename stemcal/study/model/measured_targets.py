@@ -141,13 +141,13 @@ class Targets(Frozen):
     def with_modes(self, modes: Mapping[int, CurveModes], travels: Mapping[int, Mean] = {}) -> Targets:
         """Return the targets with the responses of curves and their travel, by the place of their entry."""
         means = list(self.means)
-        for index, found in modes.items():
+        for index, of_row in modes.items():
             scores = {
-                named.name: Mean(value=found.force, sd=sd, n=found.specimens)
-                for named, sd in zip(named_modes([found]), found.scatter, strict=True)
+                named.name: Mean(value=of_row.force, sd=sd, n=of_row.specimens)
+                for named, sd in zip(named_modes([of_row]), of_row.scatter, strict=True)
             }
             further = {**means[index].further, **scores}
-            own = {"modes": found, "further": further, "travel_of_curves": travels.get(index)}
+            own = {"modes": of_row, "further": further, "travel_of_curves": travels.get(index)}
             means[index] = means[index].model_copy(update=own)
         return self.model_copy(update={"means": tuple(means)})
 

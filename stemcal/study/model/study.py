@@ -184,8 +184,8 @@ class Study(StudyForm):
 
     def test_of(self, response: str) -> str:
         """Return the name of the laboratory test that a response is of, by the study's name; empty for cutting."""
-        found = (test.name for test in self.tests if response in map(test.called, test.measured))
-        return next(found, "")
+        names = (test.name for test in self.tests if response in map(test.called, test.measured))
+        return next(names, "")
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -293,6 +293,6 @@ class Study(StudyForm):
     def _fitted(self) -> tuple[tuple[Target, ...], tuple[str, ...]]:
         if self.goal is not None:
             return (self.goal.unmeasured(self.targets.calibrate_at),), self.goal.responses
-        found: tuple[tuple[Target, ...], tuple[str, ...]]
-        found = next(fitted for stage in STAGES.built_in if (fitted := stage.fits(self)) is not None)
-        return found
+        fitted_of: tuple[tuple[Target, ...], tuple[str, ...]]
+        fitted_of = next(fitted for stage in STAGES.built_in if (fitted := stage.fits(self)) is not None)
+        return fitted_of

@@ -58,13 +58,13 @@ class _Described(GenerateJsonSchema):
 
     def model_schema(self, schema: core_schema.ModelSchema) -> dict[str, Any]:
         """Return the schema of a class with the meanings of its keys."""
-        found, model = super().model_schema(schema), schema["cls"]
+        described, model = super().model_schema(schema), schema["cls"]
         meanings = _meanings_of_fields(model)
         for name, field in model.__pydantic_fields__.items():
-            if (node := found.get("properties", {}).get(field.validation_alias or name)) is not None:
+            if (node := described.get("properties", {}).get(field.validation_alias or name)) is not None:
                 meaning = field.description or meanings.get(name) or node.get("description", "")
                 node["description"] = " ".join(meaning.split())
-        return found
+        return described
 
 
 def _meanings_of_fields(model: type) -> dict[str, str]:
@@ -145,12 +145,12 @@ def meaning_of(path: NodePath) -> str:
 
 def meanings() -> dict[str, str]:
     """Return the meaning of each key of a spec, by its place, such as ``solver.files, kind: command``."""
-    found = {key: node["description"] for key, node in json_schema()["properties"].items()}
+    texts = {key: node["description"] for key, node in json_schema()["properties"].items()}
     for name, place in section_places().items():
         path, comma, kind = place.partition(",")
         keys = json_schema()["$defs"][name]["properties"]
-        found |= {f"{path}.{key}{comma}{kind}": node["description"] for key, node in keys.items()}
-    return found
+        texts |= {f"{path}.{key}{comma}{kind}": node["description"] for key, node in keys.items()}
+    return texts
 
 
 def section_with(key: str) -> str | None:

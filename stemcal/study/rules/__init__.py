@@ -60,16 +60,16 @@ class Draft:
     @property
     def diameters(self) -> dict[NodePath, float]:
         """Every stem diameter of the spec with its place, mm."""
-        found: dict[NodePath, float] = {}
+        sizes: dict[NodePath, float] = {}
         if specimen := field_or_none(self.study, "specimen"):
-            found["specimen", "outer_diameter"] = specimen.outer_diameter
+            sizes["specimen", "outer_diameter"] = specimen.outer_diameter
         if self.naming.condition == DIAMETER and (targets := field_or_none(self.study, "targets")):
             for target in targets.means:
-                found["targets", target.row, "diameter"] = target.condition
+                sizes["targets", target.row, "diameter"] = target.condition
         for index, factor in self.factors.items() if self.kind.parameters else ():
             if factor.name == "outer_diameter" and fits(factor.unit, "length"):
-                found |= {("factors", index, end): factor.internal(getattr(factor, end)) for end in ("low", "high")}
-        return found
+                sizes |= {("factors", index, end): factor.internal(getattr(factor, end)) for end in ("low", "high")}
+        return sizes
 
     def unknown_factor(self, path: NodePath, name: str, at_key: bool = True) -> Finding:
         """Return the mistake of an unknown factor."""

@@ -107,7 +107,7 @@ def _at_ends(rule: Rule) -> Rule:
     def checked(draft: Draft) -> Iterator[Finding]:
         settings, reported = settings_varied(draft), set[NodePath]()
 
-        def found(ends: Mapping[str, str]) -> set[Finding]:
+        def findings_at(ends: Mapping[str, str]) -> set[Finding]:
             varied = {name: draft.factors[settings[name]] for name in ends}
             values = {name: factor.internal(getattr(factor, ends[name])) for name, factor in varied.items()}
             return {*rule(replace(draft, study=draft.study.with_settings(values)))}
@@ -116,8 +116,8 @@ def _at_ends(rule: Rule) -> Rule:
             yield from rule(draft)
         for chosen in product(("low", "high"), repeat=len(settings)) if settings else ():
             ends = dict(zip(settings, chosen, strict=True))
-            for finding in found(ends):
-                causes = [name for name, end in ends.items() if finding not in found({**ends, name: _OTHER[end]})]
+            for finding in findings_at(ends):
+                causes = [name for name, end in ends.items() if finding not in findings_at({**ends, name: _OTHER[end]})]
                 name = next(iter(causes), next(iter(settings)))
                 path: NodePath = ("factors", settings[name], ends[name])
                 if path not in reported:

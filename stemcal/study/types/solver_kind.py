@@ -135,9 +135,9 @@ SOLVERS: Registry[SolverKind] = Registry(
 
 def kind_of(options: SolverOptions) -> SolverKind:
     """Return the kind of a spec's solver."""
-    found = SOLVERS.named(options.kind)
-    assert found is not None, options.kind
-    return found
+    kind = SOLVERS.named(options.kind)
+    assert kind is not None, options.kind
+    return kind
 
 
 AnySolver = Annotated[SolverOptions, OneOf(SOLVERS, "solver", first_is_usual=True)]

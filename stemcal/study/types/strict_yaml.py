@@ -76,9 +76,9 @@ class Document:
         if path in self.values:
             return self.values[path]
         for end in range(len(path) - 1, 0, -1):
-            found = self.keys.get(path[:end]) or self.values.get(path[:end])
-            if found:
-                return found
+            above = self.keys.get(path[:end]) or self.values.get(path[:end])
+            if above:
+                return above
         return self.values.get((), _TOP)
 
     def note(self, place: Position, message: str, remedy: str, path: NodePath = ()) -> None:
@@ -175,19 +175,19 @@ class _Loader(yaml.SafeLoader):
         self._document.values[path] = self._document.keys.get(path, place)
         if isinstance(node, yaml.SequenceNode):
             return [self.value_of(entry, (*path, index)) for index, entry in enumerate(node.value)]
-        found: dict[str, Any] = {}
+        content: dict[str, Any] = {}
         for key_node, value in self._with_points(node, path):
             if not isinstance(key_node, yaml.ScalarNode):
                 remedy = "use a plain word as a key; enclose `{braces}` in quotes"
                 self.stop(key_node, "a list or mapping cannot be a key", remedy)
             key, below = key_node.value, (*path, key_node.value)
             first = self._document.keys.setdefault(below, _place(key_node.start_mark))
-            if key in found:
+            if key in content:
                 message = f"the key {key[:60]!r} is already used in line {first.line}"
                 self._complain(key_node, message, "merge the two entries under one key", below)
             else:
-                found[key] = self.value_of(value, below)
-        return found
+                content[key] = self.value_of(value, below)
+        return content
 
     def _with_points(self, node: yaml.MappingNode, path: NodePath) -> list[tuple[Any, Any]]:
         """Return the keys and values of a mapping; a number in braces that a decimal comma divides is one value."""
