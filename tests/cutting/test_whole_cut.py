@@ -138,3 +138,25 @@ def test_force_and_energy_converge_with_half_the_lengths() -> None:
     for name, spread in (("peak_force", 0.06), ("cutting_energy", 0.04)):
         values = [getattr(one, name) for one in cuts]
         assert max(values) / min(values) < 1.0 + spread
+
+
+@pytest.mark.slow
+def test_rates_at_machine_speed() -> None:
+    """Cowper and Symonds at 0.5 and 3 m/s: F ~ σ_y^0.81 (measured) with 1 + (ε̇/C)^(1/P), ε̇ at most v/(h/2).
+
+    The force grows with the speed by (1 + r₂)/(1 + r₁) at most, r₂/r₁ = 6^(1/8), and converges as without rates.
+    """
+
+    def with_rates(speed: float, elements: int) -> CuttingResult:
+        test = cut(elements, speed=speed)
+        rates = {"strain_rate_c": 90.0, "strain_rate_p": 8.0, "rate_law": "cowper_symonds"}
+        return shear(replace(test, material=replace(test.material, rate_filter=0.15 / speed, **rates)))
+
+    fast, slow = [with_rates(3000.0, n) for n in (16, 20)], with_rates(500.0, 12)
+    coarse = with_rates(3000.0, 12)
+    assert all(one.severed and one.energy_drift_percent < 0.2 for one in (*fast, slow, coarse))
+    assert fast[1].peak_force == pytest.approx(fast[0].peak_force, rel=0.06)
+    assert fast[1].cutting_energy == pytest.approx(fast[0].cutting_energy, rel=0.04)
+    hottest = 1.0 + (3000.0 / (0.5 * 15.0 / 12) / 90.0) ** (1 / 8)
+    assert 1.3 < coarse.peak_force / result_of().peak_force < hottest**0.81
+    assert 1.02 < coarse.peak_force / slow.peak_force < (1.0 + 6.0 ** (1 / 8)) / 2.0
