@@ -6,6 +6,7 @@ A new screening design is one function and one line in `SCREENING`, a new surfac
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 from itertools import product
 from typing import Any, ClassVar
 
@@ -207,6 +208,7 @@ def extra_runs(design: Array, count: int, candidates: Array) -> Array:
     return np.asarray(points[chosen])
 
 
+@cache
 def latin_hypercube(k: int, runs: int, seed: int = 0) -> Array:
     """Return runs points in −1 … +1, one in each of the `runs` slices of every factor, of low centred discrepancy.
 
@@ -215,4 +217,6 @@ def latin_hypercube(k: int, runs: int, seed: int = 0) -> Array:
     from scipy.stats.qmc import LatinHypercube
 
     sampler = LatinHypercube(k, optimization="random-cd", seed=np.random.default_rng(seed))
-    return np.asarray(2.0 * sampler.random(runs) - 1.0)
+    points = np.asarray(2.0 * sampler.random(runs) - 1.0)
+    points.setflags(write=False)  # it is kept for the next call
+    return points

@@ -11,6 +11,7 @@ import os
 import platform
 import re
 import socket
+import time
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from datetime import UTC, datetime
@@ -26,7 +27,7 @@ from stemcal.storage.atomic import make_folder, refuse_link, remove_leftovers, w
 from stemcal.storage.canonical import key_of
 from stemcal.storage.encodings import in_a_line
 from stemcal.storage.log import append, now
-from stemcal.storage.plain import read_plain
+from stemcal.storage.plain import MIB, read_plain
 from stemcal.storage.sealed import Broken, read_sealed, sealed
 
 logger = logging.getLogger(__name__)
@@ -49,6 +50,8 @@ _WITHIN: dict[str, dict[str, Any]] = {
     },
 }
 """The types of the entries of a record, and of those that are read from its parts."""
+_MOST_KNOWN = 16 * MIB  # bytes of files whose records are kept in memory
+_TICK_NS = 100_000_000  # in which the clock of a file system advances
 _LOCK_PATIENCE_S = 0.2  # longer than `StudyFolder.holder` needs to look
 
 
@@ -67,6 +70,8 @@ class StudyFolder:
     def __init__(self, path: Path | str) -> None:
         self.path = Path(path)
         self._lock = _file_lock(self.path / ".lock", _LOCK_PATIENCE_S)
+        self._known: dict[str, tuple[tuple[int, int, int], dict[str, Any]]] = {}  # records by key, with their stamp
+        self._room = _MOST_KNOWN
 
     def __repr__(self) -> str:
         return f"StudyFolder({str(self.path)!r})"
@@ -165,7 +170,7 @@ class StudyFolder:
 
     def load(self, key: str) -> dict[str, Any] | None:
         """Return a record without its seal; one that is damaged is set aside. None if there is none."""
-        record, problem = self.examine(key)
+        record, problem = self._read(key)
         if problem:
             path = self.record_path(key)
             logger.warning("%s %s; the record was moved to `runs/damaged`, and its run will be repeated", path, problem)
@@ -178,7 +183,23 @@ class StudyFolder:
 
     def peek(self, key: str) -> dict[str, Any] | None:
         """Return a record without its seal, None if there is none or it is damaged; changes nothing."""
-        return self.examine(key)[0]
+        return self._read(key)[0]
+
+    def _read(self, key: str) -> tuple[dict[str, Any] | None, str]:
+        """Examine a record whose file has changed since it was last read; a command asks for each many times."""
+        try:
+            status = self.record_path(key).stat()
+        except OSError:
+            return self.examine(key)
+        stamp = status.st_mtime_ns, status.st_size, status.st_ino
+        if key in self._known and self._known[key][0] == stamp:
+            return self._known[key][1], ""
+        record, problem = self.examine(key)
+        settled = time.time_ns() - status.st_mtime_ns > _TICK_NS  # a later change has another time
+        if record is not None and settled and self._room >= status.st_size:
+            self._room -= status.st_size
+            self._known[key] = stamp, record
+        return record, problem
 
     def examine(self, key: str) -> tuple[dict[str, Any] | None, str]:
         """Return a record without its seal, None if there is none or it is damaged, and what is wrong with it."""

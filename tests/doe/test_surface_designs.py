@@ -92,3 +92,9 @@ def test_extra_runs_make_a_poor_design_estimate_the_quadratic():
     assert det(added) == pytest.approx(det(faces), rel=1e-9)
     with pytest.raises(UsageError, match="only 4 candidate points are available for 5 runs"):
         extra_runs(start, 5, grid)
+
+
+def test_a_latin_hypercube_is_optimised_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    first = latin_hypercube(3, 17)
+    monkeypatch.setattr("scipy.stats.qmc.LatinHypercube", None)
+    assert latin_hypercube(3, 17) is first and not first.flags.writeable

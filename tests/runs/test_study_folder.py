@@ -7,18 +7,22 @@ import random
 import subprocess
 import sys
 import threading
+from collections import Counter
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from fakes import ENVIRONMENT
+import workflow
+from fakes import ENVIRONMENT, make_study
 from hypothesis import given
 from hypothesis import strategies as st
 
 from stemcal.drawing.table import Table
 from stemcal.errors import FolderLocked, StemcalError, UsageError
+from stemcal.runs.executors import InlineExecutor
 from stemcal.runs.study_folder import StudyFolder
+from stemcal.stages.verdict.verdict_rules import verdict_of
 from stemcal.storage import atomic
 from stemcal.storage.canonical import as_json, canonical, digest
 from stemcal.storage.sealed import sealed
@@ -334,3 +338,49 @@ def test_a_log_that_cannot_be_written_stops_nothing(tmp_path: Path) -> None:
         folder.save(record())
         assert folder.load(KEY) is not None
     assert list((tmp_path / "log.jsonl").iterdir()) == []
+
+
+# ---- records are read once in a command
+
+
+def test_a_record_is_read_again_only_after_its_file_has_changed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Nor is one that was written in the tick of the clock before."""
+    read: list[str] = []
+    examine = StudyFolder.examine
+    monkeypatch.setattr(StudyFolder, "examine", lambda self, key: (read.append(key), examine(self, key))[1])
+    with StudyFolder(tmp_path / "study") as folder:
+        folder.save(record())
+        assert folder.peek(KEY) == folder.peek(KEY) and len(read) == 2
+        past = folder.record_path(KEY).stat().st_mtime_ns - 10**9
+        os.utime(folder.record_path(KEY), ns=(past, past))
+        assert folder.peek(KEY) == folder.load(KEY) == folder.peek(KEY) and len(read) == 3
+        folder.save(record(response=121.0))
+        loaded = folder.load(KEY)
+        assert loaded is not None and loaded["response"] == 121.0 and len(read) == 4
+        blob = folder.record_path(KEY).read_bytes()
+        folder.record_path(KEY).write_bytes(blob.replace(b"121", b"131"))
+        assert folder.peek(KEY) is None and folder.examine(KEY)[1]
+
+
+def test_no_more_records_are_kept_than_have_room(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("stemcal.runs.study_folder._MOST_KNOWN", 10)
+    with StudyFolder(tmp_path / "study") as folder:
+        folder.save(record())
+        os.utime(folder.record_path(KEY), ns=(0, 0))
+        assert folder.peek(KEY) is not None and not folder._known
+
+
+def test_a_run_reads_each_record_once_or_twice(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A study that is complete: every stage is compared with its runs, the verdict and the page take from them."""
+    study, place = make_study(tmp_path), StudyFolder(tmp_path / "out")
+    workflow.calibrate(study, place, InlineExecutor())
+    for key in place.keys():  # noqa: SIM118
+        os.utime(place.record_path(key), ns=(0, 0))
+    count, examine = Counter[str](), StudyFolder.examine
+    monkeypatch.setattr(StudyFolder, "examine", lambda self, key: (count.update([key]), examine(self, key))[1])
+    again = StudyFolder(place.path)
+    workflow.calibrate(study, again, InlineExecutor())
+    verdict_of(study, again)
+    assert set(count) == set(place.keys()) and max(count.values()) == 1
