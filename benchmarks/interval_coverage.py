@@ -37,13 +37,12 @@ from functools import partial
 import numpy as np
 from scipy.stats.qmc import LatinHypercube
 
-from stemcal.doe.box_behnken import box_behnken
 from stemcal.doe.calibration.confidence_intervals import _CLOUD, _held_at, left_out_intervals
 from stemcal.doe.calibration.likelihood import Fit, Prior, fit
 from stemcal.doe.calibration.observations import Observation
 from stemcal.doe.calibration.region import Region
 from stemcal.doe.coding import Array, Coding, term_columns
-from stemcal.doe.composite import axial_distance, central_composite
+from stemcal.doe.designs import axial_distance, box_behnken, central_composite
 from stemcal.doe.regression.section import Place, Section, fit_whole, left_out_percent
 from stemcal.doe.regression.surface import Surface, fit_surface
 from stemcal.errors import StemcalError

@@ -1,8 +1,9 @@
 """Designed experiments on a scalar response: arrays in, results out, no files and no printing.
 
-    designs       the runs of a design, by its name; `composite`, `box_behnken` and `factorial` compute them, `aliases`
-                  finds the interactions that main effects are aliased with, `coding` converts natural ↔ coded units
-    effects       of factors at two levels, with their tests; `lenth` for Lenth's method
+    designs       the runs of a design, by its name; `factorial` has those of two levels, `coding` converts natural ↔
+                  coded units
+    effects       of factors at two levels, with their tests, and the interactions that they are aliased with; `lenth`
+                  for Lenth's method
     regression    `least_squares`, the fit under all of them; `surface`, the full quadratic in coded units, with `anova`
                   and the influence of each run; `backward_elimination` removes terms, `canonical` finds the stationary
                   point

@@ -59,8 +59,6 @@ class Validation:
     """
 
     rows: tuple[ValidationRow, ...]
-    worst_percent: float | None
-    mean_abs_error_percent: float | None
     worst_held_out_percent: float | None
     error_slope_percent_per_unit: float | None
     measured_exponent: Exponent | None
@@ -95,7 +93,6 @@ def compare_conditions(
         error = error_percent(mean, known)
         rows.append(ValidationRow(at, mean, known, error, "fitted" if fitted else "held_out", sd, n))
     done = [row for row in rows if row.error_percent is not None]
-    sizes = [abs(row.error_percent or 0.0) for row in done]
     held_out = [abs(row.error_percent or 0.0) for row in done if row.role == "held_out"]
     grows = naming.is_force_on_stems
     lab = fit_power_law([row.condition for row in rows], [row.measured for row in rows]) if grows else None
@@ -103,8 +100,6 @@ def compare_conditions(
     slope, notes = _error_trend(done) if grows else (None, ())
     return Validation(
         rows=tuple(rows),
-        worst_percent=max(sizes, default=None),
-        mean_abs_error_percent=float(np.mean(sizes)) if sizes else None,
         worst_held_out_percent=max(held_out, default=None),
         error_slope_percent_per_unit=slope,
         measured_exponent=Exponent.of(lab),

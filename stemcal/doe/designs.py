@@ -1,20 +1,18 @@
-"""The designs by name, in coded units; larger ones are built in separate modules.
+"""The designs by name, in coded units; those of two levels are built in `factorial`.
 
-A new screening design is one function and one line in `SCREENING`, a new surface design one class and one line in
+A new screening design is one function and one line in `_SCREENING`, a new surface design one class and one line in
 `SURFACES`, or an entry point of the group ``stemcal.designs`` in another package.
 """
 
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
-from itertools import product
+from itertools import combinations, product
 from typing import Any, ClassVar
 
 import numpy as np
 
-from stemcal.doe.box_behnken import box_behnken
 from stemcal.doe.coding import Array, term_columns
-from stemcal.doe.composite import axial_distance, central_composite
 from stemcal.doe.factorial import fraction, plackett_burman
 from stemcal.errors import UsageError
 from stemcal.registry import Checked, ForeignError, Registry, contained
@@ -22,7 +20,7 @@ from stemcal.registry import Checked, ForeignError, Registry, contained
 _MOST_FOR_FIVE_LEVELS = 5
 _RUNS_PER_TERM = 2  # of a Latin hypercube whose number of runs is not given
 
-SCREENING: dict[str, Callable[[int, int | None], Array]] = {
+_SCREENING: dict[str, Callable[[int, int | None], Array]] = {
     "plackett-burman": plackett_burman,
     "fractional-factorial": lambda k, runs: fraction(k, runs).design(),
 }
@@ -30,9 +28,9 @@ SCREENING: dict[str, Callable[[int, int | None], Array]] = {
 
 def screening_runs(name: str, k: int, runs: int | None = None, folded: bool = False) -> Array:
     """Build a screening design for k factors, folded over if asked; `runs` overrides its usual size."""
-    if name not in SCREENING:
-        raise UsageError(f"screen.design: unknown design {name!r}; choose one of {', '.join(SCREENING)}")
-    design = SCREENING[name](k, runs)
+    if name not in _SCREENING:
+        raise UsageError(f"screen.design: unknown design {name!r}; choose one of {', '.join(_SCREENING)}")
+    design = _SCREENING[name](k, runs)
     return fold_over(design) if folded else design
 
 
@@ -42,6 +40,74 @@ def fold_over(coded: Array) -> Array:
     Resolution III turns into IV. Source: G. E. P. Box and K. B. Wilson, J. R. Stat. Soc. B 13 (1951) 1–45.
     """
     return np.vstack([coded, 0.0 - coded])
+
+
+# ---- designs for a response surface
+
+# The factors that vary together while the others rest at the centre, counted from 1.
+_BLOCKS: dict[int, tuple[tuple[int, ...], ...]] = {
+    **{k: tuple(combinations(range(1, k + 1), 2)) for k in (3, 4, 5)},
+    6: ((1, 2, 4), (2, 3, 5), (3, 4, 6), (1, 4, 5), (2, 5, 6), (1, 3, 6)),
+    7: ((4, 5, 6), (1, 6, 7), (2, 5, 7), (1, 2, 4), (3, 4, 7), (1, 3, 5), (2, 3, 6)),
+}
+
+
+def axial_distance(k: int, alpha: str | float = "rotatable") -> float:
+    """Return α, the coded distance of the axial points: by a rule, or as given.
+
+    With ``rotatable`` the variance depends on the distance alone, α⁴ = corner runs (G. E. P. Box and J. S. Hunter, Ann.
+    Math. Stat. 28 (1957), 195–241); with ``face`` α = 1.
+    """
+    if alpha == "rotatable":
+        return float(len(_corners(k)) ** 0.25)
+    if alpha == "face":
+        return 1.0
+    if isinstance(alpha, str):
+        raise UsageError(
+            f"rsm.alpha: {alpha!r} is neither a known rule nor a positive number; write `rotatable`, `face` or a number"
+        )
+    if not (np.isfinite(alpha) and alpha > 0.0):
+        raise UsageError(f"rsm.alpha: {alpha:g} is not positive; write 1 for axial points on the faces of the cube")
+    return float(alpha)
+
+
+def central_composite(k: int, centre_points: int = 6, alpha: str | float = "rotatable") -> Array:
+    """Build a central composite design, (F + 2k + centre_points, k): corners, axial points and centre points.
+
+    From five factors on, the F corners are the smallest fraction of resolution V, which still estimates every
+    interaction. Source: G. E. P. Box and K. B. Wilson, J. Roy. Stat. Soc. B 13 (1951), 1–45.
+    """
+    if k < 1:
+        raise UsageError(f"rsm.factors: the number of factors is {k}; list at least one factor")
+    if centre_points < 0:
+        raise UsageError(f"rsm.centre_points: {centre_points} is negative; write 6, the usual number for three factors")
+    axes = np.array([sign * row for row in np.eye(k) for sign in (-1.0, 1.0)]) + 0.0
+    return np.vstack([_corners(k), axial_distance(k, alpha) * axes, np.zeros((centre_points, k))])
+
+
+def _corners(k: int) -> Array:
+    """Return the corner runs: all 2^k, the last factor fastest, or a fraction of resolution V."""
+    if k >= 5:
+        return fraction(k, resolution=5).design()
+    from pyDOE3 import ff2n
+
+    return np.asarray(ff2n(k), dtype=float)
+
+
+def box_behnken(k: int, centre_points: int = 3) -> Array:
+    """Build a Box–Behnken design for 3 to 7 factors: 12, 24, 40, 48 or 56 runs without a corner, and the centre points.
+
+    Source: G. E. P. Box and D. W. Behnken, Technometrics 2 (1960), 455–475.
+    """
+    if k not in _BLOCKS:
+        raise UsageError(f"Box–Behnken designs are available for 3 to 7 factors, not for {k}; use `central-composite`")
+    from pyDOE3 import ff2n
+
+    runs = []
+    for block in _BLOCKS[k]:
+        runs.append(np.zeros((2 ** len(block), k)))
+        runs[-1][:, [factor - 1 for factor in block]] = ff2n(len(block))
+    return np.vstack([*runs, np.zeros((centre_points, k))])
 
 
 @dataclass(frozen=True)
@@ -86,14 +152,14 @@ class SurfaceDesign(Checked):
         """Return what a method of a design returns, as finite numbers; another package may return anything."""
         try:
             with contained():
-                found = np.asarray(part(k, options), dtype=float)
+                values = np.asarray(part(k, options), dtype=float)
         except ForeignError as error:
             if isinstance(error.__cause__, UsageError):
                 raise error.__cause__ from None
             raise self._wrong(f"`{part.__name__}` failed for {k} factors: {error}") from None
-        if not np.isfinite(found).all():
+        if not np.isfinite(values).all():
             raise self._wrong(f"`{part.__name__}` returned numbers that are not finite for {k} factors")
-        return found
+        return values
 
     def _wrong(self, reason: str) -> UsageError:
         package = SURFACES.version_of(self.name)
@@ -159,7 +225,7 @@ SURFACES: Registry[SurfaceDesign] = Registry(
 def surface_design(name: str) -> SurfaceDesign:
     """Return a design by its name; raise `UsageError` if there is none."""
     if (found := SURFACES.named(name)) is None:
-        known = ", ".join(one.name for one in SURFACES.built_in)
+        known = ", ".join(each.name for each in SURFACES.built_in)
         raise UsageError(f"rsm.design: unknown design {name!r}; choose one of {known}")
     return found
 
@@ -193,10 +259,8 @@ def extra_runs(design: Array, count: int, candidates: Array) -> Array:
     """
     gaps = np.abs(candidates[:, None] - design[None]).max(axis=2)
     points = candidates[gaps.min(axis=1) > _SAME_POINT]
-    if len(points) < count:
-        raise UsageError(
-            f"rsm.extra_runs: only {len(points)} candidate points are available for {count} runs; use fewer runs"
-        )
+    if (left := len(points)) < count:
+        raise UsageError(f"rsm.extra_runs: only {left} candidate points are available for {count} runs; use fewer runs")
     phi, base = term_columns(points), term_columns(design)
     information = base.T @ base + _RIDGE * np.eye(base.shape[1])
     chosen: list[int] = []

@@ -20,7 +20,7 @@ import numpy as np
 from stemcal.doe.coding import Array
 from stemcal.errors import UsageError
 
-LETTERS = "ABCDEFGHJKLMNOPQ"  # I is the identity
+_LETTERS = "ABCDEFGHJKLMNOPQ"  # I is the identity
 _MOST_FACTORS = 12
 
 # Minimum aberration generators of the added factors: runs → factors → words.
@@ -70,13 +70,13 @@ class Fraction:
     def design(self) -> Array:
         """Return the (runs, k) levels ±1, the first factor changing fastest."""
         base = full_factorial(self.basic)
-        added = [np.prod(base[:, [LETTERS.index(c) for c in word]], axis=1) for word in self.generators]
+        added = [np.prod(base[:, [_LETTERS.index(c) for c in word]], axis=1) for word in self.generators]
         return np.column_stack([base, *added])
 
     @property
     def resolution(self) -> int | None:
         """Return the length of the shortest word; None for a full factorial."""
-        whole = [{*word, LETTERS[self.basic + i]} for i, word in enumerate(self.generators)]
+        whole = [{*word, _LETTERS[self.basic + i]} for i, word in enumerate(self.generators)]
         words = (reduce(xor, some) for r in range(1, len(whole) + 1) for some in combinations(whole, r))
         return min(map(len, words), default=None)
 
@@ -94,9 +94,9 @@ def fraction(k: int, runs: int | None = None, resolution: int = 4) -> Fraction:
     """Choose the fraction of minimum aberration: in `runs` runs, or the smallest of at least `resolution`."""
     sizes = [runs] if runs is not None else sorted({2**k, *GENERATORS}) if k <= 12 else sorted(GENERATORS)
     for size in sizes:
-        found = _fraction(k, size)
-        if found and (runs is not None or found.resolution is None or found.resolution >= resolution):
-            return found
+        chosen = _fraction(k, size)
+        if chosen and (runs is not None or chosen.resolution is None or chosen.resolution >= resolution):
+            return chosen
     known = [n for n in sorted({*GENERATORS, 2 ** min(k, 12)}) if _fraction(k, n)]
     listed = ", ".join(map(str, known)) or "none"
     wanted = f"{runs} runs" if runs is not None else f"resolution {resolution}"

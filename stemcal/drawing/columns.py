@@ -50,12 +50,8 @@ def measured_columns(names: Wording, each: bool, columns: Iterable[tuple[str, st
     if not each:
         return [*condition(naming), *values]
     first = Column("response", "Response", of=lambda row: naming.named(row["response"]).noun)
-    return [
-        first,
-        *condition(naming),
-        *values,
-        Column("unit", "Unit", of=lambda row: naming.named(row["response"]).written),
-    ]
+    last = Column("unit", "Unit", of=lambda row: naming.named(row["response"]).written)
+    return [first, *condition(naming), *values, last]
 
 
 def starred(value: tuple[float | None, str] | None) -> str:
@@ -103,9 +99,9 @@ _VALUES = "measured", "predicted", "simulated"
 
 def from_means(rows: Iterable[dict[str, Any]], names: Wording) -> list[dict[str, Any]]:
     """Return rows of responses; of one that counts so, how far values are from the measured mean."""
-    found = []
+    shown = []
     for row in rows:
         if (named := names.naming.named(row["response"])).apart:
             row = row | {key: named.counted(row[key], row["measured"]) for key in _VALUES if row.get(key) is not None}
-        found.append(row)
-    return found
+        shown.append(row)
+    return shown

@@ -119,22 +119,22 @@ def _attributes(node: Element, shared: Shared, ids: dict[str, str]) -> Iterator[
                 style = style.replace(colour, variable)
             yield "class", shared.styles.setdefault(style, f"s{len(shared.styles)}")
         elif name == "d":
-            yield name, shorter_path(value)
+            yield name, _shorter_path(value)
         elif name == _HREF:
             yield "href", f"#{ids[value[1:]]}" if value.startswith("#") else re.sub(r"\s", "", value)
         elif name == "clip-path":
             yield name, f"url(#{ids[value[5:-1]]})"
         elif name in _ROUNDED and "scale" not in value:
             if not value.startswith("rotate(-0 "):
-                yield name, shorter_path(value)
+                yield name, _shorter_path(value)
         elif name != "id":
             yield name, value
 
 
-def shorter_path(text: str) -> str:
+def _shorter_path(text: str) -> str:
     """Return a text with its numbers to a tenth, as a path with no blanks around its commands.
 
-    >>> shorter_path("M 10.04 20 L 13.333 20.96 z")
+    >>> _shorter_path("M 10.04 20 L 13.333 20.96 z")
     'M10 20L13.3 21z'
     """
     tenths = re.sub(r"-?\d+\.\d+", lambda number: f"{float(number[0]):.1f}".removesuffix(".0"), text)

@@ -55,11 +55,6 @@ class Setting:
         return {factor.name: factor.label for factor in self.study.factors}
 
     @cached_property
-    def symbols(self) -> Wording:
-        """The factors by their symbols."""
-        return Wording(self.study.naming, {factor.name: factor.symbol for factor in self.study.factors})
-
-    @cached_property
     def labelled(self) -> Wording:
         """The factors by label and unit, as papers print them."""
         names = {}

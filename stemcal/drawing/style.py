@@ -35,7 +35,7 @@ _LOOKS = 6  # at a view in space, each from farther off
 # Pixels without transparency pack well at once: higher levels take twice as long for a tenth less.
 _PACKED: dict[str, dict[str, Any]] = {"png": {"compress_level": 3}, "tiff": {"compression": "tiff_lzw"}}
 
-FONTS = (
+_FONTS = (
     *("DejaVu Sans", "Microsoft YaHei", "SimHei", "SimSun", "PingFang SC", "Hiragino Sans GB", "Noto Sans CJK SC"),
     *("Noto Sans SC", "Source Han Sans SC", "WenQuanYi Micro Hei", "WenQuanYi Zen Hei", "Droid Sans Fallback"),
     "Arial Unicode MS",
@@ -48,12 +48,15 @@ def installed_fonts() -> list[str]:
     from matplotlib import font_manager
 
     installed = {font.name for font in font_manager.fontManager.ttflist}
-    return [name for name in FONTS if name in installed] or ["sans-serif"]
+    return [name for name in _FONTS if name in installed] or ["sans-serif"]
 
 
-def _settings() -> Any:
-    """Return settings of matplotlib; its own type for them lists all its keys."""
-    return {
+@contextmanager
+def styled() -> Iterator[None]:
+    """Draw or save within this block in stemcal's style; glyphs that no font has are no news."""
+    import matplotlib
+
+    settings: Any = {  # the type of matplotlib for them lists all its keys
         "font.family": installed_fonts(),
         "font.size": 9,
         "axes.titlesize": 9,
@@ -77,14 +80,7 @@ def _settings() -> Any:
         "pdf.fonttype": 42,  # TrueType, which journals ask for
         "ps.fonttype": 42,
     }
-
-
-@contextmanager
-def styled() -> Iterator[None]:
-    """Draw or save within this block in stemcal's style; glyphs that no font has are no news."""
-    import matplotlib
-
-    with matplotlib.rc_context(_settings()), warnings.catch_warnings():
+    with matplotlib.rc_context(settings), warnings.catch_warnings():
         warnings.filterwarnings("ignore", message="Glyph .* missing")
         yield
 

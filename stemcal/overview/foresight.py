@@ -14,7 +14,7 @@ from stemcal.solvers.protocol import Request, Solver
 from stemcal.stages.ledger import asked, missing
 from stemcal.study.model.study import Study
 
-MOST_HOURS = 48.0  # a command with longer runs starts with a warning
+_MOST_HOURS = 48.0  # a command with longer runs starts with a warning
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ def demand_of_one(study: Study, conditions: Iterable[float]) -> Demand:
     if not study.kind.simulates_stems:
         return Demand(0, 0.0, 0.0)
     each = [demand_of([Request("simulate", 0, study.midlevels(), d)], make_solver(study)) for d in conditions]
-    return Demand(1, max(one.seconds for one in each), max(one.memory for one in each))
+    return Demand(1, max(demand.seconds for demand in each), max(demand.memory for demand in each))
 
 
 def demand_of(requests: Iterable[Request], solver: Solver) -> Demand:
@@ -51,8 +51,8 @@ def demand_of(requests: Iterable[Request], solver: Solver) -> Demand:
 
 
 def excess(demand: Demand, workers: int, memory: float | None) -> list[Note]:
-    """Return notes on what is more than this machine's memory (bytes; None: does not count), or than `MOST_HOURS`."""
-    found, at_a_time = [], max(1, min(workers, demand.runs))
+    """Return notes on what is more than this machine's memory (bytes; None: does not count), or than `_MOST_HOURS`."""
+    notes, at_a_time = [], max(1, min(workers, demand.runs))
     if memory is not None and at_a_time * demand.memory > memory:
         text, fitting = f"One run needs about {in_bytes(demand.memory)} of memory", int(memory // demand.memory)
         remedy = "Use larger elements (`solver.element_size`) or a shorter specimen."
@@ -60,24 +60,24 @@ def excess(demand: Demand, workers: int, memory: float | None) -> list[Note]:
             text += f", and {at_a_time} parallel runs need {in_bytes(at_a_time * demand.memory)}"
             remedy = f"Use fewer workers (`--workers {fitting}`)."
         text += f", but this machine has only {in_bytes(memory)}."
-        found.append(Note("too_much_memory", "error", text, Remedy(remedy)))
+        notes.append(Note("too_much_memory", "error", text, Remedy(remedy)))
     hours = demand.seconds / 3600.0 / at_a_time
-    if hours > MOST_HOURS:
-        text = f"The runs would take about {duration(3600.0 * hours)}, which is more than {MOST_HOURS:g} h."
+    if hours > _MOST_HOURS:
+        text = f"The runs would take about {duration(3600.0 * hours)}, which is more than {_MOST_HOURS:g} h."
         larger = "larger elements (`solver.element_size`), a larger `solver.time_step`, a larger `solver.mass_scaling`"
-        found.append(Note("too_long", "warning", text, Remedy(f"Use {larger}, or fewer runs.")))
-    return found
+        notes.append(Note("too_long", "warning", text, Remedy(f"Use {larger}, or fewer runs.")))
+    return notes
 
 
 def warnings_before(demand: Demand, workers: int, here: bool = True) -> list[str]:
     """Return warnings of what takes days; raise `UsageError` for more memory than this machine has, if it computes."""
-    found = excess(demand, workers, machine_memory() if here else None)
-    if impossible := [str(note) for note in found if note.severity == "error"]:
+    notes = excess(demand, workers, machine_memory() if here else None)
+    if impossible := [str(note) for note in notes if note.severity == "error"]:
         raise UsageError(" ".join(impossible))
-    return [str(note) for note in found]
+    return [str(note) for note in notes]
 
 
-LEAST_STROKE = 0.35
+_LEAST_STROKE = 0.35
 """Of the diameter: stems that fracture have their maximum at 0.06 to 0.1 of it, that fold first at 0.2 to 0.35."""
 
 
@@ -85,20 +85,19 @@ def beforehand(study: Study) -> Iterator[Note]:
     """Yield notes on the solver; none is a mistake."""
     thickest = max((target.condition for target in study.targets.means), default=study.specimen.outer_diameter)
     cuts = study.kind.simulates_stems and study.naming.is_cutting
-    if cuts and (stroke := study.loading.stroke_at(thickest)) < LEAST_STROKE * thickest:
+    if cuts and (stroke := study.loading.stroke_at(thickest)) < _LEAST_STROKE * thickest:
         text = (
             f"The stroke of {stroke:.3g} mm is only {stroke / thickest:.2g} times the largest diameter "
             f"({thickest:g} mm). If a run stops before the peak force is reached, the simulated force is too low."
         )
-        yield Note("short_stroke", "warning", text, lasting(study, LEAST_STROKE * thickest, thickest))
+        yield Note("short_stroke", "warning", text, lasting(study, _LEAST_STROKE * thickest, thickest))
     if study.solver.has_lengths and "failure_strain" in study.names:
         text = (
             f"The failure strain depends on `internal_length` ({study.material.internal_length}) and `edge_spread` "
             f"({study.blade.edge_spread}): a force–travel curve cannot determine the three values separately."
         )
         choose = "Choose `internal_length` and `edge_spread` before the calibration"
-        remedy = Remedy(f"{choose}, and report both with the failure strain.")
-        yield Note("lengths_belong", "caution", text, remedy)
+        yield Note("lengths_belong", "caution", text, Remedy(f"{choose}, and report both with the failure strain."))
 
 
 def lasting(study: Study, travel: float, diameter: float) -> Remedy:

@@ -118,11 +118,10 @@ def break_at(force: NDArray[np.float64]) -> int:
 
 
 def _targets(test: LaboratorySection, means: Sequence[_TestedMean]) -> list[str]:
-    """Return the rows of a test in YAML, one for each diameter."""
     lines = []
     for diameter in sorted({mean.diameter for mean in means}):
         own = {mean.response: mean.summary for mean in means if mean.diameter == diameter}
-        with_units = {one.name: (own[one.name], one.unit) for one in test.responses if one.name in own}
+        with_units = {each.name: (own[each.name], each.unit) for each in test.responses if each.name in own}
         n = min(summary.n for summary in own.values())
         lines.append(row_of(diameter, with_units, n, "{:.4g}".format, test.name))
     return lines
@@ -148,10 +147,7 @@ def diameter_tables(found: Diameters) -> list[Table]:
         Column("fitted_percent", "Fitted", "%", to_decimals(1)),
     ]
     share = f"The grades contain {found.share_percent:.1f} % of the stems. A grade does not include its upper limit."
-    return [
-        Table(columns, statistics, "Stem diameters"),
-        Table.of(grades, found.grades, "Grades", [share]),
-    ]
+    return [Table(columns, statistics, "Stem diameters"), Table.of(grades, found.grades, "Grades", [share])]
 
 
 def shear_tables(tests: ShearTests) -> list[Table]:
@@ -168,14 +164,14 @@ def shear_tables(tests: ShearTests) -> list[Table]:
     specimens = [
         Column("name", "Specimen"),
         diameter,
-        Column("maximum", "Maximum", "N", significant, lambda one: one.curve.max_force),
-        Column("travel", "Travel", "mm", fixed, lambda one: one.curve.travel_at_max),
-        Column("trimmed", "Points trimmed", "", format, lambda one: one.curve.trimmed),
+        Column("maximum", "Maximum", "N", significant, lambda piece: piece.curve.max_force),
+        Column("travel", "Travel", "mm", fixed, lambda piece: piece.curve.travel_at_max),
+        Column("trimmed", "Points trimmed", "", format, lambda piece: piece.curve.trimmed),
     ]
-    if any(one.row()["cutting_energy"] is not None for one in tests.specimens):
+    if any(piece.row()["cutting_energy"] is not None for piece in tests.specimens):
         specimens[4:4] = [
-            Column("energy", "Cutting energy", "mJ", significant, lambda one: one.row()["cutting_energy"]),
-            Column("fracture", "First fracture", "N", significant, lambda one: one.row()["first_fracture_force"]),
+            Column("energy", "Cutting energy", "mJ", significant, lambda piece: piece.row()["cutting_energy"]),
+            Column("fracture", "First fracture", "N", significant, lambda piece: piece.row()["first_fracture_force"]),
         ]
     foot = []
     if (law := tests.power_law) is not None:

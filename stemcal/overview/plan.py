@@ -12,8 +12,8 @@ from math import ceil
 from statistics import fmean
 from typing import Literal
 
-from stemcal.doe.aliases import aliases_note
 from stemcal.doe.coding import term_columns, term_names
+from stemcal.doe.effects import aliases_note
 from stemcal.doe.regression.least_squares import not_estimable
 from stemcal.formats import counted, duration, in_bytes, series
 from stemcal.notes import Note, Remedy
@@ -127,15 +127,9 @@ def _by_test(left: Iterable[Sequence[Request]], solver: Solver, costs: _Costs) -
 def _count(part: Asked, left: Sequence[Request], solver: Solver, costs: _Costs) -> _PlannedStage:
     distinct = by_key(solver, part.requests)
     memory = [bytes_ for request in left if (bytes_ := solver.memory_estimate(request)) is not None]
-    return _PlannedStage(
-        part.stage,
-        len(part.requests),
-        len(distinct),
-        len(distinct) - len(left),
-        len(left),
-        None if costs.of is None else sum(map(costs.of, left)),
-        max(memory, default=None),
-    )
+    counts = len(part.requests), len(distinct), len(distinct) - len(left), len(left)
+    seconds = None if costs.of is None else sum(map(costs.of, left))
+    return _PlannedStage(part.stage, *counts, seconds, max(memory, default=None))
 
 
 def judged(design: Design) -> Iterator[Note]:
@@ -179,9 +173,6 @@ def _of_tests(seconds: Mapping[str, float]) -> str:
     """
     parts = [f"{name} {duration(each)} ({each / sum(seconds.values()):.0%})" for name, each in seconds.items()]
     return f": {', '.join(parts)}".replace("%", " %") if len(parts) > 1 else ""
-
-
-# ---- what runs cost
 
 
 def costs_of(solver: Solver, folder: StudyFolder | None, like: Request) -> _Costs:

@@ -76,18 +76,18 @@ def stage_states(study: Study, folder: StudyFolder) -> Status:
 def _stage(
     study: Study, solver: Solver, folder: StudyFolder, name: str, entries: Sequence[LedgerRow], settled: bool
 ) -> StageStatus:
-    found = Counter(entry.status for entry in entries)
+    counts = Counter(entry.status for entry in entries)
     reasons = Counter(entry.reason for entry in entries if entry.status == "failed")
     file, changed = _file(study, solver, folder, name)
     return StageStatus(
         stage=name,
         rows=len(entries) if settled else None,
-        done=found["ok"] + found["censored"],
-        censored=found["censored"],
-        failed=found["failed"],
+        done=counts["ok"] + counts["censored"],
+        censored=counts["censored"],
+        failed=counts["failed"],
         reasons=dict(reasons.most_common()),
-        left=found["left"] + found["damaged"] if settled else None,
-        damaged=found["damaged"],
+        left=counts["left"] + counts["damaged"] if settled else None,
+        damaged=counts["damaged"],
         file=file,
         changed=tuple(changed),
     )
@@ -109,9 +109,6 @@ def _file(study: Study, solver: Solver, folder: StudyFolder, stage: str) -> tupl
     return "stale" if changed else "fresh", changed
 
 
-# ---- retry
-
-
 def retry(study: Study, folder: StudyFolder, executor: RunExecutor, watch: Watch = watch_nothing) -> list[LedgerRow]:
     """Compute failed runs again; return what came of them.
 
@@ -125,9 +122,6 @@ def retry(study: Study, folder: StudyFolder, executor: RunExecutor, watch: Watch
             own = make_solver(stage_called(stage).seen(study)).placed(folder.work)
             answer_all(requests, own, folder, executor, watch, study.solver.run_limit, 0.0, {one.key for one in chosen})
         return [entry_of(entry.request, entry.key, study, folder) for entry in chosen]
-
-
-# ---- verify
 
 
 def inspect(study: Study, folder: StudyFolder) -> tuple[int, dict[str, str]]:

@@ -33,27 +33,21 @@ def write_word(tables: Sequence[PaperTable], plots: Sequence[Plot], path: Path) 
     document.core_properties.title = "Tables and figures from a stemcal study"
     for table in tables:
         _add_table(document, table)
-    for number, plot in enumerate(plots, 1):
-        _add_figure(document, number, plot)
+    for number, plot in enumerate(plots, 1):  # as wide as the page allows, no larger than it was drawn
+        wide, high = plot.figure.get_size_inches()
+        line = document.add_paragraph()
+        line.alignment = WD_ALIGN_PARAGRAPH.CENTER
+        line.paragraph_format.keep_with_next = True
+        share = min(1.0, Cm(_WIDTH) / Inches(wide), Cm(_HIGHEST) / Inches(high))
+        picture = line.add_run().add_picture(io.BytesIO(plot.pixels), width=round(share * Inches(wide)))
+        picture._inline.docPr.set("descr", plot.caption)
+        _add_caption(document, "Figure", number, plot.caption)
     file = io.BytesIO()
     document.save(file)
     write_atomic(path, file.getvalue())
 
 
-def _add_figure(document: Any, number: int, plot: Plot) -> None:
-    """Add a figure as wide as the page allows, no larger than it was drawn, its caption below it."""
-    wide, high = plot.figure.get_size_inches()
-    line = document.add_paragraph()
-    line.alignment = WD_ALIGN_PARAGRAPH.CENTER
-    line.paragraph_format.keep_with_next = True
-    share = min(1.0, Cm(_WIDTH) / Inches(wide), Cm(_HIGHEST) / Inches(high))
-    picture = line.add_run().add_picture(io.BytesIO(plot.pixels), width=round(share * Inches(wide)))
-    picture._inline.docPr.set("descr", plot.caption)
-    _add_caption(document, "Figure", number, plot.caption)
-
-
 def _add_caption(document: Any, kind: str, number: int, words: str) -> Any:
-    """Add a caption whose number is a field."""
     caption = document.add_paragraph(style="Caption")
     caption.add_run(f"{kind} ")
     field = OxmlElement("w:fldSimple")

@@ -25,9 +25,9 @@ def study_tables(study: Study, results: Results, holds: bool = True) -> list[Tab
     Where the study's verdict is that nothing is calibrated, `holds` is false and ranges are left out.
     """
     setting = Setting(study, results, holds)
-    tables = [factors_table(study, keys=False)]
+    tables, symbols = [factors_table(study, keys=False)], {factor.name: factor.symbol for factor in study.factors}
     for result in results.done:
-        tables += design_tables(result, setting.symbols.labels, setting.labelled.labels)
+        tables += design_tables(result, symbols, setting.labelled.labels)
         tables += showing_of(result).tables(result, names_of(result, setting.labelled.labels))
     return showable([*tables, *_parameters(setting)], holds)
 
@@ -51,9 +51,6 @@ def _parameters(setting: Setting) -> list[Table]:
     ]
     foot = ["fixed: the parameter was set to its mid-range value."] if len(ranges) < len(levels) else []
     return [Table.of(columns, setting.study.factors, "Simulation parameters", foot)]
-
-
-# ---- files
 
 
 def numbered(tables: Iterable[Table]) -> list[PaperTable]:
@@ -125,7 +122,7 @@ def _markdown_cell(text: str) -> str:
     """
     text = "".join(f"\\{character}" if character in "\\|*_<>[]`~@" else character for character in text)
     text = re.sub(r"&(?=#?\w+;)", "&amp;", text)
-    return re.sub(r"(?i)(?<=www)\.|:(?=//)|(?<=mailto):|(?<=xmpp):", lambda found: f"\\{found[0]}", text)
+    return re.sub(r"(?i)(?<=www)\.|:(?=//)|(?<=mailto):|(?<=xmpp):", lambda match: f"\\{match[0]}", text)
 
 
 _HEAD = r"""% Written by stemcal; Chinese names require XeLaTeX with the xeCJK package.
@@ -146,12 +143,11 @@ def document(tables: Sequence[PaperTable]) -> str:
 
 
 def _latex(table: PaperTable) -> str:
-    """Return a table as a float with its number."""
     import pandas as pd
 
     kinds = ["l" if left else "r" for left in table.left]
     heads = [_heading(name, kind) for name, kind in zip(table.heads, kinds, strict=True)]
-    rows = [list(map(escaped, row)) for row in table.cells]
+    rows = [list(map(_escaped, row)) for row in table.cells]
     rows = [
         [rf"\textbf{{{cell}}}" if i in table.strong and cell else cell for cell in row] for i, row in enumerate(rows)
     ]
@@ -159,11 +155,11 @@ def _latex(table: PaperTable) -> str:
         rf"\setcounter{{table}}{{{table.number - 1}}}",
         r"\begin{table}[htbp]",
         r"\centering\small",
-        rf"\caption{{{escaped(table.caption)}}}",
+        rf"\caption{{{_escaped(table.caption)}}}",
         rf"\label{{tab:{table.number}}}",
         pd.DataFrame(rows, columns=heads).to_latex(index=False, escape=False, column_format="".join(kinds)).rstrip(),
     ]
-    lines += [rf"\par\smallskip\parbox{{\linewidth}}{{\footnotesize {escaped(table.note)}}}"] if table.note else []
+    lines += [rf"\par\smallskip\parbox{{\linewidth}}{{\footnotesize {_escaped(table.note)}}}"] if table.note else []
     return "\n".join([*lines, r"\end{table}", ""])
 
 
@@ -174,7 +170,7 @@ def _heading(name: str, kind: str) -> str:
     '\\\\shortstack[r]{\\\\strut Simulated\\\\\\\\maximum force, N}'
     """
     lines = textwrap.wrap(name, _LONGEST, break_long_words=False) or [""]
-    stack = r"\\".join(map(escaped, lines))
+    stack = r"\\".join(map(_escaped, lines))
     return stack if len(lines) == 1 else rf"\shortstack[{kind}]{{\strut {stack}}}"
 
 
@@ -190,14 +186,14 @@ _ESCAPES = {
 }  # fmt: skip
 
 
-def escaped(text: str) -> str:
+def _escaped(text: str) -> str:
     r"""Escape what LaTeX would take for its own.
 
-    >>> escaped("yield_stress & <0.0001 ** −4.75·X4²")
+    >>> _escaped("yield_stress & <0.0001 ** −4.75·X4²")
     'yield\\_stress \\& $<$0.0001 ** $-$4.75$\\cdot$X4$^2$'
-    >>> escaped("*a"), escaped("[b]")
+    >>> _escaped("*a"), _escaped("[b]")
     ('{*}a', '{[}b]')
     """
-    found = "".join(_ESCAPES.get(character, character) for character in text)
+    escaped = "".join(_ESCAPES.get(character, character) for character in text)
     # at the beginning of a row they would be options of the line break before it
-    return f"{{{found[0]}}}{found[1:]}" if found.startswith(("*", "[")) else found
+    return f"{{{escaped[0]}}}{escaped[1:]}" if escaped.startswith(("*", "[")) else escaped

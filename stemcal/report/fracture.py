@@ -21,9 +21,9 @@ FACES = np.array([(0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3,
 
 
 # Light where nothing yielded, so that the mesh shows; its lightness falls steadily, so that grey prints show as much.
-PLASTIC = "YlOrBr"
+_PLASTIC = "YlOrBr"
 EDGE = "#6d6a66"
-TOOL = "#b4bac3"
+_TOOL = "#b4bac3"
 
 
 def fracture(shape: Shape) -> Figure:
@@ -31,9 +31,8 @@ def fracture(shape: Shape) -> Figure:
     scale = _strain_scale([shape])
     with new_figure(width=6.4, height=2.3) as figure:
         panels = figure.subplots(1, 2, sharex=True, sharey=True)
-        for axes, faces, label in zip(
-            panels, (_side_faces(shape), _section_faces(shape)), ("side view", "section"), strict=True
-        ):
+        shown = (_side_faces(shape), "side view"), (_section_faces(shape), "section")
+        for axes, (faces, label) in zip(panels, shown, strict=True):
             _draw_faces(axes, shape, faces, scale, half_width(shape))
             axes.set_title(label, color=INK)
             axes.set_xlabel("x, mm")
@@ -58,10 +57,9 @@ def _strain_scale(shapes: Sequence[Shape]) -> Any:
 
 
 def _colour_bar(figure: Figure, scale: Any, panels: list[Axes]) -> None:
-    """Draw the scale next to the panels."""
     import matplotlib
 
-    mapped = matplotlib.cm.ScalarMappable(scale, PLASTIC)
+    mapped = matplotlib.cm.ScalarMappable(scale, _PLASTIC)
     figure.colorbar(mapped, ax=panels, label="plastic strain", aspect=30, panchor=False).outline.set_visible(False)
 
 
@@ -108,16 +106,14 @@ def _draw_faces(axes: Axes, shape: Shape, faces: tuple[Array, Array], scale: Any
     polygons, strain = faces
     added: list[Any] = []
     for sign in (1.0, -1.0) if shape.symmetry == "quarter" else (1.0,):
-        body = PolyCollection(list(polygons * (sign, 1.0)), cmap=PLASTIC, norm=scale, edgecolors=EDGE, linewidths=0.2)
+        body = PolyCollection(list(polygons * (sign, 1.0)), cmap=_PLASTIC, norm=scale, edgecolors=EDGE, linewidths=0.2)
         body.set_array(strain)
         added.append(axes.add_collection(body))
         for tool in shape.tools:
-            patch = Polygon(tool * (sign, 1.0), facecolor=TOOL, edgecolor=FAINT, linewidth=0.6)
+            patch = Polygon(tool * (sign, 1.0), facecolor=_TOOL, edgecolor=FAINT, linewidth=0.6)
             added.append(axes.add_patch(patch))
     z = shape.reference[:, 2]
-    axes.set_xlim(-reach, reach)
-    axes.set_ylim(1.6 * z.min(), 2.0 * z.max())
-    axes.set_aspect("equal")
+    axes.set(xlim=(-reach, reach), ylim=(1.6 * z.min(), 2.0 * z.max()), aspect="equal")
     return added
 
 
@@ -125,8 +121,8 @@ def _draw_faces(axes: Axes, shape: Shape, faces: tuple[Array, Array], scale: Any
 
 
 Curve = tuple[Sequence[float], Sequence[float]]
-FRAMES_PER_SECOND = 6
-DOTS_PER_INCH = 110
+_FRAMES_PER_SECOND = 6
+_DOTS_PER_INCH = 110
 
 
 def write_animation(frames: Sequence[Frame], path: Path, curve: Curve | None = None) -> Path:
@@ -138,7 +134,7 @@ def write_animation(frames: Sequence[Frame], path: Path, curve: Curve | None = N
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
     refuse_link(path)
-    writer = PillowWriter(fps=FRAMES_PER_SECOND)
+    writer = PillowWriter(fps=_FRAMES_PER_SECOND)
     with new_figure(width=6.4, height=5.0) as figure:
         FigureCanvasAgg(figure)
         figure.set_facecolor("white")
@@ -146,7 +142,7 @@ def write_animation(frames: Sequence[Frame], path: Path, curve: Curve | None = N
         show(frames[0])
         figure.draw_without_rendering()
         figure.set_layout_engine("none")  # placed once, so that nothing trembles
-        with writer.saving(figure, str(path), DOTS_PER_INCH):
+        with writer.saving(figure, str(path), _DOTS_PER_INCH):
             for frame in frames:
                 show(frame)
                 writer.grab_frame(facecolor="white")
@@ -161,9 +157,7 @@ def _stage(figure: Figure, frames: Sequence[Frame], along: Curve) -> Any:
     scale = _strain_scale([frame.shape for frame in frames])
     _colour_bar(figure, scale, [side, section])
     curve.plot(*along, color=BLUE)
-    curve.set_xlabel("blade travel, mm")
-    curve.set_ylabel("force, N")
-    curve.set_ylim(bottom=0)
+    curve.set(xlabel="blade travel, mm", ylabel="force, N", ylim=(0, None))
     (marker,) = curve.plot([], [], "o", color=ORANGE)
     shown: list[Any] = []
 

@@ -50,7 +50,6 @@ def write_as(plots: list[Plot], folder: Path, kinds: Sequence[str], dpi: float, 
 
 
 def _run_plots(study: Study, records: Records) -> list[Plot]:
-    """Return the figures of the runs themselves."""
     details, plots = {label: record.details for label, record in records.items()}, []
     curves = {label: replace(one.curve, broke=one.break_travel) for label, one in details.items() if one.curve}
     if curves:

@@ -21,7 +21,7 @@ def showing_of(result: StageResult) -> Showing[Any]:
 
 def cited_ranges(results: Finished) -> Mapping[str, str]:
     """Return the range of each calibrated parameter to cite; nothing before they are calibrated."""
-    return next((found for one in results.done if (found := showing_of(one).cited(one))), {})
+    return next((ranges for result in results.done if (ranges := showing_of(result).cited(result))), {})
 
 
 def tables_of(stage: StageResult, labels: Mapping[str, str] | None = None) -> list[Table]:
@@ -82,7 +82,7 @@ def failures_of(result: StageResult) -> str:
 
 def notes_of_all(results: Results, holds: bool) -> list[tuple[str, Note]]:
     """Return the notes of all stages, in their order, each with its stage's title."""
-    return [(stage_called(one.name).title, note) for one in results.done for note in shown_notes(one, holds)]
+    return [(stage_called(result.name).title, note) for result in results.done for note in shown_notes(result, holds)]
 
 
 def read_first(notes: Iterable[tuple[str, Note]]) -> list[tuple[str, Note]]:

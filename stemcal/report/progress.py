@@ -24,8 +24,8 @@ _OTHERS = {"material": "Failure strain for this element size"}
 def _title(stage: str) -> str:
     if stage in _OTHERS:  # no stage: a look-up would read the entry points of all packages
         return _OTHERS[stage]
-    found = STAGES.named(stage)
-    return stage if found is None else found.title
+    known = STAGES.named(stage)
+    return stage if known is None else known.title
 
 
 def make_watch(console: Console | None, naming: Vocabulary = CUTTING) -> Watcher:

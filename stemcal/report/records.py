@@ -63,7 +63,7 @@ Records = Mapping[str, _RunRecord]
 
 def read_records(results: Results | StageResult, folder: StudyFolder) -> dict[str, _RunRecord]:
     """Return the intact records of the results' runs, by the label of the run."""
-    found = {}
+    records = {}
     for result in results.done if isinstance(results, Results) else [results]:
         stage = stage_called(result.name)
         pictured = stage.pictured and not stage.one_by_one and result.naming.condition == DIAMETER
@@ -73,16 +73,16 @@ def read_records(results: Results | StageResult, folder: StudyFolder) -> dict[st
                 details = Details()
                 with suppress(ValueError):  # of a curve or a picture that is none, only the response is used
                     details = from_json(Details, content["details"])
-                found[label] = _RunRecord(content["key"], details, content["provenance"], pictured)
-    return found
+                records[label] = _RunRecord(content["key"], details, content["provenance"], pictured)
+    return records
 
 
-def distinct_of(records: Records) -> dict[str, tuple[str, _RunRecord]]:
+def _distinct_of(records: Records) -> dict[str, tuple[str, _RunRecord]]:
     """Return every record once, by its key, with the first label it has."""
-    found: dict[str, tuple[str, _RunRecord]] = {}
+    distinct: dict[str, tuple[str, _RunRecord]] = {}
     for label, record in records.items():
-        found.setdefault(record.key, (label, record))
-    return found
+        distinct.setdefault(record.key, (label, record))
+    return distinct
 
 
 def run_warnings(records: Records, verdict: Verdict | None = None) -> list[Note]:
@@ -92,12 +92,12 @@ def run_warnings(records: Records, verdict: Verdict | None = None) -> list[Note]
     """
     repeated = WARNED if verdict is not None and verdict.has("physics") else ()
     kinds: dict[str, dict[str, Note]] = {}
-    distinct = distinct_of(records)
+    distinct = _distinct_of(records)
     for label, record in distinct.values():
         for warning in (one for one in record.details.warnings if one.kind not in repeated):
             kinds.setdefault(warning.kind, {}).setdefault(label, warning)
     runs = counted(len(distinct), "run")
-    firsts = [(len(found), *next(iter(found.items()))) for found in kinds.values()]
+    firsts = [(len(labelled), *next(iter(labelled.items()))) for labelled in kinds.values()]
     return [Note(one.kind, "warning", f"{count} of {runs} (first: {label}): {one}") for count, label, one in firsts]
 
 
@@ -108,23 +108,19 @@ def spec_hash(study: Study) -> str:
 
 def provenance_rows(records: Records) -> list[tuple[str, str]]:
     """Return program, version and machine of the runs; several values if they changed during the study."""
-    distinct = [record.provenance for _, record in distinct_of(records).values()]
+    distinct = [record.provenance for _, record in _distinct_of(records).values()]
     rows = [("Distinct runs", str(len(distinct)))]
     for name in ("stemcal", "python", "numpy", "platform", "host"):
         values = sorted({str(made[name]) for made in distinct if made.get(name)})
         if values:
             rows.append((name.capitalize() if name != "stemcal" else name, ", ".join(values)))
-    if versions := sorted({v for _, r in distinct_of(records).values() if (v := r.details.program_version)}):
+    if versions := sorted({v for _, r in _distinct_of(records).values() if (v := r.details.program_version)}):
         rows.append(("Program", "; ".join(versions)))
     starts = sorted(made["started"] for made in distinct if made.get("started"))
     if starts:
         ends = sorted(made["finished"] for made in distinct if made.get("finished"))
-        rows.append(("Computed", f"{_moment(starts[0])} to {_moment(ends[-1])} UTC"))
+        first, last = (stamp[:19].replace("T", " ") for stamp in (starts[0], ends[-1]))
+        rows.append(("Computed", f"{first} to {last} UTC"))
     seconds = sum(made.get("wall_seconds") or 0.0 for made in distinct)
     rows.append(("Computing time for all runs", duration(seconds)))
     return rows
-
-
-def _moment(stamp: str) -> str:
-    """Return a time stamp to the second, as people write it."""
-    return stamp[:19].replace("T", " ")

@@ -31,7 +31,11 @@ def draw(study: Study, folder: StudyFolder, results: Results, verdict: Verdict, 
 
     The last line of the page has the hashes of its inputs. With `again` it is written anyway.
     """
-    page, made_of = folder.path / "report.html", f"<!-- inputs: {page_inputs(study, folder, results, verdict)}"
+    stages = [read_plain(path, MAX_BYTES).decode() for path in sorted(folder.path.glob("*.json"))]
+    records = [(path.name, path.stat().st_size, path.stat().st_mtime_ns) for path in sorted(folder.runs.glob("*.json"))]
+    spec = [study.model_dump_json(), study.source.name, spec_hash(study), list(study.warnings)]
+    inputs = digest([code_version(), spec, [list(results.stale), to_json(verdict)], stages, records])
+    page, made_of = folder.path / "report.html", f"<!-- inputs: {inputs}"
     if not again and _last_line(page).startswith(made_of):
         return page
     from stemcal.report.gallery import write_figures
@@ -58,11 +62,3 @@ def _last_line(page: Path) -> str:
             return file.read().decode("utf-8", "replace").rstrip("\n").rpartition("\n")[2]
     except OSError:
         return ""
-
-
-def page_inputs(study: Study, folder: StudyFolder, results: Results, verdict: Verdict) -> str:
-    """Return a digest of all that page and figures are made of: code, spec, stage files, records."""
-    stages = [read_plain(path, MAX_BYTES).decode() for path in sorted(folder.path.glob("*.json"))]
-    records = [(path.name, path.stat().st_size, path.stat().st_mtime_ns) for path in sorted(folder.runs.glob("*.json"))]
-    spec = [study.model_dump_json(), study.source.name, spec_hash(study), list(study.warnings)]
-    return digest([code_version(), spec, [list(results.stale), to_json(verdict)], stages, records])

@@ -1,24 +1,18 @@
 """Tables of a study: its spec, the runs of its designs, all its runs."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 from stemcal.drawing.columns import condition, levels, simulated, to_decimals
 from stemcal.drawing.table import Column, Table
 from stemcal.formats import series, short, significant, unit_written
+from stemcal.stages.ledger import LedgerRow
 from stemcal.stages.result import DesignRuns, StageResult
 from stemcal.stages.stage import stage_called
 from stemcal.study.model.study import Study
 from stemcal.study.types.factor import PARAMETERS
 from stemcal.study.types.units import from_internal
 from stemcal.vocabulary import FIRST, MOST_LISTED, TRAVEL, WORK, Variable, Wording
-
-if TYPE_CHECKING:
-    from stemcal.stages.ledger import LedgerRow
-
 
 MANY = 4  # factors beyond which columns are headed by symbols instead of names
 
@@ -37,7 +31,7 @@ def design_tables(
         Column("run", "Run", form=format),
         *levels(design.varied, Wording(naming, symbols if crowded else labels or {}), lambda value: short(value, 4)),
         simulated(naming.response),
-        *map(_other, (one for one in naming.further if one not in (TRAVEL, WORK))),
+        *map(_other, (response for response in naming.further if response not in (TRAVEL, WORK))),
     ]
     foot = ["The symbols are defined in the table of factors."] if crowded and any(symbols.values()) else []
     return [Table.of(columns, design.runs, f"{stage_called(result.name).title} runs", foot, detail=True)]
@@ -74,7 +68,7 @@ def grown_table(study: Study, levels: Mapping[str, float]) -> Table:
     def value(name: str, unit: str) -> Callable[[float], float]:
         return lambda diameter: from_internal(study.parameters(levels, diameter)[name], unit)
 
-    columns = [replace(one, of=lambda diameter: diameter) for one in condition(study.naming)]
+    columns = [replace(column, of=lambda diameter: diameter) for column in condition(study.naming)]
     for name in study.material.growing():
         label, unit = name.replace("_", " ").capitalize(), PARAMETERS[name].unit
         columns.append(Column(name, label, unit_written(unit), significant, value(name, unit)))
@@ -107,7 +101,7 @@ def _measured(study: Study) -> Table:
         return [means, sds]
 
     unit = naming.response.written
-    further = [named for named in naming.further if any(one.mean_of(named.name)[0] is not None for one in targets)]
+    further = [named for named in naming.further if any(each.mean_of(named.name)[0] is not None for each in targets)]
     columns = [
         *condition(naming),
         Column("response", naming.response.capital if further else "Measured", unit, short),
@@ -121,6 +115,6 @@ def _measured(study: Study) -> Table:
     elif naming.condition is not None:
         strong = frozenset(i for i, target in enumerate(targets) if target.condition in fitted)
         foot = [f"The values in bold ({Wording(naming).conditions(fitted)}) were used in the fit."]
-    responses = [one.long for one in (naming.response, *further)]
+    responses = [response.long for response in (naming.response, *further)]
     title = f"Measured {series(responses) if len(responses) <= MOST_LISTED else f'{len(responses)} responses'}"
     return Table.of(columns, targets, title, foot, strong=strong).shortened("The spec")

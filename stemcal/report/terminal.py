@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 WIDTH = 80
-CROWDED = 8  # columns from which the gaps shrink, so that names stay whole
+_CROWDED = 8  # columns from which the gaps shrink, so that names stay whole
 
 
 def stage_tables(stage: StageResult, holds: bool = True) -> list[RenderableType]:
@@ -53,14 +53,14 @@ def table_drawn(table: Table) -> list[RenderableType]:
         title=Text(table.title, style="bold"),
         title_justify="left",
         box=SIMPLE_HEAD,
-        padding=(0, 1 if len(table.columns) < CROWDED else 0, 0, 0),
+        padding=(0, 1 if len(table.columns) < _CROWDED else 0, 0, 0),
         pad_edge=False,
         show_edge=False,
     )
     texts = list(zip(table.heads, *table.cells, strict=True))
     words = [_widest(word for text in each for word in text.split()) for each in texts]
     whole = [max(word, _widest(cells)) for word, (_, *cells) in zip(words, texts, strict=True)]
-    least = whole if sum(whole) + (2 if len(texts) < CROWDED else 1) * len(texts) <= WIDTH else words
+    least = whole if sum(whole) + (2 if len(texts) < _CROWDED else 1) * len(texts) <= WIDTH else words
     for column, each, narrowest in zip(table.columns, texts, least, strict=True):  # headings are broken before cells
         justify: Literal["left", "right"] = "left" if column.left else "right"
         whole_line = _widest(each) == narrowest
@@ -79,7 +79,7 @@ def final_tables(study: Study, results: Results, holds: bool) -> list[Table]:
     """Return parameters and forces."""
     setting, tables = Setting(study, results, holds), list[Table]()
     for result in results.done:
-        tables += [shortened(result, one) for one in showable(showing_of(result).closing(result, setting), holds)]
+        tables += [shortened(result, table) for table in showable(showing_of(result).closing(result, setting), holds)]
     return tables
 
 

@@ -22,10 +22,10 @@ from stemcal.study.model.study import Study
 from stemcal.study.types.field_types import Length
 from stemcal.version import code_version
 
-STAGE, STRAIN = "material", "failure_strain"
-TOLERANCE, VALID = 0.02, 0.05  # of the force: where the search ends, and up to where a size is valid
-LOWEST, HIGHEST = 1e-3, 2.0
-FEWEST_POSITIONS, MOST_POSITIONS = 5, 50
+STAGE, _STRAIN = "material", "failure_strain"
+_TOLERANCE, _VALID = 0.02, 0.05  # of the force: where the search ends, and up to where a size is valid
+_LOWEST, _HIGHEST = 1e-3, 2.0
+_FEWEST_POSITIONS, _MOST_POSITIONS = 5, 50
 _MOST_RUNS = 12
 _LONGER_STROKE = 3.0  # without lengths the blade moves further to the same force
 _FIRST_SLOPE = 0.5  # of force over failure strain, both as logarithms, before anything is known
@@ -55,7 +55,7 @@ class SizedStrain:
     @property
     def positions_needed(self) -> int:
         """The number of positions with which the standard error of the mean is at most 5 %."""
-        positions = ((self.sd_percent or 0.0) / (100.0 * VALID)) ** 2
+        positions = ((self.sd_percent or 0.0) / (100.0 * _VALID)) ** 2
         return ceil(round(positions, 6))  # 20 % needs 16, also where round-off makes it a little more
 
 
@@ -70,8 +70,8 @@ def without_lengths(study: Study) -> Study:
             f"export material: the solver kind is `{solver.kind}`, but `embedded` is required. "
             "Write `solver: {kind: embedded}`."
         )
-    if STRAIN not in study.names:
-        missing = f"{STRAIN} is not a factor of this study. Add {STRAIN} to the `factors` section."
+    if _STRAIN not in study.names:
+        missing = f"{_STRAIN} is not a factor of this study. Add {_STRAIN} to the `factors` section."
         raise UsageError(f"export material: {missing}")
     sections = {
         "solver": solver.model_copy(update={"replicates": None}),
@@ -89,15 +89,15 @@ def strain_of(work: Work, size: float) -> SizedStrain:
     `UsageError` if the study is not calibrated yet.
     """
     there, levels = without_lengths(work.study), calibrated_parameters(work.study, work.solver, work.folder)
-    positions, runs = FEWEST_POSITIONS, 0
+    positions, runs = _FEWEST_POSITIONS, 0
     with work.folder:
         while True:
-            found = _searched(work, there, levels, size, positions)
-            runs += found.runs
-            enough = min(found.positions_needed, MOST_POSITIONS)
+            sized = _searched(work, there, levels, size, positions)
+            runs += sized.runs
+            enough = min(sized.positions_needed, _MOST_POSITIONS)
             if enough <= positions:
-                return replace(found, runs=runs)
-            positions, levels = enough, {**levels, STRAIN: found.failure_strain}
+                return replace(sized, runs=runs)
+            positions, levels = enough, {**levels, _STRAIN: sized.failure_strain}
 
 
 def _searched(work: Work, there: Study, levels: Mapping[str, float], size: float, positions: int) -> SizedStrain:
@@ -107,37 +107,34 @@ def _searched(work: Work, there: Study, levels: Mapping[str, float], size: float
     meshed = meshed_as(there, size)
     placed = meshed.model_copy(update={"solver": meshed.solver.model_copy(update={"replicates": positions})})
     simulate = replace(work, study=placed, solver=Embedded(placed, drawn=False)).simulating(STAGE)
-    target, start = there.calibration_target, levels[STRAIN]
+    target, start = there.calibration_target, levels[_STRAIN]
     at, aim = target.condition, target.response
-    path = SearchPath((Mover(STRAIN, start, LOWEST, HIGHEST, _FIRST_SLOPE / start),))
+    path = SearchPath((Mover(_STRAIN, start, _LOWEST, _HIGHEST, _FIRST_SLOPE / start),))
     steps = PathSteps(path, levels, at, aim, aim)
-    loop = Loop(steps, simulate, 100.0 * TOLERANCE, _MOST_RUNS)
+    loop = Loop(steps, simulate, 100.0 * _TOLERANCE, _MOST_RUNS)
     loop.run()
     point = loop.best.point
     outcome, tried = loop.responses(point.levels)[at], next(run for run in steps.tried if run.place == point.place)
     forces = () if outcome.replicates is None else outcome.replicates.values
     share = stdev(forces) / tried.response if len(forces) > 1 else None
     error = None if share is None else share / sqrt(len(forces))
-    interval = None if error is None else ends_of(steps.tried, tried, path, error, len(forces) - 1.0)[STRAIN]
+    interval = None if error is None else ends_of(steps.tried, tried, path, error, len(forces) - 1.0)[_STRAIN]
     return SizedStrain(
         condition=at,
         aim=aim,
-        levels={**levels, STRAIN: point.levels[STRAIN]},
+        levels={**levels, _STRAIN: point.levels[_STRAIN]},
         element_size=size,
-        failure_strain=point.levels[STRAIN],
+        failure_strain=point.levels[_STRAIN],
         interval=interval,
         force=tried.response,
         sd_percent=None if share is None else 100.0 * share,
         positions=positions,
         runs=len(loop.runs),
-        valid=error is not None and error <= VALID and abs(tried.response / aim - 1.0) <= VALID,
+        valid=error is not None and error <= _VALID and abs(tried.response / aim - 1.0) <= _VALID,
     )
 
 
-# ---- its table, and comments of the exported files
-
-
-def strain_table(found: SizedStrain) -> Table:
+def strain_table(sized: SizedStrain) -> Table:
     """Return the failure strain and the force with it."""
     columns = [
         Column("element_size", "Element size", "mm", significant),
@@ -150,36 +147,34 @@ def strain_table(found: SizedStrain) -> Table:
         Column("valid", "Valid", of=lambda row: "yes" if row.valid else "no"),
     ]
     foot = (
-        f"The search ends at the first failure strain at which the mean force is within {100.0 * TOLERANCE:g} % of "
-        f"{found.aim:.4g} N (stem diameter {found.condition:g} mm). A failure strain is valid if the error and the "
+        f"The search ends at the first failure strain at which the mean force is within {100.0 * _TOLERANCE:g} % of "
+        f"{sized.aim:.4g} N (stem diameter {sized.condition:g} mm). A failure strain is valid if the error and the "
         "standard error of the mean force are both below 5 %. The 95 % confidence interval of the failure strain is "
         "computed from the scatter of the force over mesh positions."
     )
-    return Table.of(columns, [found], "Failure strain for this element size", [foot])
+    return Table.of(columns, [sized], "Failure strain for this element size", [foot])
 
 
-def material_lines(study: Study, found: SizedStrain) -> list[str]:
+def material_lines(study: Study, sized: SizedStrain) -> list[str]:
     """Return the comments of the card's file."""
     lines = [
         f"Stem material of the study {study.name}, calibrated with stemcal {code_version()}.",
         "Units: mm, tonne, s, N, MPa. Each element fails independently at the failure strain of this card.",
-        f"The failure strain {found.failure_strain:.4g} is valid only for an element size of {found.element_size:g} "
+        f"The failure strain {sized.failure_strain:.4g} is valid only for an element size of {sized.element_size:g} "
         "mm.",
-        f"For a stem diameter of {found.condition:g} mm, the mean force over {found.positions} mesh positions is "
-        f"{found.force:.4g} N (measured: {found.aim:.4g} N).",
+        f"For a stem diameter of {sized.condition:g} mm, the mean force over {sized.positions} mesh positions is "
+        f"{sized.force:.4g} N (measured: {sized.aim:.4g} N).",
     ]
     if study.material.growing():
-        lines.append(
-            "Some parameters depend on the stem diameter, so all values are valid only for a diameter of "
-            f"{found.condition:g} mm."
-        )
+        only = f"so all values are valid only for a diameter of {sized.condition:g} mm."
+        lines.append(f"Some parameters depend on the stem diameter, {only}")
     return lines
 
 
-def not_valid(found: SizedStrain) -> str:
+def not_valid(sized: SizedStrain) -> str:
     """Return the reason for which the element size is not valid, and the remedy."""
     return (
-        f"--element-size: no valid failure strain was found for an element size of {found.element_size:g} mm. The mean "
-        f"force is {found.force:.4g} N (target {found.aim:.4g} N), with a coefficient of variation of "
-        f"{found.sd_percent or 0.0:.3g} % over {found.positions} mesh positions. Choose another element size."
+        f"--element-size: no valid failure strain was found for an element size of {sized.element_size:g} mm. The mean "
+        f"force is {sized.force:.4g} N (target {sized.aim:.4g} N), with a coefficient of variation of "
+        f"{sized.sd_percent or 0.0:.3g} % over {sized.positions} mesh positions. Choose another element size."
     )

@@ -87,9 +87,6 @@ def measured_means(study: Study) -> list[Measured]:
     return [mean for target in targets for mean in measured_of(target, responses, study.naming)]
 
 
-# ---- the surfaces
-
-
 @dataclass(frozen=True)
 class FactorCoding:
     """How a factor of the surface is coded, in its unit, and what it is called."""
@@ -120,7 +117,7 @@ class FitSummary:
     @classmethod
     def of(cls, fit: Surface, whole: bool) -> FitSummary:
         """Return the summary of a fit; the `whole` of it has the analysis of variance."""
-        values = {one.name: getattr(fit, one.name) for one in fields(cls)}
+        values = {each.name: getattr(fit, each.name) for each in fields(cls)}
         return cls(**(values if whole else {**values, "anova": Rows()}))
 
 
@@ -132,8 +129,8 @@ class ConditionRun(Spread):
     outcome: Outcome = inline()
 
 
-Answered = DesignRun | ConditionRun
-Further = Sequence[tuple[Array, float]]
+_Answered = DesignRun | ConditionRun
+_Further = Sequence[tuple[Array, float]]
 """Points in coded units and the responses there."""
 
 
@@ -193,9 +190,7 @@ class Surfaces(StageResult):
     @cached_property
     def scales(self) -> Coding:
         """The coding of the factors, for many points at once."""
-        names, centre, half_step = zip(
-            *((each.factor, each.center, each.half_step) for each in self.factors), strict=True
-        )
+        names, centre, half_step = zip(*((f.factor, f.center, f.half_step) for f in self.factors), strict=True)
         return Coding(names, centre, half_step)
 
     @cached_property
@@ -236,14 +231,14 @@ class Surfaces(StageResult):
         growing = {places[name]: (places[exponent], log(condition / at)) for name, (exponent, at) in grown}
         return Place(self.scales, self.over.coded(condition), growing)
 
-    def refitted(self, answered: Sequence[Answered], further: Further = (), response: str = FIRST) -> Surface:
+    def refitted(self, answered: Sequence[_Answered], further: _Further = (), response: str = FIRST) -> Surface:
         """Fit a surface of the same terms to a response of these runs, in the design's order, and `further` points."""
         runs = self.design.runs
         coded = [[run.coded[name] for name in self.names] for run in runs] + [list(map(float, x)) for x, _ in further]
         values = [run.outcome.number(response) for run in answered] + [value for _, value in further]
         written = Wording(self.naming.with_primary(response))
-        found = fit_surface(coded, values, self.names, [row.term for row in self.coefficients], written)
-        return replace(found, deterministic=True) if self.deterministic else found
+        surface = fit_surface(coded, values, self.names, [row.term for row in self.coefficients], written)
+        return replace(surface, deterministic=True) if self.deterministic else surface
 
     @cached_property
     def region(self) -> Region:
@@ -254,9 +249,6 @@ class Surfaces(StageResult):
     def factor(self, name: str) -> FactorCoding:
         """Return the coding of a factor."""
         return next(entry for entry in self.factors if entry.factor == name)
-
-
-# ---- their fit
 
 
 def fitted_surfaces(study: Study, surface: Surfaces, further: Sequence[tuple[Array, Array]] = ()) -> list[AnySurface]:

@@ -53,7 +53,9 @@ def inputs_of(study: Study, solver: Solver | None, folder: StudyFolder, stage: s
     parts |= {name: dump[name] for name in of.reads}
     if study.tests:
         parts["tests"] = dump["tests"]
-        parts |= {f"package of {one.kind}": package for one in study.tests if (package := TESTS.version_of(one.kind))}
+        parts |= {
+            f"package of {test.kind}": package for test in study.tests if (package := TESTS.version_of(test.kind))
+        }
     if study.targets.modes:
         parts["curves"] = [vars(modes) for modes in study.targets.modes.values()]
     parts |= packages_of(named.name for named in study.naming.further)
@@ -169,9 +171,6 @@ def calibrated_parameters(study: Study, solver: Solver, folder: StudyFolder) -> 
     return dict(read_fresh(study, solver, folder, calibrating(study).result()).settles or {})
 
 
-# ---- a stage made, or read where it is fresh
-
-
 def make(stage: Stage[R], study: Study, folder: StudyFolder, executor: RunExecutor, watch: Watch) -> R:
     """Run a stage, or read it where it is fresh; its result then is in the folder."""
     lacking = "targets" if study.goal is not None else "goal"
@@ -215,7 +214,7 @@ def make_all(
 def finished(study: Study, folder: StudyFolder, stage: str | None = None) -> bool:
     """Check that all stages of a study, or one, are fresh."""
     stages = stages_of(study) if stage is None else (stage_called(stage),)
-    return all(fresh(one.result(), study, folder) is not None for one in stages)
+    return all(fresh(each.result(), study, folder) is not None for each in stages)
 
 
 def fresh(kind: type[R], study: Study, folder: StudyFolder) -> R | None:

@@ -43,8 +43,8 @@ class RefineRun(Spread):
     @property
     def inside_interval(self) -> bool | None:
         """Whether the response is inside the prediction interval; None where either is missing."""
-        found, interval = self.outcome.response, self.prediction_interval
-        return None if found is None or interval is None else interval[0] <= found <= interval[1]
+        response, interval = self.outcome.response, self.prediction_interval
+        return None if response is None or interval is None else interval[0] <= response <= interval[1]
 
 
 Predicted = tuple[float | None, Interval | None]

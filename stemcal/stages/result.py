@@ -196,7 +196,7 @@ class StageResult(Spread):
 
     def to_json(self) -> dict[str, Any]:
         """Return the contents of the stage's file."""
-        content: dict[str, Any] = jsonable(to_json(self))
+        content: dict[str, Any] = jsonable({**to_json(self.head), **to_json(self)})  # the head comes first
         return content
 
     @classmethod
@@ -238,7 +238,7 @@ def _short(value: Any) -> Any:
     {'a': 18.37, 'b': 0.03}
     """
     if isinstance(value, Mapping):
-        return {name: _short(one) for name, one in value.items()}
+        return {name: _short(each) for name, each in value.items()}
     return float(f"{value:.4g}") if isinstance(value, float) else value
 
 

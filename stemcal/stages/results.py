@@ -36,10 +36,10 @@ class Results:
 
         Raises `UsageError` if nothing is calibrated yet.
         """
-        found = [settled for result in self.done if (settled := result.settles) is not None]
-        if not found:
+        levels = [settled for result in self.done if (settled := result.settles) is not None]
+        if not levels:
             raise UsageError("The study is not calibrated yet. Run `stemcal run SPEC` first.")
-        return dict(found[-1])
+        return dict(levels[-1])
 
 
 def fresh_results(study: Study, folder: StudyFolder, made: Sequence[StageResult] = ()) -> Results:
@@ -55,11 +55,11 @@ def fresh_results(study: Study, folder: StudyFolder, made: Sequence[StageResult]
             return result
         try:
             require_fresh(study, solver(), folder, stage.name)
-            found: StageResult = read_result(folder, stage.result())
-            return found
+            current: StageResult = read_result(folder, stage.result())
+            return current
         except UsageError as error:
             reasons.append(str(error))
             return None
 
-    found = map(read, stages_known(study))
-    return Results(tuple(result for result in found if result is not None), tuple(dict.fromkeys(reasons)))
+    results = map(read, stages_known(study))
+    return Results(tuple(result for result in results if result is not None), tuple(dict.fromkeys(reasons)))

@@ -41,7 +41,7 @@ class Work:
     def result(self, kind: type[R]) -> R:
         """Return the result of that kind which a stage before has left; it is fresh while a stage works."""
         kinds = (stage.result() for stage in stages_of(self.study))
-        return read_result(self.folder, next((found for found in kinds if issubclass(found, kind)), kind))
+        return read_result(self.folder, next((candidate for candidate in kinds if issubclass(candidate, kind)), kind))
 
     def outcomes(self, requests: Sequence[Request]) -> list[Outcome]:
         """Answer every request, from the records or by computing.

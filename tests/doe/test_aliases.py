@@ -3,8 +3,8 @@ from itertools import combinations, product
 import numpy as np
 import pytest
 
-from stemcal.doe.aliases import alias_matrix, aliases_note
 from stemcal.doe.designs import plackett_burman
+from stemcal.doe.effects import alias_matrix, aliases_note
 from stemcal.notes import Note
 
 

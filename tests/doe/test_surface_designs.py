@@ -1,18 +1,19 @@
 import numpy as np
 import pytest
 
-from stemcal.doe.aliases import aliases_note
-from stemcal.doe.box_behnken import box_behnken
 from stemcal.doe.coding import term_columns
-from stemcal.doe.composite import axial_distance, central_composite
 from stemcal.doe.designs import (
     SurfaceOptions,
+    axial_distance,
+    box_behnken,
+    central_composite,
     extra_runs,
     fold_over,
     latin_hypercube,
     plackett_burman,
     surface_runs,
 )
+from stemcal.doe.effects import aliases_note
 from stemcal.doe.factorial import fraction
 from stemcal.errors import UsageError
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from printed import agrees
 
-from stemcal.doe.box_behnken import box_behnken
 from stemcal.doe.coding import Coding
+from stemcal.doe.designs import box_behnken
 from stemcal.doe.factorial import full_factorial
 from stemcal.doe.regression.canonical import canonical_analysis
 from stemcal.doe.regression.surface import fit_surface

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from stemcal.doe.coding import Coding
-from stemcal.doe.composite import central_composite
+from stemcal.doe.designs import central_composite
 from stemcal.doe.regression.section import Place, Section, fit_whole
 from stemcal.report.page import page
 from stemcal.stages.fitting import Measured

@@ -10,7 +10,7 @@ from fakes import make_study
 from test_refining_there import spec_of
 
 from stemcal.doe.calibration.observations import Observation, errors_of
-from stemcal.doe.composite import central_composite
+from stemcal.doe.designs import central_composite
 from stemcal.doe.regression.surface import fit_surface
 from stemcal.errors import SpecError
 from stemcal.stages.rsm.result import RsmResult

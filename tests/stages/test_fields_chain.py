@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stemcal.doe.aliases import alias_matrix, aliases_note
 from stemcal.doe.designs import plackett_burman
+from stemcal.doe.effects import alias_matrix, aliases_note
 from stemcal.errors import SpecError
 from stemcal.notes import Note
 from stemcal.overview.foresight import beforehand

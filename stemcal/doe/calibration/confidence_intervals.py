@@ -14,8 +14,8 @@ from stemcal.doe.calibration.likelihood import LEVEL, Fit
 from stemcal.doe.calibration.region import Objective, Region, extremes, height, optimise, search_from, squared_distance
 from stemcal.doe.coding import Array
 
-GRID, FREE = 25, 0.5
-"""`FREE` is the share of its range from which a factor counts as free: data that only halve a range show little."""
+_GRID, _FREE = 25, 0.5
+"""`_FREE` is the share of its range from which a factor counts as free: data that only halve a range show little."""
 _CLOUD, _SEEDS = 9, 3
 _SMALL_PART = 0.05
 _NEAR = 0.01  # of the range, within which an end is the limit
@@ -46,7 +46,7 @@ class Profile:
     @property
     def free(self) -> bool:
         """Whether the data leave the factor free over most of the region."""
-        return self.share >= FREE
+        return self.share >= _FREE
 
 
 def profiles_of(fit: Fit) -> list[Profile]:
@@ -62,7 +62,7 @@ def _profile(fit: Fit, j: int, name: str, wider: Fit) -> Profile:
 
     allowed, cloud = fit.tangents.allowed(np.eye(fit.region.k)[j]), fit.region.cloud(_CLOUD)
     low, high = (float(end[j]) for end in fit.region.bounds())
-    values = np.unique(np.append(np.linspace(low, high, GRID), fit.best[j]))
+    values = np.unique(np.append(np.linspace(low, high, _GRID), fit.best[j]))
     middle, rise = int(np.searchsorted(values, fit.best[j])), np.zeros(len(values))
     for walk in (range(middle - 1, -1, -1), range(middle + 1, len(values))):
         last = fit.best
@@ -112,9 +112,9 @@ def _held_at(fit: Fit, j: int, value: float, start: Array, cloud: Array) -> Arra
 
     def among(points: Array) -> Array:
         """Return the points with xⱼ added; faster than `np.insert` by an order."""
-        found = np.full((*points.shape[:-1], region.k), value)
-        found[..., others] = points
-        return found
+        whole_points = np.full((*points.shape[:-1], region.k), value)
+        whole_points[..., others] = points
+        return whole_points
 
     held = Objective(
         lambda x: whole.value(among(x)),
@@ -127,21 +127,14 @@ def _held_at(fit: Fit, j: int, value: float, start: Array, cloud: Array) -> Arra
 # ---- directions that the data leave free
 
 
-def unseen_directions(fit: Fit) -> Array:
-    """Return unit vectors (coded) along which nothing changes, to first order; (directions, factors)."""
-    return _in_errors(fit, unseen=True)
+def loose_directions(fit: Fit) -> tuple[Array, Array]:
+    """Return unit vectors (coded) along which nothing changes, to first order, (directions, factors), and the loosest.
 
-
-def loosest_direction(fit: Fit) -> Array:
-    """Return the unit vector (coded) along which the responses change least, for their errors; (factors,)."""
-    return np.asarray(_in_errors(fit, unseen=False)[-1])
-
-
-def _in_errors(fit: Fit, unseen: bool) -> Array:
-    """Return directions by the singular values of the slopes in standard errors, the loosest last."""
+    Along the loosest, (factors,), the responses change least, for their errors.
+    """
     scale = np.sqrt(np.diagonal(fit.draws, axis1=1, axis2=2).T @ fit.weights)
     _, sizes, rows = np.linalg.svd(fit.tangents.slopes / scale[:, None])
-    return np.asarray(rows[int(np.sum(sizes > 1e-8 * sizes.max(initial=0.0))) :] if unseen else rows)
+    return np.asarray(rows[int(np.sum(sizes > 1e-8 * sizes.max(initial=0.0))) :]), np.asarray(rows[-1])
 
 
 def moved_together(direction: Array) -> list[float]:

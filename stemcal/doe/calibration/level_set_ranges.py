@@ -61,12 +61,6 @@ class _LevelSet:
         }
         return optimise(objective, self.seeds, self.region, level)
 
-    def coded_ranges(self) -> tuple[Interval, ...]:
-        """Return least and greatest value of each factor over the set."""
-        k = self.region.k
-        low, high = ([float(self.best(coordinate(j, sign, k))[0][j]) for j in range(k)] for sign in (1.0, -1.0))
-        return tuple(zip(low, high, strict=True))
-
 
 def solve_target(
     surface: Surface,
@@ -96,8 +90,9 @@ def solve_target(
     if not bottom - slack <= target <= top + slack:
         raise TargetUnreachable(target, bottom, top, unit)
     level_set = _LevelSet(surface, target, region, _level_points(surface, target, region, ends))
-    point = assess_point(surface, rules[rule](level_set)[0], low, high, radius)
-    return Calibration(point, level_set.coded_ranges(), (bottom, top), rule)
+    point, k = assess_point(surface, rules[rule](level_set)[0], low, high, radius), region.k
+    limits = ([float(level_set.best(coordinate(j, sign, k))[0][j]) for j in range(k)] for sign in (1.0, -1.0))
+    return Calibration(point, tuple(zip(*limits, strict=True)), (bottom, top), rule)
 
 
 def assess_point(

@@ -165,11 +165,11 @@ class Fit:
         return np.asarray(self.weights @ (1.0 - own / whole))
 
     def _spread(self, x: Array) -> Array:
-        found = np.ones(len(self.observations))
+        spread = np.ones(len(self.observations))
         for mine, contrasts, common, separate, chance in self.errors.surfaces:
             k, n = contrasts.leverages(x)
-            found[mine] = np.median(common + separate) * np.diag(k) + np.median(chance, axis=0) * n
-        return found
+            spread[mine] = np.median(common + separate) * np.diag(k) + np.median(chance, axis=0) * n
+        return spread
 
     def log_likelihood(self, points: Array) -> Array:
         """Return the log of the likelihood at (points, k), up to a constant, with the density of the priors."""
@@ -178,10 +178,10 @@ class Fit:
         squares = np.einsum("pi,sij,pj->ps", gaps, np.linalg.inv(draws), gaps, optimize=True)
         at_best = squares.min(axis=0)
         loose = np.array([self.looseness(x) for x in points])[:, None]
-        found = -0.5 * ((squares - at_best) / loose + at_best + np.linalg.slogdet(draws)[1])
-        top = found.max(axis=1)
-        found = top + np.log(np.exp(found - top[:, None]).mean(axis=1))
-        return np.asarray(found + sum(-0.5 * prior.z(points) ** 2 for prior in self.priors))
+        logs = -0.5 * ((squares - at_best) / loose + at_best + np.linalg.slogdet(draws)[1])
+        top = logs.max(axis=1)
+        logs = top + np.log(np.exp(logs - top[:, None]).mean(axis=1))
+        return np.asarray(logs + sum(-0.5 * prior.z(points) ** 2 for prior in self.priors))
 
     # ---- what is known
 
@@ -229,8 +229,8 @@ class Fit:
         taken = np.tensordot(part * self.weights[:, None, None], part, axes=([0, 2], [0, 2]))
         precision = self.precision - taken
         precision[b], precision[:, b] = 0.0, 0.0
-        found = replace(self, precision=precision)
-        return replace(found, best=optimise(found.objective, self.region.cloud(_CLOUD), self.region)[0])
+        others = replace(self, precision=precision)
+        return replace(others, best=optimise(others.objective, self.region.cloud(_CLOUD), self.region)[0])
 
     def without(self, *left_out: int) -> Fit:
         """Return the fit to the other observations, by the same draws."""
@@ -248,8 +248,8 @@ class Fit:
         draws = self.draws[:, np.array(rows)[:, None], rows]
         observations = tuple(self.observations[i] for i in kept)
         precision = np.tensordot(self.weights, np.linalg.inv(draws), axes=1)
-        found = Fit(observations, self.priors, self.region, errors, draws, self.weights, precision, self.best)
-        return replace(found, best=optimise(found.objective, self.region.cloud(_CLOUD), self.region)[0])
+        others = Fit(observations, self.priors, self.region, errors, draws, self.weights, precision, self.best)
+        return replace(others, best=optimise(others.objective, self.region.cloud(_CLOUD), self.region)[0])
 
 
 @dataclass(frozen=True, eq=False)
@@ -289,8 +289,8 @@ class Tangents:
     def evidence(self) -> Array:
         """Weights of the draws by what the gaps say of them, sum 1."""
         log = self._each[3]
-        found = np.exp(log - log.max())
-        return np.asarray(found / found.sum())
+        weights = np.exp(log - log.max())
+        return np.asarray(weights / weights.sum())
 
     @cached_property
     def misfits(self) -> Array:
@@ -330,15 +330,15 @@ def fit(observations: Sequence[Observation], region: Region, priors: Sequence[Pr
         )
     errors = errors_of(observations, len(observations) - region.k)
     m, q = len(observations), len(priors)
-    seeds, found = region.cloud(_CLOUD), None
+    seeds, current = region.cloud(_CLOUD), None
     for _ in range(_SETTLED):
-        x = region.middle if found is None else found.best
+        x = region.middle if current is None else current.best
         draws = np.zeros((len(errors.laboratory), m + q, m + q))
         draws[:, :m, :m], draws[:, m:, m:] = errors.at(x), np.eye(q)
-        weights = np.full(len(draws), 1.0 / len(draws)) if found is None else found.evidence
+        weights = np.full(len(draws), 1.0 / len(draws)) if current is None else current.evidence
         precision = np.tensordot(weights, np.linalg.inv(draws), axes=1)
-        found = Fit(tuple(observations), tuple(priors), region, errors, draws, weights, precision, x)
-        found = replace(found, best=optimise(found.objective, seeds, region)[0])
-        seeds = found.best[None]
-    assert found is not None
-    return found
+        current = Fit(tuple(observations), tuple(priors), region, errors, draws, weights, precision, x)
+        current = replace(current, best=optimise(current.objective, seeds, region)[0])
+        seeds = current.best[None]
+    assert current is not None
+    return current

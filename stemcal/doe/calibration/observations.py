@@ -7,7 +7,7 @@ independent order (M. D. McKay and others, Technometrics 21 (1979) 239).
 Specimens
     (n − 1) s²/σ² has the distribution χ²(n − 1). The relative variances of several conditions are alike but not equal:
     σᵢ² ~ d₀ τ²/χ²(d₀), so that s²/τ² ~ F(n − 1, d₀), with τ and d₀ from all of them (G. K. Smyth, Stat. Appl. Genet.
-    Mol. Biol. 3 (2004) 3). ln σᵢ varies by about 1/√(2 d₀): 0 to `MOST_APART`, all equally likely beforehand.
+    Mol. Biol. 3 (2004) 3). ln σᵢ varies by about 1/√(2 d₀): 0 to `_MOST_APART`, all equally likely beforehand.
 
 Surfaces
     A surface misses the mean response at any point by c + u, relative to the mean of its runs: c the same at all
@@ -37,11 +37,11 @@ from stemcal.doe.regression.surface import Surface
 from stemcal.errors import UsageError
 from stemcal.vocabulary import FIRST
 
-DRAWS = 512
+_DRAWS = 512
 FINEST, COARSEST = 1e-4, 0.1
 """No response is known better than the first part of itself; a surface is not off by more than the second, unless its
 runs show more."""
-MOST_APART = 1.0
+_MOST_APART = 1.0
 _STEPS, _SHAPES = 48, 8
 _COMMON_SHAPE = 1e6  # d₀ of conditions that scatter equally; also degrees of freedom of what is known
 _WIDTH = 6.0  # of the grid of ln τ² to either side
@@ -50,16 +50,14 @@ _WIDTH = 6.0  # of the grid of ln τ² to either side
 class Uniforms:
     """Columns of (draws,) numbers between 0 and 1, each evenly spread, in its own order; equal every time."""
 
-    def __init__(self, draws: int = DRAWS) -> None:
+    def __init__(self, draws: int = _DRAWS) -> None:
         self._random, self.draws = np.random.default_rng(20_251), draws
 
     def __call__(self) -> Array:
-        """Return the next column."""
         return np.asarray((self._random.permutation(self.draws) + 0.5) / self.draws)
 
 
 def _chi_squared(u: Array, df: float) -> Array:
-    """Return the quantiles of χ²(df)."""
     from scipy.special import gammaincinv
 
     return np.asarray(2.0 * gammaincinv(0.5 * df, u))
@@ -88,7 +86,7 @@ def _alike(s2: Array, df: Array, uniform: Uniforms) -> tuple[Array, Array]:
     """Return draws of d₀ and τ²: p ∝ Π f(s²/τ²; df, d₀)/τ² over a grid, ln τ even beforehand."""
     from scipy.special import betaln
 
-    apart = np.linspace(0.0, MOST_APART, _SHAPES)
+    apart = np.linspace(0.0, _MOST_APART, _SHAPES)
     d0 = np.append(_COMMON_SHAPE, 0.5 / apart[1:] ** 2)
     grid = np.log(np.average(s2, weights=df)) + np.linspace(-_WIDTH, _WIDTH, 8 * _STEPS)
     x, a, b = s2 / np.exp(grid)[:, None], 0.5 * df, 0.5 * d0[:, None, None]
@@ -131,12 +129,12 @@ class Contrasts:
         sections = tuple(s for s in surfaces if isinstance(s, Section))
         if not sections:
             return cls._of_each([s for s in surfaces if isinstance(s, Surface)])
-        found, m = cls._of_each([sections[0].whole]), len(sections)
+        contrasts, m = cls._of_each([sections[0].whole]), len(sections)
         if sections[0].logarithm:
-            size = found.scale[0]
-            found = replace(found, scale=np.ones(1), z=size * found.z, pure=size**2 * found.pure)
-        maps, runs, scale = (np.repeat(part, m, axis=0) for part in (found.maps, found.runs, found.scale))
-        return replace(found, maps=maps, runs=runs, scale=scale, sections=sections)
+            size = contrasts.scale[0]
+            contrasts = replace(contrasts, scale=np.ones(1), z=size * contrasts.z, pure=size**2 * contrasts.pure)
+        maps, runs, scale = (np.repeat(part, m, axis=0) for part in (contrasts.maps, contrasts.runs, contrasts.scale))
+        return replace(contrasts, maps=maps, runs=runs, scale=scale, sections=sections)
 
     @classmethod
     def _of_each(cls, surfaces: Sequence[Surface]) -> Contrasts:
@@ -174,8 +172,8 @@ class Contrasts:
         """Return draws of σ_E², the scatter of single runs, (draws, m); zero where no run was repeated."""
         if not np.any(self.pure > 0.0):
             return np.zeros((uniform.draws, len(self.scale)))
-        found = variances(np.where(self.pure_df > 0.0, self.pure, np.nan), self.pure_df, uniform)
-        return np.repeat(found, len(self.sections), axis=1) if self.sections else found
+        drawn = variances(np.where(self.pure_df > 0.0, self.pure, np.nan), self.pure_df, uniform)
+        return np.repeat(drawn, len(self.sections), axis=1) if self.sections else drawn
 
     def missed(self, chance: Array, uniform: Uniforms) -> tuple[Array, Array]:
         """Return draws of σ_c² and σ_u², (draws,) each; a single surface has no common part."""
@@ -261,10 +259,10 @@ class Errors:
 
     def at(self, x: Array) -> Array:
         """Return draws of V at a point, (draws, m, m)."""
-        found = self.laboratory.copy()
+        covariance = self.laboratory.copy()
         for mine, contrasts, common, separate, chance in self.surfaces:
-            found[:, mine[:, None], mine] += contrasts.covariance(x, common, separate, chance)
-        return found
+            covariance[:, mine[:, None], mine] += contrasts.covariance(x, common, separate, chance)
+        return covariance
 
 
 def errors_of(observations: Sequence[Observation], spare: int) -> Errors:

@@ -133,10 +133,10 @@ def optimise(objective: Objective, seeds: Array, region: Region, rule: dict[str,
     """Search from several `seeds` (m, k), under a `rule` as SLSQP takes it; return distinct optima, best first."""
     starts = _distinct(seeds[np.argsort(objective.many(seeds), kind="stable")], _SPACING)[:_STARTS]
     ends = [search_from(start, objective, region, rule) for start in starts]
-    found = [*starts[:1], *(point for point in ends if point is not None)]
-    values = [round(objective.value(x), 10) for x in found]
-    order = sorted(range(len(found)), key=lambda i: (values[i], tuple(-np.round(found[i], 6))))
-    return list(_distinct(np.array([found[i] for i in order]), 1e-3))
+    optima = [*starts[:1], *(point for point in ends if point is not None)]
+    values = [round(objective.value(x), 10) for x in optima]
+    order = sorted(range(len(optima)), key=lambda i: (values[i], tuple(-np.round(optima[i], 6))))
+    return list(_distinct(np.array([optima[i] for i in order]), 1e-3))
 
 
 def _distinct(points: Array, spacing: float) -> Array:

@@ -81,9 +81,8 @@ class SearchPath:
     def __post_init__(self) -> None:
         for mover in self.movers:
             if mover.relative_slope == 0.0 or not isfinite(mover.relative_slope):
-                raise UsageError(
-                    f"refine.adjust: {mover.name} has no effect on the response surface; remove the factor"
-                )
+                no_effect = f"{mover.name} has no effect on the response surface"
+                raise UsageError(f"refine.adjust: {no_effect}; remove the factor")
 
     @property
     def ends(self) -> tuple[float, float]:
@@ -93,12 +92,12 @@ class SearchPath:
 
     def at(self, place: float) -> dict[str, float]:
         """Return the values of the movers at a place."""
-        left, found = abs(place), {}
+        left, values = abs(place), {}
         for mover in self.movers:
             here = min(left, mover.reach(place > 0.0))
             left -= here
-            found[mover.name] = mover.moved(here if place > 0.0 else -here)
-        return found
+            values[mover.name] = mover.moved(here if place > 0.0 else -here)
+        return values
 
     def longest(self, place: float, upwards: bool) -> float:
         """Return the longest step from a place: that of the factor that moves there."""
@@ -133,8 +132,8 @@ class Step:
 
 def best_of(tried: Sequence[Tried], aim: float) -> Tried | None:
     """Return the run nearest to the aim by ratio, the earliest of equals; None where all failed."""
-    whole = [one for one in tried if isfinite(one.level)]
-    return min(whole, key=lambda one: abs(one.level - log(aim)), default=None)
+    whole = [run for run in tried if isfinite(run.level)]
+    return min(whole, key=lambda run: abs(run.level - log(aim)), default=None)
 
 
 def next_step(tried: Sequence[Tried], aim: float, path: SearchPath) -> Step | None:
@@ -143,34 +142,30 @@ def next_step(tried: Sequence[Tried], aim: float, path: SearchPath) -> Step | No
     `tried` has at least one run, in the order of simulation. After a failed run the next place is half-way back to the
     best run, or a little next to the start while all runs have failed.
     """
-    whole, best = [one for one in tried if isfinite(one.level)], best_of(tried, aim)
+    whole, best = [run for run in tried if isfinite(run.level)], best_of(tried, aim)
+    inline = sorted(whole, key=lambda run: run.place)
+    sides = [pair for pair in pairwise(inline) if (pair[0].response < aim) != (pair[1].response < aim)]
     if best is None:
         low, high = path.ends
         steps = [Step(min(max(place, low), high), None) for place in _ASIDE]
     elif not isfinite(tried[-1].level):
         steps = [Step(0.5 * (best.place + tried[-1].place), None)]
+    elif sides:
+        nearest = min(sides, key=lambda pair: sum(abs(run.level - log(aim)) for run in pair))
+        steps = [Step(_between(*nearest, whole, log(aim)), aim)]
     else:
-        steps = [_step(whole, best, aim, path)]
+        place = _beyond(whole, best, log(aim), path)
+        steps = [Step(place, exp(best.level + _slope(whole, best) * (place - best.place)))]
     return next((step for step in steps if all(abs(step.place - run.place) > _SAME for run in tried)), None)
 
 
-def _step(whole: Sequence[Tried], best: Tried, aim: float, path: SearchPath) -> Step:
-    inline = sorted(whole, key=lambda run: run.place)
-    sides = [pair for pair in pairwise(inline) if (pair[0].response < aim) != (pair[1].response < aim)]
-    if sides:
-        nearest = min(sides, key=lambda pair: sum(abs(run.level - log(aim)) for run in pair))
-        return Step(_between(*nearest, whole, log(aim)), aim)
-    place = _beyond(whole, best, log(aim), path)
-    return Step(place, exp(best.level + _slope(whole, best) * (place - best.place)))
-
-
-def _between(one: Tried, other: Tried, whole: Sequence[Tried], aim: float) -> float:
+def _between(left: Tried, right: Tried, whole: Sequence[Tried], aim: float) -> float:
     """Return a place between two runs on either side: by the parabola through them and a third run, or by a line."""
-    low, high = one.place, other.place
-    line = low + (aim - one.level) / (other.level - one.level) * (high - low)
-    others = [run for run in whole if run is not one and run is not other]
+    low, high = left.place, right.place
+    line = low + (aim - left.level) / (right.level - left.level) * (high - low)
+    others = [run for run in whole if run is not left and run is not right]
     third = min(others, key=lambda run: abs(run.level - aim), default=None)
-    place = line if third is None else _inverse_parabola((one, other, third), aim)
+    place = line if third is None else _inverse_parabola((left, right, third), aim)
     first, last = low + _MARGIN * (high - low), high - _MARGIN * (high - low)
     return min(max(place if first <= place <= last else line, first), last)
 
@@ -178,11 +173,11 @@ def _between(one: Tried, other: Tried, whole: Sequence[Tried], aim: float) -> fl
 def _inverse_parabola(points: Sequence[Tried], aim: float) -> float:
     """Return s(aim) of Lagrange's parabola through s over the logarithms; NaN where two of these are equal."""
     total = 0.0
-    for i, one in enumerate(points):
+    for i, run in enumerate(points):
         rest = [other for j, other in enumerate(points) if j != i]
-        if any(one.level == other.level for other in rest):
+        if any(run.level == other.level for other in rest):
             return float("nan")
-        total += one.place * float(np.prod([(aim - other.level) / (one.level - other.level) for other in rest]))
+        total += run.place * float(np.prod([(aim - other.level) / (run.level - other.level) for other in rest]))
     return total
 
 
@@ -191,7 +186,7 @@ def _beyond(whole: Sequence[Tried], best: Tried, aim: float, path: SearchPath) -
     tilt, upwards, start = _slope(whole, best), aim > best.level, best.place
     wanted = (aim - best.level) / tilt if tilt > _LEAST_TILT else (inf if upwards else -inf)
     if tilt <= _LEAST_TILT:
-        start = (max if upwards else min)(one.place for one in whole)
+        start = (max if upwards else min)(run.place for run in whole)
     longest = path.longest(start, upwards)
     low, high = path.ends
     return min(max(start + min(max(wanted, -longest), longest), low), high)
@@ -199,10 +194,10 @@ def _beyond(whole: Sequence[Tried], best: Tried, aim: float, path: SearchPath) -
 
 def _slope(whole: Sequence[Tried], best: Tried) -> float:
     """Return ∂ ln y/∂s between the best run and the one nearest to it; 1, as on the surface, while there is one run."""
-    others = [one for one in whole if one is not best]
+    others = [run for run in whole if run is not best]
     if not others:
         return 1.0
-    near = min(others, key=lambda one: abs(one.place - best.place))
+    near = min(others, key=lambda run: abs(run.place - best.place))
     return (best.level - near.level) / (best.place - near.place)
 
 

@@ -5,13 +5,14 @@ statsmodels' `OLSInfluence`, which the tests hold it against, fits again without
 a hundred times as long for 20 runs and two thousand times for 148.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from stemcal.doe.coding import Array
 from stemcal.doe.regression.least_squares import NEGLIGIBLE, LeastSquares, f_test, same_points, stars, t_quantile
+from stemcal.storage.rows import Rows
 
 
 @dataclass(frozen=True)
@@ -54,12 +55,11 @@ def lack_of_fit(coded: Array, fit: LeastSquares) -> LackOfFit:
     pure = 0.0 if deterministic else pure
     df = fit.df - pure_df
     lof = max(fit.residual_ss - pure, 0.0) if df > 0 else 0.0
-    test = f_test(lof / df, df, pure / pure_df, pure_df) if df > 0 and pure_df > 0 else None
-    f, p = test or (None, None)
+    f, p = (f_test(lof / df, df, pure / pure_df, pure_df) if df > 0 and pure_df > 0 else None) or (None, None)
     return LackOfFit(lof, df, pure, pure_df, f, p, deterministic)
 
 
-def anova_table(fit: LeastSquares, terms: Sequence[str], split: LackOfFit) -> tuple[AnovaRow, ...]:
+def _anova_table(fit: LeastSquares, terms: Sequence[str], split: LackOfFit) -> tuple[AnovaRow, ...]:
     """Tabulate type III sums of squares of the coded columns against the residual."""
     error = None if fit.exact else fit.mean_square
 
@@ -102,54 +102,23 @@ class RunDiagnostics:
     cooks_distance: float | None
 
 
-def run_diagnostics(fit: LeastSquares, rows: Sequence[int]) -> tuple[RunDiagnostics, ...]:
+def _run_diagnostics(fit: LeastSquares, rows: Sequence[int]) -> Iterator[RunDiagnostics]:
     """Diagnose each run; `rows` are the run numbers of the fitted rows."""
-    studentised, cooks = _studentised(fit), _cooks_distance(fit)
-    fitted = fit.response - fit.residuals
-    return tuple(
-        RunDiagnostics(
-            run=int(rows[i]),
-            response=float(fit.response[i]),
-            fitted=float(fitted[i]),
-            residual=float(fit.residuals[i]),
-            leverage=float(fit.leverage[i]),
-            studentised=_number(studentised[i]),
-            cooks_distance=_number(cooks[i]),
-        )
-        for i in range(len(rows))
-    )
+    p, s2, residual_ss, df = fit.matrix.shape[1], fit.mean_square, fit.residual_ss, fit.df
+    fitted, exact = (fit.response - fit.residuals).tolist(), fit.exact
+    columns = fit.response.tolist(), fitted, fit.residuals.tolist(), fit.leverage.tolist()
+    for row, response, value, e, h in zip(rows, *columns, strict=True):
+        studentised = cooks = None
+        if s2 is not None and not exact and h < _FULL_LEVERAGE:
+            free = 1.0 - h
+            # e/(s₍ᵢ₎·√(1 − h)), s₍ᵢ₎² the residual variance without run i
+            variance = (residual_ss - e**2 / free) / (df - 1) if df > 1 else 0.0
+            studentised = e / (variance * free) ** 0.5 if variance > 0.0 else None
+            cooks = e**2 * h / (p * s2 * free**2)  # e²·h/(p·s²·(1 − h)²)
+        yield RunDiagnostics(int(row), response, value, e, h, studentised, cooks)
 
 
-def _number(value: float) -> float | None:
-    return float(value) if np.isfinite(value) else None
-
-
-def _studentised(fit: LeastSquares) -> Array:
-    """Return e / (s₍ᵢ₎·√(1 − h)), with s₍ᵢ₎² the residual variance without run i; NaN where undefined."""
-    free = 1.0 - fit.leverage
-    out = np.full(len(fit.response), np.nan)
-    if fit.df < 2 or fit.exact:
-        return out
-    judged = fit.leverage < _FULL_LEVERAGE
-    e, h = fit.residuals[judged], free[judged]
-    variance = (fit.residual_ss - e**2 / h) / (fit.df - 1)
-    positive = variance > 0.0
-    out[np.flatnonzero(judged)[positive]] = e[positive] / np.sqrt(variance[positive] * h[positive])
-    return out
-
-
-def _cooks_distance(fit: LeastSquares) -> Array:
-    """e²·h / (p·s²·(1 − h)²); NaN where undefined."""
-    out = np.full(len(fit.response), np.nan)
-    if fit.mean_square is None or fit.exact:
-        return out
-    judged = fit.leverage < _FULL_LEVERAGE
-    e, h = fit.residuals[judged], fit.leverage[judged]
-    out[judged] = e**2 * h / (fit.matrix.shape[1] * fit.mean_square * (1.0 - h) ** 2)
-    return out
-
-
-def press(fit: LeastSquares) -> float | None:
+def _press(fit: LeastSquares) -> float | None:
     """Σ (e / (1 − h))²: what the runs would miss if each were predicted by the others.
 
     A run of leverage 1, such as the single centre of a rotatable composite of two factors, is one that the others
@@ -176,7 +145,24 @@ class Coefficient:
     vif: float | None
 
 
-def coefficients_of(fit: LeastSquares, terms: Sequence[str]) -> tuple[Coefficient, ...]:
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FitStatistics:
+    """The coefficients of a fitted quadratic with its analysis of variance, and the worth of the fit."""
+
+    coefficients: Rows[Coefficient]
+    anova: Rows[AnovaRow]
+    r2: float | None
+    adjusted_r2: float | None
+    predicted_r2: float | None
+    adequate_precision: float | None
+    press: float | None
+    cv_percent: float | None
+    lack_of_fit_testable: bool
+    runs_failed: int
+    runs_diagnostics: Rows[RunDiagnostics] = Rows()
+
+
+def _coefficients_of(fit: LeastSquares, terms: Sequence[str]) -> tuple[Coefficient, ...]:
     """Return the coefficients with standard errors and 95 % intervals from the residual."""
     # VIF = Σ(x − x̄)²·(XᵀX)⁻¹ⱼⱼ; 1 of a column orthogonal to all others
     inflation = np.sum((fit.matrix - np.mean(fit.matrix, axis=0)) ** 2, axis=0) * np.diag(fit.unscaled_covariance)
@@ -190,26 +176,31 @@ def coefficients_of(fit: LeastSquares, terms: Sequence[str]) -> tuple[Coefficien
     return tuple(out)
 
 
-def share_explained(missed: float, fit: LeastSquares) -> float | None:
-    """1 − missed/SS of the corrected total."""
-    return None if fit.flat else 1.0 - missed / fit.total_ss
-
-
-def adjusted_r2(fit: LeastSquares) -> float | None:
-    """1 − s²/(SS/(n − 1))."""
-    if fit.mean_square is None or fit.flat:
-        return None
-    return 1.0 - fit.mean_square * (len(fit.response) - 1) / fit.total_ss
-
-
-def adequate_precision(fit: LeastSquares) -> float | None:
-    """(max ŷ − min ŷ) / √(p·s²/n): signal over noise at the design points."""
-    if fit.mean_square is None or fit.exact:
-        return None
+def statistics_of(
+    fit: LeastSquares, terms: Sequence[str], split: LackOfFit, rows: Sequence[int], runs_failed: int
+) -> FitStatistics:
+    """Return the statistics of a fit; `rows` are the run numbers of the fitted rows."""
     n, p = fit.matrix.shape
-    return float(np.ptp(fit.matrix @ fit.coefficients) / np.sqrt(p * fit.mean_square / n))
+    missed, s2 = _press(fit), fit.mean_square
 
+    def explained(missed: float | None) -> float | None:
+        """1 − missed/SS of the corrected total."""
+        return None if missed is None or fit.flat else 1.0 - missed / fit.total_ss
 
-def cv_percent(fit: LeastSquares) -> float | None:
-    """100·s/ȳ."""
-    return None if fit.mean_square is None or fit.mean == 0.0 else 100.0 * float(np.sqrt(fit.mean_square)) / fit.mean
+    precision = None  # (max ŷ − min ŷ)/√(p·s²/n): signal over noise at the design points
+    if s2 is not None and not fit.exact:
+        precision = float(np.ptp(fit.matrix @ fit.coefficients) / np.sqrt(p * s2 / n))
+    return FitStatistics(
+        coefficients=Rows(_coefficients_of(fit, terms)),
+        anova=Rows(_anova_table(fit, terms, split)),
+        r2=explained(fit.residual_ss),
+        # 1 − s²/(SS/(n − 1))
+        adjusted_r2=1.0 - s2 * (n - 1) / fit.total_ss if s2 is not None and not fit.flat else None,
+        predicted_r2=explained(missed),
+        adequate_precision=precision,
+        press=missed,
+        cv_percent=None if s2 is None or fit.mean == 0.0 else 100.0 * float(np.sqrt(s2)) / fit.mean,
+        lack_of_fit_testable=split.f is not None,
+        runs_failed=runs_failed,
+        runs_diagnostics=Rows(_run_diagnostics(fit, rows)),
+    )

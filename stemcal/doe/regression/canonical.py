@@ -9,7 +9,7 @@ from typing import Literal
 
 import numpy as np
 
-from stemcal.doe.coding import Array, Coding
+from stemcal.doe.coding import Coding
 from stemcal.doe.regression.surface import Surface
 
 # An axis whose curvature is below this share of the largest is a ridge: the stationary point slides along it.
@@ -56,7 +56,10 @@ def canonical_analysis(surface: Surface, coding: Coding) -> CanonicalForm:
     largest = float(np.abs(values).max())
     if largest <= _ROUNDING * float(np.abs(surface.beta).max()):
         values, largest = np.zeros(len(b)), 0.0
-    kind, ridge = _kind(values, largest)
+    firm = values[np.abs(values) >= _RIDGE * largest]
+    curved: Kind = "maximum" if np.all(firm < 0.0) else "minimum" if np.all(firm > 0.0) else "saddle"
+    kind: Kind = "plane" if largest == 0.0 else curved
+    ridge = largest > 0.0 and firm.size < values.size
     described = kind, ridge, tuple(values.tolist()), tuple(coding.by_name(axis) for axis in axes.T)
     if largest == 0.0 or np.abs(values).min() <= _SINGULAR * largest:
         return CanonicalForm(None, None, None, None, False, *described)
@@ -65,11 +68,3 @@ def canonical_analysis(surface: Surface, coding: Coding) -> CanonicalForm:
     natural, predicted = coding.by_name(coding.to_natural(point)), float(surface.predict(point)[0])
     inside = radius <= surface.design_radius * (1.0 + 1e-9)
     return CanonicalForm(coding.by_name(point), natural, predicted, radius, inside, *described)
-
-
-def _kind(values: Array, largest: float) -> tuple[Kind, bool]:
-    if largest == 0.0:
-        return "plane", False
-    firm = values[np.abs(values) >= _RIDGE * largest]
-    shape: Kind = "maximum" if np.all(firm < 0.0) else "minimum" if np.all(firm > 0.0) else "saddle"
-    return shape, firm.size < values.size

@@ -90,8 +90,7 @@ def not_estimable(matrix: Array, terms: Sequence[str]) -> list[str]:
     scale = np.linalg.norm(matrix, axis=0)
     r = np.linalg.qr(matrix / np.where(scale > 0.0, scale, 1.0), mode="r")  # its null space is that of X, n × n is not
     _, singular, rows = np.linalg.svd(r)
-    rank = int(np.sum(singular > 1e-9 * singular[0]))
-    null_space = rows[rank:]
+    null_space = rows[int(np.sum(singular > 1e-9 * singular[0])) :]
     return [term for term, part in zip(terms, null_space.T, strict=True) if np.any(np.abs(part) > 1e-7)]
 
 

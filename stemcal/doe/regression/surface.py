@@ -7,21 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stemcal.doe.coding import Array, term_columns, term_gradient, term_names
-from stemcal.doe.regression.anova import (
-    AnovaRow,
-    Coefficient,
-    LackOfFit,
-    RunDiagnostics,
-    adequate_precision,
-    adjusted_r2,
-    anova_table,
-    coefficients_of,
-    cv_percent,
-    lack_of_fit,
-    press,
-    run_diagnostics,
-    share_explained,
-)
+from stemcal.doe.regression.anova import FitStatistics, LackOfFit, lack_of_fit, statistics_of
 from stemcal.doe.regression.least_squares import (
     LeastSquares,
     copies_of,
@@ -32,7 +18,6 @@ from stemcal.doe.regression.least_squares import (
 from stemcal.errors import UsageError
 from stemcal.formats import counted
 from stemcal.notes import Note
-from stemcal.storage.rows import Rows
 from stemcal.vocabulary import Wording
 
 ROUGH_PERCENT = 3.0
@@ -42,7 +27,7 @@ _ROUNDING = 1e-12  # a smaller correlation is none
 
 
 @dataclass(frozen=True, eq=False)
-class Surface:
+class Surface(FitStatistics):
     """A fitted quadratic. Points are (m, k) arrays in coded units; answers are (m,) or (m, 2) arrays.
 
     `beta` and `unscaled_covariance` cover every term of the full quadratic, with zeros where the fit has no such term.
@@ -51,17 +36,6 @@ class Surface:
     """
 
     names: tuple[str, ...]
-    coefficients: Rows[Coefficient]
-    anova: Rows[AnovaRow]
-    r2: float | None
-    adjusted_r2: float | None
-    predicted_r2: float | None
-    adequate_precision: float | None
-    press: float | None
-    cv_percent: float | None
-    lack_of_fit_testable: bool
-    runs_diagnostics: Rows[RunDiagnostics]
-    runs_failed: int
     notes: tuple[Note, ...]
     design: Array
     beta: Array
@@ -83,9 +57,9 @@ class Surface:
         if self.mean_square is None:
             return None
         kept = [term_names(self.names).index(term) for term in self.terms]
-        found = self.mean_square * self.unscaled_covariance[np.ix_(kept, kept)]
-        errors = np.sqrt(np.diag(found))
-        return tuple(map(tuple, np.where(abs(found) > _ROUNDING * np.outer(errors, errors), found, 0.0).tolist()))
+        scaled = self.mean_square * self.unscaled_covariance[np.ix_(kept, kept)]
+        errors = np.sqrt(np.diag(scaled))
+        return tuple(map(tuple, np.where(abs(scaled) > _ROUNDING * np.outer(errors, errors), scaled, 0.0).tolist()))
 
     @property
     def design_radius(self) -> float:
@@ -172,20 +146,9 @@ def fit_surface(
     beta, covariance = np.zeros(len(every)), np.zeros((len(every), len(every)))
     beta[kept] = fit.coefficients
     covariance[np.ix_(kept, kept)] = fit.unscaled_covariance
-    missed = press(fit)
     surface = Surface(
+        **vars(statistics_of(fit, chosen, split, (np.flatnonzero(present) + 1).tolist(), n_failed)),
         names=tuple(names),
-        coefficients=Rows(coefficients_of(fit, chosen)),
-        anova=Rows(anova_table(fit, chosen, split)),
-        r2=share_explained(fit.residual_ss, fit),
-        adjusted_r2=adjusted_r2(fit),
-        predicted_r2=None if missed is None else share_explained(missed, fit),
-        adequate_precision=adequate_precision(fit),
-        press=missed,
-        cv_percent=cv_percent(fit),
-        lack_of_fit_testable=split.f is not None,
-        runs_diagnostics=Rows(run_diagnostics(fit, (np.flatnonzero(present) + 1).tolist())),
-        runs_failed=n_failed,
         notes=(),
         design=points[present],
         beta=beta,
@@ -200,7 +163,6 @@ def fit_surface(
 
 
 def _kept(names: Sequence[str], terms: Sequence[str] | None) -> list[int]:
-    """Return the places of the chosen terms in the full quadratic."""
     known = term_names(names)
     if terms is None:
         return list(range(len(known)))
@@ -209,11 +171,9 @@ def _kept(names: Sequence[str], terms: Sequence[str] | None) -> list[int]:
     return [i for i, term in enumerate(known) if i == 0 or term in terms]
 
 
-# ---- what to beware of in a fitted surface
-
 # Rules of thumb: a ratio of 4 makes a surface usable, a Cook's distance of 1 one run too strong, a variance
 # inflation of 10 a coefficient too entangled with others.
-ADEQUATE, _INFLUENTIAL, _ENTANGLED = 4.0, 1.0, 10.0
+_ADEQUATE, _INFLUENTIAL, _ENTANGLED = 4.0, 1.0, 10.0
 
 
 def flat_response(consequence: str) -> Note:
@@ -224,7 +184,7 @@ def flat_response(consequence: str) -> Note:
 def _surface_notes(surface: Surface, fit: LeastSquares, split: LackOfFit, written: Wording) -> Iterator[Note]:
     """Yield notes on the reliability of the fit: its statistics, runs and failures."""
     failed, copies, precision = surface.runs_failed, surface.copies, surface.adequate_precision
-    largest = max((one.vif for one in surface.coefficients if one.vif is not None), default=1.0)
+    largest = max((row.vif for row in surface.coefficients if row.vif is not None), default=1.0)
     if failed:
         text = (
             f"{failed} of {len(fit.response) + failed} runs failed. The response surface is fitted to the remaining "
@@ -232,10 +192,8 @@ def _surface_notes(surface: Surface, fit: LeastSquares, split: LackOfFit, writte
         )
         yield Note("surface_runs_failed", "warning", text)
     if largest > _ENTANGLED:
-        inflation = f"largest variance inflation factor: {largest:.1f}"
-        yield Note(
-            "terms_entangled", "caution", f"Some terms of the response surface are nearly collinear ({inflation})."
-        )
+        vif = f"largest variance inflation factor: {largest:.1f}"
+        yield Note("terms_entangled", "caution", f"Some terms of the response surface are nearly collinear ({vif}).")
     if fit.flat:
         yield flat_response("the response surface is constant")
     elif fit.df == 0:
@@ -251,8 +209,8 @@ def _surface_notes(surface: Surface, fit: LeastSquares, split: LackOfFit, writte
         )
         yield Note("copies_only", "info", text)
     yield from _lack_of_fit_notes(split)
-    if precision is not None and precision < ADEQUATE:
-        text = f"The adequate precision of {precision:.2f} is below {ADEQUATE:g}"
+    if precision is not None and precision < _ADEQUATE:
+        text = f"The adequate precision of {precision:.2f} is below {_ADEQUATE:g}"
         yield Note("mostly_noise", "warning", f"{text}, so the response surface mainly represents noise.")
     for run in surface.runs_diagnostics:
         if run.cooks_distance is not None and run.cooks_distance > _INFLUENTIAL:

@@ -32,7 +32,6 @@ class Card:
         return "≤" in self.range or "≥" in self.range
 
     def __str__(self) -> str:
-        """Return the parameter as it is cited."""
         value = f"{self.name} = {self.value} {self.unit}".rstrip()
         return f"{value} ({RANGE}: {self.range})" if self.range else value
 

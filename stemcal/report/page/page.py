@@ -121,7 +121,7 @@ def render(study: Study, folder: StudyFolder, what: _Shown | None = None) -> str
         lead=lead(verdict, use),
         use=use if verdict.reasons else "",
         next=first_remedy(verdict),
-        reasons=[(one.text, one.remedy.text if one.remedy else "") for one in verdict.reasons],
+        reasons=[(reason.text, reason.remedy.text if reason.remedy else "") for reason in verdict.reasons],
         first=[_picture(plot, shared) for plot in first],
         certainty=certainty(results, verdict.holds),
         headline=cards,
@@ -182,7 +182,6 @@ def _first_pictures(study: Study, plots: Sequence[Plot]) -> list[Plot]:
 
 
 def _run_tables(study: Study, results: Results) -> list[Table]:
-    """Return the designs run by run."""
     symbols = {factor.name: factor.symbol for factor in study.factors}
     tables = ((result.name, table) for result in results.done for table in design_tables(result, symbols))
     return [table.shortened(f"`{name}_runs.csv`") for name, table in tables]

@@ -56,7 +56,6 @@ def climb(work: Work, head: Head) -> ClimbResult:
 
 
 def _notes(rows: Sequence[ClimbRow], best: ClimbRow, reached: bool, names: Wording) -> Iterator[Note]:
-    """Yield notes on the centre of the surface and on an end before the target."""
     error = direction(best.error_percent or 0.0, " %", 1)
     text = (
         f"The response surface design is centred at step {best.step} of {len(rows)} on the path of steepest "
@@ -66,20 +65,18 @@ def _notes(rows: Sequence[ClimbRow], best: ClimbRow, reached: bool, names: Wordi
     if not reached:
         before = f"before the {names.response.long} reached the target. The target may be out of reach."
         text = f"Steepest ascent ended at the limits of the factor ranges {before}"
-        remedy = Remedy("Widen the factor ranges, or check the target value.")
-        yield Note("target_not_passed", "warning", text, remedy)
+        widen = Remedy("Widen the factor ranges, or check the target value.")
+        yield Note("target_not_passed", "warning", text, widen)
 
 
 def _walk(study: Study, names: list[str], screened: ScreenResult, simulate: SimulateAt) -> list[ClimbRow]:
     """Simulate the centre, then step along the slope until the response has passed the target."""
     target = study.calibration_target.response
     rows = _rows(study, names, [[0.0] * len(names)], simulate)
-    centre = rows[0].outcome
-    if centre.response is None:
-        raise RunsFailed(
-            f"climb: the run at the centre of the factor ranges failed ({centre.reason}): {centre.message}"
-        )
-    path = _path(study, names, screened, rise=centre.response < target)
+    start = rows[0].outcome
+    if start.response is None:
+        raise RunsFailed(f"climb: the run at the centre of the factor ranges failed ({start.reason}): {start.message}")
+    path = _path(study, names, screened, rise=start.response < target)
     for step, point in enumerate(path[1:], 1):
         rows += _rows(study, names, [point], simulate, step)
         if passed([row.outcome.response for row in rows], target):
@@ -129,9 +126,6 @@ def later(study: Study) -> Later | None:
     note = Note("decided_later", "caution", text)
     step = Request("climb", 0, study.midlevels(), study.targets.calibrate_at)
     return Later([[step]] * (options.steps // 2), note)
-
-
-# ---- the path along the slope, coded
 
 
 def _path(study: Study, names: list[str], screened: ScreenResult, rise: bool) -> Array:

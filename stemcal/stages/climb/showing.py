@@ -31,5 +31,4 @@ class ClimbShowing(Showing[ClimbResult]):
             "Error in % = 100·(measured − simulated)/measured.",
             f"Levels of the response surface design: {centres} (coded 0 ± 1).",
         )
-        strong = frozenset({result.best_step})
-        return [Table.of(columns, result.rows, "Steps towards the target", foot, strong=strong)]
+        return [Table.of(columns, result.rows, "Steps towards the target", foot, strong=frozenset({result.best_step}))]

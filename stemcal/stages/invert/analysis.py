@@ -9,17 +9,7 @@ from typing import Literal
 
 import numpy as np
 
-from stemcal.doe.calibration.confidence_intervals import (
-    contradiction,
-    left_out,
-    left_out_intervals,
-    loosest_direction,
-    missed_observations,
-    moved_together,
-    profiles_of,
-    settled,
-    unseen_directions,
-)
+from stemcal.doe.calibration import confidence_intervals as certainty
 from stemcal.doe.calibration.level_set_ranges import assess_point, solve_target
 from stemcal.doe.calibration.likelihood import Fit
 from stemcal.doe.coding import Array, Coding
@@ -50,7 +40,7 @@ def invert(work: Work, head: Head) -> InvertResult:
     """Solve the surface for the force measured at the calibration diameter, or several surfaces for theirs."""
     study, surface = work.study, work.result(Surfaces)
     solved = (_solve_jointly if study.joint_targets else solve)(study, head, surface)
-    idle = tuple(one.name for one in study.factors if one.prior is not None and one.name not in surface.names)
+    idle = tuple(f.name for f in study.factors if f.prior is not None and f.name not in surface.names)
     notes = (*words.invert_notes(solved), *solved.notes, *([words.prior_unused(idle)] if idle else []))
     return replace(solved, depends_on=work.solver.settings_that_matter(solved.condition), notes=notes)
 
@@ -60,16 +50,16 @@ def solve(study: Study, head: Head, surface: Surfaces) -> InvertResult:
     coding, target = surface.scales, study.calibration_target
     region, unit = surface.region, study.naming.response.unit_suffix
     ends, rule = (region.low, region.high, region.radius), study.of(InvertOptions).rule
-    found = solve_target(surface.refitted(surface.design.runs), target.response, *ends, rule, unit)
-    whole = replace(fit_of_study(study, surface), best=np.array(found.point.coded))
+    chosen = solve_target(surface.refitted(surface.design.runs), target.response, *ends, rule, unit)
+    whole = replace(fit_of_study(study, surface), best=np.array(chosen.point.coded))
     known = _certainty_of(study, coding, whole, "single")
-    natural = map(tuple, coding.to_natural(np.array(found.ranges).T).T.tolist())
+    natural = map(tuple, coding.to_natural(np.array(chosen.ranges).T).T.tolist())
     exact = {
         "ranges": dict(zip(coding.names, natural, strict=True)),
-        "coded_ranges": dict(zip(coding.names, found.ranges, strict=True)),
+        "coded_ranges": dict(zip(coding.names, chosen.ranges, strict=True)),
     }
-    point = Point.of(found.point, coding)
-    return InvertResult.of(study, head, surface.radius, point, known, rule=found.rule, **exact)
+    point = Point.of(chosen.point, coding)
+    return InvertResult.of(study, head, surface.radius, point, known, rule=chosen.rule, **exact)
 
 
 # ---- several measured means at once: the parameters that fit them all
@@ -79,59 +69,56 @@ def _solve_jointly(study: Study, head: Head, surface: Surfaces) -> InvertResult:
     """Return the parameters that fit all diameters and responses of the spec best."""
     coding, means = surface.scales, measured_means(study)
     whole = fit_of_study(study, surface)
-    found, flat = settled(whole)
-    point = assess_point(surface.fitted, found.best, surface.region.low, surface.region.high, surface.radius)
-    units = {name: study.factor(name).unit for name in coding.names}
+    fit, flat = certainty.settled(whole)
+    point = assess_point(surface.fitted, fit.best, surface.region.low, surface.region.high, surface.radius)
+    factors = [study.factor(name) for name in coding.names]
+    units, priors = {f.name: f.unit for f in factors}, [(f, f.prior) for f in factors if f.prior is not None]
     return InvertResult.of(
         study,
         head,
         surface.radius,
         Point.of(point, coding),
-        _certainty_of(study, coding, replace(whole, best=found.best) if len(flat) else whole, "joint"),
+        _certainty_of(study, coding, replace(whole, best=fit.best) if len(flat) else whole, "joint"),
         rule="joint_least_squares",
-        joint=_fitted(study, means, found, bool(len(flat))),
-        priors=prior_rows(study, coding),
+        joint=_fitted(study, means, fit, bool(len(flat))),
+        priors=Rows(PriorRow(f.name, prior.mean, prior.sd, f.unit, prior.source) for f, prior in priors),
         notes=tuple(words.flat_direction(_changes_along(coding, row), units) for row in flat),
     )
 
 
-def _fitted(study: Study, means: Sequence[Measured], found: Fit, flat: bool) -> JointFitted:
+def _fitted(study: Study, means: Sequence[Measured], fit: Fit, flat: bool) -> JointFitted:
     conditions, naming = [mean.condition for mean in means], study.naming
     several, own = len(set(conditions)) > 1, not naming.is_cutting
     tests = [study.test_of(mean.response) for mean in means]
     apart = len(set(tests)) > 1  # then a test is held out, at all its conditions
     groups: Sequence[object] = tests if apart else conditions if several else [] if own else range(len(means))
-    errors = left_out(found, groups)
-    every = _rows(means, found, errors, left_out_intervals(found, groups) if apart else [None] * len(means))
+    errors = certainty.left_out(fit, groups)
+    every = _rows(means, fit, errors, certainty.left_out_intervals(fit, groups) if apart else [None] * len(means))
     rows = Rows(row for mean, row in zip(means, every, strict=True) if mean.leads)
     first = [
         (row.condition, row.measured, standard_error(row.measured, row.sd, row.n))
         for mean, row in zip(means, every, strict=True)
         if mean.response == FIRST
     ]
-    tests_scatter = found.p_value is not None
+    contradicted = None
+    if (odd := certainty.contradiction(fit)) is not None:
+        mean, ends = means[odd.index], odd.allowed
+        contradicted = Contradicted(mean.named.name, mean.condition, mean.value, *ends, odd.standard_errors, odd.p)
+    missed = [means[i] for i in certainty.missed_observations(fit)]
     return JointFitted(
         rows=rows,
         further=Rows(row for mean, row in zip(means, every, strict=True) if not mean.leads),
-        scatter=found.errors.scatter,
-        misfit=found.least if tests_scatter else None,
-        df=found.df,
-        p=found.p_value,
+        scatter=fit.errors.scatter,
+        misfit=fit.least if fit.p_value is not None else None,
+        df=fit.df,
+        p=fit.p_value,
         max_abs_error_percent=max(abs(row.error_percent) for row in rows),
         max_abs_left_out_error_percent=max(abs(row.left_out_error_percent or 0.0) for row in rows) if errors else None,
         formula=formula_left_out(first) if naming.is_force_on_stems else None,
-        contradiction=_contradiction(means, found),
-        out_of_reach=Rows(MeasuredMean(means[i].named.name, means[i].condition) for i in missed_observations(found)),
+        contradiction=contradicted,
+        out_of_reach=Rows(MeasuredMean(mean.named.name, mean.condition) for mean in missed),
         separated=not flat,
     )
-
-
-def _contradiction(means: Sequence[Measured], known: Fit) -> Contradicted | None:
-    found = contradiction(known)
-    if found is None:
-        return None
-    mean, (low, high) = means[found.index], found.allowed
-    return Contradicted(mean.named.name, mean.condition, mean.value, low, high, found.standard_errors, found.p)
 
 
 def _rows(
@@ -149,21 +136,15 @@ def _rows(
 _MOVED = 0.25
 
 
-def prior_rows(study: Study, coding: Coding) -> Rows[PriorRow]:
-    """Return the priors of the factors of a surface, in their units."""
-    known = [(factor, factor.prior) for factor in map(study.factor, coding.names) if factor.prior is not None]
-    return Rows(PriorRow(factor.name, prior.mean, prior.sd, factor.unit, prior.source) for factor, prior in known)
-
-
 def _certainty_of(study: Study, coding: Coding, known: Fit, source: Literal["joint", "single"]) -> Certainty:
     """Return the uncertainty of a fit to all measured means, or to the calibration target alone."""
-    profiles, unseen = profiles_of(known), unseen_directions(known)
+    profiles, (unseen, loosest_direction) = certainty.profiles_of(known), certainty.loose_directions(known)
     changes = tuple(_changes_along(coding, row) for row in unseen)
     free = tuple(p.factor for p in profiles if p.free)
-    parts = [pair for row in unseen for pair in zip(coding.names, moved_together(row), strict=True)]
+    parts = [pair for row in unseen for pair in zip(coding.names, certainty.moved_together(row), strict=True)]
     moved = {name for name, part in parts if abs(part) >= _MOVED}
     not_identified = tuple(name for name in coding.names if name in free or name in moved)
-    loosest = _changes_along(coding, loosest_direction(known)) if not_identified and not changes else {}
+    loosest = _changes_along(coding, loosest_direction) if not_identified and not changes else {}
     curves = {}
     for j, p in enumerate(profiles):
         values = tuple(_value(coding, j, value) for value in p.values.tolist())
@@ -197,5 +178,5 @@ def _changes_along(coding: Coding, direction: Array) -> dict[str, float]:
 
     The largest part changes by one half step; parts below a twentieth of it are left out.
     """
-    steps = zip(coding.names, moved_together(direction), coding.half_step, strict=True)
+    steps = zip(coding.names, certainty.moved_together(direction), coding.half_step, strict=True)
     return {name: part * half_step for name, part, half_step in steps if part != 0.0}

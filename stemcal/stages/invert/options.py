@@ -13,7 +13,7 @@ from stemcal.study.types.factor import EMBEDDED
 from stemcal.study.types.field_types import Frozen
 from stemcal.study.types.named import OwnCondition, responses_by_name
 from stemcal.study.types.strict_yaml import Finding
-from stemcal.vocabulary import FIRST, Vocabulary, Wording
+from stemcal.vocabulary import FIRST, Wording
 
 if TYPE_CHECKING:
     from stemcal.study.model.measured_targets import Target
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from stemcal.study.rules import Draft
 
 
-AtSize = Annotated[float, OwnCondition("length", above=0)]
+_AtSize = Annotated[float, OwnCondition("length", above=0)]
 
 Responses = Annotated[
     tuple[str, ...],
@@ -39,7 +39,7 @@ class InvertOptions(Frozen):
     rule: Literal["least_coded_distance", "others_at_centre"] = "least_coded_distance"
     """Rule that selects the solution: the point nearest to the centre, or the point with all factors except the
     strongest at the centre."""
-    conditions: Literal["all"] | Annotated[tuple[AtSize, ...], Field(min_length=1)] | None = Field(
+    conditions: Literal["all"] | Annotated[tuple[_AtSize, ...], Field(min_length=1)] | None = Field(
         default=None, validation_alias="diameters", serialization_alias="diameters"
     )
     """The fitted diameters or other conditions: `all` or a list. The response surface design is simulated at every
@@ -84,22 +84,20 @@ def _responses_measured(draft: Draft) -> Iterator[Finding]:
         listed = ", ".join(named.named(name).name for name in names)
         message = f"the list must contain the {named.response.noun} and must not repeat a response ({listed})"
         yield Finding(path, message, f"write [{', '.join(response.name for response in named.responses)}]")
-    for name in (name for name in names if name == FIRST or not draft.tests or named.named(name).in_table):
-        yield from _weighed(draft.study.targets.means, name, draft.naming)
-
-
-def _weighed(targets: tuple[Target, ...], response: str, naming: Vocabulary) -> Iterator[Finding]:
-    """Demand a value and a standard deviation of a response at one diameter at least."""
-    name = naming.named(response).name
-    sd = "sd: …" if response == FIRST else f"sd: {{{name}: …}}"
-    given = {one.row: one.mean_of(response)[1] for one in targets if one.mean_of(response)[0] is not None}
-    if not given:
-        remedy = "add the response to `targets`, or remove the response from this list"
-        yield Finding(("invert", "responses"), f"`targets` contains no value for {name}", remedy)
-    elif all(scatter is None for scatter in given.values()):
-        at_any = f" at any {naming.condition.noun}" if naming.condition is not None else ""
-        message = f"no `sd` is given for {name}{at_any}, so its weight in the fit is unknown"
-        yield Finding(("targets", min(given)), message, f"add {sd}")
+    for key in (name for name in names if name == FIRST or not draft.tests or named.named(name).in_table):
+        name, means = (
+            named.named(key).name,
+            ((target.row, *target.mean_of(key)) for target in draft.study.targets.means),
+        )
+        scatters = {row: sd for row, mean, sd in means if mean is not None}
+        if not scatters:
+            remedy = "add the response to `targets`, or remove the response from this list"
+            yield Finding(path, f"`targets` contains no value for {name}", remedy)
+        elif all(sd is None for sd in scatters.values()):
+            at_any = f" at any {named.condition.noun}" if named.condition is not None else ""
+            message = f"no `sd` is given for {name}{at_any}, so its weight in the fit is unknown"
+            remedy = "add sd: …" if key == FIRST else f"add sd: {{{name}: …}}"
+            yield Finding(("targets", min(scatters)), message, remedy)
 
 
 def _rule_uses_priors(draft: Draft) -> Iterator[Finding]:
@@ -145,7 +143,10 @@ def _surface_over_conditions(draft: Draft) -> Iterator[Finding]:
     if draft.study.of(RsmOptions).over == "factors" or not draft.study.of(RsmOptions).wanted:
         return
     remedy = "remove `rsm.over`"
-    wanted, measured = draft.study.of(InvertOptions).conditions, {one.condition for one in draft.study.targets.means}
+    wanted, measured = (
+        draft.study.of(InvertOptions).conditions,
+        {target.condition for target in draft.study.targets.means},
+    )
     if len(measured if wanted == "all" else wanted or ()) < 2:
         condition = "condition" if draft.naming.condition is None else draft.naming.condition.noun
         message = f"`rsm.over` requires several fitted values of the {condition}"

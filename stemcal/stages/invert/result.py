@@ -34,15 +34,10 @@ class Point:
     @classmethod
     def of(cls, assessed: Assessment, coding: Coding) -> Point:
         """Return an assessed point with its factors by name."""
-        return cls(
-            coding.by_name(coding.to_natural(assessed.coded)),
-            dict(zip(coding.names, assessed.coded, strict=True)),
-            assessed.coded_radius,
-            assessed.response,
-            assessed.mean_interval,
-            assessed.prediction_interval,
-            assessed.inside,
-        )
+        natural, coded = coding.to_natural(assessed.coded), dict(zip(coding.names, assessed.coded, strict=True))
+        intervals = assessed.mean_interval, assessed.prediction_interval
+        point = coding.by_name(natural), coded, assessed.coded_radius, assessed.response
+        return cls(*point, *intervals, assessed.inside)
 
 
 @dataclass(frozen=True)
@@ -228,7 +223,6 @@ class InvertResult(StageResult):
         return Prediction(joint.max_abs_left_out_error_percent, joint.formula, in_turn=each)
 
     def _tables(self) -> dict[str, Table]:
-        """Return the solution with the range of each factor to cite, and that of the exact solutions."""
         point = self.point
         rows = [
             (name, value, *self.certainty.intervals[name], point.coded[name], *self.ranges[name])

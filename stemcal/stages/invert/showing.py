@@ -138,7 +138,6 @@ def _ranges(stage: InvertResult) -> dict[str, str]:
 
 
 def _joint_table(joint: JointFitted, names: Wording) -> Table:
-    """Return the measured values next to those of the surfaces."""
     values = ("measured", "Measured", short), ("predicted", "Surface", significant)
     columns = measured_columns(names, bool(names.naming.others or joint.further), values)
     error, left_out = joint.max_abs_error_percent, joint.max_abs_left_out_error_percent

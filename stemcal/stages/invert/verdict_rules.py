@@ -9,7 +9,7 @@ from stemcal.formats import change, counted, interval, series, short, signed_pro
 from stemcal.notes import Note, Remedy, Severity
 from stemcal.stages.fitting import Surfaces, fitted_surfaces, measured_means
 from stemcal.stages.invert.options import chose_conditions
-from stemcal.stages.invert.result import Certainty, Contradicted, InvertResult, JointFitted
+from stemcal.stages.invert.result import Certainty, Contradicted, InvertResult, JointFitted, Point
 from stemcal.stages.stage import calibrating
 from stemcal.stages.verdict import advice, words
 from stemcal.stages.verdict.direction_advice import direction_reason
@@ -18,7 +18,7 @@ from stemcal.stages.verdict.verdict_rules import BEYOND_DOUBT, Evidence, Rank, r
 from stemcal.study.model.study import Study
 from stemcal.vocabulary import Wording
 
-MISSED_PERCENT = 2.0
+_MISSED_PERCENT = 2.0
 _SAME_SIDE = 0.25  # of the largest error, up to which one to the other side is none
 _NEAR_RADIUS, _NEAR_END = 0.98, 0.01
 
@@ -26,60 +26,64 @@ _NEAR_RADIUS, _NEAR_END = 0.98, 0.01
 @ranked(Rank.TREND)
 def anisotropy(evidence: Evidence) -> Iterator[Note]:
     """Yield the elastic moduli along and across the axis if the fitted slopes require both of an isotropic model."""
-    surface, found = evidence.of(Surfaces), evidence.of(InvertResult)
-    if surface is not None and found is not None:
-        yield from direction_reason(evidence, surface, found.point.solution)
+    surface, solved = evidence.of(Surfaces), evidence.of(InvertResult)
+    if surface is not None and solved is not None:
+        yield from direction_reason(evidence, surface, solved.point.solution)
 
 
 @ranked(Rank.TREND)
 def trend(evidence: Evidence) -> Iterator[Note]:
     """Yield a trend of the errors of a joint fit over the diameter: no other change of model or data removes it."""
-    study, surface, found = evidence.study, evidence.of(Surfaces), evidence.of(InvertResult)
-    if surface is None or found is None or found.joint is None:
+    study, surface, solved = evidence.study, evidence.of(Surfaces), evidence.of(InvertResult)
+    if surface is None or solved is None or solved.joint is None:
         return
-    if _all_out_of_reach(evidence, found.joint) is not None:
+    if _all_out_of_reach(evidence, surface, solved.point, solved.joint) is not None:
         return  # wider ranges come first
     rows = [
         (row.condition, row.measured, row.predicted, standard_error(row.measured, row.sd, row.n))
-        for row in found.joint.rows
+        for row in solved.joint.rows
         if row.response == study.naming.response.name
     ]
-    worst, solution = found.joint.max_abs_error_percent, found.point.solution
+    worst, solution = solved.joint.max_abs_error_percent, solved.point.solution
     yield from trend_reason(evidence, rows, worst, lambda: for_trend(study, surface, solution))
 
 
 @ranked(Rank.REACH)
 def conflict(evidence: Evidence) -> Iterator[Note]:
     """Yield a measured mean that contradicts the others, or that the fit misses if no scatter is known."""
-    found = evidence.of(InvertResult)
-    joint = found.joint if found is not None else None
-    if found is None or joint is None or found.priors or any(anisotropy(evidence)):
+    surface, solved = evidence.of(Surfaces), evidence.of(InvertResult)
+    if (
+        surface is None
+        or solved is None
+        or (joint := solved.joint) is None
+        or solved.priors
+        or any(anisotropy(evidence))
+    ):
         return
-    apart, missed = joint.contradiction, joint.max_abs_error_percent > evidence.equivalent_percent
-    if apart is not None:
-        if (reach := _all_out_of_reach(evidence, joint)) is not None:
-            yield Note(
-                "out_of_reach", "error" if evidence.mostly_off else "warning", reach, _of_conflict(evidence, joint)
-            )
-            return
-        one_place = len({row.condition for row in (*joint.rows, *joint.further)}) == 1
-        beyond = evidence.mostly_off or (one_place and joint.df < 1 and apart.p < BEYOND_DOUBT)
-        text = _contradiction(apart, evidence.names)
-        yield Note("conflict", "error" if beyond else "warning", text, _of_conflict(evidence, joint))
-    elif missed and joint.p is None:
+    apart, beyond, kind = joint.contradiction, evidence.mostly_off, "conflict"
+    if apart is None and (joint.p is not None or joint.max_abs_error_percent <= evidence.equivalent_percent):
+        return
+    if apart is None:
         text = f"The largest error of the joint fit is {joint.max_abs_error_percent:.0f} %."
-        yield Note("conflict", "error" if evidence.mostly_off else "warning", text, _of_conflict(evidence, joint))
+    elif (reach := _all_out_of_reach(evidence, surface, solved.point, joint)) is not None:
+        kind, text = "out_of_reach", reach
+    else:
+        one_place = len({row.condition for row in (*joint.rows, *joint.further)}) == 1
+        beyond = beyond or (one_place and joint.df < 1 and apart.p < BEYOND_DOUBT)
+        text = _contradiction(apart, evidence.names)
+    remedy, coded = _to_reconcile(evidence.study, joint), list(solved.point.coded.values())
+    if joint.out_of_reach and _on_edge(surface, coded):  # if each mean is reached by itself, no range is changed
+        remedy = advice.from_the_edge(evidence.study, surface, coded)
+    yield Note(kind, "error" if beyond else "warning", text, remedy)
 
 
-def _all_out_of_reach(evidence: Evidence, joint: JointFitted) -> str | None:
+def _all_out_of_reach(evidence: Evidence, surface: Surfaces, point: Point, joint: JointFitted) -> str | None:
     """Return the text on means that are out of reach to the same side, so that they do not contradict each other."""
-    surface, found = evidence.of(Surfaces), evidence.of(InvertResult)
-    assert surface is not None and found is not None
     errors = [row.error_percent for row in (*joint.rows, *joint.further)]
     worst = max(errors, key=abs)
     if any(error * worst < -_SAME_SIDE * worst**2 for error in errors):
         return None
-    if not (joint.out_of_reach and _on_edge(evidence, list(found.point.coded.values()))):
+    if not (joint.out_of_reach and _on_edge(surface, list(point.coded.values()))):
         return None
     names, places = evidence.names, [(mean.response, mean.condition) for mean in joint.out_of_reach]
     for mean, fitted in zip(measured_means(evidence.study), fitted_surfaces(evidence.study, surface), strict=True):
@@ -94,55 +98,35 @@ def _all_out_of_reach(evidence: Evidence, joint: JointFitted) -> str | None:
     return None
 
 
-def _contradiction(found: Contradicted, names: Wording) -> str:
+def _contradiction(apart: Contradicted, names: Wording) -> str:
     """Return the measured mean that contradicts the others, and their prediction of it."""
-    named = names.naming.named(found.response)
-    values = (named.counted(value, found.measured) for value in (found.measured, found.low, found.high))
+    named = names.naming.named(apart.response)
+    values = (named.counted(value, apart.measured) for value in (apart.measured, apart.low, apart.high))
     measured, low, high = (f"{short(value, 4)}{named.unit_suffix}" for value in values)
     return (
-        f"The measured {named.long}{names.at(found.condition)} ({measured}) contradicts the other measurements, which "
-        f"predict a value between {low} and {high} (difference: {found.standard_errors:.1f} standard errors)."
+        f"The measured {named.long}{names.at(apart.condition)} ({measured}) contradicts the other measurements, which "
+        f"predict a value between {low} and {high} (difference: {apart.standard_errors:.1f} standard errors)."
     )
-
-
-def _of_conflict(evidence: Evidence, joint: JointFitted) -> Remedy:
-    """Widen a range where a mean is out of reach by itself; if each is reached, no range is changed."""
-    surface, found = evidence.of(Surfaces), evidence.of(InvertResult)
-    assert surface is not None and found is not None
-    coded = list(found.point.coded.values())
-    if joint.out_of_reach and _on_edge(evidence, coded):
-        return advice.from_the_edge(evidence.study, surface, coded)
-    return _to_reconcile(evidence.study, joint)
 
 
 @ranked(Rank.IDENTIFICATION)
 def on_the_edge(evidence: Evidence) -> Iterator[Note]:
     """Yield a solution on the edge of the search region, unless a conflict already has a remedy."""
-    surface, found = evidence.of(Surfaces), evidence.of(InvertResult)
-    if surface is None or found is None:
+    surface, solved = evidence.of(Surfaces), evidence.of(InvertResult)
+    if surface is None or solved is None:
         return
-    if found.joint is not None and (any(conflict(evidence)) or any(anisotropy(evidence))):
+    if solved.joint is not None and (any(conflict(evidence)) or any(anisotropy(evidence))):
         return  # the rule on the conflict has the remedy
     place = evidence.results.parameters
     coded = surface.scales.to_coded([place[name] for name in surface.names]).tolist()
-    if _on_edge(evidence, coded):
-        text = "The solution is at the limit of the search range."
-        yield Note("on_the_edge", "warning", text, _from_the_edge(evidence, coded))
+    if _on_edge(surface, coded):
+        remedy = advice.from_the_edge(evidence.study, surface, coded)
+        if solved.joint is not None and not solved.joint.separated:  # the fit is there because of a flat valley
+            remedy = _to_identify(evidence, solved.certainty)
+        yield Note("on_the_edge", "warning", "The solution is at the limit of the search range.", remedy)
 
 
-def _from_the_edge(evidence: Evidence, coded: Sequence[float]) -> Remedy:
-    """Widen a range, unless the joint fit is there because of a flat valley."""
-    surface, found = evidence.of(Surfaces), evidence.of(InvertResult)
-    assert surface is not None and found is not None
-    joint, known = found.joint, found.certainty
-    if joint is None or joint.separated:
-        return advice.from_the_edge(evidence.study, surface, coded)
-    return _to_identify(evidence, known)
-
-
-def _on_edge(evidence: Evidence, coded: Sequence[float]) -> bool:
-    surface = evidence.of(Surfaces)
-    assert surface is not None
+def _on_edge(surface: Surfaces, coded: Sequence[float]) -> bool:
     radius = sum(value**2 for value in coded) ** 0.5
     region = surface.region
     ends = zip(coded, region.low.tolist(), region.high.tolist(), strict=True)
@@ -153,47 +137,35 @@ def _on_edge(evidence: Evidence, coded: Sequence[float]) -> bool:
 @ranked(Rank.MODEL)
 def misfit(evidence: Evidence) -> Iterator[Note]:
     """Yield a misfit of the joint fit beyond the scatter if no single mean is the reason."""
-    found = evidence.of(InvertResult)
-    joint = found.joint if found is not None else None
-    if found is None or joint is None or joint.p is None or joint.misfit is None or joint.p >= 0.05:
+    solved = evidence.of(InvertResult)
+    joint = solved.joint if solved is not None else None
+    if solved is None or joint is None or joint.p is None or joint.misfit is None or joint.p >= 0.05:
         return
-    if (joint.contradiction is not None and not found.priors) or any(anisotropy(evidence)):
+    if (joint.contradiction is not None and not solved.priors) or any(anisotropy(evidence)):
         return  # the conflict names it
-    beyond = bool(found.priors) and joint.p < BEYOND_DOUBT
+    beyond = bool(solved.priors) and joint.p < BEYOND_DOUBT
     times, p = joint.misfit / joint.df, signed_probability(joint.p)
     text = f"The misfit is {times:.1f} times the value expected from the scatter of the measurements (p {p})."
-    remedy = _check_prior(found) or _to_reconcile(evidence.study, joint)
+    remedy, solution = _to_reconcile(evidence.study, joint), solved.point.solution
+    if solved.priors:  # the one that is farthest from the solution, in its standard deviations
+        prior = max(solved.priors, key=lambda prior: abs(solution[prior.factor] - prior.mean) / prior.sd)
+        unit = f"the unit of the prior for {prior.factor}"
+        remedy = Remedy(f"Check the source ({prior.source}) and {unit}, or remove the prior.")
     yield Note("misfit", "error" if beyond else "warning", text, remedy)
-
-
-def _check_prior(found: InvertResult) -> Remedy | None:
-    """Return the remedy for the prior that is farthest from the solution, in its standard deviations."""
-    solution = found.point.solution
-    worst = max(found.priors, key=lambda prior: abs(solution[prior.factor] - prior.mean) / prior.sd, default=None)
-    if worst is None:
-        return None
-    return Remedy(
-        f"Check the source ({worst.source}) and the unit of the prior for {worst.factor}, or remove the prior."
-    )
 
 
 @ranked(Rank.IDENTIFICATION)
 def not_identified(evidence: Evidence) -> Iterator[Note]:
-    """Yield the factors that the measurements do not determine."""
-    found = evidence.of(InvertResult)
-    if found is not None and found.certainty.not_identified:
-        text, remedy = _not_identified(found.certainty), _to_identify(evidence, found.certainty)
-        yield Note("not_identified", "warning", text, remedy)
-
-
-def _not_identified(known: Certainty) -> str:
-    """Return the factors that the fit does not determine, and the combination along which it hardly changes."""
-    factors = series(known.not_identified, "or")
-    changes = [change(name, size, known.units[name]) for name, size in known.loosest.items()]
-    if len(changes) > 1:
-        together = f"If {series(changes)}, the fitted responses hardly change."
-        return f"The fit does not determine {factors}. {together}"
-    return f"The fit does not determine {factors} because the fitted responses hardly depend on {factors}."
+    """Yield the factors that the measurements do not determine, and how they change together."""
+    solved = evidence.of(InvertResult)
+    if solved is not None and (known := solved.certainty).not_identified:
+        factors = series(known.not_identified, "or")
+        changes = [change(name, size, known.units[name]) for name, size in known.loosest.items()]
+        hardly = f" because the fitted responses hardly depend on {factors}."
+        if len(changes) > 1:
+            hardly = f". If {series(changes)}, the fitted responses hardly change."
+        text = f"The fit does not determine {factors}{hardly}"
+        yield Note("not_identified", "warning", text, _to_identify(evidence, known))
 
 
 @ranked(Rank.MODEL)
@@ -205,27 +177,20 @@ def target_missed(evidence: Evidence) -> Iterator[Note]:
     worst = max(fitted, key=lambda row: row.size)
     last = calibrating(evidence.study)
     options = None if last.name == InvertResult.name else last.options(evidence.study)  # of the refinement
-    tolerance = MISSED_PERCENT if options is None else max(options.tolerance_percent, MISSED_PERCENT)
+    tolerance = _MISSED_PERCENT if options is None else max(options.tolerance_percent, _MISSED_PERCENT)
     if worst.size <= (evidence.equivalent_percent if evidence.study.joint_targets else tolerance):
         return
     far = [row for row in fitted if row.size > evidence.equivalent_percent]
     severity: Severity = "error" if len(far) == len(fitted) or evidence.mostly_off else "warning"
-    remedy = _refine_more(options.budget if options is not None else None)
+    remedy = Remedy("Add `refine: {}` to the spec to correct the solution by simulation.", "refine: {}")
+    if options is not None:
+        more, check = 2 * options.budget, "check whether the response is discontinuous between neighbouring points"
+        remedy = Remedy(f"Raise `refine.budget` to {more}, or {check}.", f"refine: {{budget: {more}}}")
     if evidence.study.joint_targets:  # no further run reconciles measurements that contradict each other
         reasons = [*anisotropy(evidence), *conflict(evidence)]
         remedy = next((reason.remedy for reason in reasons if reason.remedy), remedy)
     text = f"{words.miss(worst, evidence.names)}, although this measurement was included in the fit."
     yield Note("target_missed", severity, text, remedy)
-
-
-def _refine_more(budget: int | None) -> Remedy:
-    if budget is None:
-        return Remedy("Add `refine: {}` to the spec to correct the solution by simulation.", "refine: {}")
-    raised = (
-        f"Raise `refine.budget` to {2 * budget}, or check whether the response is discontinuous between neighbouring "
-        "points."
-    )
-    return Remedy(raised, f"refine: {{budget: {2 * budget}}}")
 
 
 def _to_identify(evidence: Evidence, known: Certainty) -> Remedy:
@@ -242,16 +207,12 @@ def _to_identify(evidence: Evidence, known: Certainty) -> Remedy:
         return advice.fit_all(study, "responses", f"If {widest} remains undetermined, {measure}")
     if len(study.targets.means) > max(len(study.joint_targets), 1) and not chose_conditions(study):
         return advice.fit_all(study, "conditions", f"If {widest} remains undetermined, {measure}")
-    return Remedy(f"{measure[:1].upper()}{measure[1:]} {_to_publish(known)}")
-
-
-def _to_publish(known: Certainty) -> str:
-    """Return how to report factors that the measurements do not determine."""
     curve = ""
     if len(known.loosest) > 1:
         changes = series(change(name, size, known.units[name]) for name, size in known.loosest.items())
         curve = f", and the sets that fit equally well: they change together ({changes})"
-    return f"Without new data, publish the 95 % confidence intervals instead of single values{curve}."
+    publish = f"Without new data, publish the 95 % confidence intervals instead of single values{curve}."
+    return Remedy(f"{measure[:1].upper()}{measure[1:]} {publish}")
 
 
 def _within_reach(evidence: Evidence, response: str) -> bool:
@@ -284,11 +245,11 @@ def _to_reconcile(study: Study, joint: JointFitted) -> Remedy:
 @ranked(Rank.FORMULA)
 def no_better_than_formula(evidence: Evidence) -> Iterator[Note]:
     """Yield a formula that predicts each diameter from the others as well as the fit, if there is no other check."""
-    found, first = evidence.of(InvertResult), evidence.study.naming.response.name
+    solved, first = evidence.of(InvertResult), evidence.study.naming.response.name
     compared = [row for row in evidence.judged if row.response == first]
     held_out = any(not row.fitted and row.error_percent is not None for row in compared)
-    if found is not None and compared and not held_out:
-        yield from advice.formula_reason(found)
+    if solved is not None and compared and not held_out:
+        yield from advice.formula_reason(solved)
 
 
 RULES = (anisotropy, trend, conflict, target_missed, misfit, not_identified, on_the_edge, no_better_than_formula)

@@ -45,8 +45,8 @@ def known(part: Certainty, stage: InvertResult, names: Wording) -> list[str]:
     sentences += [f"The {data} constrains {series(kept)}."] if kept else []
     if part.free:
         sentences.append(f"The {data} does not determine {series(map(names.in_text, part.free), 'or')}.")
-    for found in part.unseen_changes:
-        changes = (change(names.in_text(name), size, part.units[name]) for name, size in found.items())
+    for direction in part.unseen_changes:
+        changes = (change(names.in_text(name), size, part.units[name]) for name, size in direction.items())
         sentences.append(f"To first order, the {data} hardly changes if {series(changes)}.")
     return [*sentences, *assumption(part)]
 
@@ -102,9 +102,6 @@ def range_to_cite(stage: InvertResult, names: Wording) -> list[str]:
         "If the error of the response surface is neglected, all parameter values that reproduce the target are within "
         f"these ranges: {exact}.",
     ]
-
-
-# ---- notes
 
 
 def invert_notes(stage: InvertResult) -> list[Note]:

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import fields, replace
 from types import MappingProxyType
 from typing import Any
 
@@ -10,6 +10,7 @@ import numpy as np
 
 from stemcal.doe import designs
 from stemcal.doe.coding import Coding
+from stemcal.doe.regression.anova import FitStatistics
 from stemcal.doe.regression.backward_elimination import ReductionStep, reduce_surface
 from stemcal.doe.regression.canonical import canonical_analysis
 from stemcal.doe.regression.section import relative_percent
@@ -37,11 +38,6 @@ from stemcal.vocabulary import FIRST, Wording
 
 _USUAL_FACTORS = 3  # that a screening keeps
 _KEPT_P = 0.1  # terms with a larger p are removed
-_TOLD = (
-    *("coefficients", "covariance", "r2", "adjusted_r2", "predicted_r2", "adequate_precision", "press", "cv_percent"),
-    *("lack_of_fit_testable", "runs_failed", "runs_diagnostics"),
-)
-"""What a result keeps of a fit as it is."""
 
 
 @a_stage(RsmResult)
@@ -68,8 +64,8 @@ def rsm(work: Work, head: Head) -> RsmResult:
         fixed={name: level for name, level in study.midlevels().items() if name not in names},
         radius=study.of(RsmOptions).radius(dimensions(study, names)),
         design=runs,
-        anova=fit.anova,
-        **{name: getattr(fit, name) for name in _TOLD},
+        **{field.name: getattr(fit, field.name) for field in fields(FitStatistics)},
+        covariance=fit.covariance,
         reduction=reduction,
         canonical=canonical_analysis(fit, design.coding) if axis is None else None,
         over=axis,
@@ -85,7 +81,6 @@ def rsm(work: Work, head: Head) -> RsmResult:
 
 
 def _notes(result: RsmResult) -> Iterator[Note]:
-    """Yield notes on the reduction and on repeated runs."""
     if result.reduction is not None:
         removed = (
             f"Backward elimination removed {series(step.term for step in result.reduction)}. The p-values and "
@@ -103,10 +98,10 @@ def _fit_terms(
 ) -> tuple[Surface, tuple[ReductionStep, ...] | None]:
     """Fit the surface to runs as the spec chooses; returns it, and the terms removed if some were to be."""
     logarithm, values = axis is not None and FIRST in axis.logarithms, np.array([run.number(FIRST) for run in runs])
-    given, names = (design.coded, np.log(values) if logarithm else values, design.names), Wording(study.naming)
+    data, names = (design.coded, np.log(values) if logarithm else values, design.names), Wording(study.naming)
     names = Wording(study.naming.of_logarithm) if logarithm else names
     reduced = study.of(RsmOptions).reduce == "backward"
-    fit, steps = reduce_surface(*given, _KEPT_P, names) if reduced else (fit_surface(*given, written=names), None)
+    fit, steps = reduce_surface(*data, _KEPT_P, names) if reduced else (fit_surface(*data, written=names), None)
     return replace(fit, cv_percent=relative_percent(fit)) if logarithm else fit, steps
 
 
@@ -131,29 +126,26 @@ def _factors(
 
 def foresee(study: Study, solver: Solver, folder: StudyFolder | None) -> Asked:
     """Return the runs of the design, of an assumed number of factors as long as a screening has to choose."""
-    before, given = None, solver.given_design("rsm")
+    before, table = None, solver.given_design("rsm")
     with suppress(UsageError):
         before = None if folder is None else _read_before(study, solver, folder)
     undecided = before is None and stage_called("rsm").needs(study) is not None
     if undecided:
-        names = given[0] if given else study.names[:_USUAL_FACTORS]
+        names = table[0] if table else study.names[:_USUAL_FACTORS]
         design = study_design(study, solver, [name for name in names if name in study.names])
     else:
         design = study_design(study, solver, *_factors(study, solver, before)[:2])
-    known = given is not None or not undecided
+    known = table is not None or not undecided
     joint = () if design.conditions else study.joint_targets
     conditions = [study.targets.calibrate_at, *(target.condition for target in joint)]
     requests = [request for condition in dict.fromkeys(conditions) for request in design.requests(condition)]
     if known:
         names = tuple(name for name in design.names if name in study.names) + design.held
-        note = over.runs_of_both(study, names, design) if given is None else None
+        note = over.runs_of_both(study, names, design) if table is None else None
     else:
         assumed = f"The plan assumes {len(design.names) - bool(design.conditions)} factors for the response surface"
         note = Note("factors_assumed", "caution", f"{assumed} because the screening has not yet selected the factors.")
     return Asked("rsm", requests, known, note, design)
-
-
-# ---- the design run at the other diameters of a joint fit
 
 
 def _at_condition(work: Work, target: Target, result: RsmResult, design: Design) -> AtCondition:
@@ -183,16 +175,13 @@ def _further_responses(study: Study, result: RsmResult, axis: ConditionAxis) -> 
         yield AtCondition(condition=axis.at, runs=Rows(), fit=fits[FIRST], responses=further)
 
 
-# ---- the design, and the notes of `check` on it
-
-
 def study_design(
     study: Study, solver: Solver, names: Sequence[str], found: Mapping[str, CodedScale] = MappingProxyType({})
 ) -> Design:
     """Return the design of the spec over the named factors, or the rows the solver has."""
-    options, coding, given = study.of(RsmOptions), _coding(study, names, found), solver.given_design("rsm")
-    if given is not None:
-        return given_design("rsm", study, coding, given)
+    options, coding, table = study.of(RsmOptions), _coding(study, names, found), solver.given_design("rsm")
+    if table is not None:
+        return given_design("rsm", study, coding, table)
     if options.over == "conditions":
         return over.over_design(study, coding).repeated(study.solver.repeats)
     coded = designs.surface_runs(len(names), options.chosen())
@@ -210,9 +199,6 @@ def _coding(study: Study, names: Sequence[str], found: Mapping[str, CodedScale])
     each = zip(names, ranged.centre, ranged.half_step, strict=True)
     centre, half_step = zip(*(own.get(name, (middle, half)) for name, middle, half in each), strict=True)
     return Coding(tuple(names), centre, half_step)
-
-
-# ---- what repeated runs show
 
 
 def _pure_error_of(design: DesignRuns, names: Wording, by_chance: bool) -> Note | None:

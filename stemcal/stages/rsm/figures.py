@@ -61,19 +61,16 @@ def rsm_plots(rsm: RsmResult, solved: Solution | None, labels: Mapping[str, str]
     if rsm.runs_diagnostics:
         plots.append(Plot("diagnostics", "rsm", checks, partial(diagnostics, rsm), wide=True, detail=True))
     for pair in combinations(rsm.names, 2):
-        plots += _pair_plots(rsm, pair, solved, labels)
+        plots += _of_pair(rsm, pair, solved, labels)
     return plots
 
 
-def _pair_plots(
-    rsm: RsmResult, pair: tuple[str, str], solved: Solution | None, labels: Mapping[str, str]
-) -> list[Plot]:
-    """Return the contours and the relief over two factors."""
+def _of_pair(rsm: RsmResult, pair: tuple[str, str], solved: Solution | None, labels: Mapping[str, str]) -> list[Plot]:
     response = rsm.naming.response
     over = f"as a function of {Wording(rsm.naming, labels).factors(pair)}"
-    one = len(rsm.names) == 3
-    others, whose = ("factor", "its") if one else ("factors", "their")
-    value = f"{whose} {'calibrated' if solved else 'centre'} {'value' if one else 'values'}"
+    single = len(rsm.names) == 3
+    others, whose = ("factor", "its") if single else ("factors", "their")
+    value = f"{whose} {'calibrated' if solved else 'centre'} {'value' if single else 'values'}"
     held = "" if len(rsm.names) == 2 else f", with the remaining {others} fixed at {value}"
     unit = f" ({response.written})" if response.written else ""
     met = f" The orange line marks the measured {response.long}; the star marks the calibrated point." if solved else ""
@@ -102,8 +99,8 @@ def observed_predicted(rsm: RsmResult) -> Figure:
         ends = [min(observed + predicted), max(observed + predicted)]
         axes.plot(ends, ends, color=FAINT, linestyle="--")
         axes.plot(predicted, observed, "o", color=BLUE, alpha=0.85)
-        axes.set_xlabel(literal(rsm.regressed.response.headed("predicted by the surface")))
-        axes.set_ylabel(literal(rsm.regressed.response.headed("simulated")))
+        labels = (literal(rsm.regressed.response.headed(what)) for what in ("predicted by the surface", "simulated"))
+        axes.set(**dict(zip(("xlabel", "ylabel"), labels, strict=True)))
     return figure
 
 
@@ -120,20 +117,14 @@ def diagnostics(rsm: RsmResult) -> Figure:
         normal, over, influence = figure.subplots(1, 3)
         normal.plot([scores[0], scores[-1]], [scores[0], scores[-1]], color=FAINT, linestyle="--", linewidth=1)
         normal.plot(scores, sorted(residuals), "o", color=BLUE, markersize=4)
-        normal.set_xlabel("normal score")
-        normal.set_ylabel("studentised residual")
+        normal.set(xlabel="normal score", ylabel="studentised residual")
         over.axhline(0, color=FAINT, linewidth=1)
         over.plot([row.fitted for row in rows], residuals, "o", color=BLUE, markersize=4)
-        over.set_xlabel(literal(rsm.regressed.response.headed("predicted")))
-        over.set_ylabel("studentised residual")
+        over.set(xlabel=literal(rsm.regressed.response.headed("predicted")), ylabel="studentised residual")
         influence.bar([row.run for row in rows], [row.cooks_distance or 0.0 for row in rows], color=BLUE, width=0.7)
         influence.axhline(1.0, color=ORANGE, linestyle="--", linewidth=1)
-        influence.set_ylabel("Cook's distance")
-        influence.set_xlabel("run")
+        influence.set(xlabel="run", ylabel="Cook's distance")
     return figure
-
-
-# ---- over two factors, as contours and as a relief
 
 
 def _section_of(rsm: RsmResult, pair: tuple[str, str], solved: Solution | None) -> tuple[Array, Array, Array]:
@@ -205,7 +196,6 @@ def relief(
 
 
 def _height(rsm: RsmResult) -> str:
-    """Return the label of the vertical axis."""
     return literal(rsm.naming.response.headed(rsm.naming.response.noun))
 
 

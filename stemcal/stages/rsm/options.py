@@ -38,15 +38,16 @@ class _OfSurfaces:
         return {"enum": [*(design.name for design in SURFACES.all), _NONE], "type": "string"}
 
 
-def _surface_design(given: Any) -> str:
+def _surface_design(value: Any) -> str:
     """Return the name of a design for the surface that exists, here or in another package."""
-    if isinstance(given, str) and (given == _NONE or SURFACES.named(given) is not None):
-        return given
+    if isinstance(value, str) and (value == _NONE or SURFACES.named(value) is not None):
+        return value
     others = (repr(design.name) for design in SURFACES.all)
     raise PydanticKnownError("literal_error", {"expected": f"{', '.join(others)} or {_NONE!r}"})
 
 
 _STRONGEST = r"strongest ([1-9][0-9]?)"
+_NAMES = {"type": "array", "items": {"type": "string"}}
 
 
 def _chosen_or_names(given: Any) -> Any:
@@ -58,20 +59,20 @@ def _chosen_or_names(given: Any) -> Any:
     raise complain(message, "write `factors: significant`")
 
 
-def factors_taken(design: str) -> tuple[int, int]:
+def _factors_taken(design: str) -> tuple[int, int]:
     """Return the least and greatest number of factors of a design for the surface."""
-    found = SURFACES.named(design)
-    return (2, MOST_FACTORS) if found is None else found.factors
+    known = SURFACES.named(design)
+    return (2, MOST_FACTORS) if known is None else known.factors
 
 
-AlphaRule = Literal["rotatable", "face"]
+_AlphaRule = Literal["rotatable", "face"]
 
 
-def _axial_distance(given: Any) -> Any:
-    number = isinstance(given, int | float) and not isinstance(given, bool)
-    if given in get_args(AlphaRule) or (number and 0 < given <= 100):
-        return given
-    shown = f"{given:g}" if number else repr(given)[:60]
+def _axial_distance(value: Any) -> Any:
+    number = isinstance(value, int | float) and not isinstance(value, bool)
+    if value in get_args(_AlphaRule) or (number and 0 < value <= 100):
+        return value
+    shown = f"{value:g}" if number else repr(value)[:60]
     raise complain(f"{shown} is not a valid axial distance", "write `rotatable`, `face` or a number above 0")
 
 
@@ -90,15 +91,7 @@ class RsmOptions(Frozen):
     factors: Annotated[
         str | tuple[str, ...],
         BeforeValidator(_chosen_or_names),
-        WithJsonSchema(
-            {
-                "anyOf": [
-                    {"const": "significant"},
-                    {"type": "string", "pattern": f"^{_STRONGEST}$"},
-                    {"type": "array", "items": {"type": "string"}},
-                ]
-            }
-        ),
+        WithJsonSchema({"anyOf": [{"const": "significant"}, {"type": "string", "pattern": f"^{_STRONGEST}$"}, _NAMES]}),
     ] = "significant"
     """The factors of the response surface: `significant` (in the screening), `strongest 3`, or a list of names."""
     over: Literal["factors", "conditions"] = "factors"
@@ -108,9 +101,9 @@ class RsmOptions(Frozen):
     centre_points: Annotated[Whole, Field(ge=0, le=100)] = 6
     """Number of runs at the centre. Repeated runs of a deterministic solver add no information."""
     alpha: Annotated[
-        AlphaRule | float,
+        _AlphaRule | float,
         BeforeValidator(_axial_distance),
-        WithJsonSchema({"anyOf": [{"enum": list(get_args(AlphaRule))}, {"type": "number", "minimum": 0}]}),
+        WithJsonSchema({"anyOf": [{"enum": list(get_args(_AlphaRule))}, {"type": "number", "minimum": 0}]}),
     ] = "rotatable"
     """Distance of the axial points from the centre: a rule or a number in coded units."""
     runs: Annotated[Whole, Field(ge=6, le=10_000)] | None = None
@@ -177,8 +170,8 @@ def dimensions(study: Study, names: Sequence[str]) -> int:
     return len(names) + (1 - len(growing_with(study, names)) if over else 0)
 
 
-MOST_CCD_FACTORS = 8
-LATIN_HYPERCUBE = "latin-hypercube"
+_MOST_CCD_FACTORS = 8
+_LATIN_HYPERCUBE = "latin-hypercube"
 
 
 def _surface_factors_exist(draft: Draft) -> Iterator[Finding]:
@@ -193,9 +186,9 @@ def _surface_factors_exist(draft: Draft) -> Iterator[Finding]:
             yield Finding(path, f"{name} is listed twice", "remove one")
     if not chosen:
         yield Finding(("rsm", "factors"), "a response surface requires at least one factor", "list a factor")
-    if len(chosen) > MOST_CCD_FACTORS:
+    if len(chosen) > _MOST_CCD_FACTORS:
         message = f"{len(chosen)} factors require too many corner runs"
-        yield Finding(("rsm", "factors"), message, f"list at most {MOST_CCD_FACTORS} factors")
+        yield Finding(("rsm", "factors"), message, f"list at most {_MOST_CCD_FACTORS} factors")
 
 
 def _factors_are_found(draft: Draft) -> Iterator[Finding]:
@@ -213,17 +206,17 @@ def _surface_design_takes_factors(draft: Draft) -> Iterator[Finding]:
     rsm, known = draft.study.of(RsmOptions), len(draft.names)
     if not rsm.wanted:
         return
-    listed, (fewest, most) = not isinstance(rsm.factors, str), factors_taken(rsm.design)
+    listed, (fewest, most) = not isinstance(rsm.factors, str), _factors_taken(rsm.design)
     k = dimensions(draft.study, rsm.factors) if listed else (rsm.strongest or known) + (rsm.over == "conditions")
     if rsm.strongest:
-        most = min(most, MOST_CCD_FACTORS, known)
+        most = min(most, _MOST_CCD_FACTORS, known)
     if (k < fewest and (fewest > 2 or rsm.strongest)) or (k > most and (listed or rsm.strongest)):
         path, remedy = ("rsm", "design"), "write `central-composite`"
         if rsm.strongest:
             path, remedy = ("rsm", "factors"), f"write `strongest {fewest}`"
         yield Finding(path, f"the `{rsm.design}` design requires {fewest} to {most} factors, not {k}", remedy)
     least = (k + 1) * (k + 2) // 2
-    if listed and rsm.design == LATIN_HYPERCUBE and rsm.runs is not None and rsm.runs < least:
+    if listed and rsm.design == _LATIN_HYPERCUBE and rsm.runs is not None and rsm.runs < least:
         message = f"{rsm.runs} runs cannot determine the {least} coefficients of a response surface in {k} factors"
         yield Finding(("rsm", "runs"), message, f"write {2 * least}")
 
@@ -231,9 +224,9 @@ def _surface_design_takes_factors(draft: Draft) -> Iterator[Finding]:
 def _runs_are_used(draft: Draft) -> Iterator[Finding]:
     """`rsm.runs` is for the design whose size is free."""
     rsm = draft.study.of(RsmOptions)
-    if rsm.wanted and rsm.runs is not None and rsm.design != LATIN_HYPERCUBE:
+    if rsm.wanted and rsm.runs is not None and rsm.design != _LATIN_HYPERCUBE:
         message = f"the number of runs of the `{rsm.design}` design is determined by the number of factors"
-        yield Finding(("rsm", "runs"), message, f"omit `runs` or write `design: {LATIN_HYPERCUBE}`")
+        yield Finding(("rsm", "runs"), message, f"omit `runs` or write `design: {_LATIN_HYPERCUBE}`")
 
 
 def _coding_fits(draft: Draft) -> Iterator[Finding]:
@@ -262,7 +255,7 @@ def _unphysical_runs(draft: Draft, factor: Factor) -> Iterator[Finding]:
     if parameter is None or not units.fits(factor.unit, parameter.dimension):
         return
     k = 0 if isinstance(rsm.factors, str) or factor.name not in rsm.factors else dimensions(draft.study, rsm.factors)
-    has_axes = rsm.design == "central-composite" and 1 <= k <= MOST_CCD_FACTORS
+    has_axes = rsm.design == "central-composite" and 1 <= k <= _MOST_CCD_FACTORS
     reach, (centre, half_step) = rsm.reach(k) if has_axes else 1.0, rsm.coded(factor.name)
     for end, sign in enumerate("−+"):
         level = centre + (2 * end - 1) * reach * half_step
@@ -309,9 +302,6 @@ def _doubts(study: Study) -> Iterator[Finding]:
 RsmOptions.doubts = _doubts
 
 
-# ---- which factors the surface has
-
-
 def surface_factors(study: Study, solver: Solver, screened: ScreenResult) -> tuple[list[str], list[Note]]:
     """Return the factors of the surface, the strongest first, and notes on how they were chosen.
 
@@ -320,13 +310,19 @@ def surface_factors(study: Study, solver: Solver, screened: ScreenResult) -> tup
     rsm, given = study.of(RsmOptions), solver.given_design("rsm")
     if not isinstance(rsm.factors, str):
         return list(rsm.factors), []
-    shares, (least, most) = screened.shares, factors_taken(rsm.design)
+    shares, (least, most) = screened.shares, _factors_taken(rsm.design)
     ranked = sorted(shares, key=lambda name: -shares[name])
     chosen = significant = [name for name in ranked if name in screened.active_factors]
     notes = []
     if rsm.strongest or not least <= len(significant) <= most:
         chosen = ranked[: rsm.strongest or min(max(len(significant), least), most)]
-        notes = [_strongest_factors(chosen, significant)]
+        text = f"The response surface uses the factors with the largest contributions: {series(chosen)}."
+        if weak := [name for name in chosen if name not in significant]:
+            text += f" {series(weak)} {'is' if len(weak) == 1 else 'are'} not significant."
+        if left := [name for name in significant if name not in chosen]:
+            omitted = f"{'factor' if len(left) == 1 else 'factors'} {series(left)}"
+            text += f" The response surface omits the significant {omitted}."
+        notes = [Note("strongest_factors", "caution", text)]
     if given is None:
         return chosen, notes
     columns = [name for name in given[0] if name in study.names]
@@ -334,13 +330,3 @@ def surface_factors(study: Study, solver: Solver, screened: ScreenResult) -> tup
         text = f"In the solver table, the factors are {series(columns)}, but the screening selected {series(chosen)}."
         notes = [Note("table_varies", "warning", text)]
     return columns, notes
-
-
-def _strongest_factors(chosen: Sequence[str], significant: Sequence[str]) -> Note:
-    text = f"The response surface uses the factors with the largest contributions: {series(chosen)}."
-    if weak := [name for name in chosen if name not in significant]:
-        text += f" {series(weak)} {'is' if len(weak) == 1 else 'are'} not significant."
-    if left := [name for name in significant if name not in chosen]:
-        omitted = f"{'factor' if len(left) == 1 else 'factors'} {series(left)}"
-        text += f" The response surface omits the significant {omitted}."
-    return Note("strongest_factors", "caution", text)

@@ -1,7 +1,7 @@
 """The result of a response surface: coefficients, analysis of variance, diagnostics, and the surface itself."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
 from typing import Any, ClassVar, Literal
 
@@ -9,7 +9,7 @@ import numpy as np
 
 from stemcal.doe.calibration.level_set_ranges import Assessment, assess_point
 from stemcal.doe.coding import Array, term_columns, term_names
-from stemcal.doe.regression.anova import AnovaRow, Coefficient, RunDiagnostics
+from stemcal.doe.regression.anova import AnovaRow, Coefficient, FitStatistics
 from stemcal.doe.regression.backward_elimination import ReductionStep
 from stemcal.doe.regression.canonical import CanonicalForm
 from stemcal.drawing.table import Table
@@ -21,12 +21,9 @@ from stemcal.storage.rows import Rows
 from stemcal.storage.typed import absent, inline, to_json
 from stemcal.vocabulary import FIRST, Vocabulary, Wording
 
-_ANOVA = ("source", "sum_of_squares", "df", "mean_square", "f", "p", "stars")
-_BESIDE = ("value", "standard_error", "low", "high")
-
 
 @dataclass(frozen=True, kw_only=True, repr=False)
-class RsmResult(Surfaces):
+class RsmResult(Surfaces, FitStatistics):
     """The response as a quadratic in the coded factors, with its analysis of variance, intervals and diagnostics.
 
     `covariance` is that of the coefficients, in their order. `deterministic`: equal inputs are known to give equal
@@ -43,18 +40,7 @@ class RsmResult(Surfaces):
     fixed: dict[str, float]
     radius: float
     design: DesignRuns
-    coefficients: Rows[Coefficient]
     covariance: tuple[tuple[float, ...], ...] | None = None
-    anova: Rows[AnovaRow]
-    r2: float | None
-    adjusted_r2: float | None
-    predicted_r2: float | None
-    adequate_precision: float | None
-    press: float | None
-    cv_percent: float | None
-    lack_of_fit_testable: bool
-    runs_failed: int
-    runs_diagnostics: Rows[RunDiagnostics] = Rows()
     reduction: tuple[ReductionStep, ...] | None = None
     canonical: CanonicalForm | None = None
     conditions: Rows[AtCondition] = absent(Rows())
@@ -114,13 +100,12 @@ class RsmResult(Surfaces):
         return {**symbols, self.over.name: condition.symbol or condition.name}
 
     def _tables(self) -> dict[str, Table]:
-        """Return the analysis of variance with the coefficients next to it, and the runs."""
         terms = {row.term: to_json(row) for row in self.coefficients}
         rows = [{"source": "1", **terms["1"]}, *({**to_json(row), **terms.get(row.source, {})} for row in self.anova)]
-        return {"rsm": Table.of((*_ANOVA, *_BESIDE), rows), "rsm_runs": self.design.table()}
+        columns = [field.name for field in (*fields(AnovaRow), *fields(Coefficient)[1:-1])]
+        return {"rsm": Table.of(columns, rows), "rsm_runs": self.design.table()}
 
     def runs(self) -> Iterator[tuple[str, Outcome]]:
-        """Yield label and outcome of every run, those of a joint fit's diameters first."""
         for part in self.conditions:
             for answered in part.runs:
                 yield f"rsm {answered.run}{Wording(self.naming).at(part.condition)}", answered.outcome

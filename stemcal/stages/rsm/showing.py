@@ -46,11 +46,11 @@ class RsmShowing(Showing[RsmResult]):
     def tables(self, result: RsmResult, names: Wording) -> list[Table]:
         shape = [canonical_table(result, result.canonical, names)] if result.canonical else []
         coefficients = _coefficient_table(result, replace(names, naming=result.regressed))
-        first = [anova_shown(result), coefficients, _fit_table(result), *shape]
+        first = [_anova_shown(result), coefficients, _fit_table(result), *shape]
         return [*first, *_further_tables(result, names), *_fits_table(result, names)]
 
     def figures(self, result: RsmResult, setting: Setting) -> list[Plot]:
-        settled = (one.settles for one in setting.results.done)  # the first lie on the surface, refined ones do not
+        settled = (each.settles for each in setting.results.done)  # the first lie on the surface, refined ones do not
         levels = next((found for found in settled if found is not None), None)
         study = setting.study
         shown = (FIRST, study.targets.calibrate_at)
@@ -115,8 +115,7 @@ def equation(coefficients: Sequence[Coefficient], symbols: Mapping[str, str], re
     return f"{response.symbol} = {text}"
 
 
-def anova_shown(stage: RsmResult) -> Table:
-    """Return the analysis of variance."""
+def _anova_shown(stage: RsmResult) -> Table:
     symbols = stage.symbols()
     columns = [
         Column("source", "Source", of=lambda row: written(row.source, symbols)),
@@ -133,7 +132,6 @@ def anova_shown(stage: RsmResult) -> Table:
 
 
 def _coefficient_table(stage: RsmResult, names: Wording) -> Table:
-    """Return the coefficients with their intervals, the equation below."""
     symbols, response = stage.symbols(), names.response
     form = to_decimals(response_decimals(response, [row.value for row in stage.coefficients[1:]], 3))
     columns = [
@@ -166,7 +164,6 @@ def _coded_condition(stage: RsmResult, names: Wording) -> Iterator[str]:
 
 
 def _fit_table(stage: RsmResult) -> Table:
-    """Return the statistics of the fit."""
     rows = (
         ("R²", fixed(stage.r2, 4)),
         ("Adjusted R²", fixed(stage.adjusted_r2, 4)),
@@ -219,7 +216,7 @@ def _further_tables(stage: RsmResult, names: Wording) -> list[Table]:
             naming = stage.naming.with_primary(name)
             its = replace(names, naming=naming if over is None or name not in over.logarithms else naming.of_logarithm)
             title = f"{its.response.long}{its.at(part.condition) if over is None else ''}"
-            both = anova_shown(seen), _coefficient_table(seen, its)
+            both = _anova_shown(seen), _coefficient_table(seen, its)
             tables += [replace(table, title=f"{table.title}: {title}") for table in both]
     return tables
 

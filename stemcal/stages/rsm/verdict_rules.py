@@ -24,7 +24,7 @@ from stemcal.study.model.study import Study
 from stemcal.vocabulary import FIRST
 
 # A force in kN, kgf or g besides one in N, and mass besides force: how many times the one is the other.
-UNITS = {1000.0: "kN and N, or mm and m", 9.80665: "kgf and N", 1000.0 / 9.80665: "g and N"}
+_UNITS = {1000.0: "kN and N, or mm and m", 9.80665: "kgf and N", 1000.0 / 9.80665: "g and N"}
 _DRAWN = frozenset({"replicate", "seed"})  # among the inputs of a run; without them those of a repeated run are equal
 _FAR, _ROOM = 3.0, 0.25
 _SIGNS = 3  # runs without which a sign may be chance
@@ -104,14 +104,11 @@ def _times(value: float, low: float, high: float) -> tuple[float, str] | None:
     """
     if low <= 0.0 or low / _FAR <= value <= high * _FAR:
         return None
-    for ratio, name in UNITS.items():
+    for ratio, name in _UNITS.items():
         for size in (ratio, 1.0 / ratio):
             if low * (1.0 - _ROOM) <= value / size <= high * (1.0 + _ROOM):
                 return size, name
     return None
-
-
-# ---- failed runs, few runs
 
 
 @ranked(Rank.DATA)
@@ -147,7 +144,6 @@ def few_runs(evidence: Evidence) -> Iterator[Note]:
 
 
 def _error_unknown(study: Study, surface: RsmResult) -> bool:
-    """Check for a fitted surface without residual degrees of freedom."""
     return any(fitted.df < 1 for fitted in fitted_surfaces(study, surface))
 
 

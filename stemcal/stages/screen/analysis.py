@@ -11,9 +11,16 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stemcal.doe import designs
-from stemcal.doe.aliases import aliases_note
 from stemcal.doe.coding import Coding
-from stemcal.doe.effects import Curvature, centre_runs, curvature_of, effects_of, is_beyond_margin, residual_of
+from stemcal.doe.effects import (
+    Curvature,
+    aliases_note,
+    centre_runs,
+    curvature_of,
+    effects_of,
+    is_beyond_margin,
+    residual_of,
+)
 from stemcal.doe.lenth import FEWEST
 from stemcal.doe.regression.least_squares import LeastSquares, fit_least_squares, require_estimable
 from stemcal.doe.regression.surface import flat_response
@@ -52,15 +59,12 @@ def screen(work: Work, head: Head) -> ScreenResult:
     return ScreenResult(head=head, design=runs, alpha=options.alpha, **parts)
 
 
-# ---- the design
-
-
 def screening_design(study: Study, solver: Solver) -> Design:
     """Return the screening design over all factors, or the rows the solver has."""
     factors = study.factors
     coding = Coding.from_ranges(study.names, [f.low for f in factors], [f.high for f in factors])
-    given = solver.given_design("screen")
-    if given is None:
+    table = solver.given_design("screen")
+    if table is None:
         chosen = study.of(ScreenOptions)
         if chosen.design == "none":
             raise UsageError("screen.design: the value is `none`. Choose a design for the screening.")
@@ -69,16 +73,13 @@ def screening_design(study: Study, solver: Solver) -> Design:
         kind = f"{chosen.design}, folded over" if chosen.fold_over else chosen.design
         once = Design("screen", kind, coding, coded, coding.runs(coded, study.midlevels()), order=1)
         return once.repeated(study.solver.repeats)
-    return given_design("screen", study, coding, given, order=1)
+    return given_design("screen", study, coding, table, order=1)
 
 
 def foresee(study: Study, solver: Solver, folder: StudyFolder | None) -> Asked:
     """Return the runs of the screening."""
     design = screening_design(study, solver)
     return Asked("screen", design.requests(study.targets.calibrate_at), settled=True, design=design)
-
-
-# ---- the factors that matter
 
 
 def analyse_screening(
@@ -113,7 +114,7 @@ def analyse_screening(
     tested = mean_square is not None and residual.df >= LEAST_DF
     by_lenth = size.me is not None and not tested
     significant = [is_beyond_margin(e, size) if by_lenth else e.p is not None and e.p < alpha for e in effects]
-    found = Screening(
+    screening = Screening(
         effects=Rows(effects),
         significant=tuple(name for name, chosen in zip(names, significant, strict=True) if chosen),
         lenth=size,
@@ -124,19 +125,16 @@ def analyse_screening(
         runs_failed=int(np.sum(~np.isfinite(responses))),
         notes=(),
     )
-    notes = _screening_notes(found, fit, n_failed, tested, alpha, written)
-    return replace(found, notes=(*notes, aliases_note(design[present], names)))
-
-
-# ---- which test decides, where the tests disagree, what hides what
+    notes = _screening_notes(screening, fit, n_failed, tested, alpha, written)
+    return replace(screening, notes=(*notes, aliases_note(design[present], names)))
 
 
 def _screening_notes(
-    found: Screening, fit: LeastSquares, n_failed: int, tested: bool, alpha: float, written: Wording
+    screening: Screening, fit: LeastSquares, n_failed: int, tested: bool, alpha: float, written: Wording
 ) -> Iterator[Note]:
     """Yield notes on the choice of the factors; `tested` if the F test makes it."""
-    if found.curvature is not None:
-        yield _curvature(found.curvature, written)
+    if screening.curvature is not None:
+        yield _curvature(screening.curvature, written)
     if n_failed:
         text = (
             f"{n_failed} of {len(fit.response) + n_failed} runs failed, so the design is no longer orthogonal. The "
@@ -146,18 +144,18 @@ def _screening_notes(
         yield Note("screening_runs_failed", "warning", text)
     if fit.flat:
         yield flat_response("no factor has an effect")
-    elif len(found.effects) < FEWEST:
+    elif len(screening.effects) < FEWEST:
         why = f"Lenth's method requires at least {FEWEST} effects"
         text = f"The significant factors are identified by the F test because {why}."
         yield Note("too_few_effects", "caution", text)
     elif not tested:
         why = "the residual sum of squares is zero"
-        if found.residual.df < LEAST_DF:
-            why = f"the number of residual degrees of freedom is only {found.residual.df}"
+        if screening.residual.df < LEAST_DF:
+            why = f"the number of residual degrees of freedom is only {screening.residual.df}"
         text = f"The significant factors are identified by Lenth's method because {why}."
         yield Note("lenth_decides", "caution", text)
-    for effect in found.effects:
-        size, p = found.lenth, effect.p
+    for effect in screening.effects:
+        size, p = screening.lenth, effect.p
         if p is None or size.me is None or (p < alpha) == is_beyond_margin(effect, size):
             continue
         yes, no = ("the F test", "Lenth's method") if p < alpha else ("Lenth's method", "the F test")

@@ -6,7 +6,7 @@ from pydantic import Field
 
 from stemcal.study.types.field_types import Flag, Frozen, Number, Whole
 
-ScreeningDesign = Literal["plackett-burman", "fractional-factorial", "full-factorial", "none"]
+_ScreeningDesign = Literal["plackett-burman", "fractional-factorial", "full-factorial", "none"]
 
 
 class ScreenOptions(Frozen):
@@ -15,7 +15,7 @@ class ScreenOptions(Frozen):
     If `design` is `none`, list the factors of the response surface in `rsm.factors`.
     """
 
-    design: ScreeningDesign = "plackett-burman"
+    design: _ScreeningDesign = "plackett-burman"
     """The design of the screening."""
     centre_points: Annotated[Whole, Field(ge=0, le=50)] = 0
     """Number of runs at the centre of all ranges, to detect curvature and estimate the scatter."""

@@ -36,7 +36,7 @@ class Screening:
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
-class ScreenResult(StageResult):
+class ScreenResult(StageResult, Screening):
     """Which factors move the response: effects in the order of the factors, with every test of them.
 
     `responses` has the same of further responses; `seen_by` returns each as a separate result.
@@ -47,15 +47,7 @@ class ScreenResult(StageResult):
 
     head: Head = inline()
     design: DesignRuns
-    effects: Rows[Effect]
-    significant: tuple[str, ...]
-    lenth: Lenth
-    residual: Residual
-    total_sum_of_squares: float
     alpha: float = 0.05
-    curvature: Curvature | None = absent()
-    runs_used: int
-    runs_failed: int
     responses: dict[str, Screening] | None = absent()
     notes: tuple[Note, ...] = ()
 
@@ -73,7 +65,7 @@ class ScreenResult(StageResult):
     @property
     def active_factors(self) -> tuple[str, ...]:
         """The factors that move any response, in the order of the factors."""
-        moved = {name for one in self.all_responses for name in one.significant}
+        moved = {name for screening in self.all_responses for name in screening.significant}
         return tuple(effect.factor for effect in self.effects if effect.factor in moved)
 
     @property
@@ -81,7 +73,7 @@ class ScreenResult(StageResult):
         """The largest contribution of each factor to any response, %."""
         each = self.all_responses
         return {
-            effect.factor: max(one.effect(effect.factor).contribution_percent or 0.0 for one in each)
+            effect.factor: max(screening.effect(effect.factor).contribution_percent or 0.0 for screening in each)
             for effect in self.effects
         }
 

@@ -24,15 +24,15 @@ class ScreenShowing(Showing[ScreenResult]):
         chosen = sorted(result.significant, key=lambda name: -abs(effects[name].effect))
         if chosen:
             shares = (f"{fixed(effects[name].contribution_percent, 1)} % of the variation" for name in chosen)
-            found = series(f"{names.in_text(name)} ({share})" for name, share in zip(chosen, shares, strict=True))
+            listed = series(f"{names.in_text(name)} ({share})" for name, share in zip(chosen, shares, strict=True))
             verb = "factor is" if len(chosen) == 1 else "factors are"
-            return [count, f"For the {response}, the significant {verb} {found}."]
+            return [count, f"For the {response}, the significant {verb} {listed}."]
         if result.lenth.me is not None or not any(one.effect and one.p is None for one in result.effects):
             return [count, f"No factor has a significant effect on the {response}."]
         return [count, f"The effects on the {response} cannot be tested without an estimate of the error."]
 
     def tables(self, result: ScreenResult, names: Wording) -> list[Table]:
-        return [_effects_table(one, Wording(one.naming, names.labels)) for one in result.all_responses]
+        return [_effects_table(each, Wording(each.naming, names.labels)) for each in result.all_responses]
 
     def findings(self, result: ScreenResult, names: Wording) -> list[Table]:
         return [_effects_table(result, names)]
@@ -84,11 +84,10 @@ def pareto(screen: ScreenResult, labels: Mapping[str, str] | None = None) -> Fig
     with new_figure(height=max(2.2, 0.9 + 0.24 * len(effects))) as figure:
         axes = figure.add_subplot()
         places = response_decimals(screen.naming.response, [e.effect for e in effects], 1)
-        shown = [(literal((labels or {}).get(e.factor, e.factor)), minus(f"{e.effect:+.{places}f}")) for e in effects]
+        called = {e.factor: literal((labels or {}).get(e.factor, e.factor)) for e in effects}
+        names = [f"{called[e.factor]}  {minus(f'{e.effect:+.{places}f}')}" for e in effects]
         colours = [ORANGE if e.effect < 0 else BLUE for e in effects]
-        axes.barh(
-            [f"{name}  {effect}" for name, effect in shown], [abs(e.effect) for e in effects], color=colours, height=0.7
-        )
+        axes.barh(names, [abs(e.effect) for e in effects], color=colours, height=0.7)
         if (limit := screen.limit) is not None:
             method = "Lenth ME" if screen.by_lenth else f"t test, p = {screen.alpha:g}"
             axes.axvline(limit, color=INK, linestyle="--", linewidth=1, label=method)

@@ -121,9 +121,6 @@ def _further(study: Study, target: Target, outcome: Outcome) -> Rows[FurtherRow]
     return Rows(FurtherRow.of(mean, value) for mean in means if (value := outcome.of(mean.response)) is not None)
 
 
-# ---- notes
-
-
 def validate_notes(stage: ValidateResult) -> Iterator[Note]:
     """Yield notes on the comparison: its independence, growth, a formula, the travel."""
     names = Wording(stage.naming)

@@ -4,21 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 from stemcal.doe.comparison import Exponent, Formula, ValidationRow, error_percent
 from stemcal.drawing.table import Table
 from stemcal.notes import Note
 from stemcal.runs.record import Outcome
+from stemcal.stages.fitting import Measured
 from stemcal.stages.result import Head, Judged, Prediction, StageResult
 from stemcal.storage.rows import Rows
 from stemcal.storage.typed import Spread, absent, inline
+from stemcal.study.model.study import Study
 from stemcal.vocabulary import Wording
-
-if TYPE_CHECKING:
-    from stemcal.stages.fitting import Measured
-    from stemcal.study.model.study import Study
-
 
 _COLUMNS = (
     *("condition", "measured", "simulated", "error_percent", "role", "left_out_percent"),
@@ -123,7 +120,7 @@ class ValidateResult(StageResult):
         return judged
 
     def _tables(self) -> dict[str, Table]:
-        further = [{"condition": row.compared.condition, **vars(one)} for row in self.rows for one in row.further]
+        further = [{"condition": row.compared.condition, **vars(each)} for row in self.rows for each in row.further]
         tables = {"validate": Table.of(_COLUMNS, self.rows)}
         keys = ("condition", "response", "measured", "simulated", "error_percent")
         return tables | ({"validate_responses": Table.of(keys, further)} if further else {})

@@ -40,8 +40,7 @@ class ValidateShowing(Showing[ValidateResult]):
         if further := from_means(every, names):
             values = ("measured", "Measured", short), ("simulated", "Simulated", significant)
             title = f"Responses other than the {names.response.long}"
-            columns = [*measured_columns(names, True, values), ERROR]
-            tables.append(Table.of(columns, further, title, scores(names)))
+            tables.append(Table.of([*measured_columns(names, True, values), ERROR], further, title, scores(names)))
         return tables
 
     def closing(self, result: ValidateResult, setting: Setting) -> list[Table]:
@@ -53,7 +52,6 @@ class ValidateShowing(Showing[ValidateResult]):
 
 
 def _validation_table(stage: ValidateResult, names: Wording) -> Table:
-    """Return measured against simulated response over the conditions."""
     unit = names.response.written
     columns = [
         *condition(names.naming),
@@ -88,7 +86,7 @@ _MOST_TICKS = 12
 def validate_plots(study: Study, validate: ValidateResult) -> list[Plot]:
     """Return a figure for each response; the page shows the first ones."""
     naming, plots = study.naming, []
-    simulated = {one.response for row in validate.rows for one in row.further}
+    simulated = {further.response for row in validate.rows for further in row.further}
     responses = [naming.response, *(other for other in naming.others if other.name in simulated)]
     for number, response in enumerate(responses):
         called = FIRST if response is naming.response else response.name

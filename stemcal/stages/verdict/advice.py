@@ -21,18 +21,14 @@ _WIDEST, _BEYOND = 20.0, 0.25
 _CLOUD = 9
 _MOST_AVERAGED = 100  # replicates that a spec may ask for
 
-_BETWEEN_DIAMETERS = Remedy(
-    "Use the parameters only within the range of the measured diameters, or add another kind of test (the `tests` "
-    "section)."
-)
-
 
 def formula_reason(result: StageResult) -> Iterator[Note]:
     """Yield a formula without mechanics that predicts better than the model, by more than the means scatter."""
-    found = result.prediction
-    if found is not None and found.better == "formula":
-        text = words.predicted(found, Wording(result.naming))
-        yield Note("no_better_than_formula", "warning", text, _BETWEEN_DIAMETERS)
+    prediction = result.prediction
+    if prediction is not None and prediction.better == "formula":
+        within = "Use the parameters only within the range of the measured diameters"
+        remedy = Remedy(f"{within}, or add another kind of test (the `tests` section).")
+        yield Note("no_better_than_formula", "warning", words.predicted(prediction, Wording(result.naming)), remedy)
 
 
 def reach(surface: Surfaces) -> tuple[float, float]:
@@ -48,14 +44,14 @@ def to_reach(study: Study, surface: Surfaces, target: float) -> Remedy:
     which the plane passes the target by a quarter of what was missing, inside the design region of the new range.
     """
     end = extremes(surface.fitted, surface.region)[0 if target < reach(surface)[0] else 1]
-    found = [
+    remedies = [
         (width, _widened(factor, up, width))
         for factor in map(study.factor, surface.names)
         for up in (True, False)
         if (width := _least_width(surface, end, factor, up, target)) is not None
     ]
-    if found:
-        return min(found, key=lambda entry: entry[0])[1]
+    if remedies:
+        return min(remedies, key=lambda entry: entry[0])[1]
     fixed = ", loading and specimen" if study.naming.is_cutting else " and fixed values of the simulation"
     return Remedy(
         f"Check the units{fixed}: the target cannot be reached by widening the range of any single factor "
@@ -118,21 +114,16 @@ def fit_all(study: Study, over: str, then: str = "") -> Remedy:
     edit = f"invert: {{{key}: all}}"
     many = key if study.naming.condition == DIAMETER else "conditions"
     what = "all measured responses" if over == "responses" else f"the responses at all measured {many}"
-    if over == "responses" and (unknown := _without_scatter(study)):  # the fit would be refused
-        first = f"Add the standard deviation (`sd`) of the {series(unknown)} to `targets`. Then fit {what} jointly"
-        return Remedy(f"{first} (`{edit}`). {then}".rstrip())
-    return Remedy(f"Fit {what} jointly (`{edit}`). {then}".rstrip(), edit)
-
-
-def _without_scatter(study: Study) -> list[str]:
-    """Return the measured responses whose standard deviation is known at no condition."""
-    found = []
-    for named in study.naming.responses:
+    unknown = []  # responses whose standard deviation is known at no condition: their fit would be refused
+    for named in study.naming.responses if over == "responses" else ():
         name = FIRST if named == study.naming.response else named.name
         scatters = [sd for mean, sd in (target.mean_of(name) for target in study.targets.means) if mean is not None]
         if scatters and all(sd is None for sd in scatters):
-            found.append(named.noun)
-    return found
+            unknown.append(named.noun)
+    if unknown:
+        first = f"Add the standard deviation (`sd`) of the {series(unknown)} to `targets`. Then fit {what} jointly"
+        return Remedy(f"{first} (`{edit}`). {then}".rstrip())
+    return Remedy(f"Fit {what} jointly (`{edit}`). {then}".rstrip(), edit)
 
 
 def more_runs(surface: Surfaces) -> Remedy:
@@ -157,7 +148,7 @@ def to_smooth(study: Study, surface: Surfaces, levels: Mapping[str, float] | Non
     Where the response may be rough, the remedy also averages over mesh positions or seeds.
     """
     if len(surface.design.runs) < 4 * len(surface.coefficients) or levels is None:
-        found = more_runs(surface)
+        remedy = more_runs(surface)
     else:
         edits = []
         for name in surface.names:
@@ -166,10 +157,10 @@ def to_smooth(study: Study, surface: Surfaces, levels: Mapping[str, float] | Non
             middle = min(max(levels[name], factor.low + quarter), factor.high - quarter)
             edits.append(f"{{name: {name}, low: {middle - quarter:.4g}, high: {middle + quarter:.4g}}}")
         text = "Halve the factor ranges around the solution, or add `refine: {}`."
-        found = Remedy(text, f"factors: [{', '.join(edits)}]")
+        remedy = Remedy(text, f"factors: [{', '.join(edits)}]")
     by_mesh = study.kind.replicates == "mesh"
     if not (study.solver.repeats or by_mesh):
-        return found
+        return remedy
     replicates, over = min(max(5, 2 * study.solver.repeats), _MOST_AVERAGED), "mesh positions" if by_mesh else "seeds"
     average = f"If the response is not smooth, average over {over} with `replicates: {replicates}`."
-    return replace(found, text=f"{found.text} {average}")
+    return replace(remedy, text=f"{remedy.text} {average}")

@@ -1,7 +1,7 @@
 """How many of a study's runs have doubtful physics, according to their records, and what would correct it."""
 
 from collections import defaultdict
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import inf
 from typing import Any, Literal
@@ -18,15 +18,13 @@ from stemcal.study.model.study import Study
 from stemcal.vocabulary import NOWHERE
 
 DoubtKind = Literal["hourglass", "inertia", "drift", "stroke"]
-Doubts = dict[DoubtKind, float | None]
+_Doubts = dict[DoubtKind, float | None]
 LIMITS: dict[DoubtKind, float] = {"hourglass": MOST_HOURGLASS, "inertia": MOST_INERTIA, "drift": MOST_DRIFT}
 _DETAILS: dict[DoubtKind, str] = {
     "hourglass": "hourglass_ratio_percent",
     "inertia": "inertia_percent",
     "drift": "energy_drift_percent",
 }
-
-
 WARNED = frozenset({"hourglass_energy", "inertia_in_force", "energy_drifts", "stroke_too_short"})
 """The kinds of the warnings of single runs with the same content as these doubts."""
 
@@ -71,6 +69,7 @@ def physics_of(study: Study, results: Results, folder: StudyFolder) -> Physics:
     contents = {key: content for key in keys if (content := folder.peek(key)) is not None}
     every = {key: doubts for key, content in contents.items() if (doubts := _doubts(content["details"])) is not None}
     found = list(every.values())
+    compared = {row.key: row for result in results.done for row in reversed(result.judged(study))}
     sizes: dict[DoubtKind, list[float | None]] = defaultdict(list)
     for kind, size in (pair for doubts in found for pair in doubts.items()):
         sizes[kind].append(size)
@@ -79,26 +78,22 @@ def physics_of(study: Study, results: Results, folder: StudyFolder) -> Physics:
         checked=len(found),
         doubtful=sum(bool(doubts) for doubts in found),
         doubts=tuple(sorted(gathered, key=lambda doubt: (-doubt.runs, doubt.kind))),
-        at_solution=tuple(_at_solution(study, results, every)),
+        at_solution=tuple(
+            Doubt(kind, 1, size, row.condition, row.fitted)
+            for key, row in reversed(compared.items())
+            for kind, size in every.get(key, {}).items()
+        ),
     )
 
 
-def _at_solution(study: Study, results: Results, every: Mapping[str, Doubts]) -> Iterator[Doubt]:
-    """Yield the doubts about each compared run with the calibrated parameters."""
-    runs = {row.key: row for result in results.done for row in reversed(result.judged(study))}
-    for key, row in reversed(runs.items()):
-        for kind, size in every.get(key, {}).items():
-            yield Doubt(kind, 1, size, row.condition, row.fitted)
-
-
-def _doubts(details: Mapping[str, Any]) -> Doubts | None:
+def _doubts(details: Mapping[str, Any]) -> _Doubts | None:
     """Return the doubts about a run with their sizes; None for a value that the solver did not report."""
     sizes = {kind: details[name] for kind, name in _DETAILS.items() if isinstance(details.get(name), int | float)}
     if not sizes and "stroke_was_enough" not in details:
         return None
     if details.get("added_mass_percent", inf) <= NEGLIGIBLE_MASS:
         sizes.pop("inertia", None)  # it is the stem's own
-    found: Doubts = {kind: value for kind, value in sizes.items() if value > LIMITS[kind]}
+    found: _Doubts = {kind: value for kind, value in sizes.items() if value > LIMITS[kind]}
     return found | ({"stroke": None} if details.get("stroke_was_enough") is False else {})
 
 
@@ -121,10 +116,10 @@ def for_physics(study: Study, doubt: Doubt, every: Sequence[Doubt] = ()) -> Reme
 
     With `every` doubt of the study the values are final: of the worst of this kind, with a time step for all kinds.
     """
-    solver = study.solver
-    worst = [one.worst or 0.0 for one in (doubt, *every) if one.kind == doubt.kind]
+    solver: Any = study.solver
+    worst = [each.worst or 0.0 for each in (doubt, *every) if each.kind == doubt.kind]
     doubt = replace(doubt, worst=max(worst) if doubt.worst is not None else None)
-    part = min(_part_of_step(one) for one in (doubt, *every))
+    part = min(_part_of_step(each) for each in (doubt, *every))
     if not study.kind.simulates_stems:
         return Remedy(f"Use {_INPUT[doubt.kind]} in the solver input.")
     match doubt.kind:
@@ -132,8 +127,10 @@ def for_physics(study: Study, doubt: Doubt, every: Sequence[Doubt] = ()) -> Reme
             return _inertia(solver, doubt.worst or 0.0, part)
         case "hourglass":
             return _hourglass(solver, doubt.worst or 0.0, part)
-        case "drift":
-            return _half_the_step(solver, part)
+        case "drift":  # a fixed time step, which adds mass, has to be halved as well as the safety factor
+            safety = outwards(0.5 * solver.time_step_safety, False)
+            values = {"time_step_safety": f"{safety:g}", **_time_step(solver, part)}
+            return _in_solver(values, "to halve the time step.")
         case "stroke":
             ((key, value),) = study.loading.longer(2.0).written.items()
             edit = _edit("loading", **{key: value})
@@ -178,19 +175,8 @@ def _inertia(solver: Any, worst: float, part: float) -> Remedy:
     swing = _SAFELY * limit / worst
     scaling = outwards(max(solver.mass_scaling * swing**2, 1.0), False)
     values = {"mass_scaling": f"{scaling:g}", **_time_step(solver, part)}
-    times = outwards(1.0 / part, True)
-    return _in_solver(
-        values,
-        f"to reduce the contribution of inertia to below {limit:g} % of the force in most runs. The runs then take "
-        f"about {times:g} times as long.",
-    )
-
-
-def _half_the_step(solver: Any, part: float) -> Remedy:
-    """Return half the safety factor; a fixed time step, which adds mass, has to be halved as well."""
-    safety = outwards(0.5 * solver.time_step_safety, False)
-    values = {"time_step_safety": f"{safety:g}", **_time_step(solver, part)}
-    return _in_solver(values, "to halve the time step.")
+    effect = f"to reduce the contribution of inertia to below {limit:g} % of the force in most runs."
+    return _in_solver(values, f"{effect} The runs then take about {outwards(1.0 / part, True):g} times as long.")
 
 
 def _time_step(solver: Any, part: float) -> dict[str, str]:
@@ -214,8 +200,5 @@ def _hourglass(solver: Any, worst: float, part: float) -> Remedy:
         )
     new = f"d/{np.ceil(finer * size.divisor):g}" if size.divisor else f"{outwards(size.mm / finer, False):g} mm"
     values = {"element_size": new, **_time_step(solver, part)}
-    return _in_solver(
-        values,
-        f"to reduce the hourglass energy to below about {limit:g} % of the internal energy. The runs then "
-        f"take about {outwards(finer**4, True):g} times as long.",
-    )
+    effect = f"to reduce the hourglass energy to below about {limit:g} % of the internal energy."
+    return _in_solver(values, f"{effect} The runs then take about {outwards(finer**4, True):g} times as long.")

@@ -19,7 +19,7 @@ from stemcal.stages.verdict.verdict_rules import Evidence
 from stemcal.study.model.study import Study
 from stemcal.study.types.factor import PARAMETERS
 from stemcal.study.types.units import UnitError, parse_unit
-from stemcal.vocabulary import DIAMETER, FIRST, Variable, Vocabulary, Wording
+from stemcal.vocabulary import DIAMETER, FIRST, Variable, Wording
 
 # A trend changes the force by at least this over the diameters; less is not worth a parameter.
 _LEAST_CHANGE = 0.03
@@ -107,13 +107,12 @@ def trend_reason(
 
     `rows` are the condition, both values of the response and the standard error of the measured one.
     """
-    naming = evidence.study.naming
-    if len(rows) < 3 or not is_length(naming.condition) or any(row[0] <= 0.0 for row in rows):
+    condition, response = evidence.study.naming.condition, evidence.study.naming.response.noun
+    if len(rows) < 3 or condition is None or not _is_length(condition) or any(row[0] <= 0.0 for row in rows):
         return
     if (law := trend_of(*zip(*rows, strict=True))) is not None:
         how = "more steeply" if law.exponent > 0.0 else "less steeply"
-        noun, symbol = ("diameter", "d") if naming.condition == DIAMETER else _of_condition(naming)
-        response = naming.response.noun
+        noun, symbol = ("diameter", "d") if condition == DIAMETER else (f"the {condition.noun}", condition.symbol)
         text = (
             f"The error depends on {noun} {symbol}: the measured {response} increases {how} than the simulated "
             f"{response}, by a factor of {symbol}^{abs(law.exponent):.2f}. The largest error of the simulation is "
@@ -122,24 +121,19 @@ def trend_reason(
         yield Note("trend", "error" if evidence.mostly_off else "warning", text, remedy())
 
 
-def is_length(condition: Variable | None) -> bool:
+def _is_length(condition: Variable) -> bool:
     """Check that a condition is a length, over which responses can follow a power law."""
     try:
-        return condition is not None and parse_unit(condition.unit).dimension == "length"
+        return parse_unit(condition.unit).dimension == "length"
     except UnitError:
         return False
 
 
-def _of_condition(naming: Vocabulary) -> tuple[str, str]:
-    assert naming.condition is not None
-    return f"the {naming.condition.noun}", naming.condition.symbol
-
-
 def remedies_of(fitted: Fitted, may_grow: Sequence[str]) -> list[Change]:
     """Return the best two changes, the smallest predicted error first; none that leaves most of the error."""
-    found = [one for name in may_grow if (one := _growing(fitted, name)) is not None]
-    enough = [one for one in found if one.worst_percent <= _BETTER * fitted.worst_percent]
-    return sorted(enough, key=lambda one: one.worst_percent)[:2]
+    changes = [change for name in may_grow if (change := _growing(fitted, name)) is not None]
+    enough = [change for change in changes if change.worst_percent <= _BETTER * fitted.worst_percent]
+    return sorted(enough, key=lambda change: change.worst_percent)[:2]
 
 
 def _growing(fitted: Fitted, factor: str) -> Change | None:
@@ -170,10 +164,8 @@ def _growing(fitted: Fitted, factor: str) -> Change | None:
     if not np.isfinite(each[row, column]):
         return None
     start = np.append(points[column], _EXPONENTS[row])
-    simplex = np.vstack(
-        [start, start + np.diag(np.append(np.full(len(start) - 1, -0.1 * np.sign(start[:-1] + 1e-9)), 0.05))]
-    )
-    options = {"initial_simplex": simplex, "xatol": 1e-5, "fatol": 1e-12, "maxiter": 2000}
+    steps = np.diag(np.append(-0.1 * np.sign(start[:-1] + 1e-9), 0.05))
+    options = {"initial_simplex": np.vstack([start, start + steps]), "xatol": 1e-5, "fatol": 1e-12, "maxiter": 2000}
     best = minimize(lambda z: float(missed(z[:-1], z[-1])[0]), start, method="Nelder-Mead", options=options).x
     forces = _forces(fitted, placed(best[:-1], best[-1]))[:, 0]
     value, worst = float(centre[j] + half[j] * best[j]), _worst(forces, fitted.measured)
@@ -181,7 +173,6 @@ def _growing(fitted: Fitted, factor: str) -> Change | None:
 
 
 def _forces(fitted: Fitted, at: Array) -> Array:
-    """Return the force of each diameter's own surface, (diameters, points)."""
     return np.array([surface.predict(part) for surface, part in zip(fitted.surfaces, at, strict=True)])
 
 
@@ -212,13 +203,13 @@ def for_trend(study: Study, surface: Surfaces, solution: Mapping[str, float]) ->
         np.asarray(surface.scales.to_coded([solution[name] for name in surface.names])),
     )
     may_grow = [name for name in surface.names if name in PARAMETERS and name not in study.material.growing()]
-    found, others = remedies_of(fitted, may_grow), _other_stems(study, fitted)
-    if not found:
+    changes, others = remedies_of(fitted, may_grow), _other_stems(study, fitted)
+    if not changes:
         return Remedy(
             "Check the wall thickness, the clearance of the supports and the stroke, or vary another parameter. The "
             f"trend cannot be removed by changing a single parameter of the response surface within its range.{others}"
         )
-    texts, edits = zip(*(_as_text_and_edit(study, surface, one) for one in found), strict=True)
+    texts, edits = zip(*(_as_text_and_edit(study, surface, one) for one in changes), strict=True)
     best, *second = texts
     second = [f"Alternatively, {text[0].lower()}{text[1:]}" for text in second]
     return Remedy(f"{' '.join([best, *second])}{others}", edits[0])

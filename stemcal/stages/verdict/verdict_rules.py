@@ -48,13 +48,13 @@ class Evidence:
     @property
     def equivalent_percent(self) -> float:
         """The percentage within which measured and simulated values count as equal."""
-        found = (stage.tolerance_percent(self.study) for stage in STAGES.built_in)
-        return next(percent for percent in found if percent is not None)
+        percentages = (stage.tolerance_percent(self.study) for stage in STAGES.built_in)
+        return next(percent for percent in percentages if percent is not None)
 
     @property
     def judged(self) -> list[Judged]:
         """Measured against simulated at every condition that was simulated with the parameters found here."""
-        return [one for result in self.results.done for one in result.judged(self.study)]
+        return [comparison for result in self.results.done for comparison in result.judged(self.study)]
 
     @cached_property
     def mostly_off(self) -> bool:
@@ -69,8 +69,7 @@ class Evidence:
     @property
     def records(self) -> Iterator[Mapping[str, Any]]:
         """The records of the study folder, of all stages."""
-        found = map(self.folder.peek, self.folder.keys())
-        yield from (record for record in found if record is not None)
+        yield from (record for key in self.folder.keys() if (record := self.folder.peek(key)) is not None)  # noqa: SIM118
 
 
 class Rank(IntEnum):
@@ -102,8 +101,8 @@ def ranked(rank: Rank) -> Callable[[Rule], Rule]:
     return with_rank
 
 
-MAJORITY, SOME = 0.5, 0.1
-FAR = 2.0
+_MAJORITY, _SOME = 0.5, 0.1
+_FAR = 2.0
 """Times its limit from which a doubt of the one calibrated run decides: below, it may be that run's own chance."""
 
 
@@ -112,7 +111,10 @@ def verdict_of(study: Study, folder: StudyFolder, results: Results | None = None
     results = results or fresh_results(study, folder)
     evidence = Evidence(study, results, physics_of(study, results, folder), folder)
     rules = [*RULES, *(rule for stage in stages_known(study) for rule in stage.reasons())]
-    reasons = [(_rank(rule, reason), reason) for rule in rules for reason in rule(evidence)]
+    reasons = [(_RANKS.get(rule, Rank.OTHER), reason) for rule in rules for reason in rule(evidence)]
+    # doubts about most runs come before a trend, which they may cause
+    doubted = {(Rank.PHYSICS, "error"): Rank.UNFINISHED}
+    reasons = [(doubted.get((rank, reason.severity), rank), reason) for rank, reason in reasons]
     if any(reason.kind in ("probable_unit", "reversed_sign") for _, reason in reasons):
         # nothing that compares measured and simulated values is advice before these are corrected
         reasons = [(rank, reason) for rank, reason in reasons if rank in (Rank.DATA, Rank.UNFINISHED, Rank.PHYSICS)]
@@ -124,19 +126,10 @@ def verdict_of(study: Study, folder: StudyFolder, results: Results | None = None
     return Verdict.of([reason for _, reason in reasons], _use(evidence), study.goal is not None, found)
 
 
-def _rank(rule: Rule, reason: Note) -> Rank:
-    """Return the rank of a reason; doubts about most runs come before a trend, which they may cause."""
-    rank = _RANKS.get(rule, Rank.OTHER)
-    return Rank.UNFINISHED if rank == Rank.PHYSICS and reason.severity == "error" else rank
-
-
-# ---- where it may be used
-
-
 def _use(evidence: Evidence) -> Use | None:
     """Return at which conditions the simulated response agrees, and the largest error; None without a comparison."""
     rows = [row for row in evidence.judged if row.error_percent is not None]
-    if not rows or evidence.physics.share > MAJORITY:
+    if not rows or evidence.physics.share > _MAJORITY:
         return None
     off = [row for row in rows if row.size > evidence.equivalent_percent]
     apart = {row.condition for row in off}
@@ -146,36 +139,31 @@ def _use(evidence: Evidence) -> Use | None:
         worst=max(off, key=lambda row: row.size, default=None),
         held_out=max((row for row in rows if not row.fitted), key=lambda row: row.size, default=None),
         fitted=tuple(dict.fromkeys(row.condition for row in rows if row.fitted)),
-        predictions=tuple(one for result in evidence.results.done if (one := result.prediction) is not None),
+        predictions=tuple(each for result in evidence.results.done if (each := result.prediction) is not None),
     )
-
-
-# ---- the rules about all runs
 
 
 @ranked(Rank.PHYSICS)
 def physics(evidence: Evidence) -> Iterator[Note]:
     """Yield doubts about many runs, and about runs with the calibrated parameters unless most are doubtful."""
     found = evidence.physics
-    severity: Severity = "error" if found.share > MAJORITY else "warning"
+    severity: Severity = "error" if found.share > _MAJORITY else "warning"
     every = (*found.doubts, *found.at_solution)
-    for doubt in found.doubts if found.share >= SOME else ():
+    for doubt in found.doubts if found.share >= _SOME else ():
         runs = f"{doubt.runs} of {counted(found.checked, 'run')}"
         text = f"The physical validity of {runs} is doubtful: {_doubtful(doubt, 'up to ')}."
         yield Note("physics", severity, text, for_physics(evidence.study, doubt, every))
     worst: dict[DoubtKind, Doubt] = {}
-    for at in found.at_solution if found.share <= MAJORITY else ():
+    for at in found.at_solution if found.share <= _MAJORITY else ():
         before = worst.get(at.kind)
         if before is None or (at.fitted, at.worst or 0.0) > (before.fitted, before.worst or 0.0):
             worst[at.kind] = at
     for kind, at in worst.items():
-        far = at.worst is None or at.worst > FAR * LIMITS[kind]
+        far = at.worst is None or at.worst > _FAR * LIMITS[kind]
         text = f"With the calibrated parameters, {_doubtful(at)}{evidence.names.at(at.condition)}."
         if kind == "hourglass":
-            text += (
-                " Hourglass energy above 10 % of the internal energy may change the force by a third, and above 20 % "
-                "by half."
-            )
+            above = "above 10 % of the internal energy may change the force by a third, and above 20 % by half"
+            text += f" Hourglass energy {above}."
         remedy = for_physics(evidence.study, at, every)
         yield Note("physics_of_solution", "error" if at.fitted and far else "warning", text, remedy)
 

@@ -7,7 +7,7 @@ from typing import Any
 from stemcal.formats import fixed
 from stemcal.notes import Note
 from stemcal.stages.result import Judged, Prediction
-from stemcal.stages.verdict.result import Use, Verdict
+from stemcal.stages.verdict.result import Verdict
 from stemcal.vocabulary import Wording, capital
 
 _WORDS = {
@@ -60,14 +60,12 @@ def verdict_json(verdict: Verdict, names: Wording) -> dict[str, Any]:
     return {"verdict": verdict.verdict, "reasons": reasons, "use": " ".join(uses(verdict, names))}
 
 
-# ---- where it may be used
-
-
 def uses(verdict: Verdict, names: Wording) -> list[str]:
     r"""Return the conditions at which the simulated response agrees, and the largest error elsewhere, as one line.
 
     Without a comparison nothing is returned.
 
+    >>> from stemcal.stages.verdict.result import Use
     >>> use = Use(10.0, (7.0, 8.0), Judged("force", 11.0, 21.2, False))
     >>> print(uses(Verdict.of([], use), Wording())[0].replace(". ", ".\n"))
     The error of the simulation is at most 10 % at diameters of 7 and 8 mm.
@@ -82,21 +80,15 @@ def uses(verdict: Verdict, names: Wording) -> list[str]:
         sentences = [f"The error of the simulation exceeds {where.within_percent:g} %{every}."]
     if where.worst is not None and where.worst != where.held_out:
         sentences.append(f"The largest error is in the {_signed(where.worst, names)}.")
-    return [" ".join([*sentences, *_held_out(where, names)])]
-
-
-def _held_out(where: Use, names: Wording) -> list[str]:
-    """Return the quality of held-out predictions: the largest error with its side."""
-    sentences = []
     if where.held_out is not None and where.fitted and names.placed:
         sentences.append(f"The parameters were fitted to data{names.at(*where.fitted)}.")
         if all(prediction.in_turn for prediction in where.predictions):
             sentences.append(f"The largest held-out error is in the {_signed(where.held_out, names)}.")
-    in_order = sorted(where.predictions, key=lambda one: one.in_turn)  # held out first
-    return [*sentences, *(predicted(one, names, where.held_out) for one in in_order)]
+    in_order = sorted(where.predictions, key=lambda prediction: prediction.in_turn)  # held out first
+    return [" ".join([*sentences, *(predicted(prediction, names, where.held_out) for prediction in in_order)])]
 
 
-def predicted(found: Prediction, names: Wording, worst: Judged | None = None) -> str:
+def predicted(prediction: Prediction, names: Wording, worst: Judged | None = None) -> str:
     """Return the largest error of values that were not fitted, next to that of a formula, and which is better.
 
     >>> from stemcal.doe.comparison import Formula
@@ -107,29 +99,26 @@ def predicted(found: Prediction, names: Wording, worst: Judged | None = None) ->
     'Cross-validation (one stem diameter predicted from the others): the error is at most 13.5 %.'
     """
     side = ""
-    if found.in_turn:
-        start = f"Cross-validation (one {found.in_turn} predicted from the others): the error is at most"
+    if prediction.in_turn:
+        start = f"Cross-validation (one {prediction.in_turn} predicted from the others): the error is at most"
     else:
-        place = re.sub(r"^ at (a )?", "At the held-out ", names.at(*found.conditions))
+        place = re.sub(r"^ at (a )?", "At the held-out ", names.at(*prediction.conditions))
         start = f"{place} the error is at most"
-        if worst is not None and len(found.conditions) > 1:
+        if worst is not None and len(prediction.conditions) > 1:
             side = f", {_side(worst)}{names.at(worst.condition)}"
-    return f"{start} {found.worst_percent:.1f} %{side}{_formula(found)}."
-
-
-def _formula(found: Prediction) -> str:
-    if (formula := found.formula) is None:
-        return ""
-    text = f"formula F = a·d^{formula.exponent:.3g}: {formula.worst_held_out_percent:.1f} %"
-    if found.better == "neither" and formula.standard_error_percent:
+    text = f"{start} {prediction.worst_percent:.1f} %{side}"
+    if (formula := prediction.formula) is None:
+        return f"{text}."
+    compared = f"formula F = a·d^{formula.exponent:.3g}: {formula.worst_held_out_percent:.1f} %"
+    if prediction.better == "neither" and formula.standard_error_percent:
         error = f"{formula.standard_error_percent:.1f} %"
-        text += f"; not distinguishable, since a measured mean has a standard error of {error}"
-    return f" ({text})"
+        compared += f"; not distinguishable, since a measured mean has a standard error of {error}"
+    return f"{text} ({compared})."
 
 
-def predicted_note(kind: str, found: Prediction, names: Wording) -> Note:
+def predicted_note(kind: str, prediction: Prediction, names: Wording) -> Note:
     """Return the note of a stage on the prediction of values that were not fitted."""
-    return Note(kind, "warning" if found.better == "formula" else "info", predicted(found, names))
+    return Note(kind, "warning" if prediction.better == "formula" else "info", predicted(prediction, names))
 
 
 def miss(worst: Judged, names: Wording) -> str:
@@ -142,7 +131,6 @@ def miss(worst: Judged, names: Wording) -> str:
 
 
 def _error(worst: Judged, names: Wording) -> str:
-    """Return the size of an error, its side and its place."""
     return f"{size_of(worst.size)} % {_side(worst)}{names.at(worst.condition)}"
 
 
@@ -151,7 +139,6 @@ def _side(worst: Judged) -> str:
 
 
 def _signed(worst: Judged, names: Wording) -> str:
-    """Return a response with its error."""
     return f"{names.naming.named(worst.response).long}: {_error(worst, names)}"
 
 

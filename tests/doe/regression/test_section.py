@@ -7,7 +7,7 @@ import pytest
 
 from stemcal.doe.calibration.observations import Contrasts
 from stemcal.doe.coding import Array, Coding, term_columns
-from stemcal.doe.composite import axial_distance, central_composite
+from stemcal.doe.designs import axial_distance, central_composite
 from stemcal.doe.regression.section import Bend, Place, Section, bend_of, fit_whole, left_out_percent
 from stemcal.doe.regression.surface import fit_surface
 
