@@ -10,7 +10,9 @@ from planting import HALF, MIDDLE, Law, judged
 from stemcal.errors import SpecError, UsageError
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.stages.fresh import make_all
+from stemcal.stages.optimise.material import calibrated_sections
 from stemcal.stages.work import HERE
+from stemcal.study.model.layers import layers_at
 from stemcal.study.model.study import Study
 from stemcal.study.reading import load_study
 
@@ -130,3 +132,16 @@ def test_calibration_that_was_not_run_yet(tmp_path: Path) -> None:
     assert study.parameters({}, 8.0)["yield_stress"] == 15.0
     with pytest.raises(UsageError, match=r"stemcal run"):
         make_all(study, StudyFolder(tmp_path / "cutter"), HERE)
+
+
+@pytest.mark.parametrize("name", ["wild-chrysanthemum", "hemp-two-layers", "grapevine"])
+def test_sections_of_shipped_stems(name: str) -> None:
+    """Growing parameters, layers and fibres have at each diameter the values that the levels give."""
+    source = load_study(Path(__file__).parents[2] / "configs" / f"{name}.yaml")
+    levels = {one.name: one.low + 0.3 * (one.high - one.low) for one in source.factors}
+    blade = source.factors[0].model_copy(update={"name": "edge_angle", "unit": "deg", "low": 15.0, "high": 60.0})
+    study = source.model_copy(update={**calibrated_sections(source, levels), "factors": (blade,)})
+    for target in source.targets.means:
+        at = target.condition
+        assert layers_at(study, {}, at) == layers_at(source, levels, at)
+        assert study.parameters({}, at) == pytest.approx(source.parameters(levels, at), rel=1e-12)

@@ -8,14 +8,12 @@ and D that of the ranges (uniform, 12/width²), which ends what the measurements
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pydantic import ValidationError
 
 from stemcal.errors import SpecError
 from stemcal.runs.study_folder import StudyFolder
@@ -23,31 +21,29 @@ from stemcal.stages.fitting import Surfaces, fit_of_study
 from stemcal.stages.results import Results, fresh_results
 from stemcal.stages.verdict.verdict_rules import verdict_of
 from stemcal.stages.verdict.words import brief
-from stemcal.storage.plain import read_plain
-from stemcal.study.model.shear_test import MaterialSection
+from stemcal.study.model.shear_test import ContactSection, MaterialSection, Relative, TransverseSection
 from stemcal.study.model.study import Study
 from stemcal.study.reading import load_study
-from stemcal.study.types import units
 from stemcal.study.types.factor import FRICTION, SETTINGS
-from stemcal.study.types.strict_yaml import MAX_BYTES, Finding, NodePath, read_yaml
+from stemcal.study.types.strict_yaml import Finding, NodePath
 
 _FROM: NodePath = ("material", "from")
 _TAKEN: dict[str, tuple[str, ...]] = {
     "specimen": ("diameter_ratio", "bore"),
     "blade": ("edge_spread",),
-    "contact": ("static_friction", "dynamic_friction", "decay", "penalty"),
+    "contact": tuple(ContactSection.model_fields),
+    "material": tuple(MaterialSection.model_fields),
     "solver": ("rate_law", "element_size", "elements_through_wall", "edge_over", "hourglass", "nonlocal_failure"),
 }
-_OF_MATERIAL = ("material", "layers", "contact")
 _CLOSE = 1e-6
 _DIRECTIONS, _LEAST = 3, 0.01  # at most so many other materials; the part of the variance below which one is left out
 
 
 @dataclass
 class Taken:
-    """The spec with its material, other materials as its sections, the mistakes, and what must be run before."""
+    """Sections of a spec with its material, the same of other materials, the mistakes, and what must be run before."""
 
-    data: dict[str, Any]
+    sections: dict[str, Any] = field(default_factory=dict)
     others: list[dict[str, Any]] = field(default_factory=list)
     findings: list[Finding] = field(default_factory=list)
     pending: str = ""
@@ -57,12 +53,9 @@ class Taken:
         self.findings.append(Finding(path, message, remedy))
 
 
-def completed(data: Mapping[str, Any], folder: Path) -> Taken:
-    """Return the tree of a spec in `folder` with the material of the study that it names."""
-    taken, given = Taken({**data, "material": dict(data["material"])}), data["material"]["from"]
-    if not isinstance(given, str) or not given.strip():
-        taken.find("the value is not a folder", "write the folder of a study, such as `../runs/wild-chrysanthemum`")
-        return taken
+def completed(own: Mapping[str, Any], data: Mapping[str, Any], folder: Path) -> Taken:
+    """Return the sections of a spec in `folder`, which has `own` ones, with the material of the study that it names."""
+    taken, given = Taken(), own["material"].from_
     place, beside = StudyFolder(folder / given), folder / f"{Path(given).name}.yaml"
     spec = place.remembered_spec()
     spec = beside if (spec is None or not spec.is_file()) and beside.is_file() else spec
@@ -75,7 +68,6 @@ def completed(data: Mapping[str, Any], folder: Path) -> Taken:
     except SpecError as error:
         taken.find(f"the spec of the study has mistakes: {error.problems[0]}", "correct them")
         return taken
-    tree = read_yaml(read_plain(spec, MAX_BYTES)).data
     levels = source.midlevels()
     if not place.path.is_dir():
         taken.pending = (
@@ -84,9 +76,9 @@ def completed(data: Mapping[str, Any], folder: Path) -> Taken:
         )
     elif (results := _finished(taken, source, place, _shown(spec))) is not None:
         levels = {**levels, **results.parameters}
-        taken.others = [_sections(source, tree, other) for other in _other_levels(source, results)]
+        taken.others = [calibrated_sections(source, other) for other in _other_levels(source, results)]
     if not taken.findings:
-        _take(taken, source, tree, levels)
+        _take(taken, source, levels, own, data)
     return taken
 
 
@@ -112,95 +104,74 @@ def _finished(taken: Taken, source: Study, place: StudyFolder, spec: str) -> Res
 # ---- the sections
 
 
-def _sections(source: Study, tree: Mapping[str, Any], levels: Mapping[str, float]) -> dict[str, Any]:
-    """Return the sections of the material of a study at these levels, as a spec has them."""
-    found = {"material": {}, **{name: copy.deepcopy(tree[name]) for name in _OF_MATERIAL if name in tree}}
-    found["material"].pop("from", None)
-    known = {one.name: _written(levels[one.name], one.unit) for one in source.factors}
+def calibrated_sections(source: Study, levels: Mapping[str, float]) -> dict[str, Any]:
+    """Return the sections of the material of a study at these levels."""
+    found = source.at(levels)  # with the friction
+    internal = {one.name: one.internal(levels[one.name]) for one in source.factors}
     for name, place in source.places.items():
-        if name in known and name not in SETTINGS:
-            *above, key = (step for step in place.path if name != FRICTION)
-            section: Any = found
-            for step in above:
-                section = section.setdefault(step, {}) if isinstance(section, dict) else section[step]
-            old = section.get(key)
-            section[key] = {**old, "value": known[name]} if isinstance(old, dict) else known[name]
-    if FRICTION in known:
-        found["contact"] = {**found.get("contact", {}), "static_friction": known[FRICTION], "decay": "0 s/m"}
-        found["contact"]["dynamic_friction"] = known[FRICTION]
-    return {name: _with_exponents(part, known) for name, part in found.items()}
+        if name in internal and name not in (*SETTINGS, FRICTION):
+            value: Any = internal[name]
+            if place.parameter.relative:
+                value = Relative(value, is_ratio=source.factor(name).unit == "1")
+            found = _with(found, place.path, value)
+    for index, part in enumerate((found.material, *found.layers)):
+        for name, growth in part.growing().items():
+            path: NodePath = ("material", name) if index == 0 else ("layers", index - 1, name)
+            if isinstance(growth.exponent, str):
+                found = _with(found, (*path, "exponent"), internal[growth.exponent])
+    return {name: getattr(found, name) for name in ("material", "layers", "contact")}
 
 
-def _written(level: float, unit: str) -> Any:
-    return float(f"{level:.12g}") if unit == "1" else f"{level:.12g} {unit}"
+def _with(part: Any, path: NodePath, value: Any) -> Any:
+    """Return a section, or a tuple of sections, with a value at a path; a growing parameter has it as its `value`."""
+    step, rest = path[0], path[1:]
+    old = part[step] if isinstance(step, int) else getattr(part, step)
+    if rest:
+        value = _with(TransverseSection() if old is None else old, rest, value)
+    elif hasattr(old, "exponent"):
+        value = old.model_copy(update={"value": value})
+    if isinstance(step, int):
+        return (*part[:step], value, *part[step + 1 :])
+    return part.model_copy(update={step: value})
 
 
-def _with_exponents(part: Any, known: Mapping[str, Any]) -> Any:
-    """Return a part of a spec with the levels of exponents that were factors."""
-    if isinstance(part, list):
-        return [_with_exponents(one, known) for one in part]
-    if not isinstance(part, dict):
-        return part
-    each = {key: _with_exponents(value, known) for key, value in part.items()}
-    return each | ({"exponent": known[each["exponent"]]} if each.get("exponent") in known else {})
-
-
-def _take(taken: Taken, source: Study, tree: Mapping[str, Any], levels: Mapping[str, float]) -> None:
-    """Add the material to a spec; find keys that differ from those of the calibration."""
-    kind = (taken.data.get("solver") or {}).get("kind", "embedded")
+def _take(
+    taken: Taken, source: Study, levels: Mapping[str, float], own: Mapping[str, Any], data: Mapping[str, Any]
+) -> None:
+    """Add the sections; find keys of the spec that differ from the calibration."""
+    kind = own["solver"].kind if "solver" in own else source.solver.kind
     if not source.kind.parameters or kind != source.solver.kind:
         message = f"the material is calibrated with `kind: {source.solver.kind}`, but this study has `kind: {kind}`"
         taken.find(message, f"use `solver: {{kind: {source.solver.kind}}}`, or calibrate with this solver")
         return
-    sections = _sections(source, tree, levels)
-    keys = {"material": {**dict.fromkeys(MaterialSection.model_fields), **sections["material"]}}
-    for name, names in _TAKEN.items():
-        part = {**(tree.get(name) or {}), **(sections.get(name) or {})}
-        keys[name] = {key: part.get(key) for key in names}
-    varied = {str(one.get("name")) for one in taken.data.get("factors") or () if isinstance(one, dict)}
-    for name, each in keys.items():
-        own = taken.data[name] if isinstance(taken.data.get(name), dict) else {}
-        for key, value in each.items():
-            if key in own and not _same(source, name, key, own[key], value):
-                usual = value if value is not None else getattr(getattr(source, name), key, None)
-                message = f"{own[key]} differs from the calibration ({key}: {usual})"
+    theirs = {name: getattr(source, name) for name in _TAKEN} | calibrated_sections(source, levels)
+    varied = {factor.name for factor in own.get("factors", {}).values()}
+    for name in (name for name in _TAKEN if name in own):
+        section, other = own[name], theirs[name]
+        keys = [key for key in _TAKEN[name] if key in type(section).model_fields and key not in varied]
+        for key in (key for key in keys if key in section.model_fields_set):
+            if getattr(section, key) != getattr(other, key):
+                message = f"{data[name][key]} differs from the calibration ({key}: {_written(getattr(other, key))})"
                 taken.find(message, "remove this key", (name, key))
-        kept = {key: value for key, value in each.items() if value is not None and key not in varied}
-        taken.data[name] = {**kept, **own} if kept or own else {}
-    if "layers" in taken.data and taken.data["layers"] != tree.get("layers"):
+        changes = {key: getattr(other, key) for key in keys if key in other.model_fields_set}
+        if name == "solver":
+            set_here = {key: getattr(section, key) for key in section.model_fields_set}
+            section, changes = other, {**set_here, **changes}
+        if name != "contact" or FRICTION not in varied:
+            taken.sections[name] = section.model_copy(update=changes)
+    if own.get("layers") and own["layers"] != source.layers:
         taken.find("the layers differ from those of the calibration", "remove this section", ("layers",))
-    taken.data |= {name: sections[name] for name in ("layers",) if name in sections}
-    _check_diameter(taken, source)
-
-
-def _same(source: Study, section: str, key: str, own: Any, value: Any) -> bool:
-    """Compare a key of a spec with that of the calibration, both as they are read."""
-    kind, context = type(getattr(source, section)), {"spec": source.source.parent}
-    base = {"kind": source.solver.kind} if section == "solver" else {}
-    if section == "solver" and source.solver.kind == "deck":
-        base["program"] = source.solver.program_name
-    try:
-        mine, theirs = (
-            getattr(kind.model_validate({**base, **({} if one is None else {key: one})}, context=context), key)
-            for one in (own, value)
-        )
-    except (ValidationError, TypeError):
-        return True  # the reader of the section finds the mistake
-    return bool(mine == theirs)
-
-
-def _check_diameter(taken: Taken, source: Study) -> None:
-    """Find a stem outside the calibrated diameters; by default it is the one of the calibration."""
+    taken.sections["layers"] = theirs["layers"]
     measured = [target.condition for target in source.targets.means]
-    specimen = taken.data.setdefault("specimen", {})
-    given = specimen.setdefault("outer_diameter", f"{source.targets.calibrate_at:g} mm")
-    try:
-        diameter = units.parse(given, "length")
-    except (units.UnitError, AttributeError, TypeError):
-        return
+    diameter = own["specimen"].outer_diameter if "specimen" in own else measured[0]
     if not (1.0 - _CLOSE) * min(measured) <= diameter <= (1.0 + _CLOSE) * max(measured):
-        message = f"{given} is outside the diameters of the calibration ({min(measured):g} to {max(measured):g} mm)"
+        ends = f"{min(measured):g} to {max(measured):g} mm"
+        message = f"{diameter:g} mm is outside the diameters of the calibration ({ends})"
         taken.find(message, "use a diameter within them", ("specimen", "outer_diameter"))
+
+
+def _written(value: Any) -> str:
+    return f"{value:g}" if isinstance(value, float) else str(value)
 
 
 # ---- other materials that the calibration allows

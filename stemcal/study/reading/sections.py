@@ -34,7 +34,6 @@ def read_sections(data: Any, folder: Path) -> Sections:
         message = "the file is empty" if data is None else "a spec must consist of lines of the form `key: value`"
         sections.findings.append(Finding((), message, "create a new spec with `stemcal init`"))
         return sections
-    data = sections.take_material()
     sections.read_further()
     for name, key in StudyForm.model_fields.items():
         if spelled(name) in data:
@@ -47,6 +46,7 @@ def read_sections(data: Any, folder: Path) -> Sections:
             sections.good[name] = key.get_default(call_default_factory=True)
         if name == "conditions":  # what follows is written under the names declared by now
             sections.naming = naming_of(sections.good.get("responses", ()), sections.good.get("conditions"))
+    sections.take_material()
     sections.fit_all_responses()
     return sections
 
@@ -130,16 +130,13 @@ class Sections:
             self.good[name] = targets
             self.take_in_tests(targets)
 
-    def take_material(self) -> dict[str, Any]:
-        """Return the spec with the material of another study (`material.from`), and keep what comes with that."""
-        material = self.data.get("material")
-        if isinstance(material, dict) and "from" in material:
-            taken = next(one for stage in STAGES.built_in if (one := stage.completed(self.data, self.folder)))
-            self.data, self.findings = taken.data, [*self.findings, *taken.findings]
-            read = [{name: _adapter(name).validate_python(one, context=self.context) for name, one in other.items()}
-                    for other in taken.others]  # fmt: skip
-            self.good |= {"materials": tuple(read), "pending": taken.pending}
-        return self.data
+    def take_material(self) -> None:
+        """Add the material of another study (`material.from`) to the sections."""
+        if field_or_none(self.good.get("material"), "from_") is not None:
+            each = (stage.completed(self.good, self.data, self.folder) for stage in STAGES.built_in)
+            taken = next(filter(None, each))
+            self.findings += taken.findings
+            self.good |= {**taken.sections, "materials": tuple(taken.others), "pending": taken.pending}
 
     def read_goal(self, name: str, given: Any) -> None:
         """Read the goal; its responses of the cutting test are responses of the study."""

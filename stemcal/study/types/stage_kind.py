@@ -48,10 +48,10 @@ class StageKind(Checked):
         section = self.section()
         yield from () if section is None else section.doubts(study)
 
-    def completed(self, data: Any, folder: Any) -> Any:
-        """Return a spec with the material of another study, by the function of this name of its `material`."""
+    def completed(self, own: Any, data: Any, folder: Any) -> Any:
+        """Return sections with the material of another study, by the function of this name of its `material`."""
         completed = self._part("material", "completed")
-        return None if completed is None else completed(data, folder)
+        return None if completed is None else completed(own, data, folder)
 
     def seen(self, study: Any) -> Any:
         """Return the study that the stage simulates, by the function `seen` of its `options` if there is one."""
