@@ -193,3 +193,11 @@ def test_a_missed_target_is_a_reason_without_a_calibration_stage(tmp_path: Path)
     results = fresh_results(study, folder, [RefineResult.from_json(folder.read_stage("refine")), checked])
     verdict = verdict_of(study, folder, results)
     assert verdict.verdict == "not_calibrated" and verdict.has("target_missed")
+
+
+def test_a_prior_is_the_start(tmp_path: Path) -> None:
+    """Without a run that determines it, the failure strain stays at the mean of its prior."""
+    text = TWO_FACTORS.replace("high: 0.05}", "high: 0.05, prior: {mean: 0.02, sd: 0.005, source: a paper}}")
+    stage, *_ = quick(tmp_path, text + QUICK + ONE, Power())
+    assert stage.converged and stage.parameters["failure_strain"] == pytest.approx(0.02)
+    assert stage.undetermined == ("failure_strain",)

@@ -226,7 +226,7 @@ def _without_surface(stage: RefineResult) -> Iterator[Note]:
     text = "The study has no response surface: there is no analysis of variance, and the uncertainty is unknown."
     yield Note("no_intervals", "warning", text, Remedy("For confidence intervals, choose a design in `rsm.design`."))
     if free := stage.undetermined:
-        text = f"The runs do not determine {series(free, 'or')}: the middle of the range was used."
+        text = f"The runs do not determine {series(free, 'or')}: mid-range or the mean of the prior was used."
         remedy = Remedy(f"Fit further conditions or responses, or replace the range of {free[-1]} with a fixed value.")
         yield Note("not_identified", "warning", text, remedy)
 

@@ -1,9 +1,9 @@
 """Steps of the refinement without a response surface: Gauss–Newton on slopes that only simulated points show.
 
-From mid-range one factor after the other is moved by itself, while the means can determine one more. A factor is
-determined if it changes the means by more than the tolerance, and otherwise than the factors before it; if not, it
-stays at the middle. With z = ln x, or x where the range includes zero, −1 to 1 over the range, a step s from the best
-point has the least misfit of
+From mid-range, or the mean of a prior, one factor after the other is moved by itself, while the means can determine
+one more. A factor is determined if it changes the means by more than the tolerance, and otherwise than the factors
+before it; if not, it stays at the start. With z = ln x, or x where the range includes zero, −1 to 1 over the range, a
+step s from the best point has the least misfit of
 
     ln ŷ = ln y + J s
 
@@ -55,8 +55,8 @@ class SecantSteps(MeanSteps):
         return tuple(factor.name for j, factor in enumerate(self.factors) if j not in self.determined)
 
     def first(self) -> PointToTry:
-        """Return the middle of all ranges."""
-        middle = self._scaled([factor.centre for factor in self.factors])
+        """Return the middle of all ranges, of a factor with a prior its mean."""
+        middle = self._scaled([one.prior.mean if one.prior else one.centre for one in self.factors])
         return self._point((middle - self.centre) / self.half_range, "middle")
 
     def learn(self, trial: Trial) -> bool:
@@ -124,10 +124,7 @@ class SecantSteps(MeanSteps):
 
         def gaps(step: Array) -> Array:
             near[moving] = step
-            of_data = np.sqrt(np.diag(self.precision)) * (self.measured - self._expected(start + near))
-            levels = self._levels(start + near)
-            known = [(levels[one.name] - one.prior.mean) / one.prior.sd for one in self.factors if one.prior]
-            return np.append(of_data, known)
+            return np.asarray(np.sqrt(np.diag(self.precision)) * (self.measured - self._expected(start + near)))
 
         bounds = np.maximum(-1.0 - start, -self.reach)[moving], np.minimum(1.0 - start, self.reach)[moving]
         nothing = np.zeros(len(moving))
