@@ -206,3 +206,21 @@ def test_a_declared_condition(tmp_path: Path) -> None:
     assert not [table for table in tables_of(rsm) if "Fit quality" in table.title]
     found = workflow.run_stage("invert", study, place, solver=Own())
     assert found.parameters["a"] == pytest.approx(2.5, rel=1e-3)
+
+
+def test_the_refinement_steps_on_the_one_surface(tmp_path: Path) -> None:
+    """A factor (d/9)^1.5 above 9 mm is no quadratic in ln d; one run per diameter and step removes its error."""
+    text = TWO_FACTORS + OVER + "refine: {tolerance_percent: 0.02, budget: 32}\n"
+    spec(tmp_path, text)
+    written = (tmp_path / "over.yaml").read_text("utf-8")
+    (bent,) = (f"{law(14.0, 0.034, d) * (d / 9.0) ** 1.5:.6f} N" for d in (11.0,))
+    (tmp_path / "over.yaml").write_text(written.replace(f"{law(14.0, 0.034, 11.0):.6f} N", bent), encoding="utf-8")
+    study = load_study(tmp_path / "over.yaml")
+    fitted(tmp_path, study, kink=1.5)
+    solver = Power(study=study, kink=1.5)
+    stage = workflow.run_stage("refine", study, StudyFolder(tmp_path / "out"), InlineExecutor(), solver=solver)
+    rounds = [list(stage.made[i : i + 4]) for i in range(0, len(stage.made), 4)]
+    assert [[run.condition for run in part] for part in rounds] == [list(DIAMETERS)] * len(rounds)
+    assert rounds[0][0].how == "solution" and {part[0].how for part in rounds[1:]} == {"surface"}
+    assert stage.converged and max(abs(row.measured / (row.before or 1.0) - 1.0) for row in stage.rows) > 0.002
+    assert stage.parameters["yield_stress"] == pytest.approx(14.0, rel=0.01)
