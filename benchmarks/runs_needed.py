@@ -50,6 +50,7 @@ STRAINS = (0.01, 0.02, 0.03, 0.04, 0.05)
 MEASURED = np.array([120.0, 159.2, 213.8, 300.0, 378.2])
 LOW, HIGH = np.array([10.0, -0.25, 0.01]), np.array([20.0, 1.25, 0.05])
 ROUGHNESS, GROWS_FROM = 0.008, 9.0
+STEP = 0.1  # of the ranges: smaller differences are those of the roughness
 CLOSE, WITHIN = 1.0, 1.025
 MOST_POINTS = {1: 60, 5: 40}
 MODEL = """\
@@ -171,8 +172,9 @@ def _at(model: Model, diameters: int, z: Array) -> Array:
 
 
 def by_least_squares(model: Model, diameters: int) -> None:
-    """SciPy's trust-region reflective method from the middle."""
-    least_squares(partial(_at, model, diameters), np.full(3, 0.5), bounds=(0.0, 1.0), max_nfev=MOST_POINTS[diameters])
+    """SciPy's trust-region reflective method from the middle, differences over a tenth of the ranges."""
+    gaps, most = partial(_at, model, diameters), MOST_POINTS[diameters]
+    least_squares(gaps, np.full(3, 0.5), bounds=(0.0, 1.0), diff_step=2.0 * STEP, max_nfev=most)
 
 
 def by_simplex(model: Model, diameters: int) -> None:
@@ -186,7 +188,7 @@ def by_simplex(model: Model, diameters: int) -> None:
 
 
 def by_lmfit(model: Model, diameters: int) -> None:
-    """Levenberg–Marquardt with bounds, as in lmfit."""
+    """Levenberg–Marquardt with bounds as in lmfit, differences over a tenth of the ranges."""
     import lmfit
 
     names = ("a", "b", "c")
@@ -198,7 +200,7 @@ def by_lmfit(model: Model, diameters: int) -> None:
         z = np.array([found[name].value for name in names])
         return np.append(_at(model, diameters, z), [0.0] * (3 if diameters == 1 else 0))
 
-    lmfit.minimize(gaps, start, max_nfev=MOST_POINTS[diameters])
+    lmfit.minimize(gaps, start, max_nfev=MOST_POINTS[diameters], epsfcn=STEP**2)
 
 
 def by_optuna(model: Model, diameters: int) -> None:
