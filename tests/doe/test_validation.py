@@ -62,3 +62,9 @@ def test_a_joint_fit_leaves_no_diameter_independent() -> None:
     assert [row.role for row in result.rows] == ["fitted", "fitted"]
     assert result.worst_held_out_percent is None
     assert result.notes == ()
+
+
+@pytest.mark.parametrize(("measured", "simulated"), [([1.0, 2.0], [1.0]), ([1.0], [1.0, 2.0]), ([1.0], [1.0])])
+def test_columns_of_unequal_length_are_refused(measured, simulated):
+    with pytest.raises(UsageError, match="equal in number"):
+        compare_conditions([7.0, 8.0], measured, simulated, 8.0)

@@ -3,10 +3,12 @@
 import json
 from pathlib import Path
 
+import pytest
 from typer.testing import CliRunner
 
 from stemcal.cli.app import app
-from stemcal.overview.foresight import Demand, excess
+from stemcal.errors import UsageError
+from stemcal.overview.foresight import Demand, excess, warnings_before
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 
@@ -24,3 +26,12 @@ def test_fewer_workers_are_the_remedy_where_they_are() -> None:
     assert said.remedy is not None and "--workers 2" in said.remedy.text
     assert list(excess(Demand(20, 60.0, 3.0e9), 2, 8.0e9)) == []
     assert list(excess(Demand(20, 60.0, 3.0e9), 8, None)) == []
+
+
+def test_too_much_memory_is_refused_where_this_machine_computes(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("stemcal.overview.foresight.machine_memory", lambda: 1e9)
+    with pytest.raises(UsageError, match=r"has only 1.0 GB"):
+        warnings_before(Demand(4, 60.0, 2e9), 1)
+    assert warnings_before(Demand(4, 60.0, 2e9), 1, here=False) == [] == warnings_before(Demand(4, 60.0, 0.5e9), 1)
+    (warning,) = warnings_before(Demand(4, 4 * 49 * 3600.0, 0.5e9), 1)
+    assert "196 h" in warning or "8 days" in warning

@@ -3,6 +3,7 @@ from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
+import numpy as np
 import pytest
 from matplotlib.colors import to_hex
 
@@ -12,7 +13,7 @@ from stemcal.report.curves import force_travel
 from stemcal.report.gallery import _run_plots, write_figures
 from stemcal.report.records import Details, RunCurve, _RunRecord
 from stemcal.stages.fitting import Measured
-from stemcal.stages.rsm.figures import Solution, contours, observed_predicted, relief
+from stemcal.stages.rsm.figures import Solution, contours, levels_of, observed_predicted, relief
 from stemcal.stages.screen.showing import pareto
 from stemcal.stages.validate.showing import draw_validation
 from stemcal.vocabulary import FIRST
@@ -149,3 +150,7 @@ def test_names_with_dollars_chinese_and_markup(stages: dict[str, Any], edited: A
     ElementTree.fromstring(svg(pareto(screen)))
     save(pareto(screen), tmp_path / "pareto.png")
     assert (tmp_path / "pareto.png").stat().st_size > 5000
+
+
+def test_levels_of_contours_are_round_and_at_most_ten() -> None:
+    assert levels_of(np.array([0.0, 21.0])) == pytest.approx(np.arange(0.0, 23.0, 2.5))

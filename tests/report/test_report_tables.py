@@ -8,10 +8,14 @@ from rich.cells import cell_len
 from rich.console import Console
 
 from stemcal.drawing.columns import from_means, measured_columns, scores
+from stemcal.drawing.showing import Setting
 from stemcal.drawing.table import Column, Table
 from stemcal.formats import short, significant
 from stemcal.report.outcome import tables_of
-from stemcal.report.terminal import stage_tables, table_drawn
+from stemcal.report.terminal import CROWDED, _widest, stage_tables, table_drawn
+from stemcal.stages.invert.showing import InvertShowing
+from stemcal.stages.results import fresh_results
+from stemcal.stages.validate.showing import ValidateShowing
 from stemcal.vocabulary import DIAMETER, FORCE, Variable, Vocabulary, Wording
 
 
@@ -103,3 +107,18 @@ def test_screening_without_lenth_and_f(stages: dict[str, Any], edited: Any) -> N
     stage = edited(stages["screen"], take_out)
     assert "–" in printed(stage)
     assert len(tables_of(stage)[0].foot) == 2
+
+
+def test_units_below_the_terminal_are_written_as_on_paper(replayed: tuple[Any, Any], stages: dict[str, Any]) -> None:
+    study = replayed[0]
+    results = fresh_results(*replayed)
+    (table,) = InvertShowing().closing(stages["invert"], Setting(study, results))
+    assert [row[2] for row in table.cells] == ["MPa", "", "1/s"]
+    (compared, *_) = ValidateShowing().tables(stages["validate"], Wording())
+    assert not any("Cross-val" in head for head in compared.heads)
+
+
+def test_tables_of_many_columns_have_narrow_gaps() -> None:
+    few, many = (Table(tuple(Column(f"c{n}") for n in range(count)), (("a",) * count,)) for count in (3, CROWDED))
+    assert [table_drawn(table)[0].padding[1] for table in (few, many)] == [1, 0]  # type: ignore[attr-defined]
+    assert _widest([]) == 1 and _widest(["ab", "屈服"]) == 4

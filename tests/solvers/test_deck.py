@@ -26,7 +26,7 @@ from stemcal.solvers.deck.equivalents import (
     wanted_step,
 )
 from stemcal.solvers.deck.keywords import fitted, keyword
-from stemcal.solvers.deck.tools import blade_mesh, supports_mesh
+from stemcal.solvers.deck.tools import _even, _rounding, blade_mesh, supports_mesh
 from stemcal.solvers.deck.writer import engine_text, starter_around, stem_material
 from stemcal.solvers.embedded import shear_test
 from stemcal.study.reading import load_study
@@ -538,3 +538,11 @@ def test_step_and_contact_are_of_the_stiffest_and_of_the_outer_layer() -> None:
     )
     deck = Deck.of(soft, LEVELS, 9.3)
     assert (deck.law.elastic_modulus, deck.fastest.elastic_modulus) == (500.0, 1343.5)
+
+
+def test_a_rounding_has_facets_of_half_the_element_size() -> None:
+    """r = 2 mm over π/2 − 0.3 at each side: ceil(2·1.2708/0.1) = 26 facets each."""
+    nodes = _rounding(2.0, 0.3, 0.3, 0.2)
+    assert len(nodes) == 2 * 26 + 1 and np.hypot(nodes[:, 0], nodes[:, 1] - 2.0) == pytest.approx(2.0)
+    assert len(_rounding(0.01, 0.3, 0.3, 0.2)) == 2 * 2 + 1
+    assert _even(0.0, 1.0, 5.0) == pytest.approx([0.0, 1.0]) and len(_even(0.0, 1.0, 0.3)) == 5

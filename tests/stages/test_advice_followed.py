@@ -52,8 +52,8 @@ class Law(SpecSolver):
         return (100.0 + 20.0 * a + 8.0 * b + 3.0 * b * b + self.bend * a**3 * (1.5 - a)) * size
 
     def identity(self, request: Request) -> dict[str, Any]:
-        own = [request.stage, request.row, request.replicate] if self.noise else []
-        return {**super().identity(request), "run": own}
+        own = {"replicate": request.replicate} if self.noise and request.replicate else {}
+        return {**super().identity(request), **own}
 
     def solve(self, request: Request) -> Answer:
         a, b = (request.levels["yield_stress"] - 15.0) / 5.0, (request.levels.get("failure_strain", 0.03) - 0.03) / 0.02

@@ -11,11 +11,15 @@ from stemcal.doe.coding import Coding
 from stemcal.errors import SpecError, UsageError
 from stemcal.overview.plan import judged, plan
 from stemcal.runs.executors import InlineExecutor
+from stemcal.runs.record import Outcome
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.stages.design import Design
-from stemcal.stages.rsm.analysis import study_design
+from stemcal.stages.result import DesignRun, DesignRuns
+from stemcal.stages.rsm.analysis import _pure_error_of, study_design
 from stemcal.stages.screen.analysis import screening_design
+from stemcal.storage.rows import Rows
 from stemcal.storage.typed import to_json
+from stemcal.vocabulary import Wording
 
 THREE = "rsm: {{factors: [yield_stress, failure_strain, strain_rate_c], {}}}\n"
 
@@ -143,3 +147,30 @@ def test_plan_shows_aliases_and_terms_without_an_estimate(tmp_path: Path) -> Non
     coding = Coding(("a", "b"), (0.0, 0.0), (1.0, 1.0))
     (found,) = judged(Design("rsm", "given", coding, axes, ({},) * 5))
     assert found.kind == "cannot_estimate" and "5 runs" in found.text and "a:b" in found.text
+
+
+def repeated(*groups: tuple[float | None, ...]) -> DesignRuns:
+    """Return the runs of points with these responses."""
+    runs = [(float(point), value) for point, values in enumerate(groups) for value in values]
+    rows = [
+        DesignRun(run=n, levels={"a": x}, coded={"a": x}, outcome=Outcome(response=value))
+        for n, (x, value) in enumerate(runs, 1)
+    ]
+    return DesignRuns("known", Rows(rows))
+
+
+@pytest.mark.parametrize(
+    ("groups", "equal"),
+    [
+        (((1.0,), (2.0,)), None),
+        (((1.0, 1.0), (2.0, 2.0)), True),
+        (((1.0, 1.0), (2.0, 2.1)), False),
+        (((1.0, None), (2.0, 2.0 + 1e-10)), True),
+        (((1.0, None), (2.0,)), None),
+    ],
+)
+def test_only_runs_that_all_agree_have_no_pure_error(
+    groups: tuple[tuple[float | None, ...], ...], equal: bool | None
+) -> None:
+    note = _pure_error_of(repeated(*groups), Wording(), by_chance=False)
+    assert (None if note is None else note.kind == "equal_repeats") == equal

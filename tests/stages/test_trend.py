@@ -1,13 +1,14 @@
 """The advice for an error that follows the diameter, on forces that are known power laws."""
 
 from dataclasses import dataclass
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from stemcal.doe.calibration.region import Region
 from stemcal.doe.coding import Coding
-from stemcal.stages.verdict.trend_advice import Fitted, remedies_of, trend_of
+from stemcal.stages.verdict.trend_advice import Fitted, _other_stems, remedies_of, trend_of
 
 DIAMETERS = np.array([7.0, 8.0, 9.0, 10.0, 11.0])
 CODING = Coding.from_ranges(("yield_stress", "failure_strain"), [10.0, 0.01], [20.0, 0.05])
@@ -87,3 +88,12 @@ def test_a_trend_within_the_known_scatter_is_none() -> None:
     assert most == pytest.approx(9.05, abs=0.1)
     assert trend_of(d, measured, simulated, [0.99 * most] * 5) is not None
     assert trend_of(d, measured, simulated, [1.01 * most] * 5) is None
+
+
+@pytest.mark.parametrize(("growth", "missing"), [(0.5, "0.50 too low"), (-0.3, "0.30 too high")])
+def test_other_stems_are_advised_only_where_they_can_be_simulated(growth: float, missing: str) -> None:
+    ratio = SimpleNamespace(diameters=DIAMETERS, predicted=np.ones(len(DIAMETERS)), measured=DIAMETERS**growth)
+    able, unable = SimpleNamespace(has_layers=True), SimpleNamespace(has_layers=False)
+    assert missing in _other_stems(SimpleNamespace(is_layered=False, kind=able), ratio)  # type: ignore[arg-type]
+    for study in (SimpleNamespace(is_layered=True, kind=able), SimpleNamespace(is_layered=False, kind=unable)):
+        assert _other_stems(study, ratio) == ""  # type: ignore[arg-type]

@@ -333,3 +333,12 @@ def test_cancelled_calls_are_not_run(executor: LocalExecutor) -> None:
     assert cancelled.cancel()
     wait(blocking)
     assert executor.submit(square, 3).result() == 9
+
+
+@pytest.mark.parametrize("cores", [1, 3])
+def test_cores_are_those_that_this_process_may_use(cores: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(os, "sched_getaffinity", lambda _process: set(range(cores)), raising=False)
+    monkeypatch.setattr(os, "cpu_count", lambda: 64)
+    assert available_cores() == cores
+    monkeypatch.delattr(os, "sched_getaffinity")
+    assert available_cores() == 64
