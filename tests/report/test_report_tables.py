@@ -12,7 +12,7 @@ from stemcal.drawing.showing import Setting
 from stemcal.drawing.table import Column, Table
 from stemcal.formats import short, significant
 from stemcal.report.outcome import tables_of
-from stemcal.report.terminal import CROWDED, _widest, stage_tables, table_drawn
+from stemcal.report.terminal import stage_tables, table_drawn
 from stemcal.stages.invert.showing import InvertShowing
 from stemcal.stages.results import fresh_results
 from stemcal.stages.validate.showing import ValidateShowing
@@ -119,6 +119,5 @@ def test_units_below_the_terminal_are_written_as_on_paper(replayed: tuple[Any, A
 
 
 def test_tables_of_many_columns_have_narrow_gaps() -> None:
-    few, many = (Table(tuple(Column(f"c{n}") for n in range(count)), (("a",) * count,)) for count in (3, CROWDED))
+    few, many = (Table(tuple(Column(f"c{n}") for n in range(count)), (("a",) * count,)) for count in (3, 12))
     assert [table_drawn(table)[0].padding[1] for table in (few, many)] == [1, 0]  # type: ignore[attr-defined]
-    assert _widest([]) == 1 and _widest(["ab", "屈服"]) == 4
