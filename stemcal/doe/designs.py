@@ -244,8 +244,6 @@ def surface_runs(k: int, options: SurfaceOptions) -> Array:
     return np.vstack([runs, extra_runs(runs, options.extra_runs, grid[inside])])
 
 
-# ---- points that fill the box, and runs added to a design
-
 _SAME_POINT = 1e-6
 _RIDGE = 1e-8  # for a design that cannot estimate every term yet
 

@@ -59,9 +59,6 @@ class Plot:
         return png(self.figure)
 
 
-# ---- on the page
-
-
 @dataclass
 class Shared:
     """What the figures of a page share: the class of each style; marks and clipping paths, each with its id."""

@@ -117,9 +117,6 @@ def _draw_faces(axes: Axes, shape: Shape, faces: tuple[Array, Array], scale: Any
     return added
 
 
-# ---- the animation as a GIF
-
-
 Curve = tuple[Sequence[float], Sequence[float]]
 _FRAMES_PER_SECOND = 6
 _DOTS_PER_INCH = 110

@@ -38,9 +38,6 @@ def shortened(stage: StageResult, table: Table) -> Table:
     return table.shortened(f"`{file}.csv`")
 
 
-# ---- the sentences of a study's results, as far as its verdict allows them
-
-
 MOST = 5
 """The number of notes that are shown after a run."""
 KNOWN = "known"

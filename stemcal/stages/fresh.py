@@ -114,9 +114,6 @@ def _leaves(name: str, part: object) -> dict[str, object]:
     return {name: part}
 
 
-# ---- stale stages
-
-
 def require_fresh(study: Study, solver: Solver | None, folder: StudyFolder, stage: str) -> None:
     """Raise `UsageError` if a stage's file, or one before it, is missing or stale."""
     before = stage_called(stage).needs(study)

@@ -225,9 +225,6 @@ Scatter = Literal["measured", "pooled", "misfit", "surface"]
 _WIDEST = 1.0  # relative scatter above which a laboratory measures nothing
 
 
-# ---- measured means, and the errors of all of them
-
-
 @dataclass(frozen=True, eq=False)
 class Observation:
     """A measured mean with the surface that predicts it; `kind` is what was measured.

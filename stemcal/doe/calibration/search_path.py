@@ -165,20 +165,15 @@ def _between(left: Tried, right: Tried, whole: Sequence[Tried], aim: float) -> f
     line = low + (aim - left.level) / (right.level - left.level) * (high - low)
     others = [run for run in whole if run is not left and run is not right]
     third = min(others, key=lambda run: abs(run.level - aim), default=None)
-    place = line if third is None else _inverse_parabola((left, right, third), aim)
+    place = line
+    if third is not None and third.level not in (left.level, right.level):
+        # s(aim) of Lagrange's parabola through s over the logarithms
+        place, points = 0.0, (left, right, third)
+        for run in points:
+            rest = [other for other in points if other is not run]
+            place += run.place * float(np.prod([(aim - other.level) / (run.level - other.level) for other in rest]))
     first, last = low + _MARGIN * (high - low), high - _MARGIN * (high - low)
     return min(max(place if first <= place <= last else line, first), last)
-
-
-def _inverse_parabola(points: Sequence[Tried], aim: float) -> float:
-    """Return s(aim) of Lagrange's parabola through s over the logarithms; NaN where two of these are equal."""
-    total = 0.0
-    for i, run in enumerate(points):
-        rest = [other for j, other in enumerate(points) if j != i]
-        if any(run.level == other.level for other in rest):
-            return float("nan")
-        total += run.place * float(np.prod([(aim - other.level) / (run.level - other.level) for other in rest]))
-    return total
 
 
 def _beyond(whole: Sequence[Tried], best: Tried, aim: float, path: SearchPath) -> float:

@@ -80,8 +80,6 @@ def _anova_table(fit: LeastSquares, terms: Sequence[str], split: LackOfFit) -> t
     )
 
 
-# ---- influence of each run
-
 # A run of leverage 1 is always fitted exactly: it has no residual to judge.
 _FULL_LEVERAGE = 1.0 - 1e-9
 
@@ -128,9 +126,6 @@ def _press(fit: LeastSquares) -> float | None:
     if fit.df == 0 or not judged.any():
         return None
     return float(np.sum((fit.residuals[judged] / (1.0 - fit.leverage[judged])) ** 2))
-
-
-# ---- coefficients and what the fit is worth
 
 
 @dataclass(frozen=True)

@@ -62,9 +62,6 @@ def solve(study: Study, head: Head, surface: Surfaces) -> InvertResult:
     return InvertResult.of(study, head, surface.radius, point, known, rule=chosen.rule, **exact)
 
 
-# ---- several measured means at once: the parameters that fit them all
-
-
 def _solve_jointly(study: Study, head: Head, surface: Surfaces) -> InvertResult:
     """Return the parameters that fit all diameters and responses of the spec best."""
     coding, means = surface.scales, measured_means(study)

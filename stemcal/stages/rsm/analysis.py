@@ -105,9 +105,6 @@ def _fit_terms(
     return replace(fit, cv_percent=relative_percent(fit)) if logarithm else fit, steps
 
 
-# ---- the factors, before and after what comes before the surface is known
-
-
 def _read_before(study: Study, solver: Solver, folder: StudyFolder) -> StageResult | None:
     """Return the screening, or the climb, that the surface follows; None where the spec names its factors."""
     before = stage_called("rsm").needs(study)
