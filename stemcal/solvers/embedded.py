@@ -121,7 +121,7 @@ class Embedded(Solver):
         return _PROCESS + max(mesh.memory for mesh in meshes)
 
     def settings_that_matter(self, diameter: float) -> dict[str, str]:
-        """Return the lengths that decide when elements fail, and a failure strain that is not a factor."""
+        """Return what the force depends on beside the factors: lengths of the model and layers, the failure strain."""
         study, options = self.study, _options(self.study)
         lengths = {
             "element_size": options.element_size,
@@ -131,6 +131,9 @@ class Embedded(Solver):
         # as the spec has them, a share of the diameter also in mm
         mm = {name: "" if one.divisor is None else f" ({one.at(diameter):.3g} mm)" for name, one in lengths.items()}
         settings = {name: f"{length}{mm[name]}" for name, length in lengths.items()}
+        for section, layer in zip(study.layers[:-1], layers_at(study, {}, diameter), strict=False):
+            if (name := f"{section.name}_thickness") not in study.names:
+                settings[name] = f"{layer.thickness:.3g} mm"
         if options.elements_through_wall is not None:
             settings["elements_through_wall"] = f"{options.elements_through_wall}"
         if options.replicates is not None:

@@ -37,11 +37,7 @@ def known(part: Certainty, stage: InvertResult, names: Wording) -> list[str]:
         for factor in part.intervals
         if factor not in part.free
     ]
-    sentences = [
-        f"The prior for {names.in_text(prior.factor)} is {short(prior.mean)} ± "
-        f"{with_unit(short(prior.sd), prior.unit)} ({prior.source})."
-        for prior in stage.priors
-    ]
+    sentences = priors(stage, names)
     sentences += [f"The {data} constrains {series(kept)}."] if kept else []
     if part.free:
         sentences.append(f"The {data} does not determine {series(map(names.in_text, part.free), 'or')}.")
@@ -49,6 +45,15 @@ def known(part: Certainty, stage: InvertResult, names: Wording) -> list[str]:
         changes = (change(names.in_text(name), size, part.units[name]) for name, size in direction.items())
         sentences.append(f"To first order, the {data} hardly changes if {series(changes)}.")
     return [*sentences, *assumption(part)]
+
+
+def priors(stage: InvertResult, names: Wording) -> list[str]:
+    """Return a sentence for each prior, with its source."""
+    return [
+        f"The prior for {names.in_text(prior.factor)} is {short(prior.mean)} ± "
+        f"{with_unit(short(prior.sd), prior.unit)} ({prior.source})."
+        for prior in stage.priors
+    ]
 
 
 def _ends(part: Certainty, factor: str) -> str:
@@ -85,7 +90,7 @@ def assumptions(stage: InvertResult) -> list[str]:
     fixed_mesh = stage.depends_on is not None and "replicates" not in stage.depends_on
     mesh = "The intervals do not include the scatter of the force over mesh positions."
     scatter = f"{mesh} To include this scatter, add `replicates: 5` to the `solver` section."
-    return [*assumption(stage.certainty), *([scatter] if fixed_mesh else [])]
+    return [*priors(stage, Wording(stage.naming)), *assumption(stage.certainty), *([scatter] if fixed_mesh else [])]
 
 
 def range_to_cite(stage: InvertResult, names: Wording) -> list[str]:
