@@ -34,14 +34,18 @@ def _key(named: Variable, naming: Vocabulary) -> str:
     return FIRST if named == naming.response else named.name
 
 
-def _keys(given: Any, info: ValidationInfo) -> Any:
-    """Return the keys of responses that a spec lists by their names."""
-    if info.context is None:
-        return given
-    if not isinstance(given, list) or not given:
+def _listed(given: Any, info: ValidationInfo) -> Any:
+    if info.context is not None and (not isinstance(given, list) or not given):
         raise complain("the value is not a list of responses", "write a list, such as `[force]`")
+    return given
+
+
+def _keyed(name: Any, info: ValidationInfo) -> Any:
+    """Return the key of a response that a spec lists by its name."""
+    if info.context is None:
+        return name
     naming = info.context.get("naming", CUTTING)
-    return tuple(_key(_response(name, naming), naming) for name in given)
+    return _key(_response(name, naming), naming)
 
 
 def _limits(given: Any, info: ValidationInfo) -> Any:
@@ -62,15 +66,18 @@ def _read(value: Any, named: Variable) -> float:
     return as_written(kind.checked(value, from_yaml=True), named.unit)
 
 
+_Key = Annotated[str, BeforeValidator(_keyed)]
+
+
 class GoalSection(Frozen):
     """What the study optimises, instead of `targets`: one response, or two with their Pareto front.
 
     A study with a goal has the stages `screen`, `rsm` and `optimise`, at the diameter `specimen.outer_diameter`.
     """
 
-    minimise: Annotated[tuple[str, ...], BeforeValidator(_keys), _NAMES] = ()
+    minimise: Annotated[tuple[_Key, ...], BeforeValidator(_listed), _NAMES] = ()
     """Responses to minimise, such as `[cutting_energy, force]`."""
-    maximise: Annotated[tuple[str, ...], BeforeValidator(_keys), _NAMES] = ()
+    maximise: Annotated[tuple[_Key, ...], BeforeValidator(_listed), _NAMES] = ()
     """Responses to maximise."""
     at_most: Annotated[dict[str, float], BeforeValidator(_limits), _LIMITS] = Field(default={})
     """Largest allowed values of responses, such as `{force: 150 N}`."""

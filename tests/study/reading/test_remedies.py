@@ -199,7 +199,7 @@ RULES: list[tuple[str, Callable[..., object]]] = [
     (r"remove `edge_spread: 0 mm`", lambda one: one.remove()),
     (r"remove the parameter", lambda one: one.at(one.finding.path[:-2]).pop(one.finding.path[-2])
         if one.key == "name" else one.remove()),
-    (r"fill in or remove the section", lambda one: one.remove()),
+    (r"fill in or remove the section|remove this section", lambda one: one.remove()),
     (r"remove (?:this|the) row", lambda one: one.at(one.finding.path[:-2]).pop(one.finding.path[-2])),
     (r"or remove this row", lambda one: one.at(one.finding.path[:-2]).pop(one.finding.path[-2])),
     (r"keep one row", lambda one: one.at(one.finding.path[:-2]).pop(one.finding.path[-2])),
@@ -219,6 +219,9 @@ RULES: list[tuple[str, Callable[..., object]]] = [
         {"name": "another", "symbol": "Z9"}[one.key])),
     (r"use letters, digits and underscores|use up to 64 letters", lambda one: one.write("another")),
     (r"use (\S+?)(?:,| or|$)", lambda one, v: unit(one, v) if "unit" in one.finding.message else rename(one, v)),
+    (r"remove the (?:character|characters)", lambda one: one.write(
+        "".join(c for c in one.value if c.isprintable()).strip() or "source")),
+    (r"keep two, and limit the others", lambda one: one.at(("goal",)).pop("maximise", None)),
     (r"enclose the value in quotes", lambda one: one.write(str(one.value))),
     (r"shorten the value to a length of at most (\d+)", lambda one, v: one.write(one.value[: int(v)])),
     (r"the usual range for plants is ([\d.e-]+) to ([\d.e-]+)", lambda one, low, high: one.write(
@@ -230,7 +233,7 @@ OPEN = (
     "correct the value", "correct the prior", "reduce `tangent_modulus`", "copy the file", "write the path relative",
     "list at most", "write each entry on a separate line", "create a new spec",
     "use a different name for each factor", "as in `yield_stress`", "choose another name",
-    "use thinner layers", "reduce the", "smaller than the diameter",
+    "use thinner layers", "reduce the", "smaller than the diameter", "so that the present cutter is inside",
 )  # fmt: skip
 """What only the reader can decide: which value is wrong, or a file."""
 
@@ -287,7 +290,7 @@ def test_each_remedy_typed_leaves_one_problem_fewer(path: Path) -> None:
 
 
 def test_only_rows_that_could_not_be_read_show_more() -> None:
-    """A row of an unknown test, and one without the value of its scatter."""
+    """A row of an unknown test, one without the value of its scatter, and a limit, a value inside its mapping."""
     more = []
     for path in wrong_specs():
         data = read_yaml(path.read_bytes()).data
@@ -296,7 +299,8 @@ def test_only_rows_that_could_not_be_read_show_more() -> None:
             after = typed(data, finding)
             if after is not None and len(findings(after)) >= len(before):
                 more.append((path.stem, finding.path))
-    assert more == [("laboratory-tests", ("targets", 4, "test")), ("one-test-wrong", ("targets", 3, "sd", "travel"))]
+    rows = [("laboratory-tests", ("targets", 4, "test")), ("one-test-wrong", ("targets", 3, "sd", "travel"))]
+    assert more == [("goal", ("goal", "at_most")), *rows]
 
 
 def test_few_remedies_are_left_to_the_reader() -> None:
