@@ -30,7 +30,7 @@ def test_hemp_is_calibrated_to_its_force(tmp_path: Path) -> None:
     """One force and one unknown: the simulated force is within 2 % of 243 N, nothing is left to correct but data."""
     found = results_of("hemp-two-layers", tmp_path)
     assert 16.0 < found.parameters["phloem_yield_stress"] < 25.0
-    (row,) = found.refinement.judged(load_study(CONFIGS / "hemp-two-layers.yaml"))
+    (row,) = found.validation.judged(load_study(CONFIGS / "hemp-two-layers.yaml"))
     assert row.fitted and row.size < 2.0
     assert found.verdict.holds and not {reason.kind for reason in found.verdict.reasons} - {"unchecked"}
 
