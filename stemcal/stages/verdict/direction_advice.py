@@ -4,8 +4,7 @@ While a piece is elastic its slope is proportional to E, so that a test requires
 """
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
-from math import exp, hypot, inf, log
+from math import exp, hypot, inf, log, nan
 
 from stemcal.doe.comparison import standard_error
 from stemcal.formats import outwards, series, short
@@ -20,54 +19,45 @@ _NORMAL = 1.96
 _WIDER = 2.0  # the ranges of both moduli reach from half to twice the required ones
 
 
-@dataclass(frozen=True)
-class Required:
-    """What the tests in one direction require: their names, the factor on E, and its relative standard error."""
-
-    tests: tuple[str, ...]
-    factor: float
-    error: float | None
-
-
 def direction_reason(evidence: Evidence, surface: Surfaces, solution: Mapping[str, float]) -> Iterator[Note]:
     """Yield the moduli that the slopes along and across the axis require, if one modulus cannot give both."""
     study = evidence.study
     if study.naming.condition != DIAMETER or not study.tests or study.is_layered:
         return
-    each = _required(study, surface, solution)
-    if len(each) < 2:
+    along, across = (_required(study, surface, solution, across) for across in (False, True))
+    if along is None or across is None:
         return
-    along, across = each[False], each[True]
-    apart = abs(log(along.factor / across.factor))
-    known = None if along.error is None or across.error is None else hypot(along.error, across.error)
-    if apart < 2.0 * log(1.0 + 0.01 * evidence.equivalent_percent) or (known is not None and apart < _NORMAL * known):
+    apart, known = abs(log(along[1] / across[1])), hypot(along[2], across[2])
+    if apart < 2.0 * log(1.0 + 0.01 * evidence.equivalent_percent) or apart < _NORMAL * known:
         return
     modulus = study.parameters(solution, study.calibration_target.condition)[_E]
-    first, second = (f"{short(modulus * one.factor, 3)} MPa" for one in (along, across))
+    first, second = (f"{series(names)} requires {short(modulus * times, 3)} MPa" for names, times, _ in (along, across))
     text = (
-        f"The tests require different elastic moduli: {series(along.tests)} requires {first}, {series(across.tests)} "
-        f"{second}. The model is isotropic, so no value of its elastic modulus reproduces both slopes."
+        f"The tests require different elastic moduli: {first}, {second}. The model is isotropic, so no value of its "
+        "elastic modulus reproduces both slopes."
     )
-    remedy = _to_transverse(study, surface, solution, along.factor * modulus, across.factor * modulus)
+    remedy = _to_transverse(study, surface, solution, along[1] * modulus, across[1] * modulus)
     yield Note("anisotropy", "error" if evidence.mostly_off else "warning", text, remedy)
 
 
-def _required(study: Study, surface: Surfaces, solution: Mapping[str, float]) -> dict[bool, Required]:
-    """Return what the slopes require, across the axis (True) and along it: the geometric mean over tests, diameters."""
-    point, found = surface.scales.to_coded([solution[name] for name in surface.names]), dict[bool, Required]()
-    pairs = list(zip(measured_means(study), fitted_surfaces(study, surface), strict=True))
-    for across in (False, True):
-        tests = {test.called("slope"): test.name for test in study.tests if test.across_axis is across}
-        rows = [
-            (tests[mean.response], log(mean.value / slope), standard_error(mean.value, mean.sd, mean.n))
-            for mean, fitted in pairs
-            if mean.response in tests and mean.value > 0.0 and (slope := float(fitted.predict(point)[0])) > 0.0
-        ]
-        if rows:
-            names, logs, errors = zip(*rows, strict=True)
-            known = None if None in errors else 0.01 * hypot(*errors) / len(rows)
-            found[across] = Required(tuple(dict.fromkeys(names)), exp(sum(logs) / len(rows)), known)
-    return found
+def _required(
+    study: Study, surface: Surfaces, solution: Mapping[str, float], across: bool
+) -> tuple[list[str], float, float] | None:
+    """Return the tests along or across the axis, the factor on E that their slopes require, its relative error.
+
+    The factor is the geometric mean over tests and diameters; its error is NaN if a scatter is not known.
+    """
+    point = surface.scales.to_coded([solution[name] for name in surface.names])
+    tests = {test.called("slope"): test.name for test in study.tests if test.across_axis is across}
+    rows = [
+        (tests[mean.response], log(mean.value / slope), standard_error(mean.value, mean.sd, mean.n) or nan)
+        for mean, fitted in zip(measured_means(study), fitted_surfaces(study, surface), strict=True)
+        if mean.response in tests and mean.value > 0.0 and (slope := float(fitted.predict(point)[0])) > 0.0
+    ]
+    if not rows:
+        return None
+    names, logs, errors = zip(*rows, strict=True)
+    return list(dict.fromkeys(names)), exp(sum(logs) / len(rows)), 0.01 * hypot(*errors) / len(rows)
 
 
 def _to_transverse(
@@ -80,14 +70,12 @@ def _to_transverse(
     if not study.kind.has_layers or across > most:
         return Remedy("Check the units of both slopes, and the specimens of both tests.")
     factors, material = [f"{{name: {_ACROSS}, unit: MPa, {_range(across, most)}}}"], "transverse: {}"
-    if varied := [_E] if _E in study.names else []:
-        level = levels[_E] * along / study.parameters(levels)[_E]
-        factors.append(f"{{name: {_E}, {_range(level)}}}")
+    varied = [*surface.names, *({_E} & {*study.names} - {*surface.names}), _ACROSS]
+    if _E in study.names:
+        factors.append(f"{{name: {_E}, {_range(levels[_E] * along / study.parameters(levels)[_E])}}}")
     else:
         value = f"{along:.3g} MPa"
-        grows = _E in study.material.growing()
-        material += f", {_E}: {f'{{value: {value}}}' if grows else value}"
-    varied = list(dict.fromkeys([*surface.names, *varied, _ACROSS]))
+        material += f", {_E}: {f'{{value: {value}}}' if _E in study.material.growing() else value}"
     edit = [
         f"material: {{{material}}}",
         f"factors: [{', '.join(factors)}]",
