@@ -181,9 +181,8 @@ def export_material(
         study = session.study
         at = study.targets.calibrate_at
         if study.is_layered:
-            raise UsageError(
-                "a material card is of a stem without `layers` and `transverse`; use `stemcal export deck`"
-            )
+            message = "a material card is of a stem without `layers` and `transverse`; use `stemcal export deck`"
+            raise UsageError(message)
         if size > _COARSEST * at:
             most = f"Use at most {_COARSEST * at:g} mm."
             raise UsageError(f"--element-size: {size:g} mm is too large for a stem diameter of {at:g} mm. {most}")

@@ -108,9 +108,8 @@ def measure_shear(
     shared = Counter(tail for path in files for tail in _tails(path))
     bases = {path: next((tail for tail in _tails(path) if shared[tail] == 1), str(path)) for path in files}
     for entry in (entry for entry in listed if shared[entry.partition("#")[0]] > 1):
-        raise UsageError(
-            f"--index: {quoted(entry)} is the name of several files; write the folder, as in `7mm/{entry}`"
-        )
+        message = f"--index: {quoted(entry)} is the name of several files; write the folder, as in `7mm/{entry}`"
+        raise UsageError(message)
     tested = tuple(s for path, base in bases.items() for s in _specimens(path, base, how, listed))
     names = [s.name for s in tested]
     if unknown := set(exclude) - set(names):

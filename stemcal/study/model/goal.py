@@ -1,7 +1,5 @@
 """What a study optimises instead of fitting measurements: responses to minimise or maximise, and limits."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from math import nan
 from typing import Annotated, Any

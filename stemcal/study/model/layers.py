@@ -1,7 +1,5 @@
 """Layers of the stem, what a material is across its axis, and the parameters that both add to a study."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from math import sqrt
 from typing import Annotated, Any, NamedTuple
