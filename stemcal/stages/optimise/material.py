@@ -160,7 +160,7 @@ def _take(
         if name != "contact" or FRICTION not in varied:
             taken.sections[name] = section.model_copy(update=changes)
     if own.get("layers") and own["layers"] != source.layers:
-        taken.find("the layers differ from those of the calibration", "remove this section", ("layers",))
+        taken.find("the layers differ from those of the calibration", "remove this key", ("layers",))
     taken.sections["layers"] = theirs["layers"]
     measured = [target.condition for target in source.targets.means]
     diameter = own["specimen"].outer_diameter if "specimen" in own else measured[0]

@@ -37,7 +37,7 @@ def _present_is_possible(draft: Draft) -> Iterator[Finding]:
     """The present cutter is within the ranges, and the study optimises."""
     given, known = draft.study.of(OptimiseOptions).present, {one.name: one for one in draft.factors.values()}
     if given and draft.study.goal is None:
-        yield Finding(("optimise",), "the study has no goal", "add `goal: {minimise: [force]}`, or remove this section")
+        yield Finding(("optimise",), "the study has no goal", "add `goal: {minimise: [force]}`, or remove this key")
     for name, value in given.items():
         path = ("optimise", "present", name)
         if name not in draft.names:
@@ -52,7 +52,7 @@ def _present_is_possible(draft: Draft) -> Iterator[Finding]:
             if not factor.low <= level <= factor.high:
                 ends = f"{factor.low:g} to {factor.high:g} {factor.unit}".removesuffix(" 1")
                 message = f"{value} is outside the range of the factor ({ends})"
-                yield Finding(path, message, "widen the range so that the present cutter is inside")
+                yield Finding(path, message, "remove this key, or widen the range")
 
 
 def _surface_is_made(draft: Draft) -> Iterator[Finding]:

@@ -21,7 +21,8 @@ def _goal_is_complete(draft: Draft) -> Iterator[Finding]:
         yield Finding(("goal",), f"{draft.naming.named(name).name} is listed twice", "remove one")
     if len(set(listed)) > 2:
         message = f"{len(set(listed))} responses are optimised, but a Pareto front has two"
-        yield Finding(("goal",), message, "keep two, and limit the others with `at_most`")
+        path = ("goal", "maximise" if goal.maximise else "minimise")
+        yield Finding(path, message, "remove one response, or limit it with `at_most`")
 
 
 def _goal_or_targets(draft: Draft) -> Iterator[Finding]:
@@ -31,14 +32,14 @@ def _goal_or_targets(draft: Draft) -> Iterator[Finding]:
     if draft.study.targets.means:
         yield Finding(("targets",), "a study has a `goal` or `targets`, not both", "remove one of them", at_key=True)
     if draft.tests:
-        yield Finding(("tests",), "laboratory tests require `targets`", "remove this section", at_key=True)
+        yield Finding(("tests",), "laboratory tests require `targets`", "remove this key", at_key=True)
     if draft.naming.condition not in (None, DIAMETER):
         message = "a study with a goal has no condition"
         yield Finding(("conditions",), message, "remove `conditions`, and set its value in the program", at_key=True)
     for stage in (one for one in STAGES.built_in if "targets" in one.reads):
         if (section := field_or_none(draft.study, stage.name)) is not None and section.model_fields_set:
             message = f"the `{stage.name}` stage requires `targets`, but this study has a goal"
-            yield Finding((stage.name,), message, "remove this section", at_key=True)
+            yield Finding((stage.name,), message, "remove this key", at_key=True)
 
 
 def _goal_is_simulated(draft: Draft) -> Iterator[Finding]:
