@@ -122,7 +122,7 @@ def test_planted_optimum_is_within_its_interval(count: int, noise: float) -> Non
 def simulated(x: Array, noise: float, rng: np.random.Generator) -> Cutter:
     values = {name: law(x) * (1.0 + noise * float(rng.standard_normal())) for name, law in LAWS.items()}
     outcome = Outcome(response=values["response"], responses={"energy": values["energy"]}, key="k")
-    return Cutter(cutter="", levels={}, predicted={}, prediction_interval={}, outcome=outcome)
+    return Cutter(cutter="", levels={}, predicted={}, outcome=outcome)
 
 
 @pytest.mark.parametrize("count", [1, pytest.param(2, marks=SLOW)])

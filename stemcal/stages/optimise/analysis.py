@@ -102,12 +102,10 @@ def _levels(study: Study, surface: RsmResult, x: Array) -> dict[str, float]:
 
 def _cutter(name: str, levels: Mapping[str, float], study: Study, surface: RsmResult, problem: Problem) -> Cutter:
     x, named = surface.scales.to_coded([levels[one] for one in surface.names]), _namer(study)
-    ends = {named(key): one.prediction_interval(x)[0].tolist() for key, one in problem.surfaces.items()}
     return Cutter(
         cutter=name,
         levels=dict(levels),
         predicted={named(key): float(one.predict(x)[0]) for key, one in problem.surfaces.items()},
-        prediction_interval={key: (each[0], each[1]) if isfinite(each[0]) else None for key, each in ends.items()},
         outcome=Outcome(response=None, status="failed"),
     )
 

@@ -13,7 +13,6 @@ from stemcal.runs.record import Outcome
 from stemcal.stages.result import Head, Interval, StageResult
 from stemcal.storage.rows import Rows
 from stemcal.storage.typed import Spread, absent, inline
-from stemcal.vocabulary import Variable
 
 OPTIMUM, PRESENT = "optimum", "present"
 Gain = tuple[float, float | None, float | None]
@@ -21,15 +20,11 @@ Gain = tuple[float, float | None, float | None]
 
 @dataclass(frozen=True, kw_only=True)
 class Cutter(Spread):
-    """One cutter that was simulated: its levels, what the surfaces predict for each response, and the outcome.
-
-    `prediction_interval` is that of one run. `material` numbers the other materials from 1.
-    """
+    """One cutter: its levels, the responses on their surfaces, the outcome of its run; other materials from 1."""
 
     cutter: str
     levels: dict[str, float]
     predicted: dict[str, float]
-    prediction_interval: dict[str, Interval | None]
     material: int | None = absent()
     outcome: Outcome = inline()
 
@@ -49,11 +44,9 @@ class FrontPoint:
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class OptimiseResult(StageResult):
-    """The optimum, its front, and simulations of the optimum and the present cutter.
+    """The optimum and its front, simulated, and the gain over the present cutter with its 95 % interval.
 
-    Responses have the study's names, of which `minimised` and `maximised` are optimised. `gain_percent` is the
-    improvement over the present cutter with its 95 % interval, and `gain_sd` its standard deviation by source.
-    `edges` are the ends of ranges at which the optimum is.
+    Responses have the study's names. `gain_sd` is by source; `edges` are the ends of ranges at which the optimum is.
     """
 
     name: ClassVar[str] = "optimise"
@@ -78,11 +71,6 @@ class OptimiseResult(StageResult):
     notes: tuple[Note, ...] = ()
 
     @property
-    def optimised(self) -> tuple[str, ...]:
-        """The optimised responses."""
-        return (*self.minimised, *self.maximised)
-
-    @property
     def best(self) -> tuple[dict[str, float], dict[str, float]]:
         """The levels of both cutters."""
         return self.optimum, self.present_levels
@@ -90,18 +78,11 @@ class OptimiseResult(StageResult):
     @property
     def found(self) -> tuple[str, ...]:
         """The simulated optimum, each response compared with the present cutter."""
-        return (f"{'; '.join(map(self.compared, self.optimised))}.",)
-
-    def named(self, name: str) -> Variable:
-        """Return what a response is called."""
-        return self.naming.named(name)
+        return (f"{'; '.join(map(self.compared, self.gain_percent))}.",)
 
     def compared(self, name: str) -> str:
-        """Return a response at the optimum and its difference from the present cutter.
-
-        The gain of 31 % (24 to 37 %) of a minimised response is "212 mJ, 31 % less (95 %: 24 to 37 %)".
-        """
-        named, value, gain = self.named(name), self.simulated[name], self.gain_percent[name]
+        """Return a response at the optimum and its difference from the present cutter, with the interval."""
+        named, value, gain = self.naming.named(name), self.simulated[name], self.gain_percent[name]
         if value is None or gain is None:
             return f"{named.long}: not simulated"
         way = ("less", "more") if name in self.minimised else ("more", "less")

@@ -1,6 +1,5 @@
 """How an optimum is shown: its levels, its confirmation, the Pareto front."""
 
-from collections.abc import Iterator
 from functools import partial
 
 from stemcal.doe.comparison import error_percent
@@ -26,10 +25,13 @@ class OptimiseShowing(Showing[OptimiseResult]):
         return [f"Optimum on the response surfaces: {levels}."]
 
     def tables(self, result: OptimiseResult, names: Wording) -> list[Table]:
-        return [_levels_table(result, names), *_confirmations(result), *_front_table(result, names)]
+        return [_levels_table(result, names), *(_confirmation(result, name) for name in result.predicted)]
 
     def closing(self, result: OptimiseResult, setting: Setting) -> list[Table]:
-        return [_levels_table(result, Wording(setting.study.naming)), *_confirmations(result)]
+        return [
+            _levels_table(result, Wording(setting.study.naming)),
+            *(_confirmation(result, name) for name in result.predicted),
+        ]
 
     def figures(self, result: OptimiseResult, setting: Setting) -> list[Plot]:
         if not result.front:
@@ -65,13 +67,8 @@ def _levels_table(result: OptimiseResult, names: Wording) -> Table:
     return Table.of(columns, rows, "Optimal and present cutter")
 
 
-def _confirmations(result: OptimiseResult) -> list[Table]:
-    """Return predicted against simulated values of each response, and the change from the present cutter."""
-    return [_confirmation(result, name) for name in result.predicted]
-
-
 def _confirmation(result: OptimiseResult, name: str) -> Table:
-    unit, key, before = result.named(name).written, result.key(name), result.present[name]
+    unit, key, before = result.naming.named(name).written, result.key(name), result.present[name]
 
     def error(one: Cutter) -> float | None:
         value = one.outcome.of(key)
@@ -90,24 +87,12 @@ def _confirmation(result: OptimiseResult, name: str) -> Table:
     ]
     foot = "Error in % = 100·(simulated − predicted)/simulated. Change: difference from the present cutter."
     rows = [one for one in result.cutters if one.material is None]
-    return Table.of(columns, rows, f"Confirmation by simulation: {result.named(name).long}", (foot,))
-
-
-def _front_table(result: OptimiseResult, names: Wording) -> Iterator[Table]:
-    """Yield the points of the front."""
-    if not result.front:
-        return
-    columns = [Column(name, names.factor(name), form=significant) for name in result.optimum]
-    columns += [
-        Column(name, result.named(name).capital, result.named(name).written, significant) for name in result.predicted
-    ]
-    rows = [{**one.levels, **one.predicted} for one in result.front]
-    yield Table.of(columns, rows, "Pareto front on the response surfaces", detail=True)
+    return Table.of(columns, rows, f"Confirmation by simulation: {result.naming.named(name).long}", (foot,))
 
 
 def draw_front(result: OptimiseResult, surface: RsmResult | None) -> Figure:
     """Return the front in the plane of both responses."""
-    x, y = result.optimised
+    x, y = result.gain_percent
     with new_figure(height=3.4) as figure:
         axes = figure.add_subplot()
         runs = () if surface is None else (part.runs for part in surface.conditions)
@@ -120,6 +105,6 @@ def draw_front(result: OptimiseResult, surface: RsmResult | None) -> Figure:
             if (a := values[x]) is not None and (b := values[y]) is not None:
                 axes.plot(a, b, mark, color=colour, markersize=size, label=label)
         for set_label, name in ((axes.set_xlabel, x), (axes.set_ylabel, y)):
-            set_label(literal(result.named(name).headed(result.named(name).long)))
+            set_label(literal(result.naming.named(name).headed(result.naming.named(name).long)))
         legend_above(axes)
     return figure
