@@ -87,13 +87,16 @@ def test_scatter_without_a_trend_gets_no_advice_about_growth(seed: int, folder: 
 
 
 def test_the_advice_leads_from_the_published_study_to_a_calibrated_one(folder: Path) -> None:
-    """Two edits, of the kind that any user merges: all diameters, then a yield stress that grows."""
+    """Edits that any user merges: a longer stroke, all diameters, then a yield stress that grows; none comes twice."""
     spec = Path(__file__).parents[2] / "configs" / "wild-chrysanthemum-as-published.yaml"
     text = spec.read_text(encoding="utf-8")
-    for _ in range(2):
-        reason = calibrated(text, folder).verdict.reasons[0]
-        assert reason.kind == "trend" and reason.remedy is not None
-        text = merged(text, reason.remedy.edit)
+    edits: list[str] = []
     after = calibrated(text, folder)
+    while (remedy := after.verdict.reasons[0].remedy) is not None and remedy.edit is not None and len(edits) < 4:
+        assert remedy.edit not in edits
+        edits.append(remedy.edit)
+        text = merged(text, remedy.edit)
+        after = calibrated(text, folder)
+    assert "duration" in edits[0] and "diameters: all" in edits[1] and "growth" in edits[2], edits
     assert after.verdict.holds and not after.verdict.has("trend")
     assert after.validation.worst_percent is not None and after.validation.worst_percent <= 6.0
