@@ -163,7 +163,7 @@ def calibrated(text: str, folder: Path) -> StudyResults:
 
 def recovers(results: StudyResults) -> None:
     """Each planted value is within twice its interval's half-width of the solution, and the interval is no range."""
-    known = results.calibration.certainty
+    known = results.inversion.certainty
     for name, value in PLANTED.items():
         low, high = known.intervals[name]
         assert abs(results.parameters[name] - value) <= high - low, name
