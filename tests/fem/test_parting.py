@@ -23,7 +23,7 @@ from stemcal.fem.stepper import History, simulate
 Array = NDArray[np.float64]
 STEEL = Material(1e-9, 1000.0, 0.0)
 flank_distance, find_front = called(contact.flank_distance), called(parting.find_front)
-close_plane, tie_velocities = called(parting.close_plane), called(parting.tie_velocities)
+close_plane, tie = called(parting.close_plane), called(parting.tie)
 
 
 def wedge(angle: float = 60.0, thickness: float = 2.0, height: float = 0.0, **more: Any) -> Tool:
@@ -235,7 +235,7 @@ def test_twins_move_as_one_until_they_part() -> None:
     body.v[:] = random.normal(size=body.v.shape)
     cut.parted[:] = random.random(15) < 0.3
     momentum, before = body.mass @ body.v, body.v.copy()
-    tie_velocities(cut, body)
+    tie(cut, body.mass, body.v, False)
     np.testing.assert_allclose(body.mass @ body.v, momentum, rtol=1e-12)
     tied = ~cut.parted
     np.testing.assert_array_equal(body.v[cut.nodes[tied]], body.v[cut.twins[tied]])

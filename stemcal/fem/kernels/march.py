@@ -29,7 +29,7 @@ from stemcal.fem.kernels.nodes import (
     take_pushes,
 )
 from stemcal.fem.kernels.nonlocal_mean import fail_by_mean_strain
-from stemcal.fem.kernels.parting import close_plane, part, tie_forces, tie_velocities
+from stemcal.fem.kernels.parting import close_plane, part, tie
 from stemcal.fem.kernels.search import list_faces_under_edge, list_near_nodes, list_near_skin
 from stemcal.fem.kernels.spread import push_spread_edge, take_hold
 from stemcal.fem.kernels.timestep import stable_step
@@ -339,10 +339,10 @@ def march(
         meet(team)
         if leads:
             failed = team.failed.sum() > 0 or apart
-            tie_forces(spread.cut, body)
+            tie(spread.cut, body.mass, body.f, True)
             meet_tools(failed, body, topology, tools, edge, spread, candidates, clock, ledger, friction, settings)
             _kick_by_contact(until, body, tools, clock, ledger)
-            tie_velocities(spread.cut, body)
+            tie(spread.cut, body.mass, body.v, False)
         meet(team)
         kick_and_drift(body, _mean_step(clock), clock.step[0], ledger.node_sums, share.chunks[0], share.chunks[1])
         meet(team)

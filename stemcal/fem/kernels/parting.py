@@ -109,29 +109,20 @@ def close_plane(
 
 
 @kernel
-def tie_forces(cut: Floats, body: Floats) -> None:
-    """Share the forces of two nodes that have not parted in proportion to their mass."""
+def tie(cut: Floats, mass: Array, rows: Any, forces: bool) -> None:
+    """Let two nodes that have not parted move as one, by their rows of forces or of velocities.
+
+    Forces are shared in proportion to the mass; the velocity is that of the common momentum.
+    """
     for p in range(cut.twins.shape[0]):
         if not cut.parted[p]:
             a, b = cut.nodes[p], cut.twins[p]
-            share = body.mass[a] / (body.mass[a] + body.mass[b])
+            share = mass[a] / (mass[a] + mass[b])
             for i in range(3):
-                total = float(body.f[a, i]) + float(body.f[b, i])
-                body.f[a, i] = share * total
-                body.f[b, i] = (1.0 - share) * total
-
-
-@kernel
-def tie_velocities(cut: Floats, body: Floats) -> None:
-    """Give two nodes that have not parted the velocity of their common momentum."""
-    for p in range(cut.twins.shape[0]):
-        if not cut.parted[p]:
-            a, b = cut.nodes[p], cut.twins[p]
-            share = body.mass[a] / (body.mass[a] + body.mass[b])
-            for i in range(3):
-                common = share * body.v[a, i] + (1.0 - share) * body.v[b, i]
-                body.v[a, i] = common
-                body.v[b, i] = common
+                first, second = float(rows[a, i]), float(rows[b, i])
+                total = first + second if forces else share * first + (1.0 - share) * second
+                rows[a, i] = share * total if forces else total
+                rows[b, i] = (1.0 - share) * total if forces else total
 
 
 @kernel
