@@ -137,7 +137,7 @@ def test_coverage_of_the_gain(count: int) -> None:
         for name, surface in problem.surfaces.items():
             found, law = gain_of(name, 1.0, surface, cutters, []), LAWS[name]
             assert found is not None
-            _, low, high = found.gain
+            _, low, high = found[0]
             covered[name] += low <= 100.0 * (1.0 - law(x) / law(PRESENT)) <= high
     assert all(90 <= hits <= 99 for hits in covered.values()), covered
 

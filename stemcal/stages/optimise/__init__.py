@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from stemcal.stages.stage import Stage
+from stemcal.stages.stage import STAGES, Stage
 
 if TYPE_CHECKING:
     from stemcal.study.model.study import Study
@@ -24,7 +24,7 @@ class Optimise(Stage[Any]):
     purpose = "Last stage of a study with a `goal`: the optimum, confirmed by simulations."
 
     def needs(self, study: Study) -> str | None:
-        return "rsm"
+        return next((stage.name for stage in STAGES.built_in if stage.makes_surface(study)), None)
 
     def asked_for(self, study: Study) -> bool:
         return study.goal is not None

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import hypot, isclose, isfinite
 
 import numpy as np
@@ -23,7 +23,7 @@ from stemcal.stages.fresh import read_fresh
 from stemcal.stages.optimise.options import present_levels
 from stemcal.stages.optimise.result import OPTIMUM, PRESENT, Cutter, FrontPoint, Gain, OptimiseResult
 from stemcal.stages.optimise.search import NoneAllowed, Optimum, Problem, find_optimum, intervals_of
-from stemcal.stages.result import Head, Interval
+from stemcal.stages.result import Head
 from stemcal.stages.rsm.result import RsmResult
 from stemcal.stages.work import Work, a_stage
 from stemcal.storage.rows import Rows
@@ -45,6 +45,7 @@ def optimise(work: Work, head: Head) -> OptimiseResult:
     gains = {
         name(key): gain_of(key, sign, problem.surfaces[key], cutters, elsewhere) for key, sign in problem.signs.items()
     }
+    natural = {name: scale.natural for name, scale in surface.coding.items()}
     ends = intervals_of(problem, found)
     simulated, present = ({name(key): one.outcome.of(key) for key in problem.surfaces} for one in cutters[:2])
     return OptimiseResult(
@@ -54,15 +55,15 @@ def optimise(work: Work, head: Head) -> OptimiseResult:
         limits={name(key): limit for key, limit in problem.limits.items()},
         units={factor.name: factor.unit for factor in study.factors},
         optimum=cutters[0].levels,
-        optimum_interval=None if ends is None else _natural(surface, ends),
+        optimum_interval=ends and {one: (natural[one](low), natural[one](high)) for one, (low, high) in ends.items()},
         predicted=cutters[0].predicted,
         simulated=simulated,
         present_levels=cutters[1].levels,
         present=present,
-        gain_percent={key: None if one is None else one.gain for key, one in gains.items()},
-        gain_sd={key: one.sources for key, one in gains.items() if one is not None},
+        gain_percent={key: one and one[0] for key, one in gains.items()},
+        gain_sd={key: one[1] for key, one in gains.items() if one is not None},
         edges=_edges(study, surface, found.point),
-        front=tuple(_front_point(study, surface, problem, x) for x in found.front),
+        front=tuple(FrontPoint(one.levels, one.predicted) for one in _front(study, surface, problem, found)),
         cutters=Rows([*cutters, *elsewhere]),
         notes=(*_notes(study, found, gains), *lower_bound_notes([one.outcome for one in cutters])),
     )
@@ -131,17 +132,9 @@ def _in_materials(work: Work, cutters: Sequence[Cutter]) -> list[Cutter]:
 # ---- the gain
 
 
-@dataclass(frozen=True)
-class _Compared:
-    """The gain with its interval, and its standard deviation by source, percent."""
-
-    gain: Gain
-    sources: dict[str, float]
-
-
 def gain_of(
     key: str, sign: float, fitted: Surface, cutters: Sequence[Cutter], elsewhere: Sequence[Cutter]
-) -> _Compared | None:
+) -> tuple[Gain, dict[str, float]] | None:
     """Compare the optimum O with the present cutter P: g = 100 (P − O)/|P| of a response to minimise.
 
     A run scatters about the mean response with the variance v = s² own/n of its surface: var g = 100² v (1 + O²/P²)/P².
@@ -157,24 +150,18 @@ def gain_of(
     changes = [sign * 100.0 * (b - a) / abs(b) - g for a, b in others if np.isfinite([a, b]).all()]
     sources = {"material": hypot(*changes)} if changes else {}
     if fitted.mean_square is None:
-        return _Compared((g, None, None), sources)
+        return (g, None, None), sources
     n = len(present.outcome.keys)
     sources["runs"] = 100.0 * (fitted.mean_square * fitted.own_scatter / n) ** 0.5 * hypot(1.0, o / p) / abs(p)
     half = hypot(t_quantile(0.95, fitted.df) * sources["runs"], _NORMAL * sources.get("material", 0.0))
-    return _Compared((g, g - half, g + half), sources)
+    return (g, g - half, g + half), sources
 
 
 # ---- the optimum on the surfaces
 
 
-def _natural(surface: RsmResult, ends: Mapping[str, Interval]) -> dict[str, Interval]:
-    natural = {name: surface.coding[name].natural for name in ends}
-    return {name: (float(natural[name](low)), float(natural[name](high))) for name, (low, high) in ends.items()}
-
-
-def _front_point(study: Study, surface: RsmResult, problem: Problem, x: Array) -> FrontPoint:
-    found = _cutter("", _levels(study, surface, x), study, surface, problem)
-    return FrontPoint(found.levels, found.predicted)
+def _front(study: Study, surface: RsmResult, problem: Problem, found: Optimum) -> list[Cutter]:
+    return [_cutter("", _levels(study, surface, x), study, surface, problem) for x in found.front]
 
 
 def _edges(study: Study, surface: RsmResult, x: Array) -> dict[str, str]:
@@ -197,16 +184,16 @@ def _is_last(study: Study, name: str, end: str) -> bool:
     return isclose(units.from_internal(factor.internal(getattr(factor, end)), parameter.unit), bound, abs_tol=1e-12)
 
 
-def _notes(study: Study, found: Optimum, gains: Mapping[str, _Compared | None]) -> Iterator[Note]:
+def _notes(study: Study, found: Optimum, gains: Mapping[str, tuple[Gain, dict[str, float]] | None]) -> Iterator[Note]:
     """Yield what the optimum of two responses is, and what the interval of the gain includes."""
     if found.front:
         yield Note("knee", "info", "The optimum is the knee of the Pareto front, the point farthest from the chord.")
     elif len(found.weights) > 1:
         yield Note("no_conflict", "info", "One cutter is best for both responses, so there is no Pareto front.")
     parts = [
-        f"{name}: {', '.join(f'{source} {sd:.2g} %' for source, sd in one.sources.items())}"
+        f"{name}: {', '.join(f'{source} {sd:.2g} %' for source, sd in one[1].items())}"
         for name, one in gains.items()
-        if one is not None and one.sources
+        if one is not None and one[1]
     ]
     if parts:
         text = f"Standard deviations of the gain by source ({'; '.join(parts)})."

@@ -58,7 +58,8 @@ def _present_is_possible(draft: Draft) -> Iterator[Finding]:
 def _surface_is_made(draft: Draft) -> Iterator[Finding]:
     """A goal has response surfaces."""
     if draft.study.goal is not None and draft.study.of(RsmOptions).design == "none":
-        yield Finding(("rsm", "design"), "a goal requires a response surface", "write `central-composite`")
+        message = "a goal requires a response surface, but the spec has `rsm.design: none`"
+        yield Finding(("goal",), message, "choose a design, or use no `--quick`")
 
 
 OptimiseOptions.rules = (_present_is_possible, _surface_is_made)
