@@ -8,7 +8,8 @@ from typer.testing import CliRunner
 
 from stemcal.cli.app import app
 from stemcal.errors import UsageError
-from stemcal.overview.foresight import Demand, excess, warnings_before
+from stemcal.overview.foresight import Demand, demand_of, excess, warnings_before
+from stemcal.solvers.protocol import Solver
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 
@@ -35,3 +36,7 @@ def test_too_much_memory_is_refused_where_this_machine_computes(monkeypatch: pyt
     assert warnings_before(Demand(4, 60.0, 2e9), 1, here=False) == [] == warnings_before(Demand(4, 60.0, 0.5e9), 1)
     (warning,) = warnings_before(Demand(4, 4 * 49 * 3600.0, 0.5e9), 1)
     assert "196 h" in warning or "8 days" in warning
+
+
+def test_no_runs_demand_nothing() -> None:
+    assert demand_of([], Solver()) == Demand(0, 0.0, 0.0)

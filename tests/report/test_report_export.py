@@ -139,6 +139,7 @@ def test_rows_in_bold_are_bold_in_every_format(tables: dict[str, Table], tmp_pat
 
     found = tables["Effects on the maximum force"]
     assert "in bold" in found.foot[0]
+    assert "7.475 N" in found.foot[1] and "23.79 N" in found.foot[1] and "53.28 N" in found.foot[1]  # Lenth's margins
     (paper,) = numbered([found])
     marked = [line for line in _markdown(paper).splitlines() if line.startswith("| **")]
     assert [line.split(" | ")[0] for line in marked] == ["| **X4**", "| **X9**"]
