@@ -17,6 +17,7 @@ PARTS = {
     "invert": "reasons",
     "refine": "later reasons seen",
     "validate": "foresee reasons",
+    "optimise": "foresee reasons",
 }
 """What a stage has in addition to its options, result, analysis and showing."""
 
