@@ -250,7 +250,9 @@ def test_tables_are_sorted_and_copied(fresh: Any) -> None:
     lines = fresh.evaluate("copied").splitlines()
     assert len(lines) == len(column) + 1 and f"{values[0]:g}" in lines[1]
     fresh.get_by_role("button", name="Copy parameters").click()
-    assert fresh.evaluate("copied").startswith("Yield stress = 18.37 MPa (95 % confidence interval: 15.35 to 19.96")
+    assert fresh.evaluate("copied").startswith(
+        "Yield stress = 18.37 MPa (95 % confidence interval: ≤ 15.35 to ≥ 19.96 MPa)"
+    )
 
 
 def test_figures_tell_the_value_under_the_pointer(fresh: Any) -> None:

@@ -100,14 +100,15 @@ def render(study: Study, folder: StudyFolder, what: _Shown | None = None) -> str
     people = Wording(study.naming, labels=labels)
     use = " ".join(uses(verdict, people))
     cards = headline(results, study, verdict.holds)
-    valid = [line for result in done for line in showing_of(result).validity(result, verdict.holds)]
+    named = re.compile(r"`[^`]*`|\w+_\w+")
+    lines = (line for result in done for line in showing_of(result).validity(result, verdict.holds))
+    valid = [named.sub(lambda name: people.in_text(name[0]), line) for line in lines]
     setting = Setting(study, results, verdict.holds)
     has_grown = results.calibrated and study.material.growing()  # parameters of each stem, once they are calibrated
     grown = [grown_table(study, results.parameters)] if has_grown else []
     profilers = (showing_of(result).profiler(result, setting) for result in done)
     warnings = map(str, run_warnings(records, verdict))
     shared, script, templates = Shared(), page_part("page.js"), environment()
-    named = re.compile(r"`[^`]*`|\w+_\w+")
     templates.filters["coded"] = lambda text: coded(named.sub(lambda name: people.in_text(name[0]), text))
     return templates.get_template("page.html").render(
         study=study,
