@@ -15,8 +15,8 @@ REPLAY = ROOT / "configs" / "paper-replay.yaml"
 SMOKE = ROOT / "configs" / "smoke.yaml"
 BAD_SPEC = ROOT / "tests" / "cases" / "bad" / "many-at-once.yaml"
 COMMANDS = (
-    *("run", "screen", "climb", "rsm", "invert", "refine", "validate", "enter", "report", "init", "check", "simulate"),
-    *("measure", "status", "export", "doctor", "explain"),
+    *("run", "screen", "climb", "rsm", "invert", "refine", "validate", "enter"),
+    *("optimise", "report", "init", "check", "simulate", "measure", "status", "export", "doctor", "explain"),
 )
 STAGES = ("screen", "rsm", "invert", "validate")
 

@@ -16,7 +16,7 @@ class Optimise(Stage[Any]):
 
     name, title, attribute, reads = "optimise", "Optimum", "optimum", ("goal", "optimise")
     pictured = True
-    help = """Find the optimum of a goal on the response surfaces and confirm it by simulations.
+    help = """Find the best settings for a goal, and confirm them by simulations.
 
         With two responses, the stage finds their Pareto front and its knee. The optimum and the present cutter are
         simulated. `stemcal run` includes this stage if the spec has a `goal` section.
