@@ -8,19 +8,8 @@ from numpy.typing import NDArray
 
 from stemcal.cutting.build import build
 from stemcal.cutting.end_state import shape_of
-from stemcal.cutting.parts import (
-    SHARES,
-    ShearTest,
-    Symmetry,
-)
-from stemcal.cutting.result import (
-    BreakWatch,
-    CuttingResult,
-    break_row,
-    evaluate,
-    filter_rows,
-    force_history,
-)
+from stemcal.cutting.parts import SHARES, ShearTest, Symmetry
+from stemcal.cutting.result import BreakWatch, CuttingResult, break_row, evaluate, filter_rows, force_history
 from stemcal.cutting.severing import Severing
 from stemcal.cutting.whole_cut import mean_over_travel, of_whole_cut
 from stemcal.fem.state import State

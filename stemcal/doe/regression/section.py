@@ -196,11 +196,7 @@ _ALONE = 0.9  # leverage of the one centre run of a spherical design
 
 
 def fit_whole(
-    coded: ArrayLike,
-    response: Array,
-    names: Sequence[str],
-    terms: Sequence[str] | None,
-    logarithm: bool,
+    coded: ArrayLike, response: Array, names: Sequence[str], terms: Sequence[str] | None, logarithm: bool
 ) -> Surface:
     """Fit a surface over factors and conditions to a response, or to its logarithm: then the error is relative."""
     found = fit_surface(coded, np.log(response) if logarithm else response, names, terms)

@@ -48,9 +48,7 @@ class RefineOptions(Frozen):
     """Value of `loading.duration` in the model specified by `in`. Without characteristic lengths, the same force may
     require a longer stroke."""
     adjust: Annotated[
-        dict[str, tuple[Number, Number] | None],
-        BeforeValidator(_by_name),
-        WithJsonSchema({"anyOf": [_NAMES, _RANGES]}),
+        dict[str, tuple[Number, Number] | None], BeforeValidator(_by_name), WithJsonSchema({"anyOf": [_NAMES, _RANGES]})
     ] = {}
     """Factors that may change in the model specified by `in`, in this order: names, or `name: [low, high]`. The default
     is the failure strain if the response surface varies it, otherwise the strongest factor. If a factor has no limits,

@@ -22,11 +22,7 @@ _NORMAL = 1.96
 
 
 def profiler_data(
-    study: Study,
-    rsm: RsmResult,
-    values: Mapping[str, float],
-    holds: bool,
-    present: Mapping[str, float] | None = None,
+    study: Study, rsm: RsmResult, values: Mapping[str, float], holds: bool, present: Mapping[str, float] | None = None
 ) -> dict[str, Any]:
     """Return the data of the profiler, for JSON.
 
