@@ -234,10 +234,7 @@ def advance_study(study: Study, folder: StudyFolder) -> Waiting | None:
 
 
 def awaited_runs(study: Study, folder: StudyFolder, waiting: Waiting) -> list[Request]:
-    """Return the runs without results: all that the waiting stage will ask for, if that is known already.
-
-    Where equal runs may differ they are in random order, so that no drift is taken for an effect.
-    """
+    """Return all runs the stage awaits as far as known; equal ones that may differ in random order, against drift."""
     study = stage_called(waiting.stage).seen(study)
     solver = make_solver(study)
     wanted = by_key(solver, waiting.requests)

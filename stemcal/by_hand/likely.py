@@ -59,10 +59,7 @@ def _is_far(value: float, others: Sequence[float]) -> bool:
 
 
 def require_likely(study: Study, columns: Columns, key: str, row: Filled, request: Request, answer: Answer) -> None:
-    """Raise `RowRefused` if a value is far from the others at its condition, unless the row is `CONFIRMED`.
-
-    At the solution the measured mean alone is enough to compare with.
-    """
+    """Raise `RowRefused` if a value not `CONFIRMED` is far from the others at its condition or, if solved, the mean."""
     fewest = 1 if stage_called(request.stage).pictured else _FEWEST
     if CONFIRMED in row.remark.casefold():
         return

@@ -50,10 +50,7 @@ class OwnSheet:
         self._entered: bytes | None = None
 
     def enter_saved(self) -> bool:
-        """Enter the results that were saved since the last call; return whether any is new.
-
-        Raises `UsageError` if rows are rejected; the sheet stays where it is.
-        """
+        """Enter results saved since the last call and return whether any is new; `UsageError` if rows are rejected."""
         content = self._saved(self.path)
         if content is None or content == self._entered:
             return False
@@ -63,10 +60,7 @@ class OwnSheet:
         return bool(entered.taken or entered.replaced)
 
     def write_sheet(self, waiting: Waiting) -> int:
-        """Write a sheet with the results that were entered and a row for each awaited run; return their number.
-
-        It is 0 if the present sheet was saved after it was last entered: the study can then continue.
-        """
+        """Write results and a row for each awaited run; return their number, 0 if the sheet was saved meanwhile."""
         if self.enter_saved():
             return 0
         study, runs = self.study, awaited_runs(self.study, self.folder, waiting)
@@ -86,10 +80,7 @@ class OwnSheet:
             return None
 
     def _replace(self, text: str) -> bool:
-        """Put the present sheet aside and write another; False if it has been saved since it was entered.
-
-        A program may save the sheet at any moment, so it is first moved, then compared with what was entered.
-        """
+        """Move the sheet, which may be saved any moment, then compare, then write; False if it was saved since."""
         if self._entered == text.encode() == self._saved(self.path):
             return True
         stamp = f"{datetime.now(UTC):%Y%m%dT%H%M%S%f}"
@@ -132,10 +123,7 @@ def _entered(study: Study, folder: StudyFolder, awaited: Sequence[Request]) -> I
 
 
 def _named(study: Study, runs: Sequence[Request]) -> Iterator[tuple[str, Request]]:
-    """Yield the folder of each run's input files, called by its run, its condition and its replicate.
-
-    No name has a space: decks include files by their paths, and not all programs read a path with spaces.
-    """
+    """Yield the folder of each run's input files; without spaces, which not all programs read in included paths."""
     several = len({run.condition for run in runs}) > 1
     for run in runs:
         at = f"-at-{run.condition:g}" if several else ""

@@ -143,10 +143,7 @@ def narrow(text: str) -> str:
 
 
 def filled(content: bytes, source: str, study: Study, *, partial: bool = False) -> list[Filled]:
-    """Return the rows of a sheet, CSV or workbook; a `partial` one need not have columns for what is asked.
-
-    Raises `UsageError` if it is neither, or lacks columns of this study.
-    """
+    """Return the rows of a CSV file or workbook; `UsageError` if it is neither or, unless `partial`, lacks columns."""
     if len(content) > MAX_BYTES:
         message = f"{source} is larger than {MAX_BYTES // MIB} MiB; save the worksheet with the runs as a separate file"
         raise UsageError(message)
@@ -159,10 +156,7 @@ def filled(content: bytes, source: str, study: Study, *, partial: bool = False) 
 
 
 def rows_from_mappings(rows: Sequence[Mapping[str, Any]], study: Study) -> list[Filled]:
-    """Return rows that a program has filled in: values by the names of columns; ``failed`` is why a run failed.
-
-    Raises `UsageError` if one is no mapping, has no name or a key that is no column.
-    """
+    """Return rows from values by column, `failed` the reason; `UsageError` for a faulty row or unknown key."""
     fields = fields_of(study)
     lines = [(0, [one.heading for one in fields])]
     lines += [(number, _cells(row, f"row {number}", fields)) for number, row in enumerate(rows, 1)]

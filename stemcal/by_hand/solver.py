@@ -40,10 +40,7 @@ class _KnownRow:
 
 @dataclass(frozen=True)
 class Sheet(Solver):
-    """Answers from `solver.file`; results that were entered are the records of the study folder.
-
-    Rows of a design with equal levels are separate runs, unless the spec declares a deterministic program.
-    """
+    """Answers from `solver.file` or the records; rows with equal levels are separate unless declared deterministic."""
 
     immediate, asks_people = True, True
 

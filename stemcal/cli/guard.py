@@ -82,10 +82,7 @@ def _unexpected(error: BaseException) -> str:
 
 
 def steady_surroundings() -> None:
-    """Make what a command inherits usable: outputs, and variables of the environment that libraries would refuse.
-
-    Closed outputs are opened as the null device, and characters that an output cannot encode are replaced.
-    """
+    """Open closed outputs as null, replace what they cannot encode, drop variables that libraries would refuse."""
     os.environ["MPLBACKEND"] = "agg"  # figures go to files
     try:
         datetime.fromtimestamp(int(os.environ.get("SOURCE_DATE_EPOCH", "0")), UTC)

@@ -120,10 +120,7 @@ def _go_through(work: Session, until: str | None = None) -> Callable[..., None]:
 def _show_run(
     study: Study, results: Results, verdict: Verdict, page: Path, folder: StudyFolder, as_json: bool, quiet: bool
 ) -> None:
-    """Print the findings of a study, notes, its verdict, a table, and the place of the page; or all stages as JSON.
-
-    Leaves with exit code 3 if runs failed.
-    """
+    """Print findings, notes, verdict, a table and the page's place, or all as JSON; leave with 3 if runs failed."""
     from stemcal.vocabulary import Wording
 
     if as_json:

@@ -142,11 +142,7 @@ def opened(
     entered: Path | None = None,
     changes: Mapping[str, object] | None = None,
 ) -> Iterator[Session]:
-    """Open a study for work: read it, lock its folder, make workers ready; close all on the way out.
-
-    Results in the sheet of the study folder are entered first, unless that is the sheet which is `entered` next.
-    `changes` are laid over the spec.
-    """
+    """Open a study with `changes`: lock it, enter its sheet unless that is the one `entered` next, and close."""
     make_executor = _executor_called(executor, workers)
     study = study_or_exit(spec, changes)
 

@@ -53,10 +53,7 @@ class Exponent:
 
 @dataclass(frozen=True)
 class Validation:
-    """Errors by diameter, and how force grows with diameter in the laboratory and in the model.
-
-    Slope and exponents are None where it is no force over the stem's diameter.
-    """
+    """Errors by diameter, and how force grows with diameter, None where it is no force over the stem's diameter."""
 
     rows: tuple[ValidationRow, ...]
     worst_held_out_percent: float | None
@@ -156,10 +153,7 @@ Force = tuple[float, float, float | None]
 
 @dataclass(frozen=True)
 class Formula:
-    """F = a·dᵇ through the fitted forces: b, and the largest error at the held-out diameters, percent.
-
-    `standard_error_percent` is the largest standard error of these measured means, None where none is known.
-    """
+    """F = a·dᵇ: b, the largest error at held-out diameters and the largest standard error of these means, percent."""
 
     exponent: float
     worst_held_out_percent: float

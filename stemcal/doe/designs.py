@@ -122,10 +122,7 @@ class SurfaceOptions:
 
 
 class SurfaceDesign(Checked):
-    """A design for the response surface of k factors, in coded units.
-
-    `factors` contains the smallest and largest number of factors; the mean level of a `balanced` design is 0.
-    """
+    """A coded design for a surface of least to most `factors`; the mean level of a `balanced` design is 0."""
 
     name: ClassVar[str] = ""
     factors: ClassVar[tuple[int, int]] = (2, 100)

@@ -37,10 +37,7 @@ class Residual:
 
 @dataclass(frozen=True)
 class Curvature:
-    """Response at the centre by the effects of the corners, mean of `runs` centre runs, their difference, its test.
-
-    `curved` is True where p is below the level of significance.
-    """
+    """Centre response by the corners, mean of `runs` centre runs, difference and its test; `curved` if significant."""
 
     corners: float
     centre: float

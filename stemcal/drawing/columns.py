@@ -41,10 +41,7 @@ def simulated(named: Variable, label: str = "") -> Column:
 
 
 def measured_columns(names: Wording, each: bool, columns: Iterable[tuple[str, str, Form]]) -> list[Column]:
-    """Return columns of values of responses, by key, label and form.
-
-    The unit heads the columns; where every row has a different response, columns name the response and its unit.
-    """
+    """Return columns of responses, headed by the unit; if `each` row has another response, with names and units."""
     naming, unit = names.naming, "" if each else names.response.written
     values = [Column(key, label, unit, form) for key, label, form in columns]
     if not each:

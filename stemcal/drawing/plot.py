@@ -78,10 +78,7 @@ class Shared:
 
 
 def inline_svg(document: str, description: str, shared: Shared, values: Sequence[Any] = ()) -> str:
-    """Return the `svg` of a figure as an element for the page; what it shares with others goes to `shared`.
-
-    `values` are its `readings`, which the page shows under the pointer.
-    """
+    """Return a figure's `svg` for the page with `values` under the pointer; what figures share goes to `shared`."""
     root, ids = fromstring(document), dict[str, str]()
     for node in root.iter():
         node.tag = node.tag.rpartition("}")[2]

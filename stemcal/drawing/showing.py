@@ -39,10 +39,7 @@ class Finished(Protocol):
 
 @dataclass(frozen=True)
 class Setting:
-    """What a stage is shown in: its study, all results, and whether the study is calibrated (`holds`).
-
-    `frame` makes HTML for a notebook from the data of a profiler.
-    """
+    """A study, all results, whether it is calibrated (`holds`), and `frame`: profiler data as HTML for a notebook."""
 
     study: Study
     results: Finished

@@ -124,10 +124,7 @@ def frame_in_space(axes: Any, share: float = 1.0) -> None:
 
 @contextmanager
 def new_figure(width: float = 4.7, height: float = 3.3) -> Iterator[Figure]:
-    """Yield an empty figure to be drawn in stemcal's style within this block; sizes in inches.
-
-    It needs no display and no global state, but shows itself in a notebook.
-    """
+    """Yield a figure (sizes in inches) to draw in stemcal's style, without display or global state."""
     with styled():
         yield _shown_figure()(figsize=(width, height), layout="constrained")
 
@@ -208,10 +205,7 @@ def svg(figure: Figure) -> str:
 
 
 def _lay_out(figure: Figure) -> None:
-    """Give everything its place, with texts as wide as they are in SVG, and remove the layout engine.
-
-    Matplotlib would draw the whole figure once more for that, and an engine that rests costs time.
-    """
+    """Place everything by text widths in SVG, then remove the layout engine, which would cost another drawing."""
     from matplotlib.backends.backend_svg import FigureCanvasSVG
 
     engine, canvas, dpi = figure.get_layout_engine(), figure.canvas, figure.dpi

@@ -181,10 +181,7 @@ class Table:
 
 @dataclass(frozen=True)
 class PaperTable:
-    """A table to publish: number, caption, headings, cells of one line each, note.
-
-    `left` columns are aligned left; rows that are `strong` are printed in bold.
-    """
+    """A table to publish: `left` columns are aligned left; rows that are `strong` are printed in bold."""
 
     number: int
     caption: str

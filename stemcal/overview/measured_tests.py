@@ -49,10 +49,7 @@ class MeasuredTests:
 def measure_tests(
     study: Study, folder: Path, how: CurveOptions = CurveOptions(), exclude: Collection[str] = ()
 ) -> MeasuredTests:
-    """Read the sheets of every test of a study that has a folder, without the specimens ``TEST/SPECIMEN`` in `exclude`.
-
-    Raise `UsageError` if no test has a folder, if a file cannot be read, or if a specimen is unknown.
-    """
+    """Read all sheets but those of `exclude`, ``TEST/SPECIMEN``; `UsageError` if one is unreadable or none is there."""
     there = [test for test in study.tests if (folder / test.name).is_dir()]
     if not there:
         if not study.tests:

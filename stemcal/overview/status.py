@@ -41,10 +41,7 @@ class StageStatus:
 
 @dataclass(frozen=True)
 class Status:
-    """The progress and the verdict of a study; `working` names the process that is using its folder, or is None.
-
-    `sheet` is the sheet in which results are awaited, if any.
-    """
+    """Progress and verdict of a study, the process `working` in its folder, and the `sheet` that awaits results."""
 
     schema_version: int
     stage: str
@@ -110,10 +107,7 @@ def _file(study: Study, solver: Solver, folder: StudyFolder, stage: str) -> tupl
 
 
 def retry(study: Study, folder: StudyFolder, executor: RunExecutor, watch: Watch = watch_nothing) -> list[LedgerRow]:
-    """Compute failed runs again; return what came of them.
-
-    A record is replaced when its new answer is there, not before.
-    """
+    """Compute failed runs again and return the outcomes; a record is replaced only once its new answer is there."""
     with folder:
         failed = {e.key: e for e in reversed(ledger(study, folder)) if e.status == "failed"}
         chosen = list(reversed(failed.values()))
@@ -125,10 +119,7 @@ def retry(study: Study, folder: StudyFolder, executor: RunExecutor, watch: Watch
 
 
 def inspect(study: Study, folder: StudyFolder) -> tuple[int, dict[str, str]]:
-    """Return the number of records, and what is wrong with damaged files; change nothing.
-
-    Every record is checked against its seal and its name, every stage file against its form and its tables.
-    """
+    """Return the number of records and the faults of damaged files by seal, name, form and tables; change nothing."""
     solver, keys = make_solver(study), folder.keys()
     damaged = {f"runs/{key}.json": folder.examine(key)[1] for key in keys}
     for stage in (stage for stage in stages_known(study) if folder.has_stage(stage.name)):

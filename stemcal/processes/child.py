@@ -101,10 +101,7 @@ class Child:
 
 
 def computed_apart(call: Callable[[], T], limit: float | None = None, environment: Mapping[str, str] = {}) -> T:
-    """Return the result of a call, computed in a separate process that ends with it.
-
-    Raises `ChildDied` if the process ends without an answer, `RunTimedOut` if it takes longer than `limit` seconds.
-    """
+    """Return a call's result from its own process; `ChildDied` without an answer, `RunTimedOut` after `limit` s."""
     child = Child(environment)
     try:
         result, error = child.call(pickle.dumps((call, (), {})), limit)
@@ -155,10 +152,7 @@ def serve() -> None:
 
 
 def _guard(source: IO[bytes], target: IO[bytes]) -> NoReturn:
-    """Wait until the caller or the worker is gone, then end the worker with all that it has started.
-
-    The worker itself cannot notice that its input has closed while it is in native code that keeps Python's lock.
-    """
+    """End the worker's family when caller or worker is gone; native code cannot notice the closed input itself."""
     worker, waiting = os.getppid(), select.poll()
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, signal.SIG_IGN)
@@ -198,10 +192,7 @@ def _read(source: IO[bytes], calls: queue.Queue[bytes | None]) -> None:
 
 
 def _loaded(blob: bytes) -> tuple[Callable[[], Any] | None, BaseException | None]:
-    """Return a pickled call, once it and what it needs are loaded, or why it cannot be.
-
-    A function with a method `get_ready` is made ready.
-    """
+    """Return a pickled call, with what it needs loaded and `get_ready` called, or why it cannot be."""
     try:
         function, args, kwargs = pickle.loads(blob)
         if hasattr(function, "get_ready"):

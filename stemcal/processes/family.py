@@ -15,11 +15,7 @@ APART = getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0)
 
 
 def end_family(pid: int, politely: bool = False) -> None:
-    """Kill a process, its descendants, and the group or session that it leads; what is gone already is no error.
-
-    Asked `politely`, they may end by themselves for a while. If the process itself is gone, group and session are left,
-    on Windows its children.
-    """
+    """Kill a process, its descendants, group and session, even if it is gone itself; `politely` after a while."""
     asked: set[psutil.Process] = set()
     deadline = time.monotonic() + GRACE_S
     while (left := {one for one in asked | _family(pid) if _runs(one)}) and time.monotonic() < deadline:

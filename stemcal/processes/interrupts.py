@@ -23,10 +23,7 @@ _put_off: list[object] = []  # one entry for each block inside which signals are
 
 @contextmanager
 def heard() -> Iterator[None]:
-    """Have Ctrl-C and SIGTERM raise `KeyboardInterrupt` and `Terminated` inside the block.
-
-    A signal that is ignored today stays so. Only the main thread may set handlers; in another nothing is done.
-    """
+    """Have Ctrl-C and SIGTERM, unless ignored, raise exceptions; only the main thread may, others do nothing."""
     former = {number: signal.getsignal(number) for number in KINDS if threading.current_thread() is _MAIN}
     replaced = {number: handler for number, handler in former.items() if handler not in (signal.SIG_IGN, None, _handle)}
     try:

@@ -14,10 +14,7 @@ from stemcal.report.records import RunCurve
 
 
 def force_travel(curves: Mapping[str, RunCurve], highlighted: Collection[str] = (), of_blade: bool = True) -> Figure:
-    """Return force over travel, that of the blade or of another test, for all runs; highlighted ones are named.
-
-    After the first fracture a curve is dotted: there it shows the released stem, not cutting.
-    """
+    """Return force over travel of all runs, dotted after the first fracture (the released stem), with names of some."""
     colours = (BLUE, ORANGE, GREEN, "#cc79a7", "#e69f00", "#56b4e9")
     with new_figure(width=6.4 if len(curves) > 3 else 4.7) as figure:
         axes = figure.add_subplot()

@@ -85,10 +85,7 @@ def _add_table(document: Any, table: PaperTable) -> None:
 
 
 def _widths(table: PaperTable) -> tuple[list[float], float]:
-    """Return the width of each column (cm), so that no word is broken, and the size of the text (pt).
-
-    A column is as wide as its longest cell where the page allows it, else between that and its longest word.
-    """
+    """Return column widths (cm), the longest cell or at least the longest word, and the size of the text (pt)."""
     rows = list(zip(table.heads, *table.cells, strict=True))
     whole = [max(map(cell_len, cells)) for cells in rows]
     # stars stay next to their number

@@ -20,10 +20,7 @@ from stemcal.study.types.factor import Factor
 
 
 def study_tables(study: Study, results: Results, holds: bool = True) -> list[Table]:
-    """Return factors, runs, the tables of the finished stages as the page has them, and all parameters.
-
-    Where the study's verdict is that nothing is calibrated, `holds` is false and ranges are left out.
-    """
+    """Return factors, runs, tables of finished stages and all parameters; ranges only if the calibration `holds`."""
     setting = Setting(study, results, holds)
     tables, symbols = [factors_table(study, keys=False)], {factor.name: factor.symbol for factor in study.factors}
     for result in results.done:

@@ -123,10 +123,7 @@ _DOTS_PER_INCH = 110
 
 
 def write_animation(frames: Sequence[Frame], path: Path, curve: Curve | None = None) -> Path:
-    """Write the frames as a GIF; returns the path.
-
-    `curve` has the travel (mm) and force (N) to be drawn below, by default those of the frames alone.
-    """
+    """Write the frames as a GIF, below them the `curve` of travel (mm) and force (N), by default that of the frames."""
     from matplotlib.animation import PillowWriter
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 

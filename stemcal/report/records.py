@@ -46,10 +46,7 @@ class Details:
 
 @dataclass(frozen=True)
 class _RunRecord:
-    """The record of a run: its details, and where, when and with what it was computed.
-
-    Runs of stems cut at the solution are `at_solution`.
-    """
+    """The record of a run: details, where, when and with what it was computed; `at_solution` if cut there."""
 
     key: str
     details: Details
@@ -86,10 +83,7 @@ def _distinct_of(records: Records) -> dict[str, tuple[str, _RunRecord]]:
 
 
 def run_warnings(records: Records, verdict: Verdict | None = None) -> list[Note]:
-    """Return a note per kind of warning of the runs: how many runs have it, and the first one's warning.
-
-    Those that the `verdict` repeats as a reason are left out.
-    """
+    """Return a note per kind of warning: number of runs and the first text; without those repeated by the `verdict`."""
     repeated = WARNED if verdict is not None and verdict.has("physics") else ()
     kinds: dict[str, dict[str, Note]] = {}
     distinct = _distinct_of(records)

@@ -27,10 +27,7 @@ _MOST = 200  # bytes of the last line
 
 
 def draw(study: Study, folder: StudyFolder, results: Results, verdict: Verdict, again: bool = False) -> Path:
-    """Write page and figures unless both are there, made of the same by the same code; returns the page.
-
-    The last line of the page has the hashes of its inputs. With `again` it is written anyway.
-    """
+    """Write page and figures if `again` or if their inputs (hashes in the page's last line) differ; return the page."""
     stages = [read_plain(path, MAX_BYTES).decode() for path in sorted(folder.path.glob("*.json"))]
     records = [(path.name, path.stat().st_size, path.stat().st_mtime_ns) for path in sorted(folder.runs.glob("*.json"))]
     spec = [study.model_dump_json(), study.source.name, spec_hash(study), list(study.warnings)]

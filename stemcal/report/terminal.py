@@ -32,10 +32,7 @@ _CROWDED = 8  # columns from which the gaps shrink, so that names stay whole
 
 
 def stage_tables(stage: StageResult, holds: bool = True) -> list[RenderableType]:
-    """Return a stage's tables and sentences, ready to print one below the other.
-
-    Intervals and statements of agreement are left out of a study that does not bear them (`holds` is false).
-    """
+    """Return a stage's printable tables and sentences; intervals and agreement only if the study `holds`."""
     drawn = [part for table in showable(tables_of(stage), holds) for part in table_drawn(table)]
     return [*drawn, *spoken(stage, holds)]
 
@@ -86,10 +83,7 @@ def final_tables(study: Study, results: Results, holds: bool) -> list[Table]:
 def simulation_table(
     result: CuttingResult, section: LaboratorySection | None = None, diameter: float = 0.0
 ) -> RenderableType:
-    """Return the numbers of one virtual test, names and values in two columns.
-
-    That of a laboratory test (`section`) begins with its responses, next to each what was measured at the diameter.
-    """
+    """Return the numbers of one virtual test; responses of a laboratory test first, next to those measured."""
     table = rich.Table(box=None, show_header=False, padding=(0, 2, 0, 0))
     first = [
         ("Maximum force", f"{significant(result.peak_force)} N"),

@@ -27,10 +27,7 @@ QUORUM = 0.5  # the fraction of the runs of a stage that must succeed
 
 @dataclass(frozen=True)
 class Progress:
-    """The progress of a stage, in runs: `points` of its design with equal levels and condition are one run.
-
-    It is `preparing` while something is made that no row can begin without.
-    """
+    """Runs done of a stage, equal `points` of its design counted once; `preparing` what every row must wait for."""
 
     stage: str
     done: int

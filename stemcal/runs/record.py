@@ -34,10 +34,7 @@ Computed = tuple[Answer, dict[str, Any]]
 
 @dataclass(frozen=True)
 class Run:
-    """A request to a solver, and what determines its answer; the `key`, a hash of that, is the name of its record.
-
-    Called, as a worker does, it is computed.
-    """
+    """A callable request to a solver; the `key`, a hash of all that determines its answer, is the record's name."""
 
     solver: Solver
     request: Request
@@ -86,10 +83,7 @@ def validated(answer: Answer, naming: Vocabulary = CUTTING) -> Answer:
 
 
 def is_final(record: Mapping[str, Any], time_limit: float | None) -> bool:
-    """Whether a record is final, or its run must be computed again.
-
-    Accidents are tried again by the next command, and so is what timed out if it may take longer now.
-    """
+    """Whether a record is final: accidents are tried again, and timeouts if the run may take longer now."""
     if record["reason"] in ACCIDENTS:
         return False
     allowed = record["details"].get("time_limit") if record["reason"] == TIMEOUT else None
@@ -140,10 +134,7 @@ class Outcome:
 
 
 def outcome_of(record: Mapping[str, Any], naming: Vocabulary = CUTTING) -> Outcome:
-    """Return the outcome of a record; a force is a lower bound if the stroke ended before the maximum was passed.
-
-    Of the table it has travel and work, and the responses that the study names.
-    """
+    """Return the outcome of a record; a force is a lower bound if the stroke ended before the maximum was passed."""
     ok = record["status"] == "ok"
     details = record["details"] if ok else {}
     of_curve = of_the_table(details, record["request"]["condition"], naming)

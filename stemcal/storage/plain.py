@@ -19,10 +19,7 @@ def unreadable(error: OSError | ValueError) -> str:
 
 
 def open_plain(path: Path) -> BufferedReader:
-    """Open a plain file for reading; a link to one is one.
-
-    Raises `NotPlain` for a folder, a device, a pipe or a socket, `OSError` if there is no file or it cannot be opened.
-    """
+    """Open a plain file, or a link to one; `NotPlain` for a folder, device, pipe or socket, else `OSError`."""
     mode = path.stat().st_mode  # before it is opened: a pipe without a writer would wait for one
     if stat.S_ISDIR(mode):
         raise NotPlain(errno.EISDIR, "is a folder", str(path))

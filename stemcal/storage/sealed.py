@@ -25,10 +25,7 @@ def sealed(content: Mapping[str, Any]) -> str:
 
 
 def read_sealed(path: Path) -> dict[str, Any]:
-    """Return the content of a sealed file without its seal; raise `FileNotFoundError` if there is no file.
-
-    Raises `Broken` if a bit of it has changed since it was sealed, or it never held a JSON object with a seal.
-    """
+    """Return a sealed file's content without its seal; `Broken` if it has changed or never had one."""
     try:
         blob = read_plain(path, MAX_BYTES)
     except FileNotFoundError:

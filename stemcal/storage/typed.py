@@ -89,10 +89,7 @@ def to_json(thing: Any) -> Any:
 
 
 def from_json(kind: type[T], given: Any) -> T:
-    """Return the object written by `to_json`; keys that the type does not have are ignored.
-
-    Raises `ValueError` with the path to a key that is missing, or holds something else than its field.
-    """
+    """Return the object written by `to_json`, ignoring extra keys; `ValueError` has the path to a faulty key."""
     from pydantic import ValidationError
 
     try:

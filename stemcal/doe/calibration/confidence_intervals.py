@@ -128,10 +128,7 @@ def _held_at(fit: Fit, j: int, value: float, start: Array, cloud: Array) -> Arra
 
 
 def loose_directions(fit: Fit) -> tuple[Array, Array]:
-    """Return unit vectors (coded) along which nothing changes, to first order, (directions, factors), and the loosest.
-
-    Along the loosest, (factors,), the responses change least, for their errors.
-    """
+    """Return coded unit vectors, (directions, factors), along which nothing changes to first order, and the loosest."""
     scale = np.sqrt(np.diagonal(fit.draws, axis1=1, axis2=2).T @ fit.weights)
     _, sizes, rows = np.linalg.svd(fit.tangents.slopes / scale[:, None])
     return np.asarray(rows[int(np.sum(sizes > 1e-8 * sizes.max(initial=0.0))) :]), np.asarray(rows[-1])
@@ -260,10 +257,7 @@ def left_out(fit: Fit, groups: Sequence[object]) -> list[float]:
 
 
 def left_out_intervals(fit: Fit, groups: Sequence[object]) -> list[tuple[float, float]]:
-    """Return the 95 % interval of each observation, predicted by the fit to the other groups, of which there are two.
-
-    It has what the others leave to ŷᵢ and the error of the mean, added as squares.
-    """
+    """Return the 95 % interval of each observation, of ŷᵢ and the mean, from the fit to the other groups."""
     ends = np.zeros((len(groups), 2))
     for members in _members(groups):
         others = fit.without(*members)

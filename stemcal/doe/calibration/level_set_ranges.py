@@ -29,11 +29,7 @@ class Assessment:
 
 @dataclass(frozen=True)
 class Calibration:
-    """The solution a rule selects, and the whole set it was selected from.
-
-    `ranges` are the least and greatest coded value of each factor over {x in the region : ŷ(x) = target}; `reachable`
-    are the least and greatest ŷ of the region.
-    """
+    """A solution and, over {ŷ(x) = target}, the coded `ranges` of the factors; `reachable` are the ends of ŷ."""
 
     point: Assessment
     ranges: tuple[Interval, ...]
@@ -166,10 +162,7 @@ def _crossings(surface: Surface, target: float, starts: Array, stops: Array) -> 
 
 
 def _others_at_centre(solutions: _LevelSet) -> list[Array]:
-    """Hold every factor but the leading one at 0 and solve the quadratic that is left.
-
-    The result stays in the box and keeps the constraints, but may leave the sphere.
-    """
+    """Solve for the leading factor, others at 0; solutions keep box and constraints but may leave the sphere."""
     surface, region, j = solutions.surface, solutions.region, solutions.surface.leading
     line = np.zeros((3, region.k))
     line[:, j] = (-1.0, 0.0, 1.0)

@@ -64,10 +64,7 @@ def _chi_squared(u: Array, df: float) -> Array:
 
 
 def variances(squared: Array, df: Array, uniform: Uniforms) -> Array:
-    """Return draws of variances σᵢ² of which estimates s² (`squared`) with degrees of freedom are given, (draws, m).
-
-    One without an estimate (NaN) is like the others; `df` is infinite where s² is known.
-    """
+    """Draw variances σᵢ², (draws, m), from estimates s² (NaN: none) with `df` degrees of freedom (infinite: known)."""
     uncertain = np.isfinite(squared) & (squared > 0.0)
     known = (uncertain & np.isinf(df)) | (squared == 0.0)
     counted = np.where(uncertain, np.minimum(df, _COMMON_SHAPE), 0.0)
@@ -191,10 +188,7 @@ class Contrasts:
         return common[c] * np.exp(shift * (uniform() - 0.5)), separate[u] * np.exp(shift * (uniform() - 0.5))
 
     def leverages(self, point: Array) -> tuple[Array, Array]:
-        """Return K and N at a point: the errors have the covariance σ_c² K + σ_u² diag K + σ_E² diag N.
-
-        With a the weights of the runs in φᵀβ̂, Kᵢⱼ = 1 + aᵢᵀaⱼ and Nᵢ = aᵢᵀR⁻¹aᵢ.
-        """
+        """Return Kᵢⱼ = 1 + aᵢᵀaⱼ, Nᵢ = aᵢᵀR⁻¹aᵢ, a the weights of φᵀβ̂: cov = σ_c² K + σ_u² diag K + σ_E² diag N."""
         a = self._weights(point)
         return 1.0 + a @ a.T, (a**2 / np.maximum(self.runs, 1.0)).sum(axis=1)
 

@@ -199,10 +199,7 @@ def _slope(whole: Sequence[Tried], best: Tried) -> float:
 def ends_of(
     tried: Sequence[Tried], best: Tried, path: SearchPath, relative_error: float, df: float
 ) -> dict[str, tuple[float, float]]:
-    """Return the 95 % interval of each factor for a target with this relative standard error.
-
-    The other factors are fixed: Δs = t·σ/|∂ ln y/∂s| with the slope between the best run and its neighbour.
-    """
+    """Return the 95 % interval of each factor, others fixed: Δs = t·σ/|∂ ln y/∂s|, slope from best run to neighbour."""
     slope = _slope([one for one in tried if isfinite(one.level)], best)
     half = t_quantile(0.95, df) * relative_error / abs(slope) if abs(slope) > _LEAST_TILT else inf
     low, high = path.ends

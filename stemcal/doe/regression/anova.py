@@ -42,10 +42,7 @@ class LackOfFit:
 
 
 def lack_of_fit(coded: Array, fit: LeastSquares) -> LackOfFit:
-    """Split the residual over exactly repeated design points.
-
-    Identical replicates (pure-error SS ≤ 1e-12 of the total) mean a deterministic solver: no test.
-    """
+    """Split the residual over repeats; no test of a deterministic solver (pure-error SS ≤ 1e-12 of the total)."""
     group = same_points(coded)
     counts = np.bincount(group)
     means = np.bincount(group, weights=fit.response) / counts
@@ -86,10 +83,7 @@ _FULL_LEVERAGE = 1.0 - 1e-9
 
 @dataclass(frozen=True)
 class RunDiagnostics:
-    """One run's fit and influence; `run` counts the rows of the design from 1.
-
-    `studentised` is the externally studentised residual.
-    """
+    """Fit and influence of the `run`, counted from 1; `studentised` is the externally studentised residual."""
 
     run: int
     response: float

@@ -144,10 +144,7 @@ def same_points(coded: Array) -> NDArray[np.int64]:
 
 
 def copies_of(coded: Array, response: Array) -> NDArray[np.bool_]:
-    """Return for each of n runs whether it only repeats an earlier run of its point; failed runs do not.
-
-    If any two runs of a point differ, repeats have scatter and no run is a copy.
-    """
+    """Return for each run whether it only repeats an earlier one; none does if any two runs of a point differ."""
     present, copies = np.isfinite(response), np.zeros(len(response), dtype=bool)
     y = response[present]
     if not y.size:

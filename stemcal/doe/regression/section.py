@@ -63,10 +63,7 @@ class Place:
 
 @dataclass(frozen=True, eq=False)
 class Section:
-    """The surface over factors and conditions, `whole`, at one place: of the response y, also where `whole` is of ln y.
-
-    Points are (m, k) arrays of coded factors; answers are (m,) or (m, 2) arrays.
-    """
+    """The surface `whole`, of y or ln y, at one place, as y: points are (m, k) coded, answers (m,) or (m, 2)."""
 
     whole: Surface
     place: Place
@@ -148,10 +145,7 @@ _BENT_PERCENT, _BENT_P = 0.5, 0.1
 
 @dataclass(frozen=True)
 class Bend:
-    """What terms of the third and fourth power of the condition would remove from the residuals.
-
-    `percent` is their root mean square, of the response; p is that of their F test.
-    """
+    """Root mean square, `percent` of the response, that terms of d³ and d⁴ would remove, and p of their F test."""
 
     percent: float
     p: float

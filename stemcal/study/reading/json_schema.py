@@ -21,10 +21,7 @@ _DEFS = "#/$defs/"
 
 @functools.cache
 def json_schema() -> dict[str, Any]:
-    """Return the JSON schema of the YAML form; quantities are texts with a unit.
-
-    Put ``# yaml-language-server: $schema=FILE`` at the top of a spec for completion in editors.
-    """
+    """Return the JSON schema of the YAML form, for completion in editors; quantities are texts with a unit."""
     schema = StudyForm.model_json_schema(schema_generator=_Described)
     rows = schema["$defs"].pop("Targets")
     schema["properties"]["targets"] |= {"type": "array", "items": rows["items"], "minItems": 1}
@@ -51,10 +48,7 @@ def json_schema() -> dict[str, Any]:
 
 
 class _Described(GenerateJsonSchema):
-    """Takes the meaning of a key from the text under its field, read where it is wanted.
-
-    `use_attribute_docstrings` of pydantic would read these texts in every command.
-    """
+    """Describes a key by the text under its field, read only here: pydantic would read it in every command."""
 
     def model_schema(self, schema: core_schema.ModelSchema) -> dict[str, Any]:
         """Return the schema of a class with the meanings of its keys."""

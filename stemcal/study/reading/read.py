@@ -127,10 +127,7 @@ def broken_rules(draft: Draft) -> list[Finding]:
 
 
 def with_rows(text: str, rows: Mapping[str, Sequence[str]]) -> str:
-    """Return the text with other rows of some tests: by a test's name ("" for the main one) rows in YAML, or comments.
-
-    Comments between the rows are lost.
-    """
+    """Replace the rows of tests, by name ("" for the main one), by YAML or comments; comments between rows are lost."""
     line_end = "\r\n" if "\r\n" in text else "\n"
     new = [row if row.startswith("#") else f"- {row}" for of_test in rows.values() for row in of_test]
     section = _entries(yaml.compose(text, Loader=yaml.SafeLoader)).get("targets")

@@ -261,10 +261,7 @@ def _with_kinds(path: NodePath, data: Any) -> NodePath:
 
 
 def _partly(kind: Any, given: Any, context: Mapping[str, Any]) -> Any:
-    """Return a section without the keys that are wrong; None if nothing of it can be read.
-
-    A rule that reads such a key gets `Missing`, not its default, and ends.
-    """
+    """Return a section without wrong keys, None if unreadable; a rule that reads such a key gets `Missing` and ends."""
     if not (isinstance(kind, type) and issubclass(kind, BaseModel) and isinstance(given, dict)):
         return None
     if "kind" in (fields := kind.model_fields) and given.get("kind", fields["kind"].default) not in get_args(

@@ -167,10 +167,7 @@ class TargetRows:
         return targets
 
     def calibrated_at(self, chosen: Any, outer_diameter: float | None) -> float | None:
-        """Return the condition of the calibration.
-
-        It is the first that `invert` names, else the specimen's diameter, else that of the first row.
-        """
+        """Return the condition of calibration: first in `invert`, else the specimen's diameter or the first row's."""
         measured = [target.condition for target in self.means if has_fields(target, "condition")]
         wanted = outer_diameter if self.naming.condition == DIAMETER else None
         if isinstance(chosen, list) and chosen and self.naming.condition is not None:

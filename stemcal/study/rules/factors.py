@@ -252,10 +252,7 @@ def values_in(
 
 
 def possible_values(draft: Draft, name: str, diameter: float | None = None) -> Iterator[tuple[NodePath, Any]]:
-    """Yield the values that a parameter can have, internal units or `Relative`, with their places in the spec.
-
-    Those of a growing parameter are at one diameter, or at all that the study has.
-    """
+    """Yield possible values (internal units or `Relative`) with places, of growing ones at one or all diameters."""
     if (place := draft.places.get(name)) is None:
         return
     if name in _growing(draft):

@@ -131,10 +131,7 @@ def _layers_fit_the_wall(draft: Draft) -> Iterator[Finding]:
 
 
 def _least_thickness(draft: Draft, layer: LayerSection, diameter: float) -> float:
-    """Return the thickness at which elements would be given 100 times their mass for the time step, mm.
-
-    Of an element h the stable step is h √(ρ/C), with C = E as a lower bound.
-    """
+    """Return the thickness (mm) below which elements need 100 times their mass; the stable step is h √(ρ/C), C ≥ E."""
     solver = draft.study.solver
     names = ("elastic_modulus", "density")
     moduli, densities = ([value for _, value in values_in(draft, layer, name, diameter)] for name in names)

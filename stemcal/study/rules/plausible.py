@@ -254,10 +254,7 @@ def _falls(study: Study) -> Iterator[Finding]:
 
 
 def _shortfall(thin: Target, thick: Target) -> float:
-    """Return by how much the force falls short of F ~ d^1.5 beyond its scatter, as a logarithm; 0 if it grows.
-
-    The scatter is two standard errors of the ratio of both means, but at least 15 %.
-    """
+    """Return ln of the shortfall of the force from F ~ d^1.5 beyond 2 standard errors, at least 15 %; 0 if none."""
     if thick.response >= thin.response:
         return 0.0
     squares = sum(((one.sd or 0.0) / one.response) ** 2 / (one.n or 1) for one in (thin, thick))

@@ -169,10 +169,7 @@ def _curves_are_simulated(draft: Draft) -> Iterator[Finding]:
 
 
 def _tests_differ(draft: Draft) -> Iterator[Finding]:
-    """Each test has its own name, of which the names of its responses and of its folder of sheets are made.
-
-    Case does not count, as in names of folders on Windows.
-    """
+    """Tests differ in name, also in lower case: responses and folders of sheets (on Windows) are named by it."""
     seen: set[str] = set()
     for index, test in draft.tests.items():
         key = test.name.casefold()

@@ -9,11 +9,7 @@ from stemcal.study.types.field_types import MOST, ColumnName, FactorName, Frozen
 
 
 class Parameter(NamedTuple):
-    """What one parameter is, and which values make sense.
-
-    Bounds and plausible values are in `unit`; `lowest_allowed` and `highest_allowed` say whether the bound
-    itself may be taken.
-    """
+    """One parameter and its plausible values, in `unit`; `…_allowed`: whether the bound itself may be taken."""
 
     label: str
     dimension: str

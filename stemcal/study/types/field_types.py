@@ -83,11 +83,7 @@ def field_or_none(section: object, name: str) -> Any:
 
 @dataclass(frozen=True)
 class OneOf:
-    """Reads a section with the `options` of its kind, built in or of another package; annotates the type of both.
-
-    `noun` is what messages call a kind. With `first_is_usual` a section without `kind` is of the first one, unless its
-    keys are those of another.
-    """
+    """Reads `options` of a kind, called `noun` in messages; without `kind` the first, unless the keys are another's."""
 
     kinds: Registry[Any]
     noun: str
