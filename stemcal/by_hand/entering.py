@@ -103,10 +103,7 @@ def record_results(study: Study, folder: StudyFolder, sheet: Sequence[Filled], *
 
 
 def _enterable(study: Study, folder: StudyFolder, rows: Sequence[Filled]) -> dict[str, Request]:
-    """Return by their keys the runs whose results may be entered, after continuing if there are `rows` with results.
-
-    An error of a stage may be what the results correct; if not, it is reported when the study continues.
-    """
+    """Return enterable runs by key, after continuing if there are `rows`, which may correct the error of a stage."""
     waiting = None
     with suppress(StemcalError):
         if not rows:
@@ -118,7 +115,6 @@ def _enterable(study: Study, folder: StudyFolder, rows: Sequence[Filled]) -> dic
 def _answers(
     folder: StudyFolder, requests: Mapping[str, Request], results: Mapping[str, Sequence[_Result]]
 ) -> Iterator[tuple[str, Request, Answer]]:
-    """Yield the results that are recorded, and those of the sheet."""
     for key, request in requests.items():
         if key in results:
             yield key, request, results[key][0].answer

@@ -1,7 +1,4 @@
-"""Sheets, CSV files or workbooks with a row for each run, and the solver that takes its answers from them.
-
-Known runs are those of a file, all others come from people.
-"""
+"""Sheets with a row for each run, and the solver that reads its answers there; other runs come from people."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace

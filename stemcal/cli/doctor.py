@@ -23,15 +23,22 @@ def doctor(as_json: AsJson = False) -> None:
 
     Example: [bold]stemcal doctor[/bold]
     """
+    import platform
+    from importlib.metadata import version
+
     from stemcal.fem.warm import is_compiled
     from stemcal.report.progress import COMPILING
     from stemcal.study.types.solver_kind import SOLVERS
+    from stemcal.version import __version__
 
     if not as_json and not is_compiled():
         note(COMPILING)
     with waiting("checking the installation", as_json):
         solvers = (part for kind in SOLVERS.all for part in kind.ready())
-        findings = [*_versions(), *_plugins(), *_folders(), *solvers, _self_test()]
+        python = f"{platform.python_version()} on {platform.platform()}"
+        versions = {"stemcal": __version__, "python": python, **{one: version(one) for one in _PACKAGES}}
+        present = [(what, one, True) for what, one in versions.items()]
+        findings: list[Finding] = [*present, *_plugins(), *_folders(), *solvers, _self_test()]
     sound = all(ok is not False for _, _, ok in findings)
     if as_json:
         say_json({"ok": sound, "found": [{"what": what, "found": found, "ok": ok} for what, found, ok in findings]})
@@ -46,18 +53,7 @@ def doctor(as_json: AsJson = False) -> None:
         raise typer.Exit(1)
 
 
-def _versions() -> list[Finding]:
-    import platform
-    from importlib.metadata import version
-
-    from stemcal.version import __version__
-
-    python = f"{platform.python_version()} on {platform.platform()}"
-    return [("stemcal", __version__, True), ("python", python, True), *((one, version(one), True) for one in _PACKAGES)]
-
-
 def _plugins() -> list[Finding]:
-    """Return the parts of other packages, and why some cannot be loaded."""
     from stemcal.doe.designs import SURFACES
     from stemcal.responses import RESPONSES
     from stemcal.stages.stage import STAGES

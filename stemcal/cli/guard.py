@@ -1,8 +1,4 @@
-"""Errors become exit codes here, and nowhere else.
-
-A closed pipe (``stemcal run … | head``) is not an error, nor is a standard error that cannot be written: the text is
-dropped. A standard output that a full disk refuses ends the command.
-"""
+"""Errors become exit codes here and nowhere else; a closed pipe is no error, an output to a full disk is."""
 
 import io
 import os

@@ -1,7 +1,4 @@
-"""Natural units ↔ coded units, and the terms of a full quadratic in them: names, columns and derivatives.
-
-The coding is that of the design and is never estimated from data.
-"""
+"""Natural ↔ coded units by the design, never by data; terms of a full quadratic: names, columns, derivatives."""
 
 from __future__ import annotations
 

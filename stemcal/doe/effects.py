@@ -37,7 +37,7 @@ class Residual:
 
 @dataclass(frozen=True)
 class Curvature:
-    """Centre response by the corners, mean of `runs` centre runs, difference and its test; `curved` if significant."""
+    """Centre response by the corners, mean of `runs` centre runs, difference and its test; `curved` if p < α."""
 
     corners: float
     centre: float

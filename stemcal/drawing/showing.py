@@ -62,10 +62,7 @@ class Setting:
 
 
 class Showing(Checked, Generic[R]):
-    """The words, tables and figures of a stage, made from its result.
-
-    An outcome that `claims` agreement with the measurements is shown of a calibrated study only.
-    """
+    """Words, tables and figures of a stage; an outcome that `claims` agreement is shown of a calibrated study only."""
 
     claims: ClassVar[bool] = False
 

@@ -1,7 +1,4 @@
-"""How figures look: colours safe for the colour-blind, fonts that may hold Chinese, SVG that adapts.
-
-In the page, figures take the page's text colour and fonts, so one drawing serves light and dark screens.
-"""
+"""How figures look: safe for the colour-blind, fonts for Chinese, SVG in the page's text colour, light and dark."""
 
 import io
 import logging

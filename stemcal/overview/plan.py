@@ -1,7 +1,4 @@
-"""What a study would run: rows, distinct runs, runs already recorded, seconds, and what its designs cannot estimate.
-
-The time of a run is estimated from the recorded runs of this machine, or else by the solver.
-"""
+"""Runs, recorded ones, seconds (from recorded runs or the solver) and what designs of a study cannot estimate."""
 
 import socket
 from collections import defaultdict

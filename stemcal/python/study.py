@@ -67,7 +67,6 @@ def calibrate(
 
 
 def _study(given: Study | str | Path) -> Study:
-    """Return the study that is given, or that is in a file."""
     if isinstance(given, Study):
         return given
     if isinstance(given, str | Path):

@@ -96,7 +96,6 @@ class _Lines(Watcher):
         self.stage, self.ended, self.last_line, self.last_time = "", "", "", -_SPARSE_SECONDS
 
     def __call__(self, progress: Progress) -> None:
-        """Print the line if it is new and due."""
         line = describe(progress, self.naming)
         complete = progress.done >= progress.total and self.ended != progress.stage  # its first round
         edge = progress.stage != self.stage or complete or progress.preparing

@@ -1,7 +1,4 @@
-"""Page and figures of a study, drawn where something they are made of has changed.
-
-What draws them is imported only then: a finished study is shown without it.
-"""
+"""Page and figures of a study, drawn where their inputs have changed; what draws them is imported only then."""
 
 from __future__ import annotations
 

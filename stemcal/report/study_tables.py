@@ -20,10 +20,7 @@ MANY = 4  # factors beyond which columns are headed by symbols instead of names
 def design_tables(
     result: StageResult, symbols: Mapping[str, str], labels: Mapping[str, str] | None = None
 ) -> list[Table]:
-    """Return the runs of the design of a stage, the varied levels and the responses; nothing where it has none.
-
-    Columns of levels are headed by the names of the factors, or their `labels`; many of them by symbols.
-    """
+    """Return runs, levels and responses of a stage's design, if any; headed by names or `labels`, many by symbols."""
     if not isinstance(design := getattr(result, "design", None), DesignRuns):
         return []
     naming, crowded = result.naming, len(design.varied) > MANY

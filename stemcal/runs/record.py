@@ -53,7 +53,6 @@ class Run:
         self.solver.get_ready()
 
     def __call__(self) -> Computed:
-        """Answer the request."""
         started, clock = now(), time.perf_counter()
         answer = validated(self.solver.solve(self.request), self.solver.naming)
         wall = time.perf_counter() - clock

@@ -61,11 +61,7 @@ def place_of(study: str, out: str | Path | None = None) -> Path:
 
 
 class StudyFolder:
-    """The folder of one study, made when it is locked for the first time. As a context manager it is locked.
-
-    Reading needs no lock. The lock may be taken again by its holder, so a stage can lock a folder that its command has
-    locked.
-    """
+    """The folder of one study, made at the first lock; ``with`` locks it, its holder also again; reading does not."""
 
     def __init__(self, path: Path | str) -> None:
         self.path = Path(path)
@@ -90,7 +86,6 @@ class StudyFolder:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Give the folder back."""
         if self._lock.lock_counter == 1:
             with suppress(OSError):
                 self._holder_file.unlink()
@@ -219,11 +214,7 @@ class StudyFolder:
         write_atomic(self.path / f"{stage}.json", sealed(content))
 
     def read_stage(self, stage: str) -> dict[str, Any]:
-        """Return a stage's JSON without its seal, to be believed.
-
-        Raises `UsageError` if the stage has not run yet, or its file is of another version, has changed since it was
-        written or cannot be read.
-        """
+        """Return a stage's JSON without its seal; `UsageError` if absent, changed, damaged or of another version."""
         content = self.examine_stage(stage)
         if (version := content.get("schema_version")) != SCHEMA_VERSION:
             raise UsageError(

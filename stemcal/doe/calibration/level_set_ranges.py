@@ -98,10 +98,7 @@ def assess_point(
     high: ArrayLike | None = None,
     radius: float | None = None,
 ) -> Assessment:
-    """Predict at one coded point, for instance a published solution.
-
-    `inside` is False outside the box or the sphere; without a radius, beyond the outermost run of the design.
-    """
+    """Predict at one coded point; `inside` is False outside the box, the sphere or (no radius) the outermost run."""
     x = np.asarray(coded, dtype=float)
     distance = float(np.linalg.norm(x))
     reach = surface.design_radius if radius is None else radius
@@ -123,11 +120,7 @@ def _interval(ends: Array) -> Interval | None:
 
 
 def _level_points(surface: Surface, target: float, region: Region, ends: tuple[Array, Array]) -> Array:
-    """Scatter points over {x in region : ŷ(x) = target}.
-
-    Between two points of the region with ŷ on either side of the target there is one where ŷ, a quadratic
-    along the way, equals it; the region is convex, so that point is inside.
-    """
+    """Scatter points over {ŷ(x) = target}: one lies between any two with ŷ on either side, as the region is convex."""
     cloud = np.vstack([*ends, region.cloud(_CLOUD)])
     gap = surface.predict(cloud) - target
     below, above = cloud[gap <= 0.0], cloud[gap > 0.0]

@@ -56,11 +56,7 @@ class Prior:
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """A fit of observations and priors within a region; made by `fit`.
-
-    `best` is the solution, coded; `draws` are those of V there, priors at its end, `weights` their evidence and
-    `precision` their mean inverse W.
-    """
+    """A fit made by `fit`: `best`, coded; `draws` of V there, priors last, their `weights` and mean inverse."""
 
     observations: tuple[Observation, ...]
     priors: tuple[Prior, ...]

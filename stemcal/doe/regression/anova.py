@@ -111,11 +111,7 @@ def _run_diagnostics(fit: LeastSquares, rows: Sequence[int]) -> Iterator[RunDiag
 
 
 def _press(fit: LeastSquares) -> float | None:
-    """Σ (e / (1 − h))²: what the runs would miss if each were predicted by the others.
-
-    A run of leverage 1, such as the single centre of a rotatable composite of two factors, is one that the others
-    cannot predict: it is left out.
-    """
+    """Σ (e / (1 − h))²: what each run misses if predicted by the others; without those of leverage 1."""
     judged = fit.leverage < _FULL_LEVERAGE
     if fit.df == 0 or not judged.any():
         return None

@@ -28,10 +28,7 @@ class ReductionStep:
 def reduce_surface(
     coded: ArrayLike, response: ArrayLike, names: Sequence[str], alpha: float = 0.1, written: Wording = Wording()
 ) -> tuple[Surface, tuple[ReductionStep, ...]]:
-    """Remove the weakest term of a surface while its p exceeds alpha; returns the surface and the terms removed.
-
-    Raise `UsageError` if the runs cannot estimate the full quadratic.
-    """
+    """Remove the weakest term while p > alpha; `UsageError` if the runs cannot estimate the full quadratic."""
     points, y, chosen = np.asarray(coded, dtype=float), np.asarray(response, dtype=float), list(term_names(names))
     present = np.isfinite(y) & ~copies_of(points, y)
     columns = term_columns(points[present])

@@ -21,11 +21,7 @@ Kind = Literal["plane", "maximum", "minimum", "saddle"]
 
 @dataclass(frozen=True)
 class CanonicalForm:
-    """Stationary point x_s = −½B⁻¹b and the eigenvalues of B, the largest first, with their axes.
-
-    `coded`, `natural`, `predicted` and `coded_radius` are None where B is singular. With a `ridge` the surface is
-    nearly level along some axis.
-    """
+    """x_s = −½B⁻¹b, None if B is singular; eigenvalues of B, largest first, with axes; a `ridge` is nearly level."""
 
     coded: dict[str, float] | None
     natural: dict[str, float] | None

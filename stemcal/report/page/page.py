@@ -1,7 +1,4 @@
-"""The study as one HTML file: words first, then tables and figures; nothing is loaded from anywhere.
-
-The page depends on the spec, the stage files and the records only, so the same folder gives the same bytes.
-"""
+"""The study as one self-contained HTML file, of spec, stage files and records only: same folder, same bytes."""
 
 from __future__ import annotations
 

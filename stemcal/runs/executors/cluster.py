@@ -108,7 +108,7 @@ class DaskExecutor(RunExecutor):
 
     def _check_versions(self) -> None:
         try:
-            versions: dict[str, str] = self._client.run(_version)
+            versions: dict[str, str] = self._client.run(code_version)
         except Exception as error:
             raise UsageError(
                 f"--executor dask://{self.address}: a worker cannot import stemcal ({error}); install stemcal "
@@ -148,10 +148,6 @@ def _end_session(session: str) -> None:
         crew = _sessions.pop(session, None)
     if crew is not None:
         threading.Thread(target=crew.stop, name="end of session", daemon=True).start()
-
-
-def _version() -> str:
-    return code_version()
 
 
 def _mismatch(worker: str, version: str, wanted: str) -> str:

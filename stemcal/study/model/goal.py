@@ -39,7 +39,6 @@ def _listed(given: Any, info: ValidationInfo) -> Any:
 
 
 def _keyed(name: Any, info: ValidationInfo) -> Any:
-    """Return the key of a response that a spec lists by its name."""
     if info.context is None:
         return name
     naming = info.context.get("naming", CUTTING)

@@ -80,10 +80,7 @@ _SAME: Final = 1e-6  # mm, between diameters that are one
 
 @dataclass(frozen=True)
 class OverDiameter:
-    """Marks a value of the type `plain`, a number or a length, that may also be a `Growth` or a `Interpolated`.
-
-    With `only_grows` it is no `Interpolated`, and the exponent may be a factor.
-    """
+    """Marks a `plain` number or length that may be a `Growth` or, unless it `only_grows`, an `Interpolated`."""
 
     plain: Any
     only_grows: bool = False

@@ -116,11 +116,7 @@ class Target(Frozen):
 
 
 class Targets(Frozen):
-    """What the laboratory measured, and the condition at which the parameters are calibrated.
-
-    A spec writes `TargetRow`s. Parameters are calibrated at the first of `invert.diameters`; otherwise at
-    `specimen.outer_diameter` where that was measured; otherwise at the first row.
-    """
+    """What was measured, and the calibration condition: in `invert`, else of the specimen, else of the first row."""
 
     calibrate_at: float
     means: tuple[Target, ...]

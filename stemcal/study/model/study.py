@@ -83,10 +83,7 @@ class OwnSections(Frozen):
 
 
 def _form() -> type[OwnSections]:
-    """Return the keys of a spec: the sections above, then one for each stage that has some, in the order of stages.
-
-    A stage whose section decides whether a study has it has none by default.
-    """
+    """Return the keys of a spec: the sections above, then those of stages in order, None if they decide about it."""
     fields: dict[str, Any] = {}
     for stage in STAGES.built_in:
         kind = stage.section()

@@ -32,11 +32,7 @@ _NUMBER = re.compile(r"[-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]+)?
 
 
 def finding_of(error: Mapping[str, Any], path: NodePath, shown_path: NodePath) -> Finding:
-    """Return one entry of `ValidationError.errors()` as a finding.
-
-    `path` is its place in the spec, without pydantic's own words; `shown_path` also has the kind of solver, for looking
-    up known keys.
-    """
+    """Return an entry of `errors()` as a finding at `path`; `shown_path` has the kind of solver too, for known keys."""
     kind, given, context = error["type"], error["input"], error.get("ctx", {})
     if kind == "stemcal":
         return Finding(path, context["message"], context["remedy"])

@@ -215,7 +215,6 @@ class _Row:
         return self._read((named.name,), self.row[named.name], named, **bounds)
 
     def _scatters(self, given: Sequence[Variable], naming: Vocabulary) -> Mapping[str, Any]:
-        """Return the standard deviations by response."""
         if "sd" not in self.row:
             return {}
         sd, names = self.row["sd"], [one.name for one in given]

@@ -1,7 +1,4 @@
-"""What must hold between the values of a spec, one rule per function; each yields what it finds wrong in a `Draft`.
-
-What is possible but looks like a slip is in `plausible`.
-"""
+"""Rules across a spec, a function each that yields what is wrong in a `Draft`; likely slips are in `plausible`."""
 
 from dataclasses import dataclass, field
 

@@ -121,10 +121,7 @@ class OneOf:
 
 @dataclass(frozen=True)
 class Quantity:
-    """A number with a unit, held in internal units. Bounds are in internal units too.
-
-    Errors suggest `unit`, by default the usual one of the dimension.
-    """
+    """A number with a unit; value and bounds in internal units. Errors suggest `unit` or the dimension's usual one."""
 
     dimension: str
     above: float = -math.inf

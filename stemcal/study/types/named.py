@@ -1,7 +1,4 @@
-"""Responses and conditions that a spec declares, and values in their units.
-
-Where there is no condition, every run is `NOWHERE`.
-"""
+"""Responses and conditions that a spec declares (`NOWHERE` without one), and values in their units."""
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
@@ -37,10 +34,7 @@ def _named(declared: Any, symbol: str) -> Variable:
 
 
 def quantity(given: Any, named: Variable) -> float:
-    """Return a value in the unit of what it is of: a number, or a text with a unit that measures the same.
-
-    Raises the error of `complain` for any other.
-    """
+    """Return a number, or a text with a compatible unit, in the unit of `named`; else raise the error of `complain`."""
     if not isinstance(given, str):
         if isinstance(given, bool) or not isinstance(given, int | float):
             raise complain("the value is not a number", f"write a value such as {named.text(1.0)!r}")

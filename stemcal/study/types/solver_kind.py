@@ -1,7 +1,4 @@
-"""Kinds of solvers: their capabilities, the keys of a spec, and the function that creates a solver.
-
-Code queries the capabilities of a kind or its options, never a class or a name.
-"""
+"""Kinds of solvers: keys, constructor and capabilities, which code queries instead of a class or a name."""
 
 from collections.abc import Callable, Iterator, Mapping
 from typing import Annotated, Any, ClassVar, Literal, NamedTuple

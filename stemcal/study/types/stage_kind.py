@@ -71,10 +71,7 @@ class StageKind(Checked):
         return "".join(word.capitalize() for word in self.name.replace("-", "_").split("_")) + part
 
     def _part(self, module: str, name: str) -> Any:
-        """Return the object with this name in a module of the stage's package, or None.
-
-        A stage that is a single module has all its parts in that module.
-        """
+        """Return the object with this name in a module of the stage's package, or in its only module, or None."""
         place = type(self).__module__
         if not hasattr(sys.modules[place], "__path__"):
             return getattr(sys.modules[place], name, None)

@@ -58,10 +58,7 @@ class Finding(NamedTuple):
 
 @dataclass
 class Document:
-    """The tree of a file, the places of its keys and values, and the errors found.
-
-    `complete` is false when reading stopped before the end, so that `data` lacks the rest.
-    """
+    """The tree of a file, places of keys and values, and errors; not `complete` if reading stopped before the end."""
 
     data: Any = None
     keys: dict[NodePath, Position] = field(default_factory=dict)

@@ -97,10 +97,7 @@ def from_internal(value: float, unit: str) -> float:
 
 
 def parse(text: str, dimension: str, usual: str = "") -> float:
-    """Read a quantity such as ``"8 mm"`` and return it in the internal unit of `dimension`.
-
-    Errors suggest the unit `usual`, by default that of the dimension.
-    """
+    """Read a quantity such as ``"8 mm"`` in the internal unit of `dimension`; errors suggest `usual` or its own."""
     usual = usual or usual_unit(dimension)
     match = _QUANTITY.fullmatch(text.strip().replace("−", "-")) if len(text) <= _LONGEST else None
     if match is None:
