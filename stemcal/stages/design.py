@@ -97,10 +97,7 @@ def runs_of(design: Design, requests: Sequence[Request], outcomes: Sequence[Outc
 def given_design(
     stage: str, study: Study, coding: Coding, given: Sequence[Mapping[str, float]], order: int = 2
 ) -> Design:
-    """Return the rows that a solver has, coded.
-
-    Raise `UsageError` if a factor is missing; of order 1, if a row is not at low and high levels and no centre point.
-    """
+    """Return a solver's rows, coded; `UsageError` if a factor is missing or, of order 1, a level is between."""
     missing = [name for name in coding.names if name not in given[0]]
     if missing:
         raise UsageError(

@@ -27,10 +27,7 @@ from stemcal.vocabulary import CUTTING, FIRST, Variable, Vocabulary, Wording
 
 @dataclass(frozen=True)
 class Measured:
-    """A measured mean at one condition: of the ``force``, or of a further response such as ``travel`` or ``work``.
-
-    `specimens` are those of an `Observation`.
-    """
+    """A measured mean at one condition: of ``force``, ``travel``, …; `specimens` are those of an `Observation`."""
 
     condition: float
     response: str
@@ -201,10 +198,7 @@ class Surfaces(StageResult):
     def section(
         self, condition: float, response: str = FIRST, further: Sequence[tuple[float, Array, float]] = ()
     ) -> Section:
-        """Return the section of the surface over factors and conditions, fitted to its runs and `further` ones.
-
-        `further` has the condition, the coded factors and the response of each.
-        """
+        """Return the section of the surface at a condition; `further` runs: condition, coded factors, response."""
         assert self.over is not None
         axis, shared, runs = self.over, self.axes, self.design.runs
         coded = [[run.coded[name] for name in shared] for run in runs]

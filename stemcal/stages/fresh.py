@@ -73,10 +73,7 @@ def inputs_of(study: Study, solver: Solver | None, folder: StudyFolder, stage: s
 
 
 def _solver_parts(study: Study, solver: Solver | None, stage: str) -> dict[str, object]:
-    """What determines the answers of a stage, apart from the levels.
-
-    That of the embedded solver follows from the spec, which avoids loading the solver; any other reports it.
-    """
+    """Collect the inputs of a stage besides levels; of the embedded solver from the spec, which avoids loading it."""
     if study.kind.of_spec_alone and (solver is None or solver.of_spec_alone):
         dump = _with_contents(study.model_dump(include=set(_TEST)))
         leaves = {path: leaf for name in _TEST for path, leaf in _leaves(name, dump[name]).items()}
@@ -194,10 +191,7 @@ def make_all(
     done: Callable[[StageResult], None] = lambda _result: None,
     until: str | None = None,
 ) -> list[StageResult]:
-    """Make the stages of a study in order, or read them; `done` is called with each result as soon as it is known.
-
-    The stage `until` is the last one, by default that of the study.
-    """
+    """Make the stages of a study in order, or read them, up to `until`; `done` is called with each result at once."""
     made = []
     with folder:
         for stage in stages_of(study):
@@ -227,10 +221,7 @@ def fresh(kind: type[R], study: Study, folder: StudyFolder) -> R | None:
 
 
 def _runs_agree(result: StageResult, study: Study, folder: StudyFolder, whole: bool = True) -> bool:
-    """Compare the responses in a stage file with those in the records of its runs.
-
-    A record may be missing, or be begun again by the next command, unless the `whole` of them is needed.
-    """
+    """Compare the responses with those recorded; unless `whole`, records may be missing or begin again."""
     entered = (FIRST, *study.own_further) if _by_hand(study, result.name) else ()
     for _, outcome in result.runs():
         keys = [key for key in outcome.keys if key]

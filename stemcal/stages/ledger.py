@@ -17,10 +17,7 @@ from stemcal.study.model.study import Study
 
 @dataclass(frozen=True)
 class LedgerRow:
-    """One row of a stage: what was asked and, if a record answers it, what came of it.
-
-    `status` is ok, censored, failed, left or damaged; `again`: whether the next command repeats the run.
-    """
+    """One asked run and its answer; `status`: ok, censored, failed, left, damaged; `again`: it will be repeated."""
 
     stage: str
     run: int

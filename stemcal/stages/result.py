@@ -31,10 +31,7 @@ Interval = tuple[float, float]
 
 @dataclass(frozen=True)
 class Head:
-    """How every stage file begins; `inputs` has a hash of each thing that the stage was made from.
-
-    `naming` has the names of condition and responses, which have neutral keys in the rest of the file.
-    """
+    """How every stage file begins: a hash of each input, and the `naming` of what has neutral keys in the file."""
 
     schema_version: int
     stage: str
@@ -59,10 +56,7 @@ class CodedScale:
 
 @dataclass(frozen=True, kw_only=True)
 class DesignRun(Spread):
-    """One run of a design, numbered from 1: the level of every factor, the varied ones coded, and what came of it.
-
-    `condition` is that of a run of a design over factors and conditions.
-    """
+    """One run of a design, from 1: all levels, the varied ones coded, its condition if that varies, its outcome."""
 
     run: int
     levels: dict[str, float]
@@ -101,10 +95,7 @@ class DesignRuns:
 
 @dataclass(frozen=True)
 class Judged:
-    """A response at a condition: its error, None where the run failed, and whether it was fitted or is a check.
-
-    `key` is that of the run's record.
-    """
+    """A response at a condition: its error (None: the run failed), if fitted or a check, the `key` of its record."""
 
     response: str
     condition: float

@@ -32,10 +32,7 @@ class Results:
 
     @property
     def parameters(self) -> dict[str, float]:
-        """The calibrated level of every factor in the study's own model, in the units of the spec.
-
-        Raises `UsageError` if nothing is calibrated yet.
-        """
+        """The calibrated levels in the study's own model, in units of the spec; `UsageError` if there are none yet."""
         levels = [settled for result in self.done if (settled := result.settles) is not None]
         if not levels:
             raise UsageError("The study is not calibrated yet. Run `stemcal run SPEC` first.")

@@ -124,10 +124,7 @@ def stage_called(name: str) -> Stage[Any]:
 
 
 def stages_of(study: Study) -> tuple[Stage[Any], ...]:
-    """Return the stages of a whole study in order, each after the one that it needs.
-
-    They include a stage of another package if the spec has its section.
-    """
+    """Return a study's stages, each after the one it needs; those of other packages if the spec has their section."""
     left = [stage for stage in STAGES.built_in if stage.asked_for(study)]
     left += [stage_called(name) for name in study.further]
     ordered: list[Stage[Any]] = []

@@ -44,10 +44,7 @@ class Work:
         return read_result(self.folder, next((candidate for candidate in kinds if issubclass(candidate, kind)), kind))
 
     def outcomes(self, requests: Sequence[Request]) -> list[Outcome]:
-        """Answer every request, from the records or by computing.
-
-        Raise `UsageError` if the program answers the first of them differently the second time, without replicates.
-        """
+        """Answer requests by records or computing; `UsageError` if a repeated first run differs without replicates."""
         if again := second_time(self.study, requests):
             first, second = (outcome.response for outcome in self._answered(again))
             if first is not None and second is not None and abs(first - second) > SAME * max(abs(first), abs(second)):

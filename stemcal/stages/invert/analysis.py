@@ -171,9 +171,6 @@ def _value(coding: Coding, j: int, coded: float) -> float:
 
 
 def _changes_along(coding: Coding, direction: Array) -> dict[str, float]:
-    """Return the change of each factor along a coded direction, in its unit.
-
-    The largest part changes by one half step; parts below a twentieth of it are left out.
-    """
+    """Return each factor's change (its unit) along a coded direction: at most a half step, none below 1/20 of that."""
     steps = zip(coding.names, certainty.moved_together(direction), coding.half_step, strict=True)
     return {name: part * half_step for name, part, half_step in steps if part != 0.0}

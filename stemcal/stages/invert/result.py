@@ -91,10 +91,7 @@ class Certainty:
 
 @dataclass(frozen=True)
 class JointRow:
-    """One measured mean of a joint fit next to the surface's; `left_out` is from a fit to the others.
-
-    Of a laboratory test these are the other tests, and `left_out_interval` holds what they allow the mean to be.
-    """
+    """A measured mean, the surface's, and error and allowed interval by a fit to the others (of tests: other tests)."""
 
     condition: float
     response: str
@@ -153,11 +150,7 @@ class JointFitted:
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class InvertResult(StageResult):
-    """The calibrated point, the whole set it was chosen from, every factor's level there.
-
-    `joint` is the fit to several measured means. `depends_on` are the settings of the solver at the calibration
-    diameter that the values depend on.
-    """
+    """The calibrated point, the set it was chosen from, the `joint` fit; the values depend on settings `depends_on`."""
 
     name: ClassVar[str] = "invert"
     shown = ("point.solution",)

@@ -91,10 +91,7 @@ class NotebookInversion(InvertResult):
 
 
 def calibration_table(stage: InvertResult, names: Wording, refined: Mapping[str, float] | None = None) -> Table:
-    """Return the calibrated parameters with the range of each to cite, and the target and prediction.
-
-    `refined` has the values after a refinement.
-    """
+    """Return the calibrated, or `refined`, parameters with the range of each to cite, the target and the prediction."""
     point, ranges = stage.point, _ranges(stage)
     rows: list[dict[str, Any]] = [
         {"factor": name, "range": ranges[name], "coded": coded, "solution": (refined or point.solution)[name]}
@@ -155,10 +152,7 @@ def _joint_table(joint: JointFitted, names: Wording) -> Table:
 
 
 def profiles(invert: InvertResult, labels: Mapping[str, str] | None = None) -> Figure:
-    """Return the misfit of each factor with all others free: its interval is below the dashed line.
-
-    `labels` has the labels of the axes by factor, its name by default.
-    """
+    """Return the misfit of each factor, all others free: its interval is below the dashed line; `labels` of axes."""
     names = list(invert.point.solution)
     with new_figure(height=1.5 * len(names) + 0.4) as figure:
         for row, name in enumerate(names, 1):

@@ -47,6 +47,7 @@ def optimise(work: Work, head: Head) -> OptimiseResult:
     }
     natural = {name: scale.natural for name, scale in surface.coding.items()}
     ends = intervals_of(problem, found)
+    front = [_cutter("", _levels(study, surface, x), study, surface, problem) for x in found.front]
     simulated, present = ({name(key): one.outcome.of(key) for key in problem.surfaces} for one in cutters[:2])
     return OptimiseResult(
         head=head,
@@ -63,7 +64,7 @@ def optimise(work: Work, head: Head) -> OptimiseResult:
         gain_percent={key: one and one[0] for key, one in gains.items()},
         gain_sd={key: one[1] for key, one in gains.items() if one is not None},
         edges=_edges(study, surface, found.point),
-        front=tuple(FrontPoint(one.levels, one.predicted) for one in _front(study, surface, problem, found)),
+        front=tuple(FrontPoint(one.levels, one.predicted) for one in front),
         cutters=Rows([*cutters, *elsewhere]),
         notes=(*_notes(study, found, gains), *lower_bound_notes([one.outcome for one in cutters])),
     )
@@ -158,10 +159,6 @@ def gain_of(
 
 
 # ---- the optimum on the surfaces
-
-
-def _front(study: Study, surface: RsmResult, problem: Problem, found: Optimum) -> list[Cutter]:
-    return [_cutter("", _levels(study, surface, x), study, surface, problem) for x in found.front]
 
 
 def _edges(study: Study, surface: RsmResult, x: Array) -> dict[str, str]:

@@ -150,8 +150,9 @@ def _take(
         section, other = own[name], theirs[name]
         keys = [key for key in _TAKEN[name] if key in type(section).model_fields and key not in varied]
         for key in (key for key in keys if key in section.model_fields_set):
-            if getattr(section, key) != getattr(other, key):
-                message = f"{data[name][key]} differs from the calibration ({key}: {_written(getattr(other, key))})"
+            if getattr(section, key) != (value := getattr(other, key)):
+                shown = f"{value:g}" if isinstance(value, float) else value
+                message = f"{data[name][key]} differs from the calibration ({key}: {shown})"
                 taken.find(message, "remove this key", (name, key))
         changes = {key: getattr(other, key) for key in keys if key in other.model_fields_set}
         if name == "solver":
@@ -170,10 +171,6 @@ def _take(
         taken.find(message, "use a diameter within them", ("specimen", "outer_diameter"))
 
 
-def _written(value: Any) -> str:
-    return f"{value:g}" if isinstance(value, float) else str(value)
-
-
 # ---- other materials that the calibration allows
 
 
@@ -188,8 +185,7 @@ def _other_levels(source: Study, results: Results) -> Iterator[dict[str, float]]
     best = surface.scales.to_coded([results.parameters[name] for name in surface.names])
     for variance, axis in list(zip(variances, axes.T, strict=True))[:_DIRECTIONS]:
         if variance >= _LEAST * variances.sum():
-            ends = [best + sign * variance**0.5 * axis for sign in (1.0, -1.0)]
-            x = min(
-                (np.clip(end, region.low, region.high) for end in ends), key=lambda end: -np.linalg.norm(end - best)
-            )
+            both = (best + sign * variance**0.5 * axis for sign in (1.0, -1.0))
+            ends = [np.clip(end, region.low, region.high) for end in both]
+            x = min(ends, key=lambda end: -np.linalg.norm(end - best))
             yield {**source.midlevels(), **results.parameters, **surface.scales.levels(x)}

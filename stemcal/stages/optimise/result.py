@@ -44,10 +44,7 @@ class FrontPoint:
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class OptimiseResult(StageResult):
-    """The optimum and its front, simulated, and the gain over the present cutter with its 95 % interval.
-
-    Responses have the study's names. `gain_sd` is by source; `edges` are the ends of ranges at which the optimum is.
-    """
+    """The optimum, its front, its gain (95 %), `gain_sd` by source; `edges` are the ends of ranges at which it is."""
 
     name: ClassVar[str] = "optimise"
     shown = ("optimum",)

@@ -48,22 +48,16 @@ class Problem:
         points = self.region.cloud(_CLOUD)
         seeds = [optimise(self.sum_of({name: 1.0}), points, self.region)[0] for name in self.limits]
         every = np.vstack([points, *seeds])
-        allowed = every[np.all([self._room(name, every) >= 0.0 for name in self.limits], axis=0)] if seeds else every
+        within = [limit - self.surfaces[name].predict(every) >= 0.0 for name, limit in self.limits.items()]
+        allowed = every[np.all(within, axis=0)] if within else every
         if not len(allowed):
             least = {name: float(self.surfaces[name].predict(x)[0]) for name, x in zip(self.limits, seeds, strict=True)}
-            raise NoneAllowed(self._excluded(least))
+            each = (f"{name} at most {self.limits[name]:g} (smallest {value:.4g})" for name, value in least.items())
+            raise NoneAllowed(
+                f"goal.at_most: no point of the response surfaces satisfies the limits: {', '.join(each)}. Raise a "
+                "limit in `goal.at_most`, or widen the factor ranges."
+            )
         return allowed
-
-    def _excluded(self, least: Mapping[str, float]) -> str:
-        limits = self.limits.items()
-        found = ", ".join(f"{name} at most {limit:g} (smallest {least[name]:.4g})" for name, limit in limits)
-        return (
-            f"goal.at_most: no point of the response surfaces satisfies the limits: {found}. Raise a limit in "
-            "`goal.at_most`, or widen the factor ranges."
-        )
-
-    def _room(self, name: str, points: Array) -> Array:
-        return np.asarray(self.limits[name] - self.surfaces[name].predict(points))
 
     @cached_property
     def spans(self) -> dict[str, float]:

@@ -28,10 +28,7 @@ class OptimiseShowing(Showing[OptimiseResult]):
         return [_levels_table(result, names), *(_confirmation(result, name) for name in result.predicted)]
 
     def closing(self, result: OptimiseResult, setting: Setting) -> list[Table]:
-        return [
-            _levels_table(result, Wording(setting.study.naming)),
-            *(_confirmation(result, name) for name in result.predicted),
-        ]
+        return self.tables(result, Wording(setting.study.naming))
 
     def figures(self, result: OptimiseResult, setting: Setting) -> list[Plot]:
         if not result.front:
@@ -46,15 +43,9 @@ class OptimiseShowing(Showing[OptimiseResult]):
 
 def _levels_table(result: OptimiseResult, names: Wording) -> Table:
     """Return the levels of both cutters."""
-    known = result.optimum_interval or {}
+    known, before = result.optimum_interval or {}, result.present_levels
     rows = [
-        {
-            "factor": name,
-            "unit": result.units[name],
-            PRESENT: result.present_levels[name],
-            OPTIMUM: level,
-            "range": known.get(name),
-        }
+        {"factor": name, "unit": result.units[name], PRESENT: before[name], OPTIMUM: level, "range": known.get(name)}
         for name, level in result.optimum.items()
     ]
     columns = [

@@ -135,12 +135,11 @@ def _path(work: Work, there: Work, options: RefineOptions, start: Mapping[str, f
     # equal mesh and lengths, both known
     same_mesh = own is not None and own == there.solver.settings_that_matter(at)
     steps = {name: scale.half_step for name, scale in surface.coding.items()}
-    return SearchPath(
-        tuple(
-            Mover(name, start[name], *_range(work.study, options, name, same_mesh), slopes[name] / steps[name])
-            for name in tuple(options.adjust) or (strongest,)
-        )
+    movers = (
+        Mover(name, start[name], *_range(work.study, options, name, same_mesh), slopes[name] / steps[name])
+        for name in tuple(options.adjust) or (strongest,)
     )
+    return SearchPath(tuple(movers))
 
 
 def _range(study: Study, options: RefineOptions, name: str, same_mesh: bool) -> Interval:
@@ -154,20 +153,15 @@ def _range(study: Study, options: RefineOptions, name: str, same_mesh: bool) -> 
 
 
 def _adjusted(loop: Loop, steps: PathSteps, target: Target) -> Iterator[AdjustedFactor]:
-    best, scatter = loop.best.point, _scatter(target)
+    best, known = loop.best.point, dict[str, Interval]()
     tried = next(one for one in steps.tried if one.place == best.place)
-    known = ends_of(steps.tried, tried, steps.path, *scatter) if scatter else {}
+    if target.sd and target.n != 1:  # relative standard error of the measured mean, and its degrees of freedom
+        relative = target.sd / target.response
+        scatter = (relative, inf) if target.n is None else (relative / target.n**0.5, target.n - 1.0)
+        known = ends_of(steps.tried, tried, steps.path, *scatter)
     for mover in steps.path.movers:
         value = best.levels[mover.name]
         yield AdjustedFactor(mover.name, mover.start, value, known.get(mover.name), mover.low, mover.high)
-
-
-def _scatter(target: Target) -> tuple[float, float] | None:
-    """Return the relative standard error of the measured mean and its degrees of freedom; None where it is exact."""
-    if not target.sd or target.n == 1:
-        return None
-    relative = target.sd / target.response
-    return (relative, inf) if target.n is None else (relative / target.n**0.5, target.n - 1.0)
 
 
 def later(study: Study) -> Later | None:

@@ -128,10 +128,7 @@ def _tests_and_curves_stay_here(draft: Draft) -> Iterator[Finding]:
 
 
 def _the_model_is_possible(draft: Draft) -> Iterator[Finding]:
-    """Yield the mistakes of the study in `refine.in`, at the keys of that section.
-
-    A factor that does not move may have no effect there.
-    """
+    """Yield the study's mistakes in `refine.in` at its keys; a factor that does not move may have no effect there."""
     from stemcal.study.reading.read import broken_rules
 
     if (there := seen(draft.study)) is draft.study:

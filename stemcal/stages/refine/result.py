@@ -25,10 +25,7 @@ class SimulatedBy:
 
 @dataclass(frozen=True)
 class AdjustedFactor:
-    """A factor that may move in another model: calibrated value, value there, and the range it may move in.
-
-    `interval` covers the value with 95 % by the scatter of the measured mean, the other factors fixed.
-    """
+    """A factor that may move in another model; `interval` (95 %): by the scatter of the measured mean, others fixed."""
 
     factor: str
     calibrated: float

@@ -150,16 +150,14 @@ class SecantSteps(MeanSteps):
     def _scaled(self, values: Sequence[float]) -> Array:
         return np.asarray(np.where(self.by_ratio, np.log(np.where(self.by_ratio, values, 1.0)), values))
 
-    def _levels(self, z: Array) -> dict[str, float]:
-        scaled = self.centre + self.half_range * z
-        values = np.where(self.by_ratio, np.exp(scaled), scaled).tolist()
-        return {factor.name: float(f"{value:.12g}") for factor, value in zip(self.factors, values, strict=True)}
-
     def _point(self, z: Array, how: How) -> PointToTry:
         values = zip(self.means, self._expected(z).tolist(), strict=True) if how == "secant" else ()
         predicted: dict[float, Predicted] = dict.fromkeys(self.conditions, NOTHING)
         predicted |= {mean.condition: (value, None) for mean, value in values if mean.response == FIRST}
-        return PointToTry({**self.study.midlevels(), **self._levels(z)}, how, z, predicted)
+        scaled = self.centre + self.half_range * z
+        natural = zip(self.factors, np.where(self.by_ratio, np.exp(scaled), scaled).tolist(), strict=True)
+        levels = {factor.name: float(f"{level:.12g}") for factor, level in natural}
+        return PointToTry({**self.study.midlevels(), **levels}, how, z, predicted)
 
 
 def _weights(means: Sequence[Measured]) -> Array:

@@ -72,11 +72,8 @@ class MeanSteps:
         self.failed = not np.all(np.isfinite(values))
         if self.failed or not self.learn(Trial(point.place, values)):
             return JudgedPoint(point)
-        errors = [
-            error_percent(mean.value, float(value)) or 0.0
-            for mean, value in zip(self.means, values, strict=True)
-            if mean.leads
-        ]
+        pairs = zip(self.means, values.tolist(), strict=True)
+        errors = [error_percent(mean.value, value) or 0.0 for mean, value in pairs if mean.leads]
         worst = max(errors, key=abs)
         return JudgedPoint(point, worst, self._missed(self.trials[-1]) if self.joint else abs(worst))
 
@@ -110,8 +107,7 @@ class MeanSteps:
 class SurfaceSteps(MeanSteps):
     """Steps on the response surface, refitted to every point, inside the region of its design.
 
-    To one target along the slope of the surface or between two points on either side of it; to several means by the
-    least misfit of the surfaces, moved through the best point.
+    To one target along the slope or between two points; to several means by least misfit, through the best point.
     """
 
     def __init__(self, study: Study, surface: Surfaces, solution: InvertResult) -> None:
@@ -132,8 +128,10 @@ class SurfaceSteps(MeanSteps):
         if self.failed:
             known = self.best.coded if self.trials else np.zeros(len(self.coding.names))
             return self._point(0.5 * (self.visited[-1] + known), "back")
+        how: How = "surface"
         if self.joint:
-            coded, how = self._to_many()
+            self.reach = self.shrunk(self.reach)
+            coded = _next_joint_point(through(self.fit, self.surfaces, self.best), self.best.coded, self.reach)
         else:
             at, target = self.surfaces[0], self.solution.target
             coded, how, self.reach = next_trial(at, target, self.region, self.trials, self.reach)
@@ -164,11 +162,6 @@ class SurfaceSteps(MeanSteps):
         """Return the surface of every measured mean, fitted to the design and the points so far."""
         return fitted_surfaces(self.study, self.surface, [(t.coded, t.responses) for t in self.trials])
 
-    def _to_many(self) -> tuple[Array, How]:
-        self.reach = self.shrunk(self.reach)
-        moved = through(self.fit, self.surfaces, self.best)
-        return _next_joint_point(moved, self.best.coded, self.reach), "surface"
-
 
 # ---- to one response
 
@@ -181,19 +174,13 @@ def nearest_trial(trials: Sequence[Trial], target: float) -> Trial:
 def next_trial(
     surface: AnySurface, target: float, region: Region, trials: Sequence[Trial], radius: float
 ) -> tuple[Array, How, float]:
-    """Return the next point, how it was found, and the radius that it was sought within.
+    """Return the next point, how it was found, and the radius (coded) that it was sought within.
 
-    Parameters
-    ----------
-    surface : Surface or Section
-        Fitted to all points, the trials included.
-    trials : sequence of Trial
-        In the order they were simulated; one at least.
-    radius : float
-        How far the last step was allowed to go, in coded units.
+    `surface` is fitted to all `trials`, at least one, in the order of simulation; `radius` limited the last step.
     """
     best = nearest_trial(trials, target)
-    helped = len(trials) < 2 or _helped(trials, target)
+    before = nearest_trial(trials[:-1] or trials, target)
+    helped = len(trials) < 2 or abs(trials[-1].response - target) <= _PROGRESS * abs(before.response - target)
     radius = radius if helped else SHRINK * radius
     other = _across(trials, best, target)
     if other is not None and not helped:
@@ -217,12 +204,6 @@ def toward(surface: AnySurface, level: float, region: Region, start: Array, radi
         length = float(np.linalg.norm(step))
         x = region.nearest(start + step * min(1.0, radius / length) if length > 0.0 else start)
     return x
-
-
-def _helped(trials: Sequence[Trial], target: float) -> bool:
-    """Whether the last trial left less than half of the error of the best before it."""
-    before = abs(nearest_trial(trials[:-1], target).response - target)
-    return abs(trials[-1].response - target) <= _PROGRESS * before
 
 
 def _across(trials: Sequence[Trial], best: Trial, target: float) -> Trial | None:

@@ -39,10 +39,7 @@ _HEIGHT = "viridis"  # its lightness rises steadily with the force
 
 @dataclass(frozen=True)
 class Solution:
-    """The calibrated level of every factor, and the measured response that the surface has there.
-
-    Of a joint fit `further` has the other measured means, each with its surface.
-    """
+    """The calibrated levels, the measured response, and the `further` means of a joint fit with their surfaces."""
 
     levels: Mapping[str, float]
     target: float
@@ -105,10 +102,7 @@ def observed_predicted(rsm: RsmResult) -> Figure:
 
 
 def diagnostics(rsm: RsmResult) -> Figure:
-    """Return residuals versus the normal law and the prediction, and how strongly each run influences the surface.
-
-    Source: Montgomery, Design and Analysis of Experiments, ch. 10.
-    """
+    """Return residuals and influence of each run; source: Montgomery, Design and Analysis of Experiments, ch. 10."""
     rows = rsm.runs_diagnostics
     residuals = [row.studentised or 0.0 for row in rows]  # None where the surface passes through the run
     # normal scores of (i − ½)/n; a sample of the normal law is on the line
@@ -128,10 +122,7 @@ def diagnostics(rsm: RsmResult) -> Figure:
 
 
 def _section_of(rsm: RsmResult, pair: tuple[str, str], solved: Solution | None) -> tuple[Array, Array, Array]:
-    """Return the levels of both factors in natural units, and the surface in N, (_GRID, _GRID) each.
-
-    The other factors are at the solution, or at the centre without one.
-    """
+    """Return natural levels of both factors and the surface in N, (_GRID, _GRID) each, others at solution or centre."""
     centre = {name: scale.center for name, scale in rsm.coding.items()}
     levels = [(centre if solved is None else solved.levels)[name] for name in rsm.names]
     at = rsm.scales.by_name(rsm.scales.to_coded(levels))
@@ -143,10 +134,7 @@ def _section_of(rsm: RsmResult, pair: tuple[str, str], solved: Solution | None) 
 def contours(
     rsm: RsmResult, pair: tuple[str, str], solved: Solution | None = None, labels: Mapping[str, str] | None = None
 ) -> Figure:
-    """Return lines of equal force over two factors, the others at the solution (at centre without one).
-
-    `labels` has what to write for a factor, its name by default.
-    """
+    """Return lines of equal force over two factors, the others at solution or centre; `labels` replace factor names."""
     grid = _section_of(rsm, pair, solved)
     levels = levels_of(grid[2])
     counts = Counter((run.levels[pair[0]], run.levels[pair[1]]) for run in rsm.design.runs)
@@ -169,10 +157,7 @@ def contours(
 def relief(
     rsm: RsmResult, pair: tuple[str, str], solved: Solution | None = None, labels: Mapping[str, str] | None = None
 ) -> Figure:
-    """Return the response as height over two factors, the others at the solution (at centre without one).
-
-    Its contours lie on the base; the star marks the solution.
-    """
+    """Return the response as height over two factors, the others at solution (star) or centre; contours on the base."""
     grid = _section_of(rsm, pair, solved)
     levels = levels_of(grid[2])
     base = levels[0] - 0.35 * (levels[-1] - levels[0])

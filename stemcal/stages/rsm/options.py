@@ -273,10 +273,7 @@ RsmOptions.rules = (
 
 
 def _doubts(study: Study) -> Iterator[Finding]:
-    """Question factors that no run varies, and exponents that a screening cannot estimate.
-
-    At its reference diameter the exponent of a growing parameter has no effect.
-    """
+    """Question factors that no run varies, and exponents screened at their reference diameter, without effect."""
     at, chosen = study.targets.calibrate_at, study.of(RsmOptions).factors
     if not study.of(RsmOptions).wanted:
         return
@@ -303,10 +300,7 @@ RsmOptions.doubts = _doubts
 
 
 def surface_factors(study: Study, solver: Solver, screened: ScreenResult) -> tuple[list[str], list[Note]]:
-    """Return the factors of the surface, the strongest first, and notes on how they were chosen.
-
-    They are the significant factors, or those of largest contribution if the spec or the design requires a number.
-    """
+    """Return the factors, the strongest first, and notes: the significant, or as many as spec or design require."""
     rsm, given = study.of(RsmOptions), solver.given_design("rsm")
     if not isinstance(rsm.factors, str):
         return list(rsm.factors), []

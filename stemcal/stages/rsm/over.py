@@ -56,10 +56,7 @@ def over_design(study: Study, coding: Coding) -> Design:
 
 
 def runs_of_both(study: Study, names: Sequence[str], design: Design) -> Note | None:
-    """Return the number of runs of one design over all fitted conditions, and of a design at each of them.
-
-    If the design is over conditions, it includes whether a bend of the response would be seen.
-    """
+    """Return the runs of one design over all fitted conditions and of one at each; the first may miss a bend."""
     options, conditions = study.of(RsmOptions), {target.condition for target in study.joint_targets}
     if len(conditions) < 2:
         return None

@@ -34,6 +34,9 @@ def profiler_data(
     before = {entry.factor: entry.center for entry in rsm.factors} if present is None else present
     pairs = zip(measured_means(study), fitted_surfaces(study, rsm), strict=True)
     surfaces = [(mean, fit) for mean, fit in pairs if not mean.named.apart]
+    if goal:  # the prediction at the present cutter is in the place of a measured mean
+        x = rsm.scales.to_coded([before[name] for name in rsm.names])
+        surfaces = [(replace(mean, value=float(fit.predict(x)[0])), fit) for mean, fit in surfaces]
     calibrated = [(mean.response, mean.condition) for mean, _ in surfaces[:MOST]]
     first = (FIRST, study.calibration_target.condition)
     return {
@@ -43,18 +46,10 @@ def profiler_data(
         "holds": holds and not goal,
         "kept": [["Present", [before[name] for name in rsm.names]]] if goal else [],
         "against": ["Present", "gain"] if goal else ["Measured", "error"],
-        "surfaces": [
-            _surface(study, _against(mean, fit, rsm, before) if goal else mean, fit) for mean, fit in surfaces[:MOST]
-        ],
+        "surfaces": [_surface(study, mean, fit) for mean, fit in surfaces[:MOST]],
         "first": calibrated.index(first) if first in calibrated else 0,
         "more": len(surfaces[MOST:]),
     }
-
-
-def _against(mean: Measured, fit: AnySurface, rsm: RsmResult, present: Mapping[str, float]) -> Measured:
-    """Return the prediction at the present cutter in the place of a measured mean."""
-    x = rsm.scales.to_coded([present[name] for name in rsm.names])
-    return replace(mean, value=float(fit.predict(x)[0]))
 
 
 def _factor(rsm: RsmResult, entry: FactorCoding, values: Mapping[str, float]) -> dict[str, Any]:

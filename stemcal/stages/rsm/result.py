@@ -24,11 +24,7 @@ from stemcal.vocabulary import FIRST, Vocabulary, Wording
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class RsmResult(Surfaces, FitStatistics):
-    """The response as a quadratic in the coded factors, with its analysis of variance, intervals and diagnostics.
-
-    `covariance` is that of the coefficients, in their order. `deterministic`: equal inputs are known to give equal
-    answers.
-    """
+    """The response as a quadratic in the coded factors; `covariance` is in the order of the coefficients."""
 
     name: ClassVar[str] = "rsm"
     shown = ("names", "r2")
@@ -46,7 +42,7 @@ class RsmResult(Surfaces, FitStatistics):
     conditions: Rows[AtCondition] = absent(Rows())
     over: ConditionAxis | None = absent()
     pure_error: Note | None = None
-    deterministic: bool = absent(False)
+    deterministic: bool = absent(False)  # equal inputs are known to give equal answers
     notes: tuple[Note, ...] = ()
 
     # ---- the fit

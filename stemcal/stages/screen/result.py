@@ -37,10 +37,7 @@ class Screening:
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class ScreenResult(StageResult, Screening):
-    """Which factors move the response: effects in the order of the factors, with every test of them.
-
-    `responses` has the same of further responses; `seen_by` returns each as a separate result.
-    """
+    """The effect of every factor with its tests; `responses` are further ones, `seen_by` makes each a result."""
 
     name: ClassVar[str] = "screen"
     shown = ("significant",)
@@ -88,10 +85,7 @@ class ScreenResult(StageResult, Screening):
 
     @property
     def limit(self) -> float | None:
-        """The size from which an effect is significant: Lenth's margin of error, or t₀·s of the t test.
-
-        The standard error s of an effect is its size over its t.
-        """
+        """The size from which an effect is significant: Lenth's margin, or t₀·s, where s is its size over its t."""
         if self.by_lenth:
             return self.lenth.me
         errors = [abs(effect.effect) / effect.f**0.5 for effect in self.effects if effect.f]

@@ -106,10 +106,7 @@ class ValidateResult(StageResult):
         return any(note.kind == "from_table" for note in self.notes)
 
     def judged(self, study: Study) -> list[Judged]:
-        """Return every comparison; nothing where they are of other parameters.
-
-        Besides the force it includes every response that the study declares; one that was not fitted is a check.
-        """
+        """Return every comparison, of other parameters none; a declared response that was not fitted is a check."""
         judged, first = [], study.naming.response.name
         for row in self.rows if not self.is_given else ():
             at, fitted = row.compared, row.compared.role == "fitted"

@@ -107,11 +107,7 @@ def validate_plots(study: Study, validate: ValidateResult) -> list[Plot]:
 def draw_validation(
     validate: ValidateResult, spread: Mapping[float, float] | None = None, response: Variable | None = None
 ) -> Figure:
-    """Return a response measured and simulated over the condition; that of the calibration is ringed.
-
-    `spread` has the standard deviations of the measurements by the condition; the first response is the default.
-    Without a condition the values have one place.
-    """
+    """Return a response over the condition, the fitted ringed; `spread`: standard deviations by condition."""
     condition, response = validate.naming.condition, response or validate.naming.response
     rows, spread = _pairs(validate, response), spread or {}
     with new_figure(height=2.9) as figure:

@@ -143,10 +143,7 @@ def measure_more(study: Study) -> Remedy:
 
 
 def to_smooth(study: Study, surface: Surfaces, levels: Mapping[str, float] | None) -> Remedy:
-    """Return the remedy for a poor quadratic: more runs, then half the ranges about the solution.
-
-    Where the response may be rough, the remedy also averages over mesh positions or seeds.
-    """
+    """Return the remedy for a poor quadratic: more runs, then half the ranges; of a rough response also averaging."""
     if len(surface.design.runs) < 4 * len(surface.coefficients) or levels is None:
         remedy = more_runs(surface)
     else:

@@ -45,10 +45,7 @@ class Doubt:
 
 @dataclass(frozen=True)
 class Physics:
-    """The number of distinct runs with checks, the number of doubtful ones, and the reasons.
-
-    `at_solution` are the doubts of runs with the calibrated parameters, one by one.
-    """
+    """The number of distinct runs with checks, of doubtful ones, the reasons, and the doubts `at_solution`."""
 
     checked: int
     doubtful: int
@@ -112,10 +109,7 @@ _INPUT: dict[DoubtKind, str] = {
 
 
 def for_physics(study: Study, doubt: Doubt, every: Sequence[Doubt] = ()) -> Remedy:
-    """Return the remedy that brings a doubtful value below its limit.
-
-    With `every` doubt of the study the values are final: of the worst of this kind, with a time step for all kinds.
-    """
+    """Return the remedy for a doubt; with `every` doubt, for the worst of its kind and the time step of all."""
     solver: Any = study.solver
     worst = [each.worst or 0.0 for each in (doubt, *every) if each.kind == doubt.kind]
     doubt = replace(doubt, worst=max(worst) if doubt.worst is not None else None)

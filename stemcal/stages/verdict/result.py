@@ -14,11 +14,7 @@ Word = Literal["calibrated", "with_reservations", "not_calibrated"]
 
 @dataclass(frozen=True)
 class Use:
-    """Where the result may be used: conditions with all errors within the percentage, and the largest error beyond.
-
-    `held_out` is the largest error that was not `fitted`; `predictions` are of held-out values, and of each fitted
-    value from the others.
-    """
+    """Where the result may be used: `good` conditions, the largest error beyond, and that of values not `fitted`."""
 
     within_percent: float
     good: tuple[float, ...]
@@ -40,10 +36,7 @@ class Verdict:
 
     @classmethod
     def of(cls, reasons: list[Note], use: Use | None, goal: bool = False, found: tuple[str, ...] = ()) -> Verdict:
-        """Return the verdict that reasons lead to: an error means not calibrated, anything else a reservation.
-
-        A study with a `goal` is confirmed instead of calibrated; the sentences `found` have its result.
-        """
+        """Return the verdict of the reasons: an error is not calibrated, else a reservation; a `goal` is confirmed."""
         worst = min((reason.severity for reason in reasons), key=SEVERITIES.index, default=None)
         word: Word = "calibrated" if worst is None else "not_calibrated" if worst == "error" else "with_reservations"
         return cls(word, use, tuple(reasons), goal, found)

@@ -42,10 +42,7 @@ class Change:
 
 @dataclass(frozen=True, eq=False)
 class Fitted:
-    """What the advice is computed from: one surface per diameter (mm) and its measured force, in the same order.
-
-    `at` is the diameter d₀, `solution` the present point (coded).
-    """
+    """One surface per diameter (mm) with its measured force, in order; `at` is the diameter d₀, `solution` is coded."""
 
     diameters: Array
     measured: Array
@@ -103,10 +100,7 @@ def trend_reason(
     worst_percent: float,
     remedy: Callable[[], Remedy],
 ) -> Iterator[Note]:
-    """Yield a trend of the error over the condition, if that is a length.
-
-    `rows` are the condition, both values of the response and the standard error of the measured one.
-    """
+    """Yield a trend over a condition that is a length; `rows`: condition, measured, simulated, standard error."""
     condition, response = evidence.study.naming.condition, evidence.study.naming.response.noun
     if len(rows) < 3 or condition is None or not _is_length(condition) or any(row[0] <= 0.0 for row in rows):
         return
@@ -181,10 +175,7 @@ def _worst(forces: Array, measured: Array) -> float:
 
 
 def for_trend(study: Study, surface: Surfaces, solution: Mapping[str, float]) -> Remedy:
-    """Return the two changes that remove an error that follows the diameter best, with their predicted errors.
-
-    A program has its own material and lengths, so that only the user can change how they follow the condition.
-    """
+    """Return the two best changes against a trend; in a program only the user can change what grows."""
     if not study.kind.simulates_stems:
         noun = Wording(study.naming).condition.noun
         return Remedy(

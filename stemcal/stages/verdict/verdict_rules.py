@@ -58,10 +58,7 @@ class Evidence:
 
     @cached_property
     def mostly_off(self) -> bool:
-        """Whether more than half of what was compared is off by more than the percentage, fitted or not.
-
-        It decides between a reservation and not calibrated, the same however many conditions were fitted.
-        """
+        """Whether more than half of the comparisons are off; it decides on calibrated, however many were fitted."""
         sizes = [row.size for row in self.judged if row.error_percent is not None]
         sizes = sizes or [abs(error) for result in self.results.done for error in result.misses]
         return 2 * sum(size > self.equivalent_percent for size in sizes) > len(sizes)
