@@ -60,10 +60,7 @@ class SizedStrain:
 
 
 def without_lengths(study: Study) -> Study:
-    """Return the study with elements that fail each by itself under a sharp edge, and the stroke they need.
-
-    Raise `UsageError` if the study has no embedded solver, or no failure strain to adjust.
-    """
+    """Return the study with elements that fail each by itself under a sharp edge; `UsageError` if it cannot."""
     solver = study.solver
     if not study.kind.simulates_stems:
         raise UsageError(
@@ -83,11 +80,7 @@ def without_lengths(study: Study) -> Study:
 
 
 def strain_of(work: Work, size: float) -> SizedStrain:
-    """Find the failure strain for an element size (mm).
-
-    A few positions of the mesh are searched first, then the number that the scatter of the force requires. Raise
-    `UsageError` if the study is not calibrated yet.
-    """
+    """Find the failure strain for an element size (mm), over as many mesh positions as the scatter requires."""
     there, levels = without_lengths(work.study), calibrated_parameters(work.study, work.solver, work.folder)
     positions, runs = _FEWEST_POSITIONS, 0
     with work.folder:

@@ -111,11 +111,7 @@ class Judged:
 
 @dataclass(frozen=True)
 class Prediction:
-    """The largest error of values that were not fitted, and that of F = a·dᵇ, if it was compared.
-
-    The values are held out at `conditions`, or each `in_turn` is predicted from a fit to the others: ``test``,
-    ``response`` or the name of the condition.
-    """
+    """The largest error of values held out at `conditions` or each `in_turn`, and that of F = a·dᵇ, if compared."""
 
     worst_percent: float
     formula: Formula | None

@@ -73,10 +73,7 @@ class Work:
 
 
 def a_stage(kind: type[R]) -> Callable[[Callable[[Work, Head], R]], Callable[..., R]]:
-    """Make a stage of a function that returns a result of that kind, which begins with the head that it is given.
-
-    While it works the folder is locked, and the stage before is fresh; its result is left in the folder.
-    """
+    """Make a stage of a function: the folder is locked, the stage before is fresh, the result is left in the folder."""
 
     def made(found: Callable[[Work, Head], R]) -> Callable[..., R]:
         @wraps(found, assigned=("__module__", "__name__", "__qualname__", "__doc__"))

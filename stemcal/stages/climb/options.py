@@ -32,11 +32,8 @@ class ClimbOptions(Frozen):
 def _follows_a_slope(draft: Draft) -> Iterator[Finding]:
     """Without a screening there is no slope to climb along."""
     if not draft.study.of(ScreenOptions).wanted and draft.study.given(ClimbOptions) is not None:
-        yield Finding(
-            ("climb",),
-            "steepest ascent requires a screening, which this study does not have",
-            "remove `screen.design: none`",
-        )
+        message = "steepest ascent requires a screening, which this study does not have"
+        yield Finding(("climb",), message, "remove `screen.design: none`")
 
 
 ClimbOptions.rules = (_follows_a_slope,)

@@ -85,10 +85,8 @@ def _responses_measured(draft: Draft) -> Iterator[Finding]:
         message = f"the list must contain the {named.response.noun} and must not repeat a response ({listed})"
         yield Finding(path, message, f"write [{', '.join(response.name for response in named.responses)}]")
     for key in (name for name in names if name == FIRST or not draft.tests or named.named(name).in_table):
-        name, means = (
-            named.named(key).name,
-            ((target.row, *target.mean_of(key)) for target in draft.study.targets.means),
-        )
+        name = named.named(key).name
+        means = ((target.row, *target.mean_of(key)) for target in draft.study.targets.means)
         scatters = {row: sd for row, mean, sd in means if mean is not None}
         if not scatters:
             remedy = "add the response to `targets`, or remove the response from this list"
@@ -143,10 +141,8 @@ def _surface_over_conditions(draft: Draft) -> Iterator[Finding]:
     if draft.study.of(RsmOptions).over == "factors" or not draft.study.of(RsmOptions).wanted:
         return
     remedy = "remove `rsm.over`"
-    wanted, measured = (
-        draft.study.of(InvertOptions).conditions,
-        {target.condition for target in draft.study.targets.means},
-    )
+    wanted = draft.study.of(InvertOptions).conditions
+    measured = {target.condition for target in draft.study.targets.means}
     if len(measured if wanted == "all" else wanted or ()) < 2:
         condition = "condition" if draft.naming.condition is None else draft.naming.condition.noun
         message = f"`rsm.over` requires several fitted values of the {condition}"

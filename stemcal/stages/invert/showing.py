@@ -18,7 +18,6 @@ from stemcal.formats import MISSING, direction, fixed, interval, short, signific
 from stemcal.stages.fitting import Surfaces, fit_of_study
 from stemcal.stages.invert import words
 from stemcal.stages.invert.result import Certainty, InvertResult, JointFitted
-from stemcal.stages.invert.words import assumptions, range_to_cite, valid_for
 from stemcal.storage.typed import to_json
 from stemcal.study.model.study import Study
 from stemcal.vocabulary import Wording
@@ -52,7 +51,7 @@ class InvertShowing(Showing[InvertResult]):
         return _ranges(result)
 
     def validity(self, result: InvertResult, holds: bool) -> list[str]:
-        return [*valid_for(result), *(assumptions(result) if holds else [])]
+        return [*words.valid_for(result), *(words.assumptions(result) if holds else [])]
 
     def closing(self, result: InvertResult, setting: Setting) -> list[Table]:
         table = calibration_table(result, Wording(setting.study.naming), setting.results.parameters)
@@ -118,8 +117,8 @@ def calibration_table(stage: InvertResult, names: Wording, refined: Mapping[str,
         ends += f" The 95 % prediction interval for a single run is {run}."
     elif point.mean_interval is not None:
         ends += " A single run has the same interval, because runs of a deterministic solver do not scatter."
-    claimed = (ends, *range_to_cite(stage, names))
-    return Table.of(columns, rows, "Calibrated parameters", (where, *valid_for(stage)), claimed=claimed)
+    claimed = (ends, *words.range_to_cite(stage, names))
+    return Table.of(columns, rows, "Calibrated parameters", (where, *words.valid_for(stage)), claimed=claimed)
 
 
 _RULES = {

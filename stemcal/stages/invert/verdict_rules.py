@@ -52,13 +52,9 @@ def trend(evidence: Evidence) -> Iterator[Note]:
 def conflict(evidence: Evidence) -> Iterator[Note]:
     """Yield a measured mean that contradicts the others, or that the fit misses if no scatter is known."""
     surface, solved = evidence.of(Surfaces), evidence.of(InvertResult)
-    if (
-        surface is None
-        or solved is None
-        or (joint := solved.joint) is None
-        or solved.priors
-        or any(anisotropy(evidence))
-    ):
+    if surface is None or solved is None or (joint := solved.joint) is None:
+        return
+    if solved.priors or any(anisotropy(evidence)):
         return
     apart, beyond, kind = joint.contradiction, evidence.mostly_off, "conflict"
     if apart is None and (joint.p is not None or joint.max_abs_error_percent <= evidence.equivalent_percent):

@@ -88,7 +88,6 @@ class OptimiseResult(StageResult):
         return f"{named.long} {named.text(value, '.4g')}, {size} than the present cutter{known}"
 
     def _tables(self) -> dict[str, Table]:
-        """Return the simulated cutters, and the front."""
         names = (*self.optimum, *self.predicted)
         rows = [
             {"cutter": one.label, **one.levels, **{name: one.outcome.of(self.key(name)) for name in self.predicted},
@@ -106,7 +105,6 @@ class OptimiseResult(StageResult):
         return "response" if name == self.naming.response.name else name
 
     def runs(self) -> Iterator[tuple[str, Outcome]]:
-        """Yield label and outcome of every run."""
         for one in self.cutters:
             yield one.label, one.outcome
 

@@ -104,12 +104,10 @@ class RefineResult(StageResult):
         return next(row for row in self.rows if row.condition == self.condition)
 
     def _tables(self) -> dict[str, Table]:
-        """Return the responses, and every run."""
         columns = ("condition", "response", "measured", "before", "after", "error_percent")
         runs = ("run", "how", "condition", *self.varied, "predicted", "response", "status", "reason")
         return {"refine": Table.of(columns, self.rows), "refine_runs": Table.of(runs, self.made)}
 
     def runs(self) -> Iterator[tuple[str, Outcome]]:
-        """Yield label and outcome of every run."""
         for one in self.made:
             yield f"refine {one.run}{Wording(self.naming).at(one.condition) if self.elsewhere else ''}", one.outcome

@@ -16,7 +16,6 @@ class RefineShowing(Showing[RefineResult]):
     claims = True
 
     def outcome(self, result: RefineResult, names: Wording) -> list[str]:
-        """Return the change by the refinement, and the remaining error."""
         if result.elsewhere:
             return _there(result, names)
         count = len(result.made)
@@ -29,7 +28,6 @@ class RefineShowing(Showing[RefineResult]):
         ]
 
     def tables(self, result: RefineResult, names: Wording) -> list[Table]:
-        """Return the changed parameters in another model, the responses, and every run."""
         return [*_parameters(result, names), responses(result, names), runs(result, names)]
 
     def cited(self, result: RefineResult) -> Mapping[str, str]:

@@ -24,12 +24,7 @@ _NORMAL = 1.96
 def profiler_data(
     study: Study, rsm: RsmResult, values: Mapping[str, float], holds: bool, present: Mapping[str, float] | None = None
 ) -> dict[str, Any]:
-    """Return the data of the profiler, for JSON.
-
-    `values` are the calibrated or optimal levels, or nothing: then the profiler begins at the centre. Where the
-    calibration does not hold no band of possible parameters is drawn. An optimum is compared with the levels of the
-    `present` cutter.
-    """
+    """Return data for JSON; it begins at `values` or the centre, a band if `holds`, compared with `present`."""
     goal = study.goal is not None
     before = {entry.factor: entry.center for entry in rsm.factors} if present is None else present
     pairs = zip(measured_means(study), fitted_surfaces(study, rsm), strict=True)

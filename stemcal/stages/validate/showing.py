@@ -137,13 +137,9 @@ def draw_validation(
 def _pairs(validate: ValidateResult, response: Variable) -> list[ValidationRow]:
     if response == validate.naming.response:
         return validate.compared
+    pairs = ((row.compared, each) for row in validate.rows for each in row.further if each.response == response.name)
+    count = response.counted
     return [
-        replace(
-            row.compared,
-            measured=response.counted(further.measured, further.measured),
-            simulated=response.counted(further.simulated, further.measured),
-        )
-        for row in validate.rows
-        for further in row.further
-        if further.response == response.name
+        replace(row, measured=count(each.measured, each.measured), simulated=count(each.simulated, each.measured))
+        for row, each in pairs
     ]

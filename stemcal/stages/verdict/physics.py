@@ -31,10 +31,7 @@ WARNED = frozenset({"hourglass_energy", "inertia_in_force", "energy_drifts", "st
 
 @dataclass(frozen=True)
 class Doubt:
-    """One kind of doubt, in how many runs, and the worst of it in percent (None of a stroke that was too short).
-
-    That of a run with the calibrated parameters has its condition, and whether the parameters were fitted there.
-    """
+    """A kind of doubt, its runs, the worst in % (None of a stroke); of a calibrated run its condition, if `fitted`."""
 
     kind: DoubtKind
     runs: int
