@@ -40,7 +40,7 @@ def over_design(study: Study, coding: Coding) -> Design:
     options, axis = study.of(RsmOptions), condition_axis(study, coding.names)
     held = [exponent for exponent, _ in axis.growing.values()]
     varied = [j for j, name in enumerate(coding.names) if name not in held]
-    coded = designs.surface_runs(len(varied) + 1, options.chosen())
+    coded = designs.surface_runs(len(varied) + 1, options.chosen()).copy()  # that of a Latin hypercube is kept
     values = (axis.center + axis.half_step * coded[:, -1]).tolist()
     conditions = tuple(float(f"{exp(value) if axis.logarithmic else value:.4g}") for value in values)
     coded[:, -1] = [axis.coded(condition) for condition in conditions]
