@@ -7,8 +7,7 @@ from math import ceil, cos, inf, pi, radians, sin
 import numpy as np
 from numpy.typing import NDArray
 
-from stemcal.cutting.mirror_planes import mirrors
-from stemcal.cutting.parts import SHARES, Discretisation, ShearTest, Stem
+from stemcal.cutting.parts import SHARES, Discretisation, ShearTest, Stem, Symmetry
 from stemcal.fem.contact import Tool
 from stemcal.fem.kernels.search import FACES
 from stemcal.fem.material import Layers, Material
@@ -57,11 +56,10 @@ def stem_mesh(
     """Return the mesh of the stem, or of the part of it that the symmetry leaves.
 
     Instead of those that `how` asks for, `widths` of the elements around half the stem from the bottom to the top (in
-    proportion) and `layers` of nodes along it (x, mm) may be given.
-    With `rests_at` a layer of nodes is at that distance from the blade (mm) on either side: what rests on a support
-    is nodes, and the span is else that between the next ones.
-    Nodes lie on the mirror planes. Where the stem `parts` under the edge there are nodes as well, in a model of both
-    sides with elements of no length between two layers of them (`fem.parting.doubled`).
+    proportion) and `layers` of nodes along it (x, mm) may be given. With `rests_at` a layer of nodes is at that
+    distance from the blade (mm) on either side: what rests on a support is nodes, and the span is else that between the
+    next ones. Nodes lie on the mirror planes. Where the stem `parts` under the edge there are nodes as well, in a model
+    of both sides with elements of no length between two layers of them (`fem.parting.doubled`).
     """
     outer, inner = 0.5 * stem.outer_diameter, 0.5 * stem.outer_diameter * stem.diameter_ratio
     if widths is None:  # from the bottom to the top under the edge
@@ -71,7 +69,8 @@ def stem_mesh(
     if rests_at is not None:
         layers = _supported(layers, rests_at)
     if parts and how.symmetry != "quarter":
-        layers = _twice_under_edge(layers)
+        middle = int(np.argmin(np.abs(layers)))  # moved to the edge
+        layers = np.concatenate([layers[:middle], [0.0, 0.0], layers[middle + 1 :]])
     whole = how.symmetry == "none"
     turn = how.turn * pi * widths[-1] / np.sum(widths) if whole else 0.0
     radii = [np.linspace(*ends, n + 1)[1:] for ends, n in zip(pairwise(surfaces), counts, strict=True)]
@@ -131,18 +130,6 @@ def _mean_length(how: Discretisation) -> float:
     return 1.0 + (1.0 - EVEN_SHARE) * 0.5 * (how.coarsening - 1.0)
 
 
-def _lengths(length: float, how: Discretisation) -> Array:
-    """Return the relative lengths of the elements from the cut outwards: even at first, then longer and longer.
-
-    A row under the edge counts half on either side.
-    """
-    odd = 1 if how.edge_over == "elements" else 0
-    outwards = np.linspace(0.0, 1.0, _pairs_along(length, how) + odd)
-    lengths = np.interp(outwards, (EVEN_SHARE, 1.0), (1.0, how.coarsening))
-    lengths[0] *= 1.0 - 0.5 * odd
-    return lengths
-
-
 def _layers(length: float, how: Discretisation) -> Array:
     """Return x of the layers of nodes: an odd number of elements if the edge is over elements, else an even one."""
     odd = 1 if how.edge_over == "elements" else 0
@@ -155,8 +142,14 @@ def _layers(length: float, how: Discretisation) -> Array:
 
 
 def _outwards(length: float, how: Discretisation) -> Array:
-    """Return x of the layers of nodes to the right of the middle, or of the middle row of elements."""
-    sizes = _lengths(length, how)
+    """Return x of the layers of nodes to the right of the middle, or of the middle row of elements.
+
+    The elements are even at first, then longer and longer; a row under the edge counts half on either side.
+    """
+    odd = 1 if how.edge_over == "elements" else 0
+    outwards = np.linspace(0.0, 1.0, _pairs_along(length, how) + odd)
+    sizes = np.interp(outwards, (EVEN_SHARE, 1.0), (1.0, how.coarsening))
+    sizes[0] *= 1.0 - 0.5 * odd
     return np.asarray(0.5 * length * np.cumsum(sizes) / np.sum(sizes))
 
 
@@ -177,10 +170,14 @@ def _supported(layers: Array, rests_at: float, sides: tuple[float, ...] = (1.0, 
     return moved
 
 
-def _twice_under_edge(layers: Array) -> Array:
-    """Return layers of nodes with two at the edge, where the nearest one is moved to."""
-    middle = int(np.argmin(np.abs(layers)))
-    return np.concatenate([layers[:middle], [0.0, 0.0], layers[middle + 1 :]])
+def mirrors(mesh: Mesh, symmetry: Symmetry) -> NDArray[np.bool_]:
+    """Return the velocity components that mirror planes fix: x on x = 0 (quarter), y on y = 0 (half, quarter)."""
+    held = np.zeros(mesh.nodes.shape, dtype=bool)
+    if symmetry == "quarter":
+        held[:, 0] = np.abs(mesh.nodes[:, 0]) < 1e-9
+    if symmetry != "none":
+        held[:, 1] = np.abs(mesh.nodes[:, 1]) < 1e-9
+    return held
 
 
 def crowns(mesh: Mesh) -> Array:
@@ -254,10 +251,7 @@ _NARROWER = 0.7
 
 @dataclass(frozen=True)
 class MeshSize:
-    """Number of elements, about the edge of a cube as large as the smallest (mm), memory of its simulation (bytes).
-
-    A mesh that no number can count has infinitely many elements of no size.
-    """
+    """Number of elements, inf if countless; about the smallest one's edge, mm; memory of a simulation, bytes."""
 
     elements: float
     smallest: float
@@ -267,14 +261,8 @@ class MeshSize:
 def mesh_size(stem: Stem, how: Discretisation) -> MeshSize:
     """Return the size of the mesh that `stem_mesh` would make."""
     try:
-        pairs, around, through = (
-            float(count)
-            for count in (
-                _pairs_along(stem.length, how),
-                around_half(0.5 * stem.outer_diameter, how),
-                through_wall(stem, how),
-            )
-        )
+        pairs, through = float(_pairs_along(stem.length, how)), float(through_wall(stem, how))
+        around = float(around_half(0.5 * stem.outer_diameter, how))
     except OverflowError:
         return MeshSize(inf, 0.0, inf)
     odd = 1 if how.edge_over == "elements" else 0

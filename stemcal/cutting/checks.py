@@ -35,10 +35,7 @@ def not_severed(stroke: float, percent: float) -> Note:
 
 
 def bent_away(stroke: float, aside: float, percent: float) -> Note:
-    """Return the warning that a clamped stem gave way to the blade: stroke and way of the stem in mm, share that held.
-
-    Only its inertia and stiffness hold a free stem against the blade; below a critical speed they are too small.
-    """
+    """Return the warning that a clamped stem gave way to the blade: stroke and way of the stem, mm; share that held."""
     text = (
         f"The stem was bent away, not cut: after a stroke of {stroke:.3g} mm, the blade has pushed the section under "
         f"the edge {aside:.3g} mm aside, and {percent:.0f} % of the section still holds. Below a critical speed, the "
@@ -81,20 +78,14 @@ def buckles(percent: float) -> Note:
         f"The compressed specimen buckles before it breaks (deviation from a round cross-section: {percent:.0f} % of "
         "the increase in width). Travel, work and maximum force then depend on the mesh; the slope does not."
     )
-    return Note(
-        "buckles", "warning", text, Remedy("Use a shorter specimen. If the wall still buckles, fit only the slope.")
-    )
+    remedy = Remedy("Use a shorter specimen. If the wall still buckles, fit only the slope.")
+    return Note("buckles", "warning", text, remedy)
 
 
 def energy_drifts(percent: float) -> Note:
     """Return the warning that the energy balance is off by a share of the work."""
-    remedy = Remedy("Reduce `solver.time_step_safety` and `solver.time_step`.")
-    return Note(
-        "energy_drifts",
-        "warning",
-        f"The error in the energy balance is {percent:.1f} % of the work done by the blade.",
-        remedy,
-    )
+    text = f"The error in the energy balance is {percent:.1f} % of the work done by the blade."
+    return Note("energy_drifts", "warning", text, Remedy("Reduce `solver.time_step_safety` and `solver.time_step`."))
 
 
 def inertia_in_force(percent: float, kinetic_percent: float) -> Note:

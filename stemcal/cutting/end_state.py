@@ -67,17 +67,14 @@ class Shape:
 
 def shape_of(model: Model, history: History, symmetry: str) -> Shape:
     """Return body and tools at the end of a simulation."""
-    lifted = np.array([[0.0, height] for height in history.height[-1]])
-    tools = [
-        swollen(np.array(tool.corners), tool.radius) + lift for tool, lift in zip(model.tools, lifted, strict=True)
-    ]
+    heights = zip(model.tools, history.height[-1], strict=True)
     return Shape(
         reference=model.mesh.nodes,
         nodes=history.x,
         hexes=model.mesh.hexes,
         standing=history.standing,
         plastic_strain=history.row("PLASTIC_STRAIN"),
-        tools=tuple(tools),
+        tools=tuple(swollen(np.array(tool.corners), tool.radius) + np.array([0.0, z]) for tool, z in heights),
         symmetry=symmetry,
     )
 

@@ -15,9 +15,7 @@ class Blade:
     """A wedge: body thickness and width (height) in mm, included edge angle in degrees, radius of its edge in mm.
 
     `edge_spread` is the distance from its profile within which it acts on the surface next to its edge, mm; with 0 the
-    edge is a line.
-
-    `bevel` both: the flanks lean equally to both sides. one: one flank is vertical.
+    edge is a line. `bevel` both: the flanks lean equally to both sides. one: one flank is vertical.
     """
 
     thickness: float = 2.3
@@ -43,21 +41,15 @@ Until = Literal["first_fracture", "severed"]
 # The share of the real thing that each model holds: half is cut lengthwise (y ≥ 0), quarter also across (x ≥ 0).
 SHARES: dict[str, float] = {"none": 1.0, "half": 0.5, "quarter": 0.25}
 
-# The strain rate is smoothed while the blade travels this share of the diameter.
-_RATE_TRAVEL = 0.01
-
 
 def rate_filter(diameter: float, speed: float) -> float:
-    """Return the time over which the plastic strain rate is smoothed, s, for a stem (mm) and a blade's speed (mm/s)."""
-    return _RATE_TRAVEL * diameter / speed
+    """Return the time over which the strain rate is smoothed, s: the blade (mm/s) travels 1 % of the diameter (mm)."""
+    return 0.01 * diameter / speed
 
 
 @dataclass(frozen=True)
 class Stem:
-    """A hollow cylinder: outer diameter and length in mm, inner/outer diameter ratio.
-
-    `layers` are the thicknesses of the layers around the innermost one, from the outside, mm.
-    """
+    """A hollow cylinder, mm, its diameter ratio; `layers`: thicknesses around the innermost one, from the outside."""
 
     outer_diameter: float = 8.0
     diameter_ratio: float = 0.41
@@ -153,10 +145,7 @@ class Discretisation:
 
 @dataclass(frozen=True)
 class ShearTest:
-    """Everything that determines one virtual shear test.
-
-    `material` is that of the innermost layer, `outer` are those of the layers around it, from the outside.
-    """
+    """Everything that determines one virtual shear test; `outer`: materials around the innermost, from the outside."""
 
     material: Material
     outer: tuple[Material, ...] = field(default=(), kw_only=True)

@@ -124,11 +124,15 @@ class CuttingResult:
 def force_history(loading: Loading, how: Discretisation, history: History, scale: float) -> ForceHistory:
     """Return the curves of the whole stem: the solver's sums times `scale`, the force also filtered.
 
-    The force is that on the first tool; without tools that of the ends that are driven, work over travel.
+    The force is that on the first tool; without tools that of the ends that are driven, an interval's work over travel.
     """
     tools = history.force.shape[1] > 0
     angle = radians(loading.sliding_angle)
-    force = scale * (history.force[:, 0, 2] if tools else _driving_force(loading, history))
+    if tools:
+        force = scale * history.force[:, 0, 2]
+    else:
+        way = loading.speed * np.diff(history.time)
+        force = scale * np.concatenate([[0.0], np.diff(history.external) / way])
     along_edge = scale * history.force[:, 0, 1] if angle else np.zeros_like(force)
     force = force * cos(angle) - along_edge * sin(angle) if angle else force
     carried = -scale * history.force[:, 1:, 2].sum(axis=1) if tools else force
@@ -153,12 +157,6 @@ def force_history(loading: Loading, how: Discretisation, history: History, scale
         deleted=history.deleted,
         parted=history.parted,
     )
-
-
-def _driving_force(loading: Loading, history: History) -> Array:
-    """Return the mean force of each output interval that does the work there at the speed of loading, N."""
-    way = loading.speed * np.diff(history.time)
-    return np.concatenate([[0.0], np.diff(history.external) / way])
 
 
 def filter_rows(loading: Loading, how: Discretisation) -> int:
@@ -265,9 +263,8 @@ def evaluate(
         stroke_was_enough=not short,
         warnings=(
             *short,
-            *_warnings(**checks, added_mass_percent=added),
-            *_above_rate_law(float(history.plastic_rate[: peak + 1].max()), material),
-            *_after_break(curve, peak, broken),
+            *_of_energies(**checks, added_mass_percent=added),
+            *_of_curve(curve, peak, broken, float(history.plastic_rate[: peak + 1].max()), material),
         ),
         history=curve,
         break_travel=None if broken is None else float(curve.travel[broken]),
@@ -275,20 +272,14 @@ def evaluate(
     )
 
 
-def _after_break(curve: ForceHistory, peak: int, broken: int | None) -> list[Note]:
-    """Return a warning if the force exceeds its peak after the first fracture."""
-    if broken is None:
-        return []
-    largest, before = float(curve.force_filtered[broken:].max()), float(curve.force_filtered[peak])
-    return [force_after_break(float(curve.travel[broken]), largest, before)] if largest > before else []
-
-
-def _above_rate_law(rate: float, material: Material) -> list[Note]:
-    """Return a warning if the law 1 + (ε̇/C)^P has left the range in which it is a small correction: ε̇ ≤ C."""
-    c = material.strain_rate_c
-    if material.rate_law != "paper" or c <= 0.0 or rate <= c:
-        return []
-    return [rate_above_law(rate, c, 1.0 + (rate / c) ** material.strain_rate_p)]
+def _of_curve(curve: ForceHistory, peak: int, broken: int | None, rate: float, material: Material) -> list[Note]:
+    """Return warnings of a strain rate (1/s) beyond the law's small correction, ε̇ ≤ C, and of a force after a break."""
+    found, c, before = list[Note](), material.strain_rate_c, float(curve.force_filtered[peak])
+    if material.rate_law == "paper" and 0.0 < c < rate:
+        found.append(rate_above_law(rate, c, 1.0 + (rate / c) ** material.strain_rate_p))
+    if broken is not None and (largest := float(curve.force_filtered[broken:].max())) > before:
+        found.append(force_after_break(float(curve.travel[broken]), largest, before))
+    return found
 
 
 def _before_fracture(curve: ForceHistory) -> int:
@@ -313,7 +304,7 @@ def _least_contact_percent(curve: ForceHistory, broken: int | None) -> float:
     return float(100.0 * np.min(contact[counted] / work[counted], initial=100.0))
 
 
-def _warnings(
+def _of_energies(
     energy_drift_percent: float,
     kinetic_ratio_percent: float,
     hourglass_ratio_percent: float,

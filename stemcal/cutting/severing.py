@@ -47,9 +47,8 @@ class Severing:
     def _apart(self, state: State) -> bool:
         """Return whether no chain joins the ends; the left one of a quarter model is what its mirror plane holds."""
         cut, standing = state.spread.cut, state.topology.hexes[state.topology.standing]
-        holds = ~cut.parted
-        left = self._ends[0] if len(cut.twins) else cut.nodes[holds]
-        twins = cut.twins[holds] if len(cut.twins) else cut.twins
+        holds, doubled = ~cut.parted, len(cut.twins) > 0
+        left, twins = (self._ends[0], cut.twins[holds]) if doubled else (cut.nodes[holds], cut.twins)
         elements = len(cut.number) + np.repeat(np.arange(len(standing)), 8)
         first = np.concatenate([elements, cut.nodes[holds][: len(twins)]])
         second = np.concatenate([standing.ravel(), twins])

@@ -106,11 +106,6 @@ class Material:
         return self.bulk_modulus + 4.0 / 3.0 * self.shear_modulus
 
     @property
-    def fastest_modulus(self) -> float:
-        """The modulus of the fastest plane wave along or across the axis, MPa."""
-        return self.p_wave_modulus if self.transverse is None else max(self._moduli[:2])
-
-    @property
     def plastic_modulus(self) -> float:
         """Eₚ = E E_t / (E − E_t), MPa."""
         return self.elastic_modulus * self.tangent_modulus / (self.elastic_modulus - self.tangent_modulus)

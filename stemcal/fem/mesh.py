@@ -48,7 +48,10 @@ class Mesh:
 
     def volumes(self) -> Array:
         """Return the volume of each element, mm³, V = Σ Xₘ Bₘ / 64 (see `kernels.hexahedron`)."""
-        return np.concatenate([_volumes(self.nodes, some) for some in self._portions()])
+        each = (_modal_sums(self.nodes, some) for some in self._portions())
+        return np.concatenate(
+            [hexahedron.contract.py_func(x, hexahedron.minors.py_func(y, z)) / 64.0 for x, y, z in each]
+        )
 
     def largest_extent(self) -> float:
         """Return the greatest extent of an element along any axis, mm."""
@@ -71,11 +74,6 @@ class Mesh:
 
 def _modal_sums(nodes: Array, hexes: Ints) -> list[tuple[Any, ...]]:
     return [hexahedron.modal_sums.py_func(tuple(nodes[hexes, i].T)) for i in range(3)]
-
-
-def _volumes(nodes: Array, hexes: Ints) -> Array:
-    x, y, z = _modal_sums(nodes, hexes)
-    return np.asarray(hexahedron.contract.py_func(x, hexahedron.minors.py_func(y, z)) / 64.0)
 
 
 def brick(size: tuple[float, float, float], counts: tuple[int, int, int]) -> Mesh:

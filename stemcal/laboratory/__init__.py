@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     from stemcal.fem.material import Material
     from stemcal.fem.mesh import Mesh
 
-
 Array = NDArray[np.float64]
 
 
@@ -63,8 +62,5 @@ class Kind:
         return np.zeros(mesh.nodes.shape, dtype=bool)
 
     def motion(self, mesh: Mesh, stem: Stem, loading: Loading, poisson_ratio: float) -> Array:
-        """Return the velocities of the nodes at the start (N, 3), mm/s.
-
-        They are those of the slow motion to come, so that nothing swings.
-        """
+        """Return the velocities of the nodes at the start (N, 3), mm/s: of the slow motion to come; nothing swings."""
         raise NotImplementedError

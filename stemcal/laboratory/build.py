@@ -7,8 +7,7 @@ from math import pi, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from stemcal.cutting.build import crowns, materials, through_layers, through_wall
-from stemcal.cutting.mirror_planes import mirrors
+from stemcal.cutting.build import crowns, materials, mirrors, through_layers, through_wall
 from stemcal.cutting.parts import SHARES, Discretisation, Loading, Stem
 from stemcal.fem.contact import Contact, Tool
 from stemcal.fem.material import Layers, Material
@@ -23,11 +22,7 @@ _FEWEST_LAYERS = 3
 
 @dataclass(frozen=True)
 class LaboratoryTest:
-    """Everything that determines one virtual test of a piece of stem other than cutting.
-
-    kind: What is done to the piece.
-    material, outer: That of the innermost layer, and those of the layers around it, from the outside.
-    """
+    """Everything that determines one virtual test of a piece of stem but cutting; materials as of `ShearTest`."""
 
     kind: Kind
     material: Material
@@ -39,10 +34,7 @@ class LaboratoryTest:
 
 
 def layered(stem: Stem, how: Discretisation) -> Discretisation:
-    """Return the discretisation with at least three elements through a wall, unless it has their number.
-
-    With one, thin walls wrinkled at three quarters of the travel.
-    """
+    """Return it with their number or three elements through a wall: with one, thin walls wrinkled at ¾ of travel."""
     if how.through_wall or not stem.diameter_ratio:
         return how
     return replace(how, through_wall=max(_FEWEST_LAYERS, through_wall(stem, how)))
@@ -107,14 +99,11 @@ def rounded(test: LaboratoryTest) -> LaboratoryTest:
     mesh = test.kind.mesh(stem, how)
     weights = _weights(test, mesh) if test.outer else 1.0
     meshed = float((weights * mesh.volumes()) @ _centres(mesh) ** moment) / (SHARES[how.symmetry] * stem.length)
-    whole = pi * _moment(test, moment + 2) / (1.0 if moment == 0 else 4.0)
-    return replace(test, stem=stem.wider((whole / meshed) ** (1.0 / (moment + 2))))
-
-
-def _moment(test: LaboratoryTest, power: int) -> float:
-    """Return Σ E (R^power − r^power) of the layers, E relative to that of the innermost one."""
-    moduli = [law.elastic_modulus / test.material.elastic_modulus for law in _laws(test)]
-    return sum(E * (high**power - low**power) for E, (low, high) in zip(moduli, pairwise(test.stem.radii), strict=True))
+    # Σ E (R^power − r^power) of the layers, E relative to that of the innermost one
+    power, moduli = moment + 2, [law.elastic_modulus / test.material.elastic_modulus for law in _laws(test)]
+    rings = zip(moduli, pairwise(stem.radii), strict=True)
+    whole = pi * sum(E * (high**power - low**power) for E, (low, high) in rings) / (1.0 if moment == 0 else 4.0)
+    return replace(test, stem=stem.wider((whole / meshed) ** (1.0 / power)))
 
 
 def _laws(test: LaboratoryTest) -> tuple[Material, ...]:

@@ -20,7 +20,6 @@ _SMALLER = "export fewer points, or split the file by specimen"
 _MODERN = b"PK\x03\x04"  # xlsx, and ods
 _OTHERS = (b"\xd0\xcf\x11\xe0", b"<html", b"<!doctype", b"<?xml", b"<table")  # xls, and what is called so
 
-
 _OLD = ("gb18030", "cp1252", "cp1250", "cp1251")
 _HEAD = 4000  # characters in which known words are looked for
 
@@ -108,7 +107,12 @@ def sheets(content: bytes, source: str) -> dict[str, list[Line]]:
             for row in sheet.iter_rows(values_only=True):
                 rows, cells = rows + 1, cells + len(row)
                 require_size(source, rows, cells)
-                lines.append(_line(row))
+                values = [int(v) if isinstance(v, float) and v.is_integer() else v for v in row]  # no decimal mark
+                texts = ["" if value is None else str(value).strip() for value in values]
+                while texts and not texts[-1]:
+                    texts.pop()
+                remark = len(texts) == 1 and texts[0].startswith("#")
+                lines.append(Line(" ".join(filter(None, texts)), texts, remark))
         return lines_of
     except UsageError:
         raise
@@ -116,12 +120,3 @@ def sheets(content: bytes, source: str) -> dict[str, list[Line]]:
         reason = f"{type(error).__name__}: {error}".splitlines()[0][:120]
         message = f"{source} cannot be read as an Excel workbook ({reason}); save the file again as .xlsx or CSV"
         raise UsageError(message) from None
-
-
-def _line(row: Sequence[object]) -> Line:
-    """Return a row of a sheet without the empty cells at its end; a whole number has no decimal mark."""
-    values = [int(value) if isinstance(value, float) and value.is_integer() else value for value in row]
-    cells = ["" if value is None else str(value).strip() for value in values]
-    while cells and not cells[-1]:
-        cells.pop()
-    return Line(" ".join(filter(None, cells)), cells, len(cells) == 1 and cells[0].startswith("#"))

@@ -183,10 +183,8 @@ def _repeated(table: TextTable, labels: Sequence[int], columns: Sequence[int]) -
     plain = all(re.fullmatch(r"\w+", table.columns[i]) for i in together)
     typed = ",".join(table.columns[i] if plain else str(i + 1) for i in together)
     better = typed if words and not _apart(table, together) else NONE
-    text = (
-        f"Rows that are not adjacent have the same label ({series(apart[:3])}). Their diameters are averaged as "
-        "repeated readings of one stem."
-    )
+    text = f"Rows that are not adjacent have the same label ({series(apart[:3])}). "
+    text += "Their diameters are averaged as repeated readings of one stem."
     remedy = Remedy(f"If they are different stems, use `--label-column {better}`.")
     yield Note("labels_repeated", "warning", text, remedy)
 
@@ -225,16 +223,13 @@ def _reading_columns(table: TextTable, labels: Sequence[int]) -> list[int]:
     numeric = [i for i in range(len(table.columns)) if i not in labels and not _words(table, i)]
     if len(numeric) == 1 and not table.headed:
         return numeric
-    raise UsageError(
-        f"{table.source}: no diameter column found among {columns_of(table)}; specify the column with "
-        "`--diameter-column`"
-    )
+    there = f"no diameter column found among {columns_of(table)}"
+    raise UsageError(f"{table.source}: {there}; specify the column with `--diameter-column`")
 
 
 def _proposed_grades(values: Sequence[float], step: float = 1.0) -> list[float]:
     """Return the fewest neighbouring grades, whole multiples of `step`, that hold 95 % of the stems."""
-    # half up, so that limits fall alike everywhere
-    numbers = sorted(math.floor(value / step + 0.5) for value in values)
+    numbers = sorted(math.floor(value / step + 0.5) for value in values)  # half up: limits fall alike everywhere
     needed = math.ceil(SHARE * len(numbers))
     spans = [(numbers[i + needed - 1] - numbers[i], numbers[i]) for i in range(len(numbers) - needed + 1)]
     centre = float(np.mean(numbers))
@@ -248,8 +243,7 @@ def _graded(values: Sequence[float], fit: Summary, grades: Sequence[float], step
     """Return every grade with the share of stems in it, counted and by the fitted normal distribution."""
     from scipy.special import ndtr
 
-    sd = fit.sd or 0.0
-    rows = []
+    sd, rows = fit.sd or 0.0, []
     for diameter in grades:
         low, high = diameter - step / 2, diameter + step / 2
         count = sum(low <= value < high for value in values)

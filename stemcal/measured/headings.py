@@ -148,7 +148,6 @@ MILLIMETRES = {
     "毫米": 1.0, "厘米": 10.0, "微米": 0.001, "мм": 1.0, "см": 10.0, "м": 1000.0, "мкм": 0.001,
 }  # fmt: skip
 # other content of a line of units, next to the columns that are wanted
-# other content of a line of units, next to the columns that are wanted
 _OTHER_UNITS = (
     *("s", "sec", "sek", "second", "seconds", "sekunden", "ms", "min", "h", "days", "cycles", "Hz", "deg", "rad", "秒"),
     *("毫秒", "分", "с", "сек", "мс", "мин", "ч", "초", "분", "sn", "dk"),
@@ -253,10 +252,8 @@ def names_and_units(above: Sequence[Sequence[str]], width: int) -> tuple[tuple[s
     named = tuple(_unit_in(name) for name in rows[heading])
     if units is None:
         return rows[heading], named, heading + 1
-    below = [_bare_unit(cell) or cell for cell in rows[units]]
-    agreed = tuple(
-        f"{b} or {n}" if b and n and b.casefold() != n.casefold() else b or n for b, n in zip(below, named, strict=True)
-    )
+    both = zip((_bare_unit(cell) or cell for cell in rows[units]), named, strict=True)
+    agreed = tuple(f"{b} or {n}" if b and n and b.casefold() != n.casefold() else b or n for b, n in both)
     return rows[heading], agreed, max(heading, units) + 1
 
 

@@ -44,10 +44,7 @@ class TestedSpecimen:
 
 @dataclass(frozen=True, kw_only=True)
 class _GradeForces(Spread):
-    """The maximum forces of one grade.
-
-    `travel` (mm) and `work` (mJ) are those from the preload to the maximum.
-    """
+    """The maximum forces of one grade. `travel` (mm) and `work` (mJ) are those from the preload to the maximum."""
 
     diameter: float
     summary: Summary = inline()
@@ -126,18 +123,13 @@ def measure_shear(
         grades.append(_GradeForces(diameter=nominal, summary=force, travel=travel, work=work))
     law = fit_power_law([s.diameter for s in specimens], [s.curve.max_force for s in specimens])
     excluded = [Note("excluded", "info", f"Specimen {name} is excluded by `--exclude`.") for name in exclude]
-    notes = (*excluded, *_not_there(listed, files, tested))
-    return ShearTests(specimens, tuple(grades), law, any(s.curve.synthetic for s in specimens), notes)
-
-
-def _not_there(index: Mapping[str, object], files: Sequence[Path], specimens: Sequence[TestedSpecimen]) -> list[Note]:
-    """Return a note on the names in the index that do not exist."""
-    there = {tail for path in files for tail in _tails(path)} | {s.name for s in specimens}
-    parts = {name: name.partition("#") for name in index}  # the specimen ``a.csv#1`` may be called ``a#1``
+    parts = {name: name.partition("#") for name in listed}  # the specimen ``a.csv#1`` may be called ``a#1``
     stems = {name: f"{Path(file).stem}{mark}{label}" for name, (file, mark, label) in parts.items()}
+    there = {*shared, *names}
     missing = [name for name, stem in stems.items() if name not in there and stem not in there]
     text = f"The index lists files that do not exist: {_some_of(missing)}."
-    return [Note("not_there", "warning", text)] if missing else []
+    notes = (*excluded, *([Note("not_there", "warning", text)] if missing else []))
+    return ShearTests(specimens, tuple(grades), law, any(s.curve.synthetic for s in specimens), notes)
 
 
 def _tails(path: Path) -> list[str]:
@@ -188,10 +180,8 @@ def read_index(path: Path) -> dict[str, tuple[float, float | None]]:
             raise UsageError(f"{place}: {quoted(cells[diameter])} is not a diameter")
         nominal = table.number(row, grade[0]) if grade else None
         known = checked_diameter(value * scale, place)
-        index[cells[name].replace("\\", "/").removeprefix("./")] = (
-            known,
-            None if nominal is None else checked_diameter(nominal, place),
-        )
+        file = cells[name].replace("\\", "/").removeprefix("./")
+        index[file] = known, None if nominal is None else checked_diameter(nominal, place)
     return index
 
 
@@ -202,9 +192,8 @@ def _specimens(
     try:
         curves = read_curves(path, how)
     except UsageError as error:
-        raise UsageError(
-            str(error) if str(path) in str(error) or "--" in str(error)[:2] else f"{path}: {error}"
-        ) from None
+        known = str(path) in str(error) or "--" in str(error)[:2]
+        raise UsageError(str(error) if known else f"{path}: {error}") from None
     return [_specimen(path, f"{base}#{c.label}" if c.label else base, c, index) for c in curves]
 
 
@@ -233,10 +222,7 @@ def _named_grade(path: Path) -> float | None:
 
 
 def target_rows(tests: ShearTests, work: bool = False) -> list[str]:
-    """Return a row in YAML for every grade: mean, standard deviation and number of specimens; also comments.
-
-    Each row has the travel at the maximum, and with `work` the work up to it.
-    """
+    """Return a row in YAML for every grade: means (the `work` if asked for), sd, number of specimens; also comments."""
     rows = ["# SYNTHETIC data, not measured"] if tests.synthetic else []
     for grade in tests.grades:
         means = {"force": (grade.summary, "N"), "travel": (grade.travel, "mm")}

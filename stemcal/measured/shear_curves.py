@@ -88,9 +88,7 @@ class ShearCurve:
 def read_curves(path: Path, how: CurveOptions = CurveOptions()) -> list[ShearCurve]:
     """Return the curves of all specimens in a file, side by side or on separate sheets."""
     tables = read_tables(path, how.form)
-    curves: list[ShearCurve] = []
-    skipped: list[Note] = []
-    failure = None
+    curves, skipped, failure = list[ShearCurve](), list[Note](), None
     for table in tables:
         try:
             pairs, notes = _pairs(table, how)
@@ -115,10 +113,8 @@ def _pairs(table: TextTable, how: CurveOptions) -> tuple[list[tuple[int, int]], 
     notes: list[Note] = []
     forces = _columns(table, "force", how.force_column, FORCE, NEWTONS)
     travels = _columns(table, "displacement", how.displacement_column, TRAVEL, MILLIMETRES)
-    apart = (
-        (how.force_column is None and not _are_alike(table, forces)),
-        (how.displacement_column is None and not _are_alike(table, travels)),
-    )
+    given = ((how.force_column, forces), (how.displacement_column, travels))
+    apart = [column is None and not _are_alike(table, each) for column, each in given]
     if apart[0] and len(travels) == 1:
         forces = _first(table, "force", forces, notes)
     if apart[1] and len(forces) == 1:
@@ -130,12 +126,9 @@ def _pairs(table: TextTable, how: CurveOptions) -> tuple[list[tuple[int, int]], 
             notes.append(Note("shared_displacement", "caution", text, remedy))
         travels = travels * len(forces)
     if len(travels) != len(forces) or (len(forces) > 1 and any(apart)):
-        raise UsageError(
-            f"{table.source}: {counted(len(forces), 'force column')} and "
-            f"{counted(len(travels), 'displacement column')} found among "
-            f"{columns_of(table)}; specify an equal number of each, as in `--force-column 2,4 "
-            "--displacement-column 1,3`"
-        )
+        found = f"{counted(len(forces), 'force column')} and {counted(len(travels), 'displacement column')} found"
+        equal = "specify an equal number of each, as in `--force-column 2,4 --displacement-column 1,3`"
+        raise UsageError(f"{table.source}: {found} among {columns_of(table)}; {equal}")
     pairs = list(zip(travels, forces, strict=True))
     if any(travel == force for travel, force in pairs):
         raise UsageError(f"{table.source}: the same column was given for force and displacement; {_NAME_THEM}")
@@ -181,8 +174,7 @@ def _curves_of(
     sheet, stated = table.sheet if several else "", None
     if len(pairs) == 1 and (match := next(filter(None, map(_STATED.search, table.preamble)), None)) is not None:
         stated = float(match[1].replace(",", ".")) * (10.0 if match[2] == "cm" else 1.0)
-    curves: list[ShearCurve] = []
-    begin = 0
+    curves, begin = list[ShearCurve](), 0
     for number, pair in enumerate(pairs, 1):
         above = [label for label in table.labels[begin : max(pair) + 1] if label]
         begin = max(pair) + 1
@@ -202,15 +194,12 @@ def _curve(table: TextTable, across: int, up: int, how: CurveOptions, notes: lis
     for column in (across, up):
         if all(table.number(row, column) is None for row in range(len(table.rows))):
             held = next((cells[column] for cells in table.rows if not is_missing(cells[column])), "empty cells")
-            raise UsageError(
-                f"{table.source}: column {quoted(table.columns[column])} contains {quoted(held)} instead of numbers"
-            )
+            where = f"{table.source}: column {quoted(table.columns[column])}"
+            raise UsageError(f"{where} contains {quoted(held)} instead of numbers")
     rows, omitted = _usable(table, across, up)
     if len(rows.rows) < _FEWEST:
-        raise UsageError(
-            f"{table.source}: the curve has only {counted(len(rows.rows), 'point')}; use a file with at least "
-            f"{_FEWEST} points"
-        )
+        few = f"the curve has only {counted(len(rows.rows), 'point')}"
+        raise UsageError(f"{table.source}: {few}; use a file with at least {_FEWEST} points")
     wanted = {
         "force": (up, NEWTONS, "N", how.force_unit),
         "displacement": (across, MILLIMETRES, "mm", how.displacement_unit),
@@ -243,10 +232,9 @@ def _require_one_curve(table: TextTable, travel: Array, force: Array) -> None:
     """
     steps = np.diff(travel) * np.sign(travel[np.argmax(np.abs(travel - travel[0]))] - travel[0])
     back = int(np.argmin(steps)) + 1
-    again = np.abs(force[back:]).max() > 0.5 * np.abs(force[:back]).max() and np.ptp(travel[back:]) > 0.2 * np.ptp(
-        travel
-    )
-    if -steps[back - 1] > 0.5 * np.ptp(travel) and again and len(force) - back >= _FEWEST:
+    way = np.ptp(travel)
+    again = np.abs(force[back:]).max() > 0.5 * np.abs(force[:back]).max() and np.ptp(travel[back:]) > 0.2 * way
+    if -steps[back - 1] > 0.5 * way and again and len(force) - back >= _FEWEST:
         raise UsageError(
             f"{table.source}: the displacement jumps from {travel[back - 1]:.4g} to {travel[back]:.4g} mm at row "
             f"{back + 1} of the numbers, and the force rises again: the file contains several curves; save each curve "

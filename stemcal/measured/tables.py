@@ -120,10 +120,8 @@ def _of_workbook(content: bytes, path: Path, form: Form) -> list[TextTable]:
     lines_of = sheets(content, str(path))
     if form.sheet is not None:
         if form.sheet not in lines_of:
-            raise UsageError(
-                f"{path}: the workbook has no sheet {quoted(form.sheet)}; its sheets are "
-                f"{', '.join(map(quoted, lines_of))}"
-            )
+            known = ", ".join(map(quoted, lines_of))
+            raise UsageError(f"{path}: the workbook has no sheet {quoted(form.sheet)}; its sheets are {known}")
         lines_of = {form.sheet: lines_of[form.sheet]}
     marks = [_named(form.decimal, DECIMALS, "--decimal")] if form.decimal else list(DECIMALS.values())
     tables = []
@@ -223,8 +221,7 @@ def _data_run(lines: Sequence[Line], decimal: str, ragged: bool) -> _Run:
         if line.remark or all(as_number(cell, decimal) is None for cell in line.cells):
             width = filled = 0
             continue
-        continues = len(line.cells) == width or (ragged and filled >= _SETTLED and len(line.cells) < width)
-        if not continues:
+        if len(line.cells) != width and not (ragged and filled >= _SETTLED and len(line.cells) < width):
             begin, width, filled = index, len(line.cells), 0
         filled += 1
         if filled > most:
@@ -245,10 +242,8 @@ def _without_headings(lines: Sequence[Line], run: _Run) -> _Run:
     begin = run.begin
     for index in full[:_MOST_ABOVE]:
         cells = lines[index].cells
-        words = any(
-            below and not _is_number(cell) and not is_missing(cell) for cell, below in zip(cells, numeric, strict=False)
-        )
-        if words and is_heading(cells):
+        over = [cell for cell, below in zip(cells, numeric, strict=False) if below]
+        if is_heading(cells) and any(not _is_number(cell) and not is_missing(cell) for cell in over):
             begin = index + 1
     return run._replace(begin=begin)
 

@@ -20,7 +20,6 @@ from stemcal.study.model.study import Study
 # Of a virtual test: points of its history, the share of the loading that force and strain rate are smoothed over.
 _OUTPUTS, _SMOOTHED = 400, 0.01
 
-
 # A run whose energy balance is off by more than this is no answer, percent; of laboratory tests until the break.
 _WORST_DRIFT = 5.0
 # Nor is one whose contact has created more than this share of the tool's work, percent (`CuttingResult`).

@@ -35,7 +35,6 @@ REDUCTIONS: dict[str, Callable[[Array], float]] = {
     "last": lambda y: y[-1],
 }
 
-
 _Series = tuple[Sequence[float], Sequence[float] | None]
 """Numbers, and what they are plotted along if that is known."""
 
@@ -197,7 +196,6 @@ _MARK = "[,'’_\u00a0\u2009\u202f]"
 _AFTER = re.compile(rf"{_MARK}\d", re.ASCII)
 _BEFORE = re.compile(rf"\d{_MARK}$|[-−–.]$", re.ASCII)
 _COLUMNS = re.compile(r"\.\{\d+\}\)")  # a group of a fixed width: columns may touch
-
 
 # A thousand and its hundreds, apart: nothing next to them is a number, as it would be in a row of a table.
 _GROUPED = re.compile(r"(?<![\d.,])(?<!\d )[1-9]\d{0,2}( \d{3})+(\.\d+)?(?! ?[\d.,+-])", re.ASCII)

@@ -17,7 +17,6 @@ from stemcal.storage.atomic import write_atomic
 
 __all__ = ["Deck", "DeckForm", "deck_text"]
 
-
 _SECTIONS = ("specimen", "blade", "supports", "loading", "contact")
 # Options that change no answer, or whose files are known by their content.
 _APART = {"environment", "time_limit", "files", "home"}

@@ -23,7 +23,6 @@ STARTER_INPUT = "run_0000.rad"  # around the deck, where that alone does not say
 # Without it the time histories have no titles, and th_to_csv leaves impulses instead of forces.
 TITLES = "/TH/TITLE"
 
-
 _STEEL_DENSITY = 7.8e-09  # of blade and supports, Table 2 of the published study, t/mm³
 # Of tools that are held: the density over the stem's, and what they never reach.
 _HEAVY, _NEVER = 100.0, 1e6
