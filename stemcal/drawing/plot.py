@@ -23,11 +23,7 @@ _ROUNDED = ("x", "y", "width", "height", "transform")
 
 @dataclass(frozen=True)
 class Plot:
-    """A figure: its name, its section, its caption, and what draws it.
-
-    Figures that are not `on_page` are drawn by `stemcal export figures` alone; a `detail` is folded on the page. One
-    that `claims` intervals is shown of a calibrated study only.
-    """
+    """A figure and what draws it; not all are `on_page`, a `detail` is folded, `claims` needs a calibrated study."""
 
     name: str
     section: str

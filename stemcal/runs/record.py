@@ -1,7 +1,4 @@
-"""A run and its record: its key, whether it is final, how a stage counts it; the mean of replicates.
-
-Accidents are tried again; a stroke that ended too early gives a lower bound.
-"""
+"""A run and its record: key, whether it is final, outcome (a bound if the stroke was short), mean of replicates."""
 
 import math
 import time

@@ -154,10 +154,7 @@ def _resolved(
 
 
 def across_from(given: Mapping[str, Any], along: Mapping[str, float]) -> dict[str, float]:
-    """Return the properties across the axis in MPa, with the defaults of those that are not given.
-
-    1/G = 1/E + (1 + 2ν)/E_T is de Saint-Venant's estimate, exact for an isotropic material.
-    """
+    """Return properties across the axis, MPa; default 1/G = 1/E + (1 + 2ν)/E_T (de Saint-Venant; isotropic: exact)."""
     E, nu, sigma = along["elastic_modulus"], along["poisson_ratio"], along["yield_stress"]
     E_t = given["elastic_modulus"].of(E) if "elastic_modulus" in given else E
     across = given["yield_stress"].of(sigma) if "yield_stress" in given else sigma

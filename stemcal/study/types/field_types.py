@@ -43,11 +43,7 @@ def complain(message: str, remedy: str = "") -> PydanticCustomError:
 
 
 class Frozen(BaseModel):
-    """Immutable, no unknown keys, finite numbers only.
-
-    The section of a stage has `rules`, functions of a draft that yield mistakes, and `doubts`, a function of a study
-    that yields values that are possible but probably mistakes.
-    """
+    """Immutable, no unknown keys, finite numbers; of a stage, `rules` yield mistakes and `doubts` probable ones."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, defer_build=True)
     rules: ClassVar[tuple[Callable[[Any], Iterator[Any]], ...]] = ()
