@@ -53,9 +53,8 @@ def inputs_of(study: Study, solver: Solver | None, folder: StudyFolder, stage: s
     parts |= {name: dump[name] for name in of.reads}
     if study.tests:
         parts["tests"] = dump["tests"]
-        parts |= {
-            f"package of {test.kind}": package for test in study.tests if (package := TESTS.version_of(test.kind))
-        }
+        versions = ((test.kind, TESTS.version_of(test.kind)) for test in study.tests)
+        parts |= {f"package of {kind}": version for kind, version in versions if version}
     if study.targets.modes:
         parts["curves"] = [vars(modes) for modes in study.targets.modes.values()]
     parts |= packages_of(named.name for named in study.naming.further)

@@ -93,8 +93,7 @@ def a_stage(kind: type[R]) -> Callable[[Callable[[Work, Head], R]], Callable[...
                     )
                 if (before := own.needs(study)) is not None:
                     require_fresh(study, work.solver, folder, before)
-                head = head_of(study, work.solver, folder, kind.name)
-                return leave(folder, found(work, head))
+                return leave(folder, found(work, head_of(study, work.solver, folder, kind.name)))
 
         del stage.__wrapped__  # otherwise `inspect.signature` shows the arguments of the inner function
         return stage

@@ -65,8 +65,7 @@ def _notes(rows: Sequence[ClimbRow], best: ClimbRow, reached: bool, names: Wordi
     if not reached:
         before = f"before the {names.response.long} reached the target. The target may be out of reach."
         text = f"Steepest ascent ended at the limits of the factor ranges {before}"
-        widen = Remedy("Widen the factor ranges, or check the target value.")
-        yield Note("target_not_passed", "warning", text, widen)
+        yield Note("target_not_passed", "warning", text, Remedy("Widen the factor ranges, or check the target value."))
 
 
 def _walk(study: Study, names: list[str], screened: ScreenResult, simulate: SimulateAt) -> list[ClimbRow]:
@@ -124,8 +123,7 @@ def later(study: Study) -> Later | None:
     when = "simultaneously" if options.at_once else "one after another"
     text = f"Steepest ascent requires at most {counted(options.steps + 1, 'additional run')}, simulated {when}."
     note = Note("decided_later", "caution", text)
-    step = Request("climb", 0, study.midlevels(), study.targets.calibrate_at)
-    return Later([[step]] * (options.steps // 2), note)
+    return Later([[Request("climb", 0, study.midlevels(), study.targets.calibrate_at)]] * (options.steps // 2), note)
 
 
 def _path(study: Study, names: list[str], screened: ScreenResult, rise: bool) -> Array:

@@ -206,7 +206,6 @@ class InvertResult(StageResult):
 
     @property
     def prediction(self) -> Prediction | None:
-        """The largest error of a measured value that is predicted from a fit to the others."""
         joint = self.joint
         if joint is None or joint.max_abs_left_out_error_percent is None:
             return None

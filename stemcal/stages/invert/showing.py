@@ -30,8 +30,7 @@ class InvertShowing(Showing[InvertResult]):
         return words.outcome(result, names)
 
     def tables(self, result: InvertResult, names: Wording) -> list[Table]:
-        joint = [] if result.joint is None else [_joint_table(result.joint, names)]
-        return [calibration_table(result, names), *joint]
+        return [calibration_table(result, names), *([_joint_table(result.joint, names)] if result.joint else [])]
 
     def figures(self, result: InvertResult, setting: Setting) -> list[Plot]:
         units = {name: setting.study.factor(name).unit for name in result.point.solution}

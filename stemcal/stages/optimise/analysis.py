@@ -82,9 +82,6 @@ def problem_of(study: Study, surface: RsmResult) -> Problem:
     return Problem(surfaces, study.goal.signs, study.goal.at_most, surface.region)
 
 
-# ---- the cutters and their simulations
-
-
 def _cutters(study: Study, surface: RsmResult, problem: Problem, found: Optimum) -> list[Cutter]:
     """Return the optimum, the present cutter and the ends of the front, not simulated yet."""
     ends = {f"front {n}": found.front[i] for n, i in enumerate((0, -1), 1) if found.front}
@@ -130,9 +127,6 @@ def _in_materials(work: Work, cutters: Sequence[Cutter]) -> list[Cutter]:
     return found
 
 
-# ---- the gain
-
-
 def gain_of(
     key: str, sign: float, fitted: Surface, cutters: Sequence[Cutter], elsewhere: Sequence[Cutter]
 ) -> tuple[Gain, dict[str, float]] | None:
@@ -156,9 +150,6 @@ def gain_of(
     sources["runs"] = 100.0 * (fitted.mean_square * fitted.own_scatter / n) ** 0.5 * hypot(1.0, o / p) / abs(p)
     half = hypot(t_quantile(0.95, fitted.df) * sources["runs"], _NORMAL * sources.get("material", 0.0))
     return (g, g - half, g + half), sources
-
-
-# ---- the optimum on the surfaces
 
 
 def _edges(study: Study, surface: RsmResult, x: Array) -> dict[str, str]:
@@ -197,9 +188,6 @@ def _notes(study: Study, found: Optimum, gains: Mapping[str, tuple[Gain, dict[st
         if not study.materials:
             text += " The uncertainty of the material is not included; use `material: {from: FOLDER}` to include it."
         yield Note("gain_sources", "info", text)
-
-
-# ---- before it runs
 
 
 def foresee(study: Study, solver: Solver, folder: StudyFolder | None) -> Asked:

@@ -101,9 +101,6 @@ def _finished(taken: Taken, source: Study, place: StudyFolder, spec: str) -> Res
     return None if taken.findings else results
 
 
-# ---- the sections
-
-
 def calibrated_sections(source: Study, levels: Mapping[str, float]) -> dict[str, Any]:
     """Return the sections of the material of a study at these levels."""
     found = source.at(levels)  # with the friction
@@ -169,9 +166,6 @@ def _take(
         ends = f"{min(measured):g} to {max(measured):g} mm"
         message = f"{diameter:g} mm is outside the diameters of the calibration ({ends})"
         taken.find(message, "use a diameter within them", ("specimen", "outer_diameter"))
-
-
-# ---- other materials that the calibration allows
 
 
 def _other_levels(source: Study, results: Results) -> Iterator[dict[str, float]]:

@@ -69,7 +69,6 @@ class OptimiseResult(StageResult):
 
     @property
     def best(self) -> tuple[dict[str, float], dict[str, float]]:
-        """The levels of both cutters."""
         return self.optimum, self.present_levels
 
     @property

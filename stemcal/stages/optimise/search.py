@@ -127,9 +127,6 @@ def find_optimum(problem: Problem) -> Optimum:
     return Optimum(problem.least(weights), weights, (*front, ends[1]))
 
 
-# ---- where the optimum may be
-
-
 def intervals_of(problem: Problem, found: Optimum) -> dict[str, tuple[float, float]] | None:
     """Return the coded 95 % interval of each factor at the optimum; None without an error of the surface.
 

@@ -37,8 +37,7 @@ class OptimiseShowing(Showing[OptimiseResult]):
             "Pareto front on the response surfaces (line), runs of the design (grey), and the simulated optimum and "
             "present cutter. On the front, one response improves only if the other gets worse."
         )
-        surface = setting.results.of(RsmResult)
-        return [Plot("pareto-front", "optimise", text, partial(draw_front, result, surface))]
+        return [Plot("pareto-front", "optimise", text, partial(draw_front, result, setting.results.of(RsmResult)))]
 
 
 def _levels_table(result: OptimiseResult, names: Wording) -> Table:

@@ -44,8 +44,7 @@ def refine(work: Work, head: Head) -> RefineResult:
         steps = SurfaceSteps(work.study, work.result(Surfaces), work.result(InvertResult))
     else:
         steps = SecantSteps(work.study, options.tolerance_percent)
-    simulate = work.simulating("refine", pictured=True)
-    loop = Loop(steps, simulate, options.tolerance_percent, most_runs(work.study))
+    loop = Loop(steps, work.simulating("refine", pictured=True), options.tolerance_percent, most_runs(work.study))
     loop.run()
     return _result(head, work, loop, steps.means, work.study.calibration_target.response, free=steps.undetermined)
 
@@ -117,9 +116,6 @@ def _model(work: Work, loop: Loop) -> SimulatedBy:
     return SimulatedBy(solver.program_name, version or None, work.solver.settings_that_matter(at))
 
 
-# ---- in another model: which factors move, and how far
-
-
 def _path(work: Work, there: Work, options: RefineOptions, start: Mapping[str, float]) -> SearchPath:
     """Return the path along the factors that may move, from the calibrated point."""
     surface = work.result(Surfaces)
@@ -181,9 +177,6 @@ def later(study: Study) -> Later | None:
     most, moved = most_runs(study), 0 if has_surface(study) else min(len(study.factors), len(conditions))
     text = f"The refinement requires at most {counted(most, 'additional run')}, simulated one after another."
     return Later([round_] * min(_USUAL_ROUNDS + moved, most), Note("decided_later", "caution", text))
-
-
-# ---- notes
 
 
 def refine_notes(stage: RefineResult) -> list[Note]:

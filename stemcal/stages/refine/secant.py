@@ -89,8 +89,6 @@ class SecantSteps(MeanSteps):
         """Check for factors at the ends of their ranges."""
         return "out_of_reach" if self.determined and not self._free() else "settled"
 
-    # ---- what a factor changes
-
     def _probed(self, j: int) -> Array:
         """Return the best point with one factor moved, as if the response were proportional to it."""
         found, factor, sign = self.best.coded.copy(), self.factors[j], 1.0
@@ -112,8 +110,6 @@ class SecantSteps(MeanSteps):
     def _free(self) -> list[int]:
         """Return the determined factors that are not at an end of their range."""
         return [j for j in self.determined if abs(self.best.coded[j]) < _END]
-
-    # ---- a step
 
     def _step(self) -> PointToTry | None:
         from scipy.optimize import least_squares

@@ -73,8 +73,7 @@ class MeanSteps:
         if self.failed or not self.learn(Trial(point.place, values)):
             return JudgedPoint(point)
         pairs = zip(self.means, values.tolist(), strict=True)
-        errors = [error_percent(mean.value, value) or 0.0 for mean, value in pairs if mean.leads]
-        worst = max(errors, key=abs)
+        worst = max((error_percent(mean.value, value) or 0.0 for mean, value in pairs if mean.leads), key=abs)
         return JudgedPoint(point, worst, self._missed(self.trials[-1]) if self.joint else abs(worst))
 
     def learn(self, trial: Trial) -> bool:
@@ -153,7 +152,6 @@ class SurfaceSteps(MeanSteps):
         return PointToTry(levels, how, coded, predicted)
 
     def learn(self, trial: Trial) -> bool:
-        """Include a trial in the surfaces."""
         self.trials.append(trial)
         self.surfaces = self._refitted()
         return True
@@ -161,9 +159,6 @@ class SurfaceSteps(MeanSteps):
     def _refitted(self) -> list[AnySurface]:
         """Return the surface of every measured mean, fitted to the design and the points so far."""
         return fitted_surfaces(self.study, self.surface, [(t.coded, t.responses) for t in self.trials])
-
-
-# ---- to one response
 
 
 def nearest_trial(trials: Sequence[Trial], target: float) -> Trial:
@@ -217,9 +212,6 @@ def _between(best: Trial, other: Trial, target: float) -> Array:
     """Interpolate between two trials to the target, staying off the very ends."""
     share = (target - best.response) / (other.response - best.response)
     return np.asarray(best.coded + np.clip(share, 0.1, 0.9) * (other.coded - best.coded))
-
-
-# ---- several responses together
 
 
 def through(fit: Fit, surfaces: Sequence[AnySurface], trial: Trial) -> Fit:

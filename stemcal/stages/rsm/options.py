@@ -166,8 +166,7 @@ def growing_with(study: Study, names: Sequence[str]) -> dict[str, tuple[str, flo
 
 def dimensions(study: Study, names: Sequence[str]) -> int:
     """Return the number of coordinates of the surface of these factors."""
-    over = study.of(RsmOptions).over == "conditions"
-    return len(names) + (1 - len(growing_with(study, names)) if over else 0)
+    return len(names) + (1 - len(growing_with(study, names)) if study.of(RsmOptions).over == "conditions" else 0)
 
 
 _MOST_CCD_FACTORS = 8

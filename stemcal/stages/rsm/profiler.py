@@ -91,8 +91,7 @@ def _surface(study: Study, mean: Measured, surface: AnySurface) -> dict[str, Any
 def _where(surface: AnySurface) -> dict[str, Any]:
     """Return the runs; of a surface over factors and conditions, whose runs are elsewhere, how it is seen here."""
     if not isinstance(surface, Section):
-        points = zip(surface.design.tolist(), surface.response.tolist(), strict=True)
-        return {"runs": [[*x, y] for x, y in points]}
+        return {"runs": [[*x, y] for x, y in zip(surface.design.tolist(), surface.response.tolist(), strict=True)]}
     factors, start, rate, exponents = surface.place.coordinates
     seen = {"factors": factors, "start": start.tolist(), "rate": rate.tolist(), "exponents": exponents}
     seen |= {"condition": surface.place.condition, "logarithm": surface.logarithm}

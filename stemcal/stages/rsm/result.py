@@ -45,8 +45,6 @@ class RsmResult(Surfaces, FitStatistics):
     deterministic: bool = absent(False)  # equal inputs are known to give equal answers
     notes: tuple[Note, ...] = ()
 
-    # ---- the fit
-
     @property
     def regressed(self) -> Vocabulary:
         """How the quadratic names responses: where it is of the logarithm, the first of them is that."""
@@ -69,8 +67,6 @@ class RsmResult(Surfaces, FitStatistics):
         """Return the force at these levels (units of the spec; other factors are passed over) with its intervals."""
         coded = self.scales.to_coded([levels[name] for name in self.names])
         return assess_point(self.fitted, coded, radius=self.radius)
-
-    # ---- what others read
 
     def sign_of(self, factor: str) -> Literal["+", "-"] | None:
         """Return the sign of the slope at the centre where its 95 % interval excludes 0."""

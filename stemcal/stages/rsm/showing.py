@@ -110,8 +110,7 @@ def equation(coefficients: Sequence[Coefficient], symbols: Mapping[str, str], re
     text, places = "", response_decimals(response, [row.value for row in coefficients if row.term != ONE])
     for row in coefficients:
         size = fixed(abs(row.value), places) + ("" if row.term == ONE else f"·{written(row.term, symbols)}")
-        sign = "−" if row.value < 0.0 else "+"
-        text += f" {sign} {size}" if text else f"{'−' if row.value < 0.0 else ''}{size}"
+        text += f" {'−' if row.value < 0.0 else '+'} {size}" if text else f"{'−' if row.value < 0.0 else ''}{size}"
     return f"{response.symbol} = {text}"
 
 

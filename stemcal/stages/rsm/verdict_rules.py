@@ -207,9 +207,6 @@ def _lost(evidence: Evidence) -> Iterator[Note]:
     yield Note("failed_runs", "error", f"{text} {where}".rstrip(), remedy)
 
 
-# ---- what the surface reaches, and whether it can be believed
-
-
 @ranked(Rank.REACH)
 def out_of_reach(evidence: Evidence) -> Iterator[Note]:
     """Yield a single target that the surface does not reach inside the ranges."""

@@ -79,7 +79,6 @@ class ScreenResult(StageResult, Screening):
         return next(effect for effect in self.effects if effect.factor == factor)
 
     def sign_of(self, factor: str) -> Literal["+", "-"] | None:
-        """Return the sign of a significant effect."""
         effect = self.effect(factor).effect if factor in self.significant else 0.0
         return "+" if effect > 0.0 else "-" if effect < 0.0 else None
 

@@ -37,8 +37,7 @@ def validate(work: Work, head: Head) -> ValidateResult:
     """Simulate at every measured condition with the calibrated parameters."""
     parameters = calibrated_parameters(work.study, work.solver, work.folder)
     study, solver = work.study, work.solver
-    requests = requests_at(study, parameters)
-    runs = work.outcomes(requests)
+    runs = work.outcomes(requests_at(study, parameters))
     outcomes, targets = merged(runs, study.solver.repeats), study.targets.means
     compared = compare_conditions(
         [target.condition for target in targets],

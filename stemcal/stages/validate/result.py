@@ -125,5 +125,4 @@ class ValidateResult(StageResult):
     def runs(self) -> Iterator[tuple[str, Outcome]]:
         names = Wording(self.naming)
         for number, row in enumerate(self.rows, 1):
-            label = names.conditions([row.compared.condition]) if names.placed else f"{self.name} {number}"
-            yield label, row.outcome
+            yield names.conditions([row.compared.condition]) if names.placed else f"{self.name} {number}", row.outcome

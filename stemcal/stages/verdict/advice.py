@@ -104,8 +104,7 @@ def from_the_edge(study: Study, surface: Surfaces, coded: Sequence[float]) -> Re
         factor, up = study.factor(surface.names[j]), bool(coded[j] > 0.0)
         if up or _above_zero(factor) >= 0.5:
             return _widened(factor, up, 0.5)
-    end = surface.names[order[0]]
-    return Remedy(f"Add another factor because the range of {end} cannot be widened.")
+    return Remedy(f"Add another factor because the range of {surface.names[order[0]]} cannot be widened.")
 
 
 def fit_all(study: Study, over: str, then: str = "") -> Remedy:

@@ -43,10 +43,7 @@ def direction_reason(evidence: Evidence, surface: Surfaces, solution: Mapping[st
 def _required(
     study: Study, surface: Surfaces, solution: Mapping[str, float], across: bool
 ) -> tuple[list[str], float, float] | None:
-    """Return the tests along or across the axis, the factor on E that their slopes require, its relative error.
-
-    The factor is the geometric mean over tests and diameters; its error is NaN if a scatter is not known.
-    """
+    """Return tests along or across, the factor on E of their slopes (geometric mean), its relative error or NaN."""
     point = surface.scales.to_coded([solution[name] for name in surface.names])
     tests = {test.called("slope"): test.name for test in study.tests if test.across_axis is across}
     rows = [

@@ -91,8 +91,6 @@ def _doubts(details: Mapping[str, Any]) -> _Doubts | None:
     return found | ({"stroke": None} if details.get("stroke_was_enough") is False else {})
 
 
-# ---- what brings a doubt below its limit
-
 # What has to fall below a limit is aimed at this part of it: runs of one study scatter about their mean.
 _SAFELY = 0.5
 # Finer elements are recommended up to this many times the time of a run.

@@ -214,8 +214,7 @@ def _other_stems(study: Study, fitted: Fitted) -> str:
     """
     if study.is_layered or not study.kind.has_layers:
         return ""
-    ratio = np.log(fitted.measured / fitted.predicted)
-    missing = float(np.polyfit(np.log(fitted.diameters), ratio, 1)[0])
+    missing = float(np.polyfit(np.log(fitted.diameters), np.log(fitted.measured / fitted.predicted), 1)[0])
     return (
         f" Compare with stems that do not grow: the exponent of the simulated force is {abs(missing):.2f} too "
         f"{'low' if missing > 0.0 else 'high'}. Fibres (`material: {{transverse: {{yield_stress: 0.33}}}}`) increase "
