@@ -160,7 +160,7 @@ class InvertResult(StageResult):
     point: Point = inline()
     ranges: dict[str, Interval]
     coded_ranges: dict[str, Interval]
-    rule: str
+    rule: Literal["least_coded_distance", "others_at_centre", "joint_least_squares"]
     radius: float | None = None
     certainty: Certainty
     condition: float

@@ -101,11 +101,10 @@ def calibration_table(stage: InvertResult, names: Wording, refined: Mapping[str,
         Column("range", RANGE, form=str, claims=True),
         Column("coded", "Coded", form=to_decimals(3)),
     ]
-    rule = _RULES[stage.rule] if stage.joint is None else "least squares over all fitted values"
     where = (
         f"The calibration target is {names.quantity(stage.target, '.6g')}, and the predicted value at the calibrated "
-        f"point is {names.quantity(point.predicted)}. The calibrated point, determined by {rule}, is at a coded "
-        f"distance of {point.coded_radius:.3f} from the design centre."
+        f"point is {names.quantity(point.predicted)}. The calibrated point, determined by "
+        f"{_RULES[stage.rule]}, is at a coded distance of {point.coded_radius:.3f} from the design centre."
     )
     mean, run = (
         MISSING if bounds is None else names.quantities(bounds)
@@ -123,6 +122,7 @@ def calibration_table(stage: InvertResult, names: Wording, refined: Mapping[str,
 _RULES = {
     "least_coded_distance": "the smallest coded distance",
     "others_at_centre": "the strongest factor with all others at their centre values",
+    "joint_least_squares": "least squares over all fitted values",
 }
 
 
