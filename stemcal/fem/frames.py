@@ -74,34 +74,17 @@ def _von_mises(stress: Array) -> Array:
 def _write_vtu(
     path: Path, nodes: Values, hexes: Values, point_data: Mapping[str, Values], cell_data: Mapping[str, Values]
 ) -> None:
-    """Write hexahedra with data at nodes and in cells.
-
-    nodes: mm.
-    hexes: In VTK's order, which is that of `fem.mesh`.
-    point_data, cell_data: Arrays (N,) or (N, c), and (E,) or (E, c), by name.
-    """
+    """Write hexahedra (VTK's order is that of `fem.mesh`), mm, with data of nodes (N,) or (N, c) and of cells alike."""
     count = len(hexes)
-    cells = [
-        _data_array("connectivity", hexes.astype(np.int64).ravel()),
-        _data_array("offsets", np.arange(8, 8 * count + 1, 8, dtype=np.int64)),
-        _data_array("types", np.full(count, _VTK_HEXAHEDRON, dtype=np.uint8)),
-    ]
-    body = "\n".join(
-        [
-            "<Points>",
-            _data_array("Points", np.asarray(nodes, dtype=np.float64)),
-            "</Points>",
-            "<Cells>",
-            *cells,
-            "</Cells>",
-            "<PointData>",
-            *(_data_array(name, values) for name, values in point_data.items()),
-            "</PointData>",
-            "<CellData>",
-            *(_data_array(name, values) for name, values in cell_data.items()),
-            "</CellData>",
-        ]
-    )
+    cells: dict[str, Values] = {
+        "connectivity": hexes.astype(np.int64).ravel(),
+        "offsets": np.arange(8, 8 * count + 1, 8, dtype=np.int64),
+        "types": np.full(count, _VTK_HEXAHEDRON, dtype=np.uint8),
+    }
+    points: dict[str, Values] = {"Points": np.asarray(nodes, dtype=np.float64)}
+    parts = {"Points": points, "Cells": cells, "PointData": point_data, "CellData": cell_data}
+    arrays = {name: map(_data_array, each.keys(), each.values()) for name, each in parts.items()}
+    body = "\n".join("\n".join([f"<{name}>", *each, f"</{name}>"]) for name, each in arrays.items())
     piece = f'<Piece NumberOfPoints="{len(nodes)}" NumberOfCells="{count}">\n{body}\n</Piece>'
     _write(path, "UnstructuredGrid", f"<UnstructuredGrid>\n{piece}\n</UnstructuredGrid>")
 

@@ -201,12 +201,7 @@ def _with_mirror_image(points: Array, quads: Ints) -> tuple[Array, Ints]:
 
 
 def _drawn_out(section: Array, quads: Ints, along: Array) -> Mesh:
-    """Return a section drawn out along x, its nodes and elements numbered along it first.
-
-    section: y and z of its points, mm.
-    quads: Its quadrilaterals, turning from y towards z.
-    along: x of the layers of nodes, mm, increasing.
-    """
+    """Return points (y, z) and quadrilaterals (turning from y to z) drawn out along x, which is numbered first; mm."""
     layers = len(along)
     nodes = np.empty((len(section), layers, 3))
     nodes[..., 0], nodes[..., 1:] = along, section[:, None]

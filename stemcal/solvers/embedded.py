@@ -71,9 +71,8 @@ class Embedded(Solver):
 
     def identity(self, request: Request) -> dict[str, Any]:
         """Return the shear tests as plain values, and the revision of the code that runs them."""
-        laboratory = [
-            {"name": section.name, **identity(section, test)} for section, test in self._laboratory_tests(request)
-        ]
+        tests = self._laboratory_tests(request)
+        laboratory = [{"name": section.name, **identity(section, test)} for section, test in tests]
         return {
             "solver": "embedded",
             "revision": cutting.REVISION,
@@ -161,10 +160,7 @@ class Embedded(Solver):
 
 
 def meshed_as(study: Study, element_size: float) -> Study:
-    """Return the study with elements of another size, mm.
-
-    The time step follows, so that as much mass is added, and an own number of elements through the wall.
-    """
+    """Return the study with elements of another size, mm, their own number through the wall and the same added mass."""
     options, size = _options(study), Length(float(f"{element_size:g}"))
     diameter = study.targets.calibrate_at
     ratio = size.at(diameter) / options.element_size.at(diameter)
@@ -227,11 +223,7 @@ def _shear_test(study: Study, levels: Mapping[str, float], diameter: float) -> S
         outer=tuple(_material(layer, study, diameter) for layer in outer),
         stem=Stem(diameter, study.specimen.ratio_at(diameter), study.specimen.length, thicknesses),
         blade=Blade(
-            blade.thickness,
-            blade.width,
-            blade.edge_angle,
-            blade.edge_radius,
-            blade.bevel,
+            *(blade.thickness, blade.width, blade.edge_angle, blade.edge_radius, blade.bevel),
             edge_spread=blade.edge_spread.at(diameter),
         ),
         supports=Supports(**dict(study.supports)),

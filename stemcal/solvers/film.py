@@ -38,10 +38,7 @@ class _Moment:
 
 
 class Film:
-    """Called at the outputs of a simulation, keeps the start and at most `FRAMES` more, evenly in time, and the end.
-
-    A cut may end long before its stroke: each time there are too many, every other one is dropped.
-    """
+    """Called at a simulation's outputs, keeps start, end and `FRAMES` more: of too many every other is dropped."""
 
     def __init__(self) -> None:
         self.every, self.seen = 1, 0

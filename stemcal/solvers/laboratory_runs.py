@@ -30,10 +30,7 @@ AnyTest = LaboratoryTest | ShearTest
 
 
 def measured_at(study: Study, diameter: float) -> tuple[LaboratorySection, ...]:
-    """Return the tests of a run at a diameter in addition to cutting.
-
-    They are those measured there; where parameters are fitted, all that are measured anywhere.
-    """
+    """Return the further tests of a run: those measured at the diameter, all measured ones where values are fitted."""
     fitted = [study.targets.calibrate_at, *(target.condition for target in study.joint_targets)]
     everywhere = any(abs(diameter - at) < 1e-6 for at in fitted)
     return tuple(test for test in study.tests if (test.targets if everywhere else test.means_at(diameter)))
@@ -74,10 +71,8 @@ def identity(section: LaboratorySection, test: AnyTest) -> dict[str, Any]:
     known = {"kind": section.kind, "revision": laboratory.REVISION, "measured": list(section.measured)}
     if package := TESTS.version_of(section.kind):
         known["package"] = package
-    known |= packages_of(section.measured)
-    if isinstance(test, LaboratoryTest):
-        return {**known, **determining(test)}
-    return {**known, "cutting": cutting.REVISION, **determining(test)}
+    cut = {} if isinstance(test, LaboratoryTest) else {"cutting": cutting.REVISION}
+    return {**known, **packages_of(section.measured), **cut, **determining(test)}
 
 
 def determining(test: LaboratoryTest | ShearTest) -> dict[str, Any]:
@@ -134,6 +129,5 @@ def perform_all(tests: Sequence[tuple[LaboratorySection, AnyTest]]) -> tuple[dic
 def relevant_warnings(result: LaboratoryResult, measured: Sequence[str]) -> list[Note]:
     """Return the warnings of a test that concern what was measured: a slope needs nothing that comes after it."""
     needs_maximum = not all(known_response(name).before_maximum for name in measured)
-    return [
-        warning for warning in result.warnings if needs_maximum or warning.kind not in ("maximum_not_passed", "buckles")
-    ]
+    later = () if needs_maximum else ("maximum_not_passed", "buckles")
+    return [warning for warning in result.warnings if warning.kind not in later]

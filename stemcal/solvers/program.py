@@ -49,11 +49,7 @@ class Inputs:
         return copied | {f"command {number}: {path.name}": self.named[path] for number, path in enumerate(self.named)}
 
     def write(self, folder: Path, values: Mapping[str, str]) -> None:
-        """Put the files into a run folder, templates filled.
-
-        Raises `SimulationFailed` if one of them has changed since the study was read: the record would name the wrong
-        input.
-        """
+        """Put the files into a run folder, templates filled; raise `SimulationFailed` if one has changed since."""
         for path, sha256 in {**self.templates, **self.files, **self.named}.items():
             if not path.is_file() or file_hash(path) != sha256:
                 raise SimulationFailed("input_changed", f"{path.name} has changed since the study was started")
@@ -88,10 +84,9 @@ _KEPT_OUTPUT = 2000
 
 @dataclass(frozen=True)
 class Program(Solver, ABC, Generic[O]):
-    """Answers requests by running a program in its own folder.
+    """Answers requests by running a program in its own folder, made in `place` or among the temporary files.
 
-    A kind of program defines its input files, how a run is written and made, and what next to the files
-    determines an answer. Run folders are made in `place`, by default among the temporary files.
+    A kind of program defines its input files, how a run is written and made, and what else determines an answer.
     """
 
     study: Study
@@ -162,9 +157,8 @@ def executable(program: str, folder: Path, key: str = "command") -> str:
     path = shutil.which(str(folder / program) if by_path else program)
     if path is None:
         where = f"in {folder}" if by_path else "on PATH"
-        raise UsageError(
-            f"solver.{key}: the program {program!r} was not found {where}; install the program or correct its name"
-        )
+        missing = f"the program {program!r} was not found {where}"
+        raise UsageError(f"solver.{key}: {missing}; install the program or correct its name")
     return str(Path(path).absolute())
 
 
@@ -210,10 +204,7 @@ def run_in(
     read: Callable[[Ended], Answer],
     seconds: float | None = None,
 ) -> Answer:
-    """Run a command in `folder` and return what `read(ended)` makes of it, or why there is no result.
-
-    It may take `seconds`, all of the time limit by default.
-    """
+    """Run a command for `seconds` (or the time limit) and return what `read(ended)` makes of it, or why it failed."""
     try:
         ended = run_program(command, folder, options.environment, options.time_limit if seconds is None else seconds)
     except OSError as error:
@@ -236,9 +227,8 @@ def code_is_zero(ended: Ended) -> None:
     if ended.code < 0:
         raise SimulationFailed("exit_code", f"the program was terminated by signal {-ended.code}")
     if ended.code != 0:
-        last = next((line.strip() for line in reversed(ended.output.splitlines()) if line.strip()), "")
-        last_line = f": {last[:200]}" if last else ""
-        raise SimulationFailed("exit_code", f"the program ended with exit code {ended.code}{last_line}")
+        last = next((f": {text.strip()[:200]}" for text in reversed(ended.output.splitlines()) if text.strip()), "")
+        raise SimulationFailed("exit_code", f"the program ended with exit code {ended.code}{last}")
 
 
 # ---- any program: templates in, a number out, or one for each response
@@ -262,11 +252,9 @@ class Command(Program[CommandSolver]):
     def _determining(self, request: Request) -> dict[str, Any]:
         options = self.options
         drawn = {"seed": seed_of(request)} if request.replicate else {}
-        readers = {
-            name: one.model_dump(mode="json", exclude=_UNUSED - one.model_fields_set)
-            for name, one in options.result.items()
-        }
-        return {"command": list(options.command), "result": readers, **drawn}
+        readers = options.result.items()
+        result = {name: one.model_dump(mode="json", exclude=_UNUSED - one.model_fields_set) for name, one in readers}
+        return {"command": list(options.command), "result": result, **drawn}
 
     def _write(self, folder: Path, request: Request) -> None:
         self.inputs.write(folder, self._values(request))

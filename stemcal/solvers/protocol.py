@@ -63,10 +63,7 @@ class Answer:
 
 
 class Solver:
-    """One way to answer requests. Instances are pickled to worker processes.
-
-    A subclass defines `identity` and `solve`, and overrides further capabilities.
-    """
+    """One way to answer requests, by `identity` and `solve` of a subclass; pickled to worker processes."""
 
     immediate: ClassVar[bool] = False
     """Whether the solver answers faster than a worker process can start."""
@@ -80,10 +77,7 @@ class Solver:
         raise NotImplementedError
 
     def solve(self, request: Request) -> Answer:
-        """Answer one request. A failed simulation is an `Answer`, not an exception.
-
-        Raises `Waiting` if the solver asks people, and the run is not done yet.
-        """
+        """Answer one request, also for a failed simulation; raise `Waiting` for a run by hand that is not done yet."""
         raise NotImplementedError
 
     def prepare(self) -> None:
@@ -128,10 +122,7 @@ class Solver:
         return False
 
     def settings_that_matter(self, _condition: float) -> dict[str, str] | None:
-        """Return the settings on which calibrated values depend, by name, as they are at a stem diameter.
-
-        With other settings the same values give another force. None if there are none, or they are unknown.
-        """
+        """Return the settings at a stem diameter on which calibrated values depend, by name; None if there are none."""
         return None
 
     @property

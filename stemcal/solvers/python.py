@@ -143,9 +143,8 @@ def _roots(study: Study) -> list[Path]:
 def _is_installed(path: Path, folder: Path) -> bool:
     """Check for a file of a Python environment below a folder."""
     places = {Path(place).resolve() for place in (sys.prefix, sys.base_prefix)} - {folder}
-    return "site-packages" in path.parts or any(
-        path.is_relative_to(place) for place in places if place.is_relative_to(folder)
-    )
+    below = [place for place in places if place.is_relative_to(folder)]
+    return "site-packages" in path.parts or any(path.is_relative_to(place) for place in below)
 
 
 @dataclass(frozen=True)

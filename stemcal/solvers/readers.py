@@ -28,12 +28,8 @@ _NONE = re.compile(r"[-+]?(nan|inf|infinity)|\*+", re.IGNORECASE | re.ASCII)
 MAX_BYTES = 20 * MIB  # read in about a second
 LONGEST_LINE = 10_000  # characters of a line that a pattern searches
 ENDING = 10  # lines in which the text of the end is searched
-REDUCTIONS: dict[str, Callable[[Array], float]] = {
-    "max": np.max,
-    "min": np.min,
-    "first": lambda y: y[0],
-    "last": lambda y: y[-1],
-}
+REDUCTIONS: dict[str, Callable[[Array], float]] = {"max": np.max, "min": np.min}
+REDUCTIONS |= {"first": lambda y: y[0], "last": lambda y: y[-1]}
 
 _Series = tuple[Sequence[float], Sequence[float] | None]
 """Numbers, and what they are plotted along if that is known."""
@@ -46,11 +42,9 @@ def require_end(result: ResultReader, folder: Path, printed: str) -> None:
     texts = (read_text(folder, result.file, MAX_BYTES), printed)
     filled = ([line for line in text[-LONGEST_LINE:].splitlines() if line.strip()] for text in texts)
     if not any(result.ends_with in line for lines in filled for line in lines[-ENDING:]):
-        raise SimulationFailed(
-            "incomplete",
-            f"{result.ends_with!r} (`ends_with`) is neither at the end of {result.file} nor at the end of the printed "
-            "output, so the program stopped early",
-        )
+        place = f"neither at the end of {result.file} nor at the end of the printed output"
+        message = f"{result.ends_with!r} (`ends_with`) is {place}, so the program stopped early"
+        raise SimulationFailed("incomplete", message)
 
 
 def still_rising(result: ResultReader, folder: Path) -> bool:
@@ -227,9 +221,8 @@ def _is_part_of_number(match: re.Match[str], group: str | int, ended: int = 0) -
     if "." in number and _FORTRAN.match(after) and number[-1].isdigit():
         return True
     following = match.re.search(line, match.end())
-    if (
-        "." not in number and match.end() == end + 1 and _AFTER.match(after)
-    ):  # the match ends at the mark between digits
+    at_mark = match.end() == end + 1 and _AFTER.match(after)  # the match ends at the mark between digits
+    if at_mark and "." not in number:
         of_list = following is not None and following.start(group) == end + 1
         if not of_list or (len(number.lstrip("+-")) <= 3 and re.match(r".\d{3}(?!\d)", after)):
             return True

@@ -30,11 +30,8 @@ def _elements_fit_stem(draft: Draft, solver: EmbeddedSolver) -> Iterator[Finding
         message = f"an element size of {solver.element_size} is too large for a stem diameter of {thinnest:g} mm"
         yield Finding(("solver", "element_size"), message, f"use about {thinnest / 8:.2g} mm")
     if (across := thickest / solver.element_size.at(thickest)) > _MOST_ACROSS:
-        message = (
-            f"an element size of {solver.element_size} is too small for a stem diameter of {thickest:g} mm "
-            f"({across:.3g} elements)"
-        )
-        yield Finding(("solver", "element_size"), message, "write d/16, or check the unit")
+        message = f"an element size of {solver.element_size} is too small for a stem diameter of {thickest:g} mm"
+        yield Finding(("solver", "element_size"), f"{message} ({across:.3g} elements)", "write d/16, or check the unit")
 
 
 class _Templated(Protocol):
@@ -121,9 +118,8 @@ def _every_response_is_read(draft: Draft, solver: CommandSolver) -> Iterator[Fin
         yield Finding(("solver",), "'result' is missing", "add a line `result: …`")
     elif FIRST in readers:
         if len(names) > 1:
-            remedy = (
-                f"write one reader for each response, such as `{names[0]}: {{file: …}}` and `{names[1]}: {{file: …}}`"
-            )
+            each = " and ".join(f"`{name}: {{file: …}}`" for name in names[:2])
+            remedy = f"write one reader for each response, such as {each}"
             yield Finding(path, f"one reader cannot return {len(names)} responses", remedy)
         return
     for name in readers:
@@ -180,11 +176,8 @@ def _whole_cut_can_part(draft: Draft, solver: EmbeddedSolver) -> Iterator[Findin
     if study.blade.bevel == "one":
         message = "`until: severed` is not available for a blade with one bevel: its side force bends the cut sideways"
         yield Finding(("blade", "bevel"), message, "write `bevel: both`, or `until: first_fracture` under `loading`")
-    lengths = {
-        ("blade", "edge_spread"): study.blade.edge_spread,
-        ("material", "internal_length"): study.material.internal_length,
-    }
-    for path, length in lengths.items():
+    spread, internal = study.blade.edge_spread, study.material.internal_length
+    for path, length in ((("blade", "edge_spread"), spread), (("material", "internal_length"), internal)):
         if length.at(1.0) == 0.0:
             yield Finding(path, f"`until: severed` requires `{path[1]}`", f"remove `{path[1]}: 0 mm`")
     thickest = max(draft.diameters.values(), default=0.0)
@@ -217,9 +210,5 @@ def _deck_ends_at_the_first_fracture(draft: Draft, _solver: DeckSolver) -> Itera
             yield Finding(key, message, f"write `{key[1]}: {_written(usual)}`, or use `solver: {{kind: embedded}}`")
 
 
-OF_DECK = (
-    _deck_ends_at_the_first_fracture,
-    _command_names_deck,
-    _keys_are_of_the_program,
-    _openradioss_hardens_isotropically,
-)
+_OF_PROGRAM = (_command_names_deck, _keys_are_of_the_program, _openradioss_hardens_isotropically)
+OF_DECK = (_deck_ends_at_the_first_fracture, *_OF_PROGRAM)

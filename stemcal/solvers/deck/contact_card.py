@@ -20,8 +20,7 @@ def contact_cards(deck: Deck) -> Iterator[str]:
     near, radius = 0.5 * study.supports.clearance + study.supports.fillet_radius, 0.5 * deck.diameter
     blade = friction, _scales(deck, c.penalty * deck.edge_share, (0.0, 0.0, radius)), erosion
     supports = friction, _scales(deck, c.penalty, (near, 0.0, -radius))
-    layered = len(deck.layers) > 1
-    if layered:
+    if layered := len(deck.layers) > 1:
         parts = {f"pid{i}": part for i, part in enumerate(sorted(deck.layers), 1)}
         yield from keyword("SET_PART_LIST", {"sid": STEM}, parts)
     kinds = {"sstyp": _BY_PART_SET if layered else _BY_PART, "mstyp": _BY_PART}
@@ -30,10 +29,8 @@ def contact_cards(deck: Deck) -> Iterator[str]:
         (BLADE_CONTACT, "ERODING", BLADE, "blade and stem", blade),
         (SUPPORTS_CONTACT, "AUTOMATIC", SUPPORTS, "supports and stem", supports),
     ):
-        heading = f"{number:10d}{title}"
-        yield from keyword(
-            f"CONTACT_{name}_SURFACE_TO_SURFACE_ID", {"ssid": STEM, "msid": tool, **kinds}, *cards, title=heading
-        )
+        heading, sides = f"{number:10d}{title}", {"ssid": STEM, "msid": tool, **kinds}
+        yield from keyword(f"CONTACT_{name}_SURFACE_TO_SURFACE_ID", sides, *cards, title=heading)
 
 
 def _scales(deck: Deck, share: float, place: tuple[float, float, float]) -> dict[str, float]:

@@ -219,10 +219,9 @@ class Deck:
     @cached_property
     def parts(self) -> Parts:
         """The meshes of the three parts."""
-        study, solver, diameter = self.study, self.solver, self.diameter
-        stem, b = self._stem, study.blade
+        study, diameter, stem, b = self.study, self.diameter, self._stem, self.study.blade
         blade = Blade(b.thickness, b.width, b.edge_angle, self.nose, b.bevel)
-        how = _discretisation(solver, diameter)
+        how = _discretisation(self.solver, diameter)
         elements = mesh_size(stem, how).elements
         if elements > MOST_ELEMENTS:
             raise UsageError(

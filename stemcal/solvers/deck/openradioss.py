@@ -43,10 +43,8 @@ def installation(options: DeckSolver, folder: Path) -> _Installation:
     """
     named = options.home or options.environment.get(HOME) or os.environ.get(HOME)
     if named is None:
-        raise UsageError(
-            f"solver.home: the OpenRadioss folder is unknown; add `home: FOLDER`, or set the environment "
-            f"variable {HOME}"
-        )
+        remedy = f"add `home: FOLDER`, or set the environment variable {HOME}"
+        raise UsageError(f"solver.home: the OpenRadioss folder is unknown; {remedy}")
     home = (folder / named).absolute()
     if not (home / _DEFINITIONS).is_dir():
         raise UsageError(

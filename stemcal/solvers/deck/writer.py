@@ -71,9 +71,8 @@ def _control(deck: Deck) -> Iterator[str]:
     solver, stem, law = deck.solver, deck.parts.stem, deck.fastest
     yield from keyword("CONTROL_TERMINATION", {"endtim": deck.study.loading.duration_at(deck.diameter)})
     step = 0.0 if deck.form.by_density else -wanted_step(solver, stem, law) + 0.0
-    yield from keyword(
-        "CONTROL_TIMESTEP", {"dtinit": 0.0, "tssfac": solver.time_step_safety, "isdo": 0, "tslimt": 0.0, "dt2ms": step}
-    )
+    limits = {"dtinit": 0.0, "tssfac": solver.time_step_safety, "isdo": 0, "tslimt": 0.0, "dt2ms": step}
+    yield from keyword("CONTROL_TIMESTEP", limits)
     yield from keyword("CONTROL_HOURGLASS", {"ihq": 4, "qh": getattr(solver, "hourglass", HOURGLASS)})
     yield from keyword("CONTROL_ENERGY", {"hgen": 2, "rwen": 2, "slnten": 2, "rylen": 1})
     # the contacts' own factors are then all there is, in OpenRadioss too, which does not read this one
@@ -121,12 +120,10 @@ def _held_tools(deck: Deck) -> Iterator[str]:
     first = 1 + len(parts.stem.nodes)
     for part, mesh in ((BLADE, parts.blade), (SUPPORTS, parts.supports)):
         yield from stem_material({**value, "e": law.elastic_modulus, "pr": law.poisson_ratio}, deck.form, part)
-        yield from keyword(
-            "SET_NODE_LIST_GENERATE", {"sid": part}, {"b1beg": first, "b1end": first + len(mesh.nodes) - 1}
-        )
+        nodes = {"b1beg": first, "b1end": first + len(mesh.nodes) - 1}
+        yield from keyword("SET_NODE_LIST_GENERATE", {"sid": part}, nodes)
         first += len(mesh.nodes)
-        free_along_z = part == BLADE
-        held = {"dofx": 1, "dofy": 1, "dofz": 0 if free_along_z else 1, "dofrx": 0, "dofry": 0, "dofrz": 0}
+        held = {"dofx": 1, "dofy": 1, "dofz": 0 if part == BLADE else 1, "dofrx": 0, "dofry": 0, "dofrz": 0}
         yield from keyword("BOUNDARY_SPC_SET", {"nsid": part, "cid": 0, **held})
 
 
@@ -178,40 +175,16 @@ def starter_around(name: str, lengths: Mapping[int, float]) -> str:
     each = ((f"/NONLOCAL/MAT/{part}", heading, f"{length!r:>20}{0:>20}") for part, length in lengths.items())
     averaging = chain.from_iterable(each)
     units = f"{'Mg':>20}{'mm':>20}{'s':>20}"
-    return "\n".join(
-        [
-            "#RADIOSS STARTER",
-            "/BEGIN",
-            name.rpartition(".")[0] or name,
-            f"{2022:10d}{0:10d}",
-            units,
-            units,
-            "/INCLUDE_LS-DYNA/",
-            name,
-            *averaging,
-            "/END",
-            "",
-        ]
-    )
+    head = ["#RADIOSS STARTER", "/BEGIN", name.rpartition(".")[0] or name, f"{2022:10d}{0:10d}", units, units]
+    return "\n".join([*head, "/INCLUDE_LS-DYNA/", name, *averaging, "/END", ""])
 
 
 def engine_text(deck: Deck, run: str) -> str:
     """Return the engine's file of a run: the whole stroke in the elements' own time step, and its outputs."""
     duration = deck.study.loading.duration_at(deck.diameter)
-    return "\n".join(
-        [
-            f"/RUN/{run}/1/",
-            f"{duration!r}",
-            "/TFILE/4",
-            f"{duration / deck.solver.outputs!r}",
-            "/DT",
-            f"{deck.solver.time_step_safety!r} 0",
-            "/PARITH/OFF",
-            TITLES,
-            "/PRINT/-1000",
-            "",
-        ]
-    )
+    lines = [f"/RUN/{run}/1/", f"{duration!r}", "/TFILE/4", f"{duration / deck.solver.outputs!r}"]
+    lines += ["/DT", f"{deck.solver.time_step_safety!r} 0", "/PARITH/OFF", TITLES, "/PRINT/-1000", ""]
+    return "\n".join(lines)
 
 
 # ---- files with the material alone
