@@ -17,10 +17,7 @@ from stemcal.fem.stepper import Inspect, simulate
 
 
 def shear(test: ShearTest, inspect: Inspect | None = None) -> CuttingResult:
-    """Run a virtual shear test; `inspect` is called with time and solver state, see `fem.stepper.simulate`.
-
-    Raises `SimulationFailed` if the solver's state stops being physical or the blade never meets the stem.
-    """
+    """Run a virtual shear test; `inspect`, errors as of `fem.stepper.simulate`, and one if the blade meets no stem."""
     model = build(test)
     scale = 1.0 / SHARES[test.discretisation.symmetry]
     how, whole = test.discretisation, test.parts

@@ -37,10 +37,7 @@ class Mesh:
         return behind.reshape(-1, 6)
 
     def topology(self, crowns: Array | None = None, slots: Ints | None = None) -> Topology:
-        """Return a fresh topology with every element standing, its faces flat or with the given crowns.
-
-        The state of the elements is in `slots` (E,), one after the other if None.
-        """
+        """Return a topology with every element standing, faces flat or crowned, `slots` (E,) in sequence if None."""
         slots = np.arange(len(self.hexes), dtype=np.int32) if slots is None else slots
         crowns = np.zeros((len(self.hexes), 6)) if crowns is None else crowns
         live = np.bincount(self.hexes.ravel(), minlength=len(self.nodes)).astype(np.int32)

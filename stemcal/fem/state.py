@@ -202,14 +202,13 @@ def _precision(model: Model) -> np.dtype[Any]:
 
 
 def _ledger(tools: int, nodes: int) -> Ledger:
-    sums = np.zeros((-(-nodes // CHUNK), 2))
     return Ledger(
         impulse=np.zeros((tools, 3)),
         held=np.zeros(KINDS * tools),
         external_work=np.zeros(1),
         lost_kinetic=np.zeros(1),
         kinetic=np.zeros(1),
-        node_sums=sums,
+        node_sums=np.zeros((-(-nodes // CHUNK), 2)),
     )
 
 

@@ -154,13 +154,8 @@ def simulate(model: Model, duration: float, watch: Watch | None = None, inspect:
 
     watch: Called after every output with the time, the mean tool forces (T, 3) of the interval and the number of eroded
         elements; the simulation ends there if it returns True.
-    inspect: Called at the start and after every output with the time and the whole state, to look at, not to change:
-        `frames.FrameWriter` is one.
-
-    Raises
-    ------
-    SimulationFailed
-        If an element inverts, the time step collapses, or a number stops being finite.
+    inspect: Called at the start and after every output with the time and the whole state, to look at, not to change.
+    Raises `SimulationFailed` if an element inverts, the time step collapses, or a number stops being finite.
     """
     state = start(model)
     outputs = np.linspace(0.0, duration, model.integration.outputs + 1)[1:]
@@ -206,10 +201,7 @@ def _settle(model: Model, state: State) -> None:
 
 
 def _in_strides(advance: March, state: State) -> March:
-    """Return what advances the state in pieces of about a tenth of a second, between which Ctrl-C is heard.
-
-    The same steps are taken. A step too small for the clock to move ends the simulation.
-    """
+    """Advance by the same steps in pieces of about 0.1 s, between which Ctrl-C is heard; end if the clock stops."""
     stride = max(1, _STRIDE // len(state.topology.hexes))
 
     def advanced(until: float, state: State) -> int:
