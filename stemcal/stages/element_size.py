@@ -100,8 +100,7 @@ def _searched(work: Work, there: Study, levels: Mapping[str, float], size: float
     meshed = meshed_as(there, size)
     placed = meshed.model_copy(update={"solver": meshed.solver.model_copy(update={"replicates": positions})})
     simulate = replace(work, study=placed, solver=Embedded(placed, drawn=False)).simulating(STAGE)
-    target, start = there.calibration_target, levels[_STRAIN]
-    at, aim = target.condition, target.response
+    start, at, aim = levels[_STRAIN], there.calibration_target.condition, there.calibration_target.response
     path = SearchPath((Mover(_STRAIN, start, _LOWEST, _HIGHEST, _FIRST_SLOPE / start),))
     steps = PathSteps(path, levels, at, aim, aim)
     loop = Loop(steps, simulate, 100.0 * _TOLERANCE, _MOST_RUNS)

@@ -127,8 +127,7 @@ class ConditionRun(Spread):
 
 
 _Answered = DesignRun | ConditionRun
-_Further = Sequence[tuple[Array, float]]
-"""Points in coded units and the responses there."""
+_Further = Sequence[tuple[Array, float]]  # points in coded units and the responses there
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -39,20 +39,15 @@ class Stage(StageKind, Checked, Generic[R]):
     A stage that is a single module has them in that module. A stage whose parts have other names overrides the methods.
     """
 
-    help: ClassVar[str] = ""
-    """Description of its command."""
-    attribute: ClassVar[str] = ""
-    """Attribute of `StudyResults` with its result; by default its name."""
-    reads: ClassVar[tuple[str, ...]] = ()
-    """The sections of the spec that it depends on."""
-    simulates: ClassVar[bool] = True
-    """Whether it has its own runs."""
-    pictured: ClassVar[bool] = False
-    """Whether its runs keep the data for pictures, as runs at a solution do."""
-    of_surface: ClassVar[bool] = False
-    """Whether only a study with a response surface includes it."""
-    one_by_one: ClassVar[bool] = False
-    """Whether each run depends on the previous one, so that the next run can replace a failed one."""
+    help: ClassVar[str] = ""  # description of its command
+    attribute: ClassVar[str] = ""  # attribute of `StudyResults` with its result; by default its name
+    reads: ClassVar[tuple[str, ...]] = ()  # the sections of the spec that it depends on
+    simulates: ClassVar[bool] = True  # whether it has its own runs
+    pictured: ClassVar[bool] = False  # whether its runs keep the data for pictures, as runs at a solution do
+    of_surface: ClassVar[bool] = False  # whether only a study with a response surface includes it
+    one_by_one: ClassVar[bool] = (
+        False  # whether each run depends on the previous one, so that the next run can replace a failed one
+    )
 
     def needs(self, study: Study) -> str | None:
         """Return the name of the stage whose file it reads, or None."""

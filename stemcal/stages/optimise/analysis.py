@@ -42,17 +42,16 @@ def optimise(work: Work, head: Head) -> OptimiseResult:
     found = find_optimum(problem)
     cutters = _simulated(work, _cutters(study, surface, problem, found), pictured=True)
     elsewhere = _in_materials(work, cutters[:2])
-    gains = {
-        name(key): gain_of(key, sign, problem.surfaces[key], cutters, elsewhere) for key, sign in problem.signs.items()
-    }
+    signs = problem.signs.items()
+    gains = {name(key): gain_of(key, sign, problem.surfaces[key], cutters, elsewhere) for key, sign in signs}
     natural = {name: scale.natural for name, scale in surface.coding.items()}
     ends = intervals_of(problem, found)
     front = [_cutter("", _levels(study, surface, x), study, surface, problem) for x in found.front]
     simulated, present = ({name(key): one.outcome.of(key) for key in problem.surfaces} for one in cutters[:2])
     return OptimiseResult(
         head=head,
-        minimised=tuple(name(key) for key, sign in problem.signs.items() if sign > 0.0),
-        maximised=tuple(name(key) for key, sign in problem.signs.items() if sign < 0.0),
+        minimised=tuple(name(key) for key, sign in signs if sign > 0.0),
+        maximised=tuple(name(key) for key, sign in signs if sign < 0.0),
         limits={name(key): limit for key, limit in problem.limits.items()},
         units={factor.name: factor.unit for factor in study.factors},
         optimum=cutters[0].levels,

@@ -33,10 +33,8 @@ def limit_exceeded(evidence: Evidence) -> Iterator[Note]:
     for name, limit in found.limits.items():
         named, value = found.naming.named(name), found.simulated[name]
         if value is not None and value > limit:
-            text = (
-                f"The simulated {named.long} of the optimum is {named.text(value, '.4g')}, above {named.text(limit)}."
-            )
-            lower = outwards(limit * limit / value, up=False)
+            shown, lower = named.text(value, ".4g"), outwards(limit * limit / value, up=False)
+            text = f"The simulated {named.long} of the optimum is {shown}, above {named.text(limit)}."
             yield Note("limit_exceeded", "error", text, Remedy(f"Lower `goal.at_most` to {named.text(lower)}."))
 
 

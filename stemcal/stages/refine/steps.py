@@ -53,8 +53,7 @@ class Trial:
 class MeanSteps:
     """Points of all varied factors that are compared with the fitted means; what comes next is left to subclasses."""
 
-    precision: Array
-    """W of the misfit rᵀWr, r = measured − simulated."""
+    precision: Array  # W of the misfit rᵀWr, r = measured − simulated
 
     def __init__(self, study: Study) -> None:
         self.study, self.joint = study, bool(study.joint_targets)
@@ -130,7 +129,10 @@ class SurfaceSteps(MeanSteps):
         how: How = "surface"
         if self.joint:
             self.reach = self.shrunk(self.reach)
-            coded = _next_joint_point(through(self.fit, self.surfaces, self.best), self.best.coded, self.reach)
+            moved, start, region = through(self.fit, self.surfaces, self.best), self.best.coded, self.region
+            low, high = np.maximum(region.low, start - self.reach), np.minimum(region.high, start + self.reach)
+            near = replace(region, low=low, high=high)
+            coded = near.nearest(settled(moved, near)[0].best)
         else:
             at, target = self.surfaces[0], self.solution.target
             coded, how, self.reach = next_trial(at, target, self.region, self.trials, self.reach)
@@ -219,10 +221,3 @@ def through(fit: Fit, surfaces: Sequence[AnySurface], trial: Trial) -> Fit:
     each = zip(surfaces, fit.observations, trial.responses.tolist(), strict=True)
     moved = (replace(one, surface=surface.moved(trial.coded, response)) for surface, one, response in each)
     return replace(fit, observations=tuple(moved))
-
-
-def _next_joint_point(fit: Fit, start: Array, reach: float) -> Array:
-    """Return the point that fits best within `reach` of `start`, factor by factor, and inside the region."""
-    region = fit.region
-    near = replace(region, low=np.maximum(region.low, start - reach), high=np.minimum(region.high, start + reach))
-    return near.nearest(settled(fit, near)[0].best)

@@ -30,6 +30,8 @@ from stemcal.stages.fitting import Measured
 from stemcal.stages.rsm.result import RsmResult
 from stemcal.vocabulary import FIRST, Wording
 
+_Pair = tuple[str, str]
+_Grid = tuple[Array, Array, Array]
 _NORMAL = NormalDist()
 _GRID = 41  # values of each factor
 _LONGEST, _LONGEST_IN_SPACE = 46, 28  # cells of a line of an axis' name
@@ -62,7 +64,7 @@ def rsm_plots(rsm: RsmResult, solved: Solution | None, labels: Mapping[str, str]
     return plots
 
 
-def _of_pair(rsm: RsmResult, pair: tuple[str, str], solved: Solution | None, labels: Mapping[str, str]) -> list[Plot]:
+def _of_pair(rsm: RsmResult, pair: _Pair, solved: Solution | None, labels: Mapping[str, str]) -> list[Plot]:
     response = rsm.naming.response
     over = f"as a function of {Wording(rsm.naming, labels).factors(pair)}"
     single = len(rsm.names) == 3
@@ -121,7 +123,7 @@ def diagnostics(rsm: RsmResult) -> Figure:
     return figure
 
 
-def _section_of(rsm: RsmResult, pair: tuple[str, str], solved: Solution | None) -> tuple[Array, Array, Array]:
+def _section_of(rsm: RsmResult, pair: _Pair, solved: Solution | None) -> _Grid:
     """Return natural levels of both factors and the surface in N, (_GRID, _GRID) each, others at solution or centre."""
     centre = {name: scale.center for name, scale in rsm.coding.items()}
     levels = [(centre if solved is None else solved.levels)[name] for name in rsm.names]
@@ -132,7 +134,7 @@ def _section_of(rsm: RsmResult, pair: tuple[str, str], solved: Solution | None) 
 
 
 def contours(
-    rsm: RsmResult, pair: tuple[str, str], solved: Solution | None = None, labels: Mapping[str, str] | None = None
+    rsm: RsmResult, pair: _Pair, solved: Solution | None = None, labels: Mapping[str, str] | None = None
 ) -> Figure:
     """Return lines of equal force over two factors, the others at solution or centre; `labels` replace factor names."""
     grid = _section_of(rsm, pair, solved)
@@ -155,7 +157,7 @@ def contours(
 
 
 def relief(
-    rsm: RsmResult, pair: tuple[str, str], solved: Solution | None = None, labels: Mapping[str, str] | None = None
+    rsm: RsmResult, pair: _Pair, solved: Solution | None = None, labels: Mapping[str, str] | None = None
 ) -> Figure:
     """Return the response as height over two factors, the others at solution (star) or centre; contours on the base."""
     grid = _section_of(rsm, pair, solved)
@@ -191,9 +193,7 @@ def levels_of(response: Any) -> Any:
     return MaxNLocator(nbins=10, steps=[1, 2, 2.5, 5, 10]).tick_values(float(response.min()), float(response.max()))
 
 
-def _label(
-    axes: Any, rsm: RsmResult, pair: tuple[str, str], labels: Mapping[str, str] | None, longest: int = _LONGEST
-) -> None:
+def _label(axes: Any, rsm: RsmResult, pair: _Pair, labels: Mapping[str, str] | None, longest: int = _LONGEST) -> None:
     from matplotlib.ticker import MaxNLocator
 
     for axis, setter, name in ((axes.xaxis, axes.set_xlabel, pair[0]), (axes.yaxis, axes.set_ylabel, pair[1])):
@@ -201,9 +201,7 @@ def _label(
         axis.set_major_locator(MaxNLocator(nbins=6, steps=[1, 2, 5, 10]))
 
 
-def _mark_target(
-    axes: Axes, rsm: RsmResult, grid: tuple[Array, Array, Array], solved: Solution, pair: tuple[str, str]
-) -> None:
+def _mark_target(axes: Axes, rsm: RsmResult, grid: _Grid, solved: Solution, pair: _Pair) -> None:
     """Draw the line on which the surface meets the measured force, those of a joint fit, and the solution."""
     levels = [np.full(grid[0].size, solved.levels[name]) for name in rsm.names]
     for name, values in zip(pair, grid[:2], strict=True):

@@ -35,8 +35,8 @@ _TRAVEL_PERCENT = 25.0  # error beyond which measured and simulated travel are n
 @a_stage(ValidateResult)
 def validate(work: Work, head: Head) -> ValidateResult:
     """Simulate at every measured condition with the calibrated parameters."""
-    parameters = calibrated_parameters(work.study, work.solver, work.folder)
     study, solver = work.study, work.solver
+    parameters = calibrated_parameters(study, solver, work.folder)
     runs = work.outcomes(requests_at(study, parameters))
     outcomes, targets = merged(runs, study.solver.repeats), study.targets.means
     compared = compare_conditions(

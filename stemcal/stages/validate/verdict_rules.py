@@ -57,8 +57,7 @@ def validation(evidence: Evidence) -> Iterator[Note]:
 @ranked(Rank.TREND)
 def trend(evidence: Evidence) -> Iterator[Note]:
     """Yield a trend of the error over the diameter if one force was fitted and determines the parameters."""
-    study, checked = evidence.study, evidence.of(ValidateResult)
-    solved = evidence.of(InvertResult)
+    study, checked, solved = evidence.study, evidence.of(ValidateResult), evidence.of(InvertResult)
     if checked is None or checked.is_given or study.joint_targets or solved is None or solved.certainty.not_identified:
         return  # other parameters that fit as well may follow the diameter
     rows = [

@@ -99,8 +99,7 @@ def ranked(rank: Rank) -> Callable[[Rule], Rule]:
 
 
 _MAJORITY, _SOME = 0.5, 0.1
-_FAR = 2.0
-"""Times its limit from which a doubt of the one calibrated run decides: below, it may be that run's own chance."""
+_FAR = 2.0  # times its limit: from there a doubt of the calibrated run decides, below it may be that run's own chance
 
 
 def verdict_of(study: Study, folder: StudyFolder, results: Results | None = None) -> Verdict:
