@@ -45,9 +45,7 @@ class Stage(StageKind, Checked, Generic[R]):
     simulates: ClassVar[bool] = True  # whether it has its own runs
     pictured: ClassVar[bool] = False  # whether its runs keep the data for pictures, as runs at a solution do
     of_surface: ClassVar[bool] = False  # whether only a study with a response surface includes it
-    one_by_one: ClassVar[bool] = (
-        False  # whether each run depends on the previous one, so that the next run can replace a failed one
-    )
+    one_by_one: ClassVar[bool] = False  # whether a run depends on the last, so that the next can replace a failed one
 
     def needs(self, study: Study) -> str | None:
         """Return the name of the stage whose file it reads, or None."""
