@@ -78,7 +78,7 @@ def _unexpected(error: BaseException) -> str:
 
 
 def steady_surroundings() -> None:
-    """Open closed outputs as null, replace what they cannot encode, drop variables that libraries would refuse."""
+    """Repair the surroundings: closed outputs, characters they cannot encode, variables that libraries refuse."""
     os.environ["MPLBACKEND"] = "agg"  # figures go to files
     try:
         datetime.fromtimestamp(int(os.environ.get("SOURCE_DATE_EPOCH", "0")), UTC)

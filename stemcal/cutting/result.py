@@ -273,7 +273,7 @@ def evaluate(
 
 
 def _of_curve(curve: ForceHistory, peak: int, broken: int | None, rate: float, material: Material) -> list[Note]:
-    """Return warnings of a strain rate (1/s) beyond the law's small correction, ε̇ ≤ C, and of a force after a break."""
+    """Return warnings: a strain rate (1/s) above C, where the law is no small correction; a force after a break."""
     found, c, before = list[Note](), material.strain_rate_c, float(curve.force_filtered[peak])
     if material.rate_law == "paper" and 0.0 < c < rate:
         found.append(rate_above_law(rate, c, 1.0 + (rate / c) ** material.strain_rate_p))

@@ -34,7 +34,7 @@ class LaboratoryTest:
 
 
 def layered(stem: Stem, how: Discretisation) -> Discretisation:
-    """Return it with their number or three elements through a wall: with one, thin walls wrinkled at ¾ of travel."""
+    """Return the mesh settings with at least three elements through the wall: with one, thin walls wrinkled."""
     if how.through_wall or not stem.diameter_ratio:
         return how
     return replace(how, through_wall=max(_FEWEST_LAYERS, through_wall(stem, how)))
