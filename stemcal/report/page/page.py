@@ -6,6 +6,7 @@ import re
 from base64 import b64encode
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -98,15 +99,15 @@ def render(study: Study, folder: StudyFolder, what: _Shown | None = None) -> str
     use = " ".join(uses(verdict, people))
     cards = headline(results, study, verdict.holds)
     named = re.compile(r"`[^`]*`|\w+_\w+")
-    lines = (line for result in done for line in showing_of(result).validity(result, verdict.holds))
-    valid = [named.sub(lambda name: people.in_text(name[0]), line) for line in lines]
+    labelled = partial(named.sub, lambda name: people.in_text(name[0]))
+    valid = [labelled(line) for result in done for line in showing_of(result).validity(result, verdict.holds)]
     setting = Setting(study, results, verdict.holds)
     has_grown = results.calibrated and study.material.growing()  # parameters of each stem, once they are calibrated
     grown = [grown_table(study, results.parameters)] if has_grown else []
     profilers = (showing_of(result).profiler(result, setting) for result in done)
     warnings = map(str, run_warnings(records, verdict))
     shared, script, templates = Shared(), page_part("page.js"), environment()
-    templates.filters["coded"] = lambda text: coded(named.sub(lambda name: people.in_text(name[0]), text))
+    templates.filters["coded"] = lambda text: coded(labelled(text))
     return templates.get_template("page.html").render(
         study=study,
         title=study.title or study.name,
