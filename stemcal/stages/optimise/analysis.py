@@ -83,9 +83,9 @@ def problem_of(study: Study, surface: RsmResult) -> Problem:
 
 def _cutters(study: Study, surface: RsmResult, problem: Problem, found: Optimum) -> list[Cutter]:
     """Return the optimum, the present cutter and the ends of the front, not simulated yet."""
-    ends = {f"front {n}": found.front[i] for n, i in enumerate((0, -1), 1) if found.front}
-    points = {name: _levels(study, surface, x) for name, x in {OPTIMUM: found.point, **ends}.items()}
-    points = {OPTIMUM: points.pop(OPTIMUM), PRESENT: present_levels(study), **points}
+    points = {OPTIMUM: _levels(study, surface, found.point), PRESENT: present_levels(study)}
+    ends = (found.front[0], found.front[-1]) if found.front else ()
+    points |= {f"front {n}": _levels(study, surface, x) for n, x in enumerate(ends, 1)}
     return [_cutter(name, levels, study, surface, problem) for name, levels in points.items()]
 
 
