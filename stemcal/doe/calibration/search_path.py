@@ -1,17 +1,16 @@
-"""A path through the ranges of the factors that may move, and the search along it for a target response.
+"""Search for a target response along a path through the ranges of some factors.
 
-The first factor goes to the end of its range, then the second, and so on. The coordinate s along the path is the change
-of the logarithm of the response that the surface predicts:
+Along the path the first factor moves to the end of its range, then the second, and so on. The coordinate s of the path,
+its `place` in the code, is the change of the logarithm of the response that the surface predicts:
 
     s = Σ eⱼ·Δvⱼ        eⱼ = ∂ ln ŷ/∂vⱼ at the calibrated point        vⱼ = ln xⱼ, or xⱼ where its range includes zero
 
-In another program or mesh the response is corrected by a scale a and a slope k:
+The response y of another program or mesh differs from the surface by a scale a and a slope k:
 
     ln y = ln ŷ₀ + a + k·s
 
-The first run determines a, with k = 1 as on the surface; the second determines k. Once runs lie on both sides of the
-target, the next point is between them, on the parabola through the three nearest runs or the line through two (Brent,
-Algorithms for Minimization without Derivatives, 1973, chapter 4).
+The first run determines a, with k = 1 as on the surface; the second determines k. Once two runs bracket the target, the
+next place is interpolated linearly between them (regula falsi).
 """
 
 from collections.abc import Sequence
@@ -19,25 +18,20 @@ from dataclasses import dataclass
 from itertools import pairwise
 from math import exp, inf, isfinite, log
 
-import numpy as np
-
 from stemcal.doe.regression.least_squares import t_quantile
 from stemcal.errors import UsageError
 
-# No step changes a factor by more than this: the logarithm of three, or half of its range where that holds zero.
+# Largest change of a factor in one step: the logarithm of three, or half of its range where the range includes zero.
 _MOST_LOG, _MOST_SHARE = log(3.0), 0.5
-# With a slope below this the response does not follow the factors.
-_LEAST_TILT = 0.02
-# How near the ends of a bracket a step may come.
-_MARGIN = 0.03
-_SAME = 1e-6
-# Where the search continues while all runs, the start included, have failed.
-_ASIDE = (0.1, -0.1)
+_LEAST_SLOPE = 0.02  # k: below this the response does not depend on the factors
+_MARGIN = 0.03  # of a bracket: smallest distance of the next place from its ends
+_SAME = 1e-6  # places nearer than this are equal
+_ASIDE = (0.1, -0.1)  # places to try after the run at the start has failed
 
 
 @dataclass(frozen=True)
 class Mover:
-    """A factor that may move: its start, its range, and ∂y/∂x divided by y on the surface at the start."""
+    """A factor that may move: its start, its range, and its relative slope (∂ŷ/∂x)/ŷ on the surface at the start."""
 
     name: str
     start: float
@@ -51,22 +45,22 @@ class Mover:
 
     @property
     def _slope(self) -> float:
-        """∂ ln y/∂v."""
+        """The slope e = ∂ ln ŷ/∂v."""
         return self.relative_slope * (self.start if self._by_ratio else 1.0)
 
     @property
     def longest(self) -> float:
-        """The longest step, as a change of s."""
+        """The largest change of s in one step."""
         return abs(self._slope) * (_MOST_LOG if self._by_ratio else _MOST_SHARE * (self.high - self.low))
 
     def reach(self, upwards: bool) -> float:
-        """Return the change of s, up or down, at which the factor reaches the end of its range; never negative."""
+        """Return the distance along s, never negative, from the start to the end of the range."""
         end = self.high if upwards == (self._slope > 0.0) else self.low
         way = log(end / self.start) if self._by_ratio else end - self.start
         return max(0.0, self._slope * way if upwards else -self._slope * way)
 
     def moved(self, change: float) -> float:
-        """Return the value after a change of s within `reach`."""
+        """Return the value of the factor after a change of s, which must be within `reach`."""
         way = change / self._slope
         value = self.start * exp(way) if self._by_ratio else self.start + way
         return min(max(value, self.low), self.high)
@@ -74,7 +68,7 @@ class Mover:
 
 @dataclass(frozen=True)
 class SearchPath:
-    """The factors that may move, in their order."""
+    """The factors that may move, in the order in which they move."""
 
     movers: tuple[Mover, ...]
 
@@ -86,12 +80,12 @@ class SearchPath:
 
     @property
     def ends(self) -> tuple[float, float]:
-        """The lowest and the highest place."""
+        """The lowest and the highest place on the path."""
         down, up = (sum(mover.reach(upwards) for mover in self.movers) for upwards in (False, True))
         return -down, up
 
     def at(self, place: float) -> dict[str, float]:
-        """Return the values of the movers at a place."""
+        """Return the factor values at a place."""
         left, values = abs(place), {}
         for mover in self.movers:
             here = min(left, mover.reach(place > 0.0))
@@ -100,7 +94,7 @@ class SearchPath:
         return values
 
     def longest(self, place: float, upwards: bool) -> float:
-        """Return the longest step from a place: that of the factor that moves there."""
+        """Return the longest step from a place up or down: that of the factor that moves there."""
         passed, away = 0.0, (place > 0.0) == upwards
         for mover in self.movers:
             passed += mover.reach(place > 0.0)
@@ -111,36 +105,36 @@ class SearchPath:
 
 @dataclass(frozen=True)
 class Tried:
-    """A place that was simulated, and the response; NaN where the run failed."""
+    """A simulated place and its response, which is NaN if the run failed."""
 
     place: float
     response: float
 
     @property
     def level(self) -> float:
-        """The logarithm of the response; −∞ of none or less."""
+        """The logarithm of the response; −∞ if the response is not positive or the run failed."""
         return log(self.response) if self.response > 0.0 else -inf
 
 
 @dataclass(frozen=True)
 class Step:
-    """A place to simulate, and the response predicted there by the runs so far; None where they predict none."""
+    """The next place to simulate, and the response expected there; None if the runs so far cannot predict it."""
 
     place: float
     expected: float | None
 
 
 def best_of(tried: Sequence[Tried], aim: float) -> Tried | None:
-    """Return the run nearest to the aim by ratio, the earliest of equals; None where all failed."""
+    """Return the run of least |ln(y/aim)|, the earliest of equals; None if all runs failed."""
     whole = [run for run in tried if isfinite(run.level)]
     return min(whole, key=lambda run: abs(run.level - log(aim)), default=None)
 
 
 def next_step(tried: Sequence[Tried], aim: float, path: SearchPath) -> Step | None:
-    """Return the next place to simulate to reach the response `aim`; None if no new place is left.
+    """Return the next place to simulate in the search for the response `aim`; None if no new place is left.
 
-    `tried` has at least one run, in the order of simulation. After a failed run the next place is half-way back to the
-    best run, or a little next to the start while all runs have failed.
+    `tried` contains at least one run, in the order of simulation. After a failed run the next place is half-way back to
+    the best run; while all runs have failed, it is near the start.
     """
     whole, best = [run for run in tried if isfinite(run.level)], best_of(tried, aim)
     inline = sorted(whole, key=lambda run: run.place)
@@ -152,35 +146,27 @@ def next_step(tried: Sequence[Tried], aim: float, path: SearchPath) -> Step | No
         steps = [Step(0.5 * (best.place + tried[-1].place), None)]
     elif sides:
         nearest = min(sides, key=lambda pair: sum(abs(run.level - log(aim)) for run in pair))
-        steps = [Step(_between(*nearest, whole, log(aim)), aim)]
+        steps = [Step(_between(*nearest, log(aim)), aim)]
     else:
         place = _beyond(whole, best, log(aim), path)
         steps = [Step(place, exp(best.level + _slope(whole, best) * (place - best.place)))]
     return next((step for step in steps if all(abs(step.place - run.place) > _SAME for run in tried)), None)
 
 
-def _between(left: Tried, right: Tried, whole: Sequence[Tried], aim: float) -> float:
-    """Return a place between two runs on either side: by the parabola through them and a third run, or by a line."""
-    low, high = left.place, right.place
-    line = low + (aim - left.level) / (right.level - left.level) * (high - low)
-    others = [run for run in whole if run is not left and run is not right]
-    third = min(others, key=lambda run: abs(run.level - aim), default=None)
-    place = line
-    if third is not None and third.level not in (left.level, right.level):
-        # s(aim) of Lagrange's parabola through s over the logarithms
-        place, points = 0.0, (left, right, third)
-        for run in points:
-            rest = [other for other in points if other is not run]
-            place += run.place * float(np.prod([(aim - other.level) / (run.level - other.level) for other in rest]))
-    first, last = low + _MARGIN * (high - low), high - _MARGIN * (high - low)
-    return min(max(place if first <= place <= last else line, first), last)
+def _between(left: Tried, right: Tried, aim: float) -> float:
+    """Interpolate ln y linearly between two runs that bracket the target, and keep off the ends of the bracket."""
+    share = (aim - left.level) / (right.level - left.level)
+    return left.place + min(max(share, _MARGIN), 1.0 - _MARGIN) * (right.place - left.place)
 
 
 def _beyond(whole: Sequence[Tried], best: Tried, aim: float, path: SearchPath) -> float:
-    """Return a place beyond the best run, limited by step and range; beyond all runs where the response is level."""
-    tilt, upwards, start = _slope(whole, best), aim > best.level, best.place
-    wanted = (aim - best.level) / tilt if tilt > _LEAST_TILT else (inf if upwards else -inf)
-    if tilt <= _LEAST_TILT:
+    """Extrapolate ln y from the best run, as far as the longest step and the range allow.
+
+    If the response hardly depends on the place, move on from the outermost run by the longest step.
+    """
+    slope, upwards, start = _slope(whole, best), aim > best.level, best.place
+    wanted = (aim - best.level) / slope if slope > _LEAST_SLOPE else (inf if upwards else -inf)
+    if slope <= _LEAST_SLOPE:
         start = (max if upwards else min)(run.place for run in whole)
     longest = path.longest(start, upwards)
     low, high = path.ends
@@ -188,7 +174,7 @@ def _beyond(whole: Sequence[Tried], best: Tried, aim: float, path: SearchPath) -
 
 
 def _slope(whole: Sequence[Tried], best: Tried) -> float:
-    """Return ∂ ln y/∂s between the best run and the one nearest to it; 1, as on the surface, while there is one run."""
+    """Return k = ∂ ln y/∂s between the best run and its nearest neighbour; 1, as on the surface, for a single run."""
     others = [run for run in whole if run is not best]
     if not others:
         return 1.0
@@ -199,9 +185,12 @@ def _slope(whole: Sequence[Tried], best: Tried) -> float:
 def ends_of(
     tried: Sequence[Tried], best: Tried, path: SearchPath, relative_error: float, df: float
 ) -> dict[str, tuple[float, float]]:
-    """Return the 95 % interval of each factor, others fixed: Δs = t·σ/|∂ ln y/∂s|, slope from best run to neighbour."""
-    slope = _slope([one for one in tried if isfinite(one.level)], best)
-    half = t_quantile(0.95, df) * relative_error / abs(slope) if abs(slope) > _LEAST_TILT else inf
+    """Return the 95 % confidence interval of each factor with the others fixed: Δs = t·σ/k.
+
+    σ is the relative standard error of the measured mean with `df` degrees of freedom, k the slope at the best run.
+    """
+    slope = _slope([run for run in tried if isfinite(run.level)], best)
+    half = t_quantile(0.95, df) * relative_error / abs(slope) if abs(slope) > _LEAST_SLOPE else inf
     low, high = path.ends
-    one, other = path.at(max(best.place - half, low)), path.at(min(best.place + half, high))
-    return {name: (min(one[name], other[name]), max(one[name], other[name])) for name in one}
+    below, above = path.at(max(best.place - half, low)), path.at(min(best.place + half, high))
+    return {name: (min(below[name], above[name]), max(below[name], above[name])) for name in below}
