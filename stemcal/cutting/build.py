@@ -1,4 +1,4 @@
-"""From a shear test to its finite element model: mesh, mirror planes, tools; how large the mesh will be."""
+"""From a shear test to its finite element model: mesh, materials, tools; how large the mesh will be."""
 
 from dataclasses import dataclass
 from itertools import pairwise
@@ -7,7 +7,8 @@ from math import ceil, cos, inf, pi, radians, sin
 import numpy as np
 from numpy.typing import NDArray
 
-from stemcal.cutting.parts import SHARES, Discretisation, ShearTest, Stem, Symmetry
+from stemcal.cutting.constraints import held_components
+from stemcal.cutting.parts import SHARES, Discretisation, ShearTest, Stem
 from stemcal.fem.contact import Tool
 from stemcal.fem.kernels.search import FACES
 from stemcal.fem.material import Layers, Material
@@ -40,7 +41,7 @@ def build(test: ShearTest) -> Model:
         contact=test.contact,
         hourglass=how.hourglass,
         integration=how.integration,
-        held=_held(mesh, test),
+        held=held_components(mesh, test),
         crowns=crowns(mesh),
     )
 
@@ -170,16 +171,6 @@ def _supported(layers: Array, rests_at: float, sides: tuple[float, ...] = (1.0, 
     return moved
 
 
-def mirrors(mesh: Mesh, symmetry: Symmetry) -> NDArray[np.bool_]:
-    """Return the velocity components that mirror planes fix: x on x = 0 (quarter), y on y = 0 (half, quarter)."""
-    held = np.zeros(mesh.nodes.shape, dtype=bool)
-    if symmetry == "quarter":
-        held[:, 0] = np.abs(mesh.nodes[:, 0]) < 1e-9
-    if symmetry != "none":
-        held[:, 1] = np.abs(mesh.nodes[:, 1]) < 1e-9
-    return held
-
-
 def crowns(mesh: Mesh) -> Array:
     """Return the height of a circle about the axis over the middle of each face with all corners on it (E, 6), mm."""
     corners = mesh.nodes[mesh.hexes[:, FACES], 1:]
@@ -198,14 +189,6 @@ def _layers_of(test: ShearTest) -> Array:
     if supports.kind == "clamped":
         return layers
     return _supported(layers, _counter_edge(test) + supports.fillet_radius, sides=(-1.0,))
-
-
-def _held(mesh: Mesh, test: ShearTest) -> NDArray[np.bool_]:
-    """Return the velocity components that the mirror planes and the clamp fix."""
-    held, x = mirrors(mesh, test.discretisation.symmetry), mesh.nodes[:, 0]
-    if test.supports.kind != "span":
-        held[x < x.min() + 1e-9] = True
-    return held
 
 
 def _counter_edge(test: ShearTest) -> float:

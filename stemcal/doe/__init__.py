@@ -7,7 +7,7 @@
     regression    `least_squares`, the fit under all of them; `surface`, the full quadratic in coded units, with `anova`
                   and the influence of each run; `backward_elimination` removes terms, `canonical` finds the stationary
                   point
-    calibration   all solutions for one target value and the ranges of the factors over them (`level_set_ranges`), or
+    calibration   all solutions for one target value and the ranges of the factors over them (`level_set`), or
                   the fit to several measured values (`likelihood`) with its `confidence_intervals`; `region` has the
                   bounds, `search_path` chooses the next simulation
     comparison    measured against simulated under every condition, and against a formula

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from stemcal.fem.kernels.contact import SAMPLES, EdgeArrays, FrictionNumbers, ToolArrays, outline_distance
 from stemcal.fem.kernels.search import FACES, Topology
-from stemcal.fem.kernels.spread import SpreadEdge
+from stemcal.fem.kernels.spread_edge import SpreadEdge
 
 
 @dataclass(frozen=True)
@@ -20,8 +20,8 @@ class Tool:
     radius: Radius of all its edges: a point is inside if it is nearer than this to the polygon, mm.
     height, speed: z of the frame's origin at the start (mm) and its velocity (mm/s).
     edge: x of a cutting edge whose lowest line is z = 0 of the frame; its points then meet the body's faces.
-    spread: Distance from the tool within which its edge acts on the surface next to it, mm (`kernels.spread`); 0 leaves
-        the edge a line.
+    spread: Distance from the tool within which its edge acts on the surface next to it, mm (`kernels.spread_edge`);
+        0 leaves the edge a line.
     faces: Whether it meets the faces of the body's skin, those with crowns, anywhere (`kernels.contact.push_skin_out`),
         or their nodes alone.
     parts: Whether a spread edge parts the body on the plane under it (`kernels.parting`), which layers of nodes then

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from stemcal.fem.contact import Tool
 from stemcal.fem.kernels.parting import SKIN, CutPlane
 from stemcal.fem.kernels.search import FACES
-from stemcal.fem.kernels.spread import SpreadEdge
+from stemcal.fem.kernels.spread_edge import SpreadEdge
 from stemcal.fem.mesh import Mesh
 
 Array = NDArray[np.float64]

@@ -18,7 +18,7 @@ from stemcal.fem.kernels.nodes import CHUNK, KINDS, Pushes, see
 from stemcal.fem.kernels.nonlocal_mean import Exchange
 from stemcal.fem.kernels.plasticity import MaterialNumbers
 from stemcal.fem.kernels.search import FACES, Candidates, Topology
-from stemcal.fem.kernels.spread import SpreadEdge
+from stemcal.fem.kernels.spread_edge import SpreadEdge
 from stemcal.fem.kernels.timestep import element_steps, stable_step
 from stemcal.fem.lanes import Lanes, lay_out, nodal, nodal_zeros
 from stemcal.fem.material import HOURGLASS_SHARE, Layers, Material

@@ -7,7 +7,8 @@ from math import pi, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from stemcal.cutting.build import crowns, materials, mirrors, through_layers, through_wall
+from stemcal.cutting.build import crowns, materials, through_layers, through_wall
+from stemcal.cutting.constraints import mirrors
 from stemcal.cutting.parts import SHARES, Discretisation, Loading, Stem
 from stemcal.fem.contact import Contact, Tool
 from stemcal.fem.material import Layers, Material

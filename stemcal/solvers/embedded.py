@@ -13,9 +13,9 @@ from stemcal.cutting.result import CuttingResult
 from stemcal.cutting.simulate import placed, shear
 from stemcal.errors import SimulationFailed
 from stemcal.fem.contact import Contact
-from stemcal.fem.frames import FrameWriter
 from stemcal.fem.material import Material, Transverse
 from stemcal.fem.model import Integration
+from stemcal.fem.vtk_frames import FrameWriter
 from stemcal.fem.warm import compile_once, is_compiled, warm
 from stemcal.solvers.cost import seconds
 from stemcal.solvers.film import Film

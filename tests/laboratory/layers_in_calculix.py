@@ -15,7 +15,8 @@ from tempfile import TemporaryDirectory
 import numpy as np
 from numpy.typing import NDArray
 
-from stemcal.cutting.build import materials, mirrors, stem_mesh
+from stemcal.cutting.build import materials, stem_mesh
+from stemcal.cutting.constraints import mirrors
 from stemcal.cutting.parts import Discretisation, Stem
 from stemcal.fem.material import Layers, Material, Transverse
 from stemcal.fem.mesh import Mesh

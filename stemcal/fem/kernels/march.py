@@ -31,7 +31,7 @@ from stemcal.fem.kernels.nodes import (
 from stemcal.fem.kernels.nonlocal_mean import fail_by_mean_strain
 from stemcal.fem.kernels.parting import close_plane, part, tie
 from stemcal.fem.kernels.search import list_faces_under_edge, list_near_nodes, list_near_skin
-from stemcal.fem.kernels.spread import push_spread_edge, take_hold
+from stemcal.fem.kernels.spread_edge import push_spread_edge, take_hold
 from stemcal.fem.kernels.timestep import stable_step
 
 Floats = Any

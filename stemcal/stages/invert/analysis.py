@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 
 from stemcal.doe.calibration import confidence_intervals as certainty
-from stemcal.doe.calibration.level_set_ranges import assess_point, solve_target
+from stemcal.doe.calibration.level_set import assess_point, solve_target
 from stemcal.doe.calibration.likelihood import Fit
 from stemcal.doe.coding import Array, Coding
 from stemcal.doe.comparison import formula_left_out, standard_error

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from stemcal.doe.calibration.level_set_ranges import solve_target
+from stemcal.doe.calibration.level_set import solve_target
 from stemcal.doe.calibration.region import Region
 from stemcal.doe.coding import Array
 from stemcal.doe.designs import central_composite

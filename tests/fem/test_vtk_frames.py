@@ -6,11 +6,11 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from stemcal.fem.frames import FrameWriter, _von_mises, _write_vtu
 from stemcal.fem.material import Material
 from stemcal.fem.mesh import brick, hollow_cylinder
 from stemcal.fem.model import Integration, Model
 from stemcal.fem.stepper import simulate
+from stemcal.fem.vtk_frames import FrameWriter, _von_mises, _write_vtu
 
 
 def test_von_mises_of_known_states() -> None:
@@ -40,7 +40,7 @@ def test_every_element_has_its_own_stress(tmp_path: Path, monkeypatch: pytest.Mo
     """Drawn out the more the farther along x: the stress grows with x, wherever in the blocks an element lies."""
     written: list[tuple[np.ndarray, dict[str, np.ndarray], np.ndarray]] = []
     monkeypatch.setattr(
-        "stemcal.fem.frames._write_vtu", lambda _path, x, hexes, _points, data: written.append((x, data, hexes))
+        "stemcal.fem.vtk_frames._write_vtu", lambda _path, x, hexes, _points, data: written.append((x, data, hexes))
     )
     mesh = hollow_cylinder(1.6, 4.0, np.linspace(0.0, 9.0, 8), (7, 3), (-0.5 * np.pi, 0.5 * np.pi))
     velocity = np.zeros_like(mesh.nodes)
