@@ -7,7 +7,7 @@ from stemcal.processes.interrupts import Terminated, heard, ignore_signals
 
 
 def main() -> None:
-    """Entry point of the console script; Ctrl-C while the command is still loading ends it without a word."""
+    """Entry point of the console script; Ctrl-C during the imports ends it without a message."""
     try:
         with heard():
             from stemcal.cli.app import main as command
@@ -17,7 +17,7 @@ def main() -> None:
         sys.exit(143 if isinstance(interrupt, Terminated) else 130)
     finally:
         ignore_signals()
-        gc.freeze()  # the interpreter would search all that is loaded for garbage before it ends: half a second
+        gc.freeze()  # saves the garbage collection at exit, which takes half a second
 
 
 if __name__ == "__main__":

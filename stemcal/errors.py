@@ -1,15 +1,15 @@
-"""What can go wrong, and the exit code each kind ends the command with.
+"""The exceptions of stemcal, and the exit code of the command for each.
 
-    StemcalError                1   anything we could name but not file below
-    ├── SpecError               2   the study spec is wrong: every problem at once, with line and remedy
+    StemcalError                1   any failure not listed below
+    ├── SpecError               2   the study spec is wrong; lists all mistakes with line and remedy
     ├── UsageError              2   an option or the order of commands is wrong
-    ├── RunsFailed              3   too many simulations failed for the analysis to mean anything
-    ├── TargetUnreachable       4   no point of the design region gives the measured value
-    ├── FolderLocked            5   another process works in the study folder
-    ├── Waiting                 6   runs are done by hand, and their results are not entered yet: no failure
-    └── SimulationFailed        1   one simulation cannot be trusted (NaN, inverted element, no contact)
+    ├── RunsFailed              3   too many simulations failed for a valid analysis
+    ├── TargetUnreachable       4   the surface reaches the measured value nowhere in the design region
+    ├── FolderLocked            5   another process uses the study folder
+    ├── Waiting                 6   results of runs done by hand are not entered yet; this is no failure
+    └── SimulationFailed        1   a simulation cannot be trusted (NaN, inverted element, no contact)
 
-They are caught once, in `stemcal.cli.guard`.
+They are caught in one place, `stemcal.cli.guard`.
 """
 
 import copyreg
@@ -19,18 +19,18 @@ from typing import Any
 
 
 class StemcalError(Exception):
-    """A failure with a message fit for the user: place, value, remedy."""
+    """Base class of all failures; the message names the place, the value and the remedy."""
 
     exit_code = 1
 
     def __reduce__(self) -> tuple[Callable[..., Any], tuple[Any, ...], dict[str, Any]]:
-        """Pickle and copy the text and the attributes: `__init__` often takes other arguments than the text."""
+        """Pickle the message and the attributes without calling `__init__`, whose arguments often differ from these."""
         return copyreg.__newobj__, (type(self), *self.args), self.__dict__  # type: ignore[attr-defined]
 
 
 @dataclass(frozen=True)
 class SpecProblem:
-    """One mistake in a spec: its place, what is wrong, what to do."""
+    """A mistake in a spec: its place, a description and a remedy."""
 
     file: str
     line: int
@@ -47,7 +47,7 @@ class SpecProblem:
 
 
 class SpecError(StemcalError):
-    """Every problem found in a spec, in the order of its lines."""
+    """All mistakes found in a spec, in the order of its lines."""
 
     exit_code = 2
 
@@ -57,19 +57,22 @@ class SpecError(StemcalError):
 
 
 class UsageError(StemcalError):
-    """An option has no sense here, or an earlier stage has not run yet."""
+    """An option does not apply here, or an earlier stage has not run yet."""
 
     exit_code = 2
 
 
 class RunsFailed(StemcalError):
-    """Too few runs of a design succeeded; the message counts them and gives their reasons."""
+    """Too many runs of a design failed; the message has their number and the reasons."""
 
     exit_code = 3
 
 
 class TargetUnreachable(StemcalError):
-    """The surface does not take the target value anywhere in the allowed region; `unit_suffix` follows the values."""
+    """The response surface reaches the target nowhere in the region; `low` and `high` are its least and largest value.
+
+    `unit_suffix` follows the values in the message.
+    """
 
     exit_code = 4
 
@@ -83,13 +86,13 @@ class TargetUnreachable(StemcalError):
 
 
 class FolderLocked(StemcalError):
-    """Another process holds the study folder."""
+    """Another process has locked the study folder."""
 
     exit_code = 5
 
 
 class Waiting(StemcalError):
-    """A stage cannot go on without results that somebody has to bring.
+    """A stage needs results that a person must enter.
 
     `requests` are the runs (`solvers.protocol.Request`) that the stage is waiting for, as far as they are known.
     """
@@ -105,10 +108,10 @@ class Waiting(StemcalError):
 
 
 class SimulationFailed(StemcalError):
-    """A run has no result: its state was no longer physical, or a program left none that can be read.
+    """A run has no valid result: its state became unphysical, or a program wrote no readable result.
 
     `reason` is one word for tables: ``nan``, ``inverted``, ``time_step``, ``no_contact``, ``energy_drift``,
-    ``contact_energy``, ``no_result``, ``bad_result``. `message` is the sentence for people, with time and element.
+    ``contact_energy``, ``no_result``, ``bad_result``. `message` is a sentence with the time and the element.
     """
 
     def __init__(self, reason: str, message: str) -> None:

@@ -1,4 +1,4 @@
-"""How numbers, intervals, units, durations and lists of words are written in tables and sentences."""
+"""Format numbers, intervals, units, durations and lists of words for tables and sentences."""
 
 import difflib
 import math
@@ -9,7 +9,7 @@ MISSING = "–"
 
 
 def significant(value: float | None, digits: int = 4) -> str:
-    """Return `value` with a number of significant digits, in plain notation where that stays short: 18921, 0.1875."""
+    """Format `value` with `digits` significant digits, without an exponent from 1e-4 to 1e7: 18921, 0.1875."""
     if value is None or not math.isfinite(value):
         return MISSING
     if value == 0.0:
@@ -17,44 +17,43 @@ def significant(value: float | None, digits: int = 4) -> str:
     magnitude = math.floor(math.log10(abs(value)))
     if not -4 <= magnitude < 7:
         return minus(f"{value:.{digits - 1}e}")
-    text = f"{value:.{max(0, digits - 1 - magnitude)}f}"
-    return minus(text)
+    return minus(f"{value:.{max(0, digits - 1 - magnitude)}f}")
 
 
 def short(value: float | None, digits: int = 6) -> str:
-    """Return `value` as an author would type it, without trailing zeros: 1100, 0.3."""
+    """Format `value` with at most `digits` significant digits and no trailing zeros: 1100, 0.3."""
     return MISSING if value is None or not math.isfinite(value) else minus(f"{value:.{digits}g}")
 
 
 def fixed(value: float | None, decimals: int = 2) -> str:
-    """Return `value` with a number of decimals: −4.75."""
+    """Format `value` with a fixed number of decimals: −4.75."""
     if value is None or not math.isfinite(value):
         return MISSING
     return minus(f"{round(value, decimals) + 0.0:.{decimals}f}")
 
 
 def probability(p: float | None) -> str:
-    """Return a p-value as papers print it: <0.0001, 0.0462."""
+    """Format a p-value for a table: <0.0001, 0.0462."""
     if p is None or math.isnan(p):
         return MISSING
     return "<0.0001" if p < 0.00005 else f"{p:.4f}"
 
 
 def signed_probability(p: float | None) -> str:
-    """Return a p-value as it follows the letter in a sentence: < 0.0001, = 0.0462."""
+    """Format a p-value for a sentence, where it follows the letter p: < 0.0001, = 0.0462."""
     text = probability(p)
     return f"< {text[1:]}" if text.startswith("<") else f"= {text}"
 
 
 def percent(value: float | None) -> str:
-    """Return percents with a digit more where they are small: 60.19, 0.001."""
+    """Format a percentage with two decimals, or three if it is below 0.005: 60.19, 0.001."""
     if value is None:
         return MISSING
     return fixed(value, 3 if abs(value) < 0.005 else 2)
 
 
 def direction(error_percent: float | None, unit: str = "", digits: int = 2) -> str:
-    """Return an error 100·(measured − simulated)/measured with its direction: ``3.83 too low`` for a positive one."""
+    """Format the error 100·(measured − simulated)/measured; a positive one is ``3.83 too low``."""
     size = fixed(None if error_percent is None else abs(error_percent), digits)
     if error_percent is None or size == fixed(0.0, digits):
         return size if error_percent is None else f"{size}{unit}"
@@ -67,7 +66,10 @@ def interval(
     missing: str = MISSING,
     bounded: tuple[bool, bool] = (True, True),
 ) -> str:
-    """Return a range; an end that is not `bounded` is where the search ended, and is marked: ``≤ 10.00 to 18.96``."""
+    """Format an interval; a bound that is only the limit of the search range is marked: ``≤ 10.00 to 18.96``.
+
+    `bounded` states for both ends whether they are true bounds.
+    """
     if not bounds:
         return missing
     low, high = (significant(end, digits) for end in bounds)
@@ -75,29 +77,29 @@ def interval(
 
 
 def unit_written(unit: str) -> str:
-    """Return a unit of a spec as it is printed, such as kg/m³; nothing for pure numbers."""
-    raised = re.sub(r"(?<=[A-Za-z])[23]", lambda found: "²³"[int(found[0]) - 2], unit)
+    """Return a unit with raised exponents, such as kg/m³; empty for pure numbers."""
+    raised = re.sub(r"(?<=[A-Za-z])[23]", lambda digit: "²³"[int(digit[0]) - 2], unit)
     return "" if unit == "1" else raised
 
 
 def with_unit(number: str, unit: str) -> str:
-    """Return a number with the unit of a spec: 1100 kg/m³."""
+    """Return a number followed by its unit: 1100 kg/m³."""
     return f"{number} {unit_written(unit)}".rstrip()
 
 
 def change(factor: str, size: float, unit: str) -> str:
-    """Return a clause on the change of a factor: ``yield_stress decreases by 1.9 MPa``."""
+    """Describe the change of a factor: ``yield_stress decreases by 1.9 MPa``."""
     return with_unit(f"{factor} {'in' if size > 0 else 'de'}creases by {minus(f'{abs(size):.3g}')}", unit)
 
 
 def decimals(values: Iterable[float | None], usual: int, digits: int = 3) -> int:
-    """Return the decimals with which the largest of some values has a number of digits, at least the usual ones."""
+    """Return the number of decimals that shows the largest value with `digits` digits; at least `usual`, at most 9."""
     largest = max((abs(value) for value in values if value is not None and math.isfinite(value)), default=0.0)
     return usual if largest == 0.0 else min(max(usual, digits - 1 - math.floor(math.log10(largest))), 9)
 
 
 def duration(seconds: float | None) -> str:
-    """Return a time as people say it: ``under 1 s``, ``10 min``, ``2 h 30 min``, ``833 days``."""
+    """Format a duration: ``under 1 s``, ``10 min``, ``2 h 30 min``, ``833 days``."""
     if seconds is None:
         return "unknown"
     if seconds < 1.0:
@@ -113,12 +115,12 @@ def duration(seconds: float | None) -> str:
 
 
 def minus(text: str) -> str:
-    """Write the minus sign as one, not as a hyphen; exponents too are numbers."""
+    """Replace hyphens by minus signs, also in exponents."""
     return text.replace("-", "−")
 
 
 def in_bytes(count: float | None) -> str:
-    """Return an amount of memory as people say it: 7.1 GB."""
+    """Format an amount of memory: 7.1 GB."""
     if count is None:
         return MISSING
     if count < 1e12:
@@ -127,32 +129,32 @@ def in_bytes(count: float | None) -> str:
 
 
 def outwards(value: float, up: bool) -> float:
-    """Round away from the range to two digits: 44.2 to 45 upwards, 0.0373 to 0.037 downwards."""
+    """Round the end of a range outwards to two digits: 44.2 to 45 for the upper end (`up`), 0.0373 to 0.037 below."""
     if value == 0.0:
         return 0.0
     step = 10.0 ** (math.floor(math.log10(abs(value))) - 1)
     return float(f"{(math.ceil if up else math.floor)(round(value / step, 6)) * step:.6g}")
 
 
-# ---- words: near misses, lists, numbers with their nouns
+# ---- words: corrections of misspelled names, lists, numbers with nouns
 
-_MOST = 12
-_LONGEST = 60
+_MOST = 12  # names in a list
+_LONGEST = 60  # characters of a name
 
 
 def near(word: str, known: Iterable[str], most: int = 1) -> list[str]:
-    """Return the known words nearest to `word`, none if none is near."""
+    """Return up to `most` known words that are similar to `word`, the most similar first."""
     words = {name.lower(): name for name in known}
-    return [words[found] for found in difflib.get_close_matches(word.lower()[:100], list(words), n=most)]
+    return [words[match] for match in difflib.get_close_matches(word.lower()[:100], list(words), n=most)]
 
 
 def nearest(word: str, known: Iterable[str]) -> str | None:
-    """Return the known word nearest to `word`, None if none is near."""
+    """Return the known word most similar to `word`; None if none is similar."""
     return next(iter(near(word, known)), None)
 
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:
-    """Return the remedy for an unknown word: the nearest one, or else all there are."""
+    """Return the remedy for an unknown word: the most similar known word, otherwise all known words."""
     names = list(known)
     meant = nearest(word, names)
     if meant is not None:
@@ -161,7 +163,7 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
 
 
 def listed(names: Iterable[str]) -> str:
-    """Return names as people list them: ``a, b or c``."""
+    """List names as alternatives: ``a, b or c``; cut long names and lists."""
     words = [name[:_LONGEST] for name in names]
     if len(words) > _MOST:
         return ", ".join(words[:_MOST]) + ", …"
@@ -169,11 +171,11 @@ def listed(names: Iterable[str]) -> str:
 
 
 def counted(count: int, noun: str) -> str:
-    """Return a number with its noun: 1 run, 12 runs."""
+    """Return a number with a noun: 1 run, 12 runs."""
     return f"{count} {noun}{'' if count == 1 else 's'}"
 
 
 def series(words: Iterable[object], joint: str = "and") -> str:
-    """Return several things as a sentence lists them: ``a, b and c``."""
+    """List several words in a sentence: ``a, b and c``."""
     *first, last = [str(word) for word in words] or [""]
     return f"{', '.join(first)} {joint} {last}" if first else last

@@ -1,7 +1,6 @@
-"""One class for everything that a result, a run or a verdict has to say: its kind, how serious it is, its text.
+"""Notes: the findings and warnings of a result, a run or a verdict.
 
-A note is made where the fact is found, by a plain function with an f-string. Programs and tests look at `kind`; people
-read `text`.
+The function that detects a fact creates the note. Programs and tests use its `kind`; people read its `text`.
 """
 
 from dataclasses import dataclass
@@ -13,10 +12,9 @@ SEVERITIES: tuple[Severity, ...] = ("error", "warning", "caution", "info")
 
 @dataclass(frozen=True)
 class Remedy:
-    """What to do about a note: the instruction, for people, and perhaps an edit of the spec.
+    """The remedy for a note: an instruction for people, and an edit of the spec if that is enough.
 
-    The edit is a YAML fragment that makes the change when it is merged into the spec; list items are matched by
-    ``name``.
+    The edit is a YAML fragment to be merged into the spec; list items are matched by their ``name``.
     """
 
     text: str
@@ -25,12 +23,13 @@ class Remedy:
 
 @dataclass(frozen=True)
 class Note:
-    """A fact that concerns the reader of a result.
+    """A fact that the reader of a result should know.
 
-    kind       the same for every note of this kind, such as ``flat_response``
+    kind       identifier of the fact for programs, such as ``flat_response``
     severity   ``error``: the result cannot be used; ``warning``: numbers are missing, are only bounds, or may be wrong;
                ``caution``: the statistics are weaker than they look; ``info``: for completeness
     text       one to three sentences, numbers with units
+    remedy     None if there is nothing to do
     """
 
     kind: str

@@ -1,4 +1,4 @@
-"""Force over diameter as a power law, F = a·dᵇ, fitted as a straight line of the logarithms."""
+"""A power law of the force over the diameter, F = a·dᵇ, fitted as a straight line through the logarithms."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,7 +9,11 @@ import numpy as np
 
 @dataclass(frozen=True)
 class PowerLaw:
-    """F = factor·d^exponent (N, mm), the exponent's 95 % interval (None through two points), R² of the logarithms."""
+    """F = factor·d^exponent (N, mm), fitted to `n` points.
+
+    `exponent_interval` is the 95 % confidence interval of the exponent, None for two points; `r2` is the coefficient of
+    determination of ln F.
+    """
 
     factor: float
     exponent: float
@@ -18,12 +22,12 @@ class PowerLaw:
     n: int
 
     def at(self, diameter: float) -> float:
-        """Return the force at a diameter."""
+        """Return the force (N) at a diameter (mm)."""
         return float(self.factor * diameter**self.exponent)
 
 
 def fit_power_law(diameters: Sequence[float], forces: Sequence[float]) -> PowerLaw | None:
-    """Return the law; None where fewer than two diameters differ, or a number is not positive."""
+    """Fit the law by least squares; return None without two different diameters, or if a number is not positive."""
     from scipy.special import stdtrit
 
     if len(set(diameters)) < 2 or min(*diameters, *forces) <= 0.0:
@@ -31,11 +35,12 @@ def fit_power_law(diameters: Sequence[float], forces: Sequence[float]) -> PowerL
     # ln F = ln a + b·ln d
     x, y = np.log(np.asarray(diameters, dtype=float)), np.log(np.asarray(forces, dtype=float))
     slope, intercept = map(float, np.polyfit(x, y, 1))
-    unexplained, n = float(np.sum((y - intercept - slope * x) ** 2)), len(y)
+    residual, n = float(np.sum((y - intercept - slope * x) ** 2)), len(y)  # residual sum of squares
     interval = None
     if n > 2:
-        error = sqrt(unexplained / (n - 2) / float(np.sum((x - x.mean()) ** 2)))  # s/√Σ(x − x̄)²
-        reach = float(stdtrit(n - 2, 0.975)) * error
-        interval = (slope - reach, slope + reach)
+        # b ± t(0.975, n − 2)·s/√Σ(x − x̄)²
+        error = sqrt(residual / (n - 2) / float(np.sum((x - x.mean()) ** 2)))
+        half_width = float(stdtrit(n - 2, 0.975)) * error
+        interval = (slope - half_width, slope + half_width)
     total = float(np.sum((y - y.mean()) ** 2))
-    return PowerLaw(exp(intercept), slope, interval, 1.0 - unexplained / total if total else 1.0, n)
+    return PowerLaw(exp(intercept), slope, interval, 1.0 - residual / total if total else 1.0, n)

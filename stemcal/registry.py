@@ -1,7 +1,7 @@
-"""Registries of named classes: built-in ones, and those of other packages, which declare an entry point.
+"""Registries of named objects (stages, solvers, responses, …), built in or from other packages by entry points.
 
-Built-in classes are loaded on first use. Entry points of other packages are read only if a name is unknown
-or all are listed. A package that cannot be loaded, or uses an existing name, is skipped with a warning.
+Built-in classes are imported on first use. Entry points of other packages are read only if a name is not built in, or
+all names are listed. An entry point that cannot be loaded, or uses an existing name, is skipped with a warning.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ T = TypeVar("T", bound=Any)  # an object with a `name`
 
 
 class Checked:
-    """Rejects a class with a public name that its interface lacks, because nothing would ever call it."""
+    """Base of interfaces; refuse a subclass with a public name that the interface lacks, as it would never be used."""
 
     def __init_subclass__(cls) -> None:
         super().__init_subclass__()
@@ -46,22 +46,23 @@ class Checked:
 
 
 class Registry(Generic[T]):
-    """All classes of one kind, by name.
+    """All objects of one kind, by name.
 
-    kind       their base class; a class of another package is created without arguments, an object is used as it is
-    group      the group of entry points; an entry point has the name of the object and points to its class
-    built_in   the built-in objects, or the places of their classes, ``module:class``, in order
+    kind       the base class of the objects
+    group      the group of entry points; an entry point has the name of an object, and refers to the object or its
+               class, which is called without arguments
+    built_in   the built-in objects, or the places of their classes (``module:class``), in order
     """
 
     def __init__(self, kind: type[T], group: str, built_in: tuple[str | T, ...]) -> None:
         self.kind, self.group, self._places = kind, group, built_in
         self.broken: dict[str, str] = {}
-        """Why things of other packages are left out, by their names; of a second one also by its package."""
+        """The reason for each skipped entry point, by its name (``NAME of PACKAGE`` if the name already exists)."""
         self._loaded: dict[str, T] = {}
 
     @cached_property
     def built_in(self) -> tuple[T, ...]:
-        """The built-in ones, in order."""
+        """The built-in objects, in order."""
         return tuple(_at(place) if isinstance(place, str) else place for place in self._places)
 
     @cached_property
@@ -69,8 +70,8 @@ class Registry(Generic[T]):
         if not _may_declare(self.group):
             return {}
         entries: dict[str, EntryPoint] = {}
-        own = {one.name for one in self.built_in}
-        for entry in sorted(_declared(self.group), key=lambda one: (one.name, one.value)):
+        own = {member.name for member in self.built_in}
+        for entry in sorted(_declared(self.group), key=lambda entry: (entry.name, entry.value)):
             if entry.name in own or entry.name in entries:
                 self._leave_out(entry, f"{entry.name} already exists", f"{entry.name} of {_package(entry)}")
             else:
@@ -79,25 +80,25 @@ class Registry(Generic[T]):
 
     @property
     def external(self) -> tuple[T, ...]:
-        """Those of other packages that can be loaded, sorted by name."""
-        return tuple(one for name in self._entries if (one := self._external(name)) is not None)
+        """The objects of other packages that can be loaded, sorted by name."""
+        return tuple(member for name in self._entries if (member := self._external(name)) is not None)
 
     @property
     def all(self) -> tuple[T, ...]:
-        """The built-in ones in order, then the others by name."""
+        """The built-in objects in order, then those of other packages by name."""
         return (*self.built_in, *self.external)
 
     def with_(self, names: Iterable[str]) -> tuple[T, ...]:
-        """Return the built-in ones in order, then the given others."""
-        return (*self.built_in, *(one for name in names if (one := self._external(name)) is not None))
+        """Return the built-in objects in order, then those of other packages with these names."""
+        return (*self.built_in, *(member for name in names if (member := self._external(name)) is not None))
 
     def named(self, name: str) -> T | None:
         """Return the object with this name; None if it does not exist or cannot be loaded."""
-        return next((one for one in self.built_in if one.name == name), None) or self._external(name)
+        return next((member for member in self.built_in if member.name == name), None) or self._external(name)
 
     def version_of(self, name: str) -> str:
-        """Return version and hash of the package of an object; empty if it is built in."""
-        if name in {one.name for one in self.built_in} or self._external(name) is None:
+        """Return the package of an object, its version and a hash of its code; empty if the object is built in."""
+        if name in {member.name for member in self.built_in} or self._external(name) is None:
             return ""
         entry = self._entries[name]
         return f"{_package(entry)}+{_package_hash(entry.module)}"
@@ -108,13 +109,13 @@ class Registry(Generic[T]):
             try:
                 with contained():  # no error of another package may end a command
                     loaded = entry.load()
-                    one = loaded if isinstance(loaded, self.kind) else loaded()
-                    fits = isinstance(one, self.kind) and one.name == name
+                    member = loaded if isinstance(loaded, self.kind) else loaded()
+                    fits = isinstance(member, self.kind) and member.name == name
             except ForeignError as error:
                 self._leave_out(entry, f"cannot be loaded: {error}")
             else:
                 if fits:
-                    self._loaded[name] = one
+                    self._loaded[name] = member
                 else:
                     self._leave_out(entry, f"{entry.value} must be a {self.kind.__name__} named {name}")
         return self._loaded.get(name)
@@ -130,7 +131,7 @@ def _at(place: str) -> Any:
 
 
 def _may_declare(group: str) -> bool:
-    """Search for packages with the group; `importlib.metadata` would take a tenth of the time of a short command."""
+    """Whether an installed package may have entry points of the group; ten times as fast as `importlib.metadata`."""
     for folder in sys.path:
         for file in Path(folder).glob("*-info/entry_points.txt"):
             with suppress(OSError):
@@ -140,7 +141,7 @@ def _may_declare(group: str) -> bool:
 
 
 def _declared(group: str) -> Iterator[EntryPoint]:
-    """Yield the entry points of a group; a package whose metadata are damaged is skipped."""
+    """Yield the entry points of a group; skip packages with damaged metadata."""
     from importlib.metadata import distributions
 
     seen: set[str] = set()
@@ -150,7 +151,7 @@ def _declared(group: str) -> Iterator[EntryPoint]:
         except Exception as error:  # a file of any installed package may be damaged
             logger.info("the entry points of %s cannot be read: %s", getattr(package, "_path", ""), described(error))
             continue
-        if name not in seen:  # of several versions the first on the path is imported
+        if name not in seen:  # of several installed versions Python imports the first on the path
             seen.add(name)
             yield from entries
 
@@ -161,12 +162,12 @@ def _package(entry: EntryPoint) -> str:
 
 @cache
 def code_of(module: str) -> str:
-    """Return a hash of the package of a module; nothing for stemcal's own."""
+    """Return a hash of the code of the package that contains a module; empty for stemcal itself."""
     return "" if module.partition(".")[0] == "stemcal" else _package_hash(module)
 
 
 def _package_hash(module: str) -> str:
-    """Return a hash of the package or single file of an imported module; nothing without a file."""
+    """Return a hash of the top-level package, or single file, of an imported module; empty if it has no file."""
     top, own = (sys.modules.get(name) for name in (module.partition(".")[0], module))
     whole = top if getattr(top, "__file__", None) else own  # a namespace package has no file
     place = Path(getattr(whole, "__file__", None) or "")
@@ -174,7 +175,7 @@ def _package_hash(module: str) -> str:
 
 
 def hash_of(place: Path, length: int = 12) -> str:
-    """Return a hash of a Python file, or of all Python files in a folder, the same on every system."""
+    """Return a hash of a Python file, or of all Python files in a folder; the same on every operating system."""
     import hashlib
 
     root, digest = place.parent if place.is_file() else place, hashlib.sha256()
@@ -185,14 +186,14 @@ def hash_of(place: Path, length: int = 12) -> str:
     return digest.hexdigest()[:length]
 
 
-# ---- running code of users and of other packages: it may print, exit, or raise anything of any length
+# ---- running code of users and of other packages, which may print, exit, or raise any exception
 
 
-MOST_SHOWN = 500  # characters of an error's text
+MOST_SHOWN = 500  # characters of the text of an error
 
 
 class ForeignError(Exception):
-    """Code of a user or of another package failed; the message has the type and the text of its error."""
+    """Code of a user or of another package failed; the message has the type and the text of the error."""
 
 
 def described(error: BaseException) -> str:
@@ -204,16 +205,16 @@ def described(error: BaseException) -> str:
 
 
 def cut(text: str, most: int = MOST_SHOWN) -> str:
-    """Return a text in one line, at most `most` characters of it and the number of those left out."""
+    """Return the first `most` characters of a text in one line, and the number of characters left out."""
     more = f" … ({len(text) - most:,} more characters)" if len(text) > most else ""
     return " ".join(text[:most].split()) + more
 
 
 @contextmanager
 def contained() -> Iterator[None]:
-    """Run foreign code: its output goes to standard error, and `os._exit` raises.
+    """Run foreign code within this block: its output goes to standard error, and `os._exit` raises an exception.
 
-    Raises `ForeignError` for whatever the code raises, `SystemExit` included, but not for Ctrl-C.
+    Every exception of the code becomes a `ForeignError`, also `SystemExit`, but not `KeyboardInterrupt`.
     """
     try:
         with _without_exit(), _printing_to_stderr():
@@ -226,33 +227,33 @@ def contained() -> Iterator[None]:
 
 @contextmanager
 def _without_exit() -> Iterator[None]:
-    """Have `os._exit` raise `SystemExit` in this thread: it would end the process with any code and no message."""
-    leave, thread = os._exit, threading.get_ident()
+    """Let `os._exit` raise `SystemExit` in this thread; otherwise it would end the process without a message."""
+    original, thread = os._exit, threading.get_ident()
 
     def refuse(status: int) -> NoReturn:
         if threading.get_ident() != thread:
-            leave(status)
+            original(status)
         raise SystemExit(status)
 
     os._exit = refuse
     try:
         yield
     finally:
-        os._exit = leave
+        os._exit = original
 
 
 @contextmanager
 def _printing_to_stderr() -> Iterator[None]:
-    """Send what Python, native code and programs print to standard error: standard output is for data."""
-    kept = None
-    with suppress(OSError, AttributeError, ValueError):  # there may be no output at all
+    """Redirect output of Python, native code and programs to standard error; standard output is for data."""
+    original = None
+    with suppress(OSError, AttributeError, ValueError):  # the process may have no standard output
         sys.stdout.flush()
-        kept = os.dup(1)
+        original = os.dup(1)
         os.dup2(2, 1)
     try:
         with redirect_stdout(sys.stderr):
             yield
     finally:
-        if kept is not None:
-            os.dup2(kept, 1)
-            os.close(kept)
+        if original is not None:
+            os.dup2(original, 1)
+            os.close(original)

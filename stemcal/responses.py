@@ -1,8 +1,8 @@
-"""The table of responses: what a test of a stem gives, its name, label, symbol and unit, in which tests, and how.
+"""The table of responses: name, label, symbol and unit, the tests that have it, and how it follows from a curve.
 
 A new response is one entry of `TABLE`; in another package it is a `Response` with an entry point in the group
-``stemcal.responses``. A response that a spec declares for its own program (`responses:`) has no entry: the program
-returns its value. Every value of a response, measured or simulated, is in its `unit`.
+``stemcal.responses``. A response that a spec declares for an external program (`responses:`) has no entry, because the
+program returns its value. All values of a response, measured and simulated, are in its `unit`.
 """
 
 from collections.abc import Callable, Iterable, Mapping
@@ -21,13 +21,13 @@ Array = NDArray[np.float64]
 CUT = "cut"
 """The cutting test that the sections of a spec describe."""
 FURTHER_CUT = "cutting"
-"""The further cutting tests of a spec, by their kind."""
+"""The kind of the further cutting tests, those in the section `tests` of a spec."""
 PIECE = "piece"
-"""Every test of a piece of stem; one kind of these tests has its own name, such as ``three-point-bending``."""
+"""All tests of a piece of stem together; a single kind has its own name, such as ``three-point-bending``."""
 
 SECANT = (0.2, 0.5)
-"""Shares of the maximum force between which the slope is taken."""
-_FEWEST = 3  # rows of a slope
+"""Fractions of the maximum force between which the slope of a curve is fitted."""
+_FEWEST = 3  # points of a curve that a slope requires
 
 
 @dataclass(frozen=True)
@@ -35,12 +35,12 @@ class ForceTravel:
     """The force over the travel in one test of a stem, simulated or measured.
 
     travel, force             the curve (n,), mm and N: until the specimen breaks in laboratory tests, to the end of the
-                              stroke in the cutting test of the spec; empty if the record of a run has none
-    peak_force, peak_travel   maximum force until the break, N, and the travel there, mm; NaN if not reported
+                              stroke in the cutting test of the spec; empty if a run record has no curve
+    peak_force, peak_travel   maximum force until the break, N, and the travel at that force, mm; NaN if not reported
     diameter                  outer diameter of the stem, mm
     kind                      `CUT`, or the kind of the laboratory test
-    numbers                   those that the solver reports by name, such as ``break_travel``, among them responses that
-                              a curve does not give; empty for measured curves
+    numbers                   numbers that the solver reports by name, such as ``break_travel``, including responses
+                              that do not follow from the curve; empty for measured curves
     """
 
     travel: Array
@@ -64,14 +64,14 @@ class Response:
 
     name                  key in `targets`, in tables and in files
     label, symbol, unit   heading, symbol in equations, unit of all values
-    of                    returns the value of a `ForceTravel` in `unit`, None if the curve does not show it
-    meaning               text on the key in the reference of the spec
-    tests                 tests in which it exists: `CUT`, `FURTHER_CUT`, `PIECE`, or a kind of test
-    why_only              why the other tests do not have it, for those who measured it there
+    of                    returns the value from a `ForceTravel`, in `unit`; None if the curve does not determine it
+    meaning               description of the key in the reference of the spec
+    tests                 tests that have this response: `CUT`, `FURTHER_CUT`, `PIECE`, or a kind of test
+    why_only              why other tests do not have it; an error message shows it if a spec measures it there
     noun                  word for it in sentences, by default the label
-    of_test               words behind the name of a laboratory test, by default the noun
-    before_maximum        whether its value does not depend on the force after the first half of the rise
-    varies_with_mesh      whether it falls as elements get smaller
+    of_test               words that follow the name of a laboratory test, by default the noun
+    before_maximum        whether its value is valid even if the stroke ended before the maximum force
+    varies_with_mesh      whether its value falls as elements get smaller
     """
 
     name: str
@@ -88,22 +88,23 @@ class Response:
     varies_with_mesh: bool = False
 
     def value(self, test: ForceTravel) -> float | None:
-        """Return the value in a test, in `unit`: the number of that name in its run, otherwise `of` its curve.
+        """Return the value in a test, in `unit`: the number that the solver reports, otherwise that of the curve.
 
-        None if the test gives neither.
+        None if neither determines it.
         """
         try:
             number = test.numbers[self.name] if self.name in test.numbers else self.of(test)
             return None if number is None or not isfinite(number) else float(number)
-        except Exception as error:  # of another package
+        except Exception as error:  # `of` may be code of another package
             reason = f"{type(error).__name__}: {error}"
             raise UsageError(f"the response {self.name} cannot be calculated from a run: {reason}") from error
 
 
 def secant(travel: Array, force: Array, shares: tuple[float, float] = SECANT) -> float | None:
-    """Return the slope (N/mm) of a line fitted by least squares to a curve until the break.
+    """Return the slope (N/mm) of a straight line fitted by least squares to part of a curve until the break.
 
-    It is fitted from one share of the largest force to another; None if fewer than three rows lie between.
+    The part begins and ends where the force first reaches the two `shares` of its maximum. None if it has fewer than
+    three points.
     """
     low, high = (int(np.argmax(force >= share * force.max())) for share in shares)
     u, f = travel[low : high + 1], force[low : high + 1]
@@ -113,9 +114,9 @@ def secant(travel: Array, force: Array, shares: tuple[float, float] = SECANT) ->
 
 
 def work_until(travel: ArrayLike, force: ArrayLike, end: float) -> float:
-    """Integrate the force over the travel from first touch to `end`; N·mm, which is mJ.
+    """Return the work (N·mm = mJ) of a force from first contact, travel u = 0, to u = `end` (mm).
 
-    W = ∫₀ᵉⁿᵈ F du by the trapezoidal rule, the force at both ends interpolated.
+    W = ∫₀ᵉⁿᵈ F du by the trapezoidal rule; the force at both ends is interpolated.
     """
     u, f = np.asarray(travel, dtype=float), np.asarray(force, dtype=float)
     inner = u[(u > 0.0) & (u < end)]
@@ -131,14 +132,14 @@ def _work(test: ForceTravel) -> float | None:
     return float(np.trapezoid(test.force, test.travel))
 
 
-# A measured stem is cut through where the force stays below this share of its maximum, and has its first fracture where
-# the force falls by this share of the largest one before.
+# A measured stem is cut through when the force stays below this fraction of its maximum. Its first fracture is the
+# first fall of the force by this fraction of the largest force so far.
 _FALLEN = 0.1
-_BEGUN = 0.2  # share of the maximum below which the blade still settles
+_BEGUN = 0.2  # fraction of the maximum force below which a fall is the settling of the blade, not a fracture
 
 
 def _measured_energy(test: ForceTravel) -> float | None:
-    """Return the work (mJ) until a measured force stays below a tenth of its maximum; None if it never does.
+    """Return the work (mJ) until a measured force finally falls below a tenth of its maximum; None if it does not.
 
     >>> _measured_energy(ForceTravel(np.arange(5.0), np.array([0.0, 10.0, 20.0, 0.0, 0.0]), 20.0, 2.0, 8.0))
     30.0
@@ -150,7 +151,7 @@ def _measured_energy(test: ForceTravel) -> float | None:
 
 
 def _measured_fracture(test: ForceTravel) -> tuple[float | None, float | None]:
-    """Return force (N) and travel (mm) of the first peak of a measured curve from which the force falls by a tenth.
+    """Return force (N) and travel (mm) of the first peak after which a measured force falls by a tenth.
 
     >>> _measured_fracture(ForceTravel(np.arange(5.0), np.array([0.0, 10.0, 8.0, 30.0, 0.0]), 30.0, 3.0, 8.0))
     (10.0, 1.0)
@@ -164,7 +165,7 @@ def _measured_fracture(test: ForceTravel) -> tuple[float | None, float | None]:
 
 
 WHOLE_CUT = ("cutting_energy", "first_fracture_force", "first_fracture_travel")
-"""The responses that only a cut all the way through the stem has."""
+"""Responses of a test in which the stem is cut through completely."""
 _WHOLE_CUT: Any = {"tests": frozenset({CUT}), "why_only": "only a cut all the way through the stem has it"}
 
 TABLE: tuple[Response, ...] = (
@@ -222,10 +223,10 @@ TABLE: tuple[Response, ...] = (
         varies_with_mesh=True,
     ),
 )
-"""The responses that come with stemcal. Records of laboratory tests list measured ones in this order."""
+"""The built-in responses. Records of laboratory tests list their responses in this order."""
 
 RESPONSES: Registry[Response] = Registry(Response, "stemcal.responses", TABLE)
-"""Those of the table, and those of other packages by their entry points."""
+"""The built-in responses and those of other packages."""
 
 
 def response_of(name: str, *tests: str) -> Response | None:
@@ -236,21 +237,18 @@ def response_of(name: str, *tests: str) -> Response | None:
 
 def known_response(name: str) -> Response:
     """Return the response with this name; raise `KeyError` if there is none."""
-    if (found := RESPONSES.named(name)) is None:
+    if (response := RESPONSES.named(name)) is None:
         raise KeyError(name)
-    return found
+    return response
 
 
 def responses_in(*tests: str, measured: Iterable[str] = ()) -> tuple[Response, ...]:
-    """Return the built-in responses that exist in any of these tests, and those of other packages that were `measured`.
-
-    Without tests it returns those of all tests.
-    """
-    built_in = tuple(one for one in RESPONSES.built_in if not tests or one.tests.intersection(tests))
-    more = dict.fromkeys(one for name in measured if (one := response_of(name, *tests)) is not None)
-    return (*built_in, *(one for one in more if one not in built_in))
+    """Return the built-in responses of these tests (default: all), then the `measured` ones of other packages."""
+    built_in = tuple(response for response in RESPONSES.built_in if not tests or response.tests.intersection(tests))
+    named = dict.fromkeys(response_of(name, *tests) for name in measured)
+    return (*built_in, *(response for response in named if response is not None and response not in built_in))
 
 
 def packages_of(names: Iterable[str]) -> dict[str, str]:
-    """Return ``package of NAME``: version and hash, for each response of another package."""
+    """Return version and code hash of the package of each response that is not built in, as ``package of NAME``."""
     return {f"package of {name}": version for name in names if (version := RESPONSES.version_of(name))}

@@ -10,5 +10,5 @@ __version__ = "0.3.0"
 
 @cache
 def code_version() -> str:
-    """Return the version and a hash of the sources of stemcal, the same on every system."""
+    """Return the version and a hash of the source files, ``0.3.0+…``; the same on every operating system."""
     return f"{__version__}+{hash_of(Path(__file__).parent)}"

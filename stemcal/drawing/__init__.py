@@ -1,1 +1,1 @@
-"""Tables and figures as data, and the base class of what shows a stage."""
+"""Tables and figures as data, and the base class that each stage extends to describe its result."""

@@ -1,4 +1,4 @@
-"""Columns and tables that several stages share, and how their values are written."""
+"""Table columns that several stages use, and the formatting of their values."""
 
 from collections.abc import Callable, Iterable
 from typing import Any
@@ -13,23 +13,23 @@ ERROR = Column("error_percent", "Error", "%", direction)
 
 
 def condition(naming: Vocabulary) -> tuple[Column, ...]:
-    """Return the column of the condition; none where a study has none."""
+    """Return the column of the condition as a tuple; empty if the study has no condition."""
     named = naming.condition
     return () if named is None else (Column("condition", named.capital, named.written, short),)
 
 
 def factor(names: Wording) -> Column:
-    """Return the column that names a factor."""
+    """Return the column with the names or labels of factors."""
     return Column("factor", "Factor", form=names.factor, words=True)
 
 
 def levels(factors: Iterable[str], names: Wording, form: Form = significant) -> tuple[Column, ...]:
-    """Return a column for the level of each factor."""
+    """Return one column for each factor, which contains its level."""
     return tuple(Column(name, names.factor(name), form=form) for name in factors)
 
 
 def simulated(named: Variable, label: str = "") -> Column:
-    """Return the column of what runs gave: the value, or why there is none."""
+    """Return the column of the simulated response of each run: its value, or the reason why the run failed."""
 
     def of(row: Any) -> float | str:
         value: float | None = row.outcome.response
@@ -41,7 +41,10 @@ def simulated(named: Variable, label: str = "") -> Column:
 
 
 def measured_columns(names: Wording, each: bool, columns: Iterable[tuple[str, str, Form]]) -> list[Column]:
-    """Return columns of responses, headed by the unit; if `each` row has another response, with names and units."""
+    """Return the condition and these `columns` (key, label, form) of values of the first response, with its unit.
+
+    If `each` row has a response of its own, a column with the name and one with the unit of that response are added.
+    """
     naming, unit = names.naming, "" if each else names.response.written
     values = [Column(key, label, unit, form) for key, label, form in columns]
     if not each:
@@ -52,7 +55,7 @@ def measured_columns(names: Wording, each: bool, columns: Iterable[tuple[str, st
 
 
 def starred(value: tuple[float | None, str] | None) -> str:
-    """Return a p-value with its stars, the digits aligned; nothing where there is none.
+    """Format a p-value and its stars of significance, with aligned digits; empty for None.
 
     >>> starred((0.0022, "**")), starred((0.4, "")), starred((None, ""))
     ('0.0022 **', '0.4000   ', '')
@@ -61,29 +64,29 @@ def starred(value: tuple[float | None, str] | None) -> str:
 
 
 def squares(value: float | None) -> str:
-    """Return a sum of squares with two decimals, more where they are needed to see it."""
+    """Format a sum of squares with two decimals; below 1 with four significant digits."""
     if value is None:
         return ""
     return fixed(value) if abs(value) >= 1.0 or value == 0.0 else significant(value)
 
 
 def ratio(value: float | None) -> str:
-    """Return a ratio F, more decimals below 1; nothing where there is none."""
+    """Format an F ratio with two decimals, four below 1; empty for None."""
     return "" if value is None else fixed(value, 2 if value >= 1.0 else 4)
 
 
 def response_decimals(response: Variable, values: Iterable[float | None], usual: int = 2) -> int:
-    """Return the decimals of a response's values: those of forces in N, more where a response is small."""
+    """Return the number of decimals for values of a response: `usual` for the force, more for other small values."""
     return usual if response == FORCE else decimals(values, usual)
 
 
 def to_decimals(places: int) -> Form:
-    """Return a function that writes numbers with fixed decimals."""
+    """Return a function that formats numbers with a fixed number of decimals."""
     return lambda value: fixed(value, places)
 
 
 def scores(names: Wording) -> list[str]:
-    """Return the explanation of scores, which are deviations from a measured mean."""
+    """Return a footnote that explains scores, if a response is one; scores are deviations from the measured mean."""
     text = (
         "A score is the signed deviation of a curve from the mean measured curve along one mode. The error of a score "
         "is given as a percentage of the maximum force."
@@ -95,7 +98,7 @@ _VALUES = "measured", "predicted", "simulated"
 
 
 def from_means(rows: Iterable[dict[str, Any]], names: Wording) -> list[dict[str, Any]]:
-    """Return rows of responses; of one that counts so, how far values are from the measured mean."""
+    """Return table rows in which the values of scores are replaced by differences from the measured mean."""
     shown = []
     for row in rows:
         if (named := names.naming.named(row["response"])).apart:

@@ -1,7 +1,8 @@
-"""A figure before it is drawn, and as the page has it: one drawing for light and dark, with styles and marks shared.
+"""Figures that are drawn on demand, and their conversion to compact SVG for the report page, in light and dark mode.
 
-Matplotlib repeats the style with every path, writes a millionth of a point, and defines each mark once a figure: three
-quarters of what it writes. The page keeps a tenth of a point.
+Matplotlib repeats the style with every path, writes coordinates to a millionth of a point and defines the same markers
+in each figure. The page shares styles and markers between figures and rounds to a tenth of a point: a quarter of the
+size.
 """
 
 import json
@@ -23,7 +24,14 @@ _ROUNDED = ("x", "y", "width", "height", "transform")
 
 @dataclass(frozen=True)
 class Plot:
-    """A figure and what draws it; not all are `on_page`, a `detail` is folded, `claims` needs a calibrated study."""
+    """A figure with its caption, and the function `make` that draws it.
+
+    section   heading on the page
+    on_page   whether the page shows it
+    wide      whether it uses the full width of the page
+    detail    whether the page shows it folded
+    claims    whether it is shown only if the study is calibrated
+    """
 
     name: str
     section: str
@@ -36,7 +44,7 @@ class Plot:
 
     @cached_property
     def figure(self) -> Figure:
-        """The figure, made once: page and files share it."""
+        """The figure, drawn on first use; page and files share it."""
         return self.make()
 
     @cached_property
@@ -46,7 +54,7 @@ class Plot:
 
     @cached_property
     def readings(self) -> list[dict[str, Any]]:
-        """What its lines and bars show, where they are in its `document`."""
+        """The data of its lines and bars for the page; `document` fixes their positions, so it is made first."""
         return readings(self.figure) if self.document else []
 
     @cached_property
@@ -57,24 +65,27 @@ class Plot:
 
 @dataclass
 class Shared:
-    """What the figures of a page share: the class of each style; marks and clipping paths, each with its id."""
+    """Definitions that all figures of a page share: the CSS class of each style, the id of each marker or clip path."""
 
     styles: dict[str, str] = field(default_factory=dict)
     marks: dict[tuple[str, str], str] = field(default_factory=dict)
 
     @property
     def css(self) -> str:
-        """The rules of all styles."""
+        """The CSS rules of all styles."""
         return "\n".join(f".{name} {{ {style} }}" for style, name in self.styles.items())
 
     @property
     def defs(self) -> str:
-        """The marks and clipping paths, to be written once."""
+        """The SVG definitions of the markers and clip paths, which the page contains once."""
         return "".join(f'<{tag} id="{name}"{rest}' for (tag, rest), name in self.marks.items())
 
 
 def inline_svg(document: str, description: str, shared: Shared, values: Sequence[Any] = ()) -> str:
-    """Return a figure's `svg` for the page with `values` under the pointer; what figures share goes to `shared`."""
+    """Return the SVG of a figure for the page; add its styles, markers and clip paths to `shared`.
+
+    `document` is the SVG of Matplotlib, `values` are the data that the page shows under the mouse pointer (`readings`).
+    """
     root, ids = fromstring(document), dict[str, str]()
     for node in root.iter():
         node.tag = node.tag.rpartition("}")[2]
@@ -90,19 +101,18 @@ def inline_svg(document: str, description: str, shared: Shared, values: Sequence
 
 
 def _written(node: Element, shared: Shared, ids: dict[str, str]) -> str:
-    """Return an element as text; of a group without attributes only its content."""
     if node.tag in ("defs", "metadata"):
         return ""
     inside = str(escape((node.text or "").strip())) + "".join(_written(child, shared, ids) for child in node)
     attributes = "".join(f' {name}="{escape(value)}"' for name, value in _attributes(node, shared, ids))
-    if node.tag == "g" and not (inside and attributes):
+    if node.tag == "g" and not (inside and attributes):  # a group without effect
         return inside
     return f"<{node.tag}{attributes}>{inside}</{node.tag}>" if inside else f"<{node.tag}{attributes}/>"
 
 
 def _attributes(node: Element, shared: Shared, ids: dict[str, str]) -> Iterator[tuple[str, str]]:
     for name, value in node.attrib.items():
-        if name == "style":  # in the colours and the font of the page
+        if name == "style":  # the page determines fonts and colours
             style = re.sub(r"\bfont: [^;]*?([\d.]+px)[^;]*", r"font-size: \1", value)
             style = re.sub(r"font-family: [^;]*;? ?", "", style)
             for colour, variable in COLOURS.items():
@@ -122,7 +132,7 @@ def _attributes(node: Element, shared: Shared, ids: dict[str, str]) -> Iterator[
 
 
 def _shorter_path(text: str) -> str:
-    """Return a text with its numbers to a tenth, as a path with no blanks around its commands.
+    """Shorten the data of an SVG path: numbers to one decimal, no blanks around commands.
 
     >>> _shorter_path("M 10.04 20 L 13.333 20.96 z")
     'M10 20L13.3 21z'
@@ -131,31 +141,32 @@ def _shorter_path(text: str) -> str:
     return re.sub(r"\s*([MLQCz])\s*", r"\1", tenths)
 
 
-# ---- values under the pointer
+# ---- values under the mouse pointer
 
-_DENSE = 60  # points of a curve without a name, above which it is one of many
+_DENSE = 60  # a curve without a name shows no values if it has more points
 _SCALED = ("linear", "log")
 
 
 def readings(figure: Figure) -> list[dict[str, Any]]:
-    """Return the data of the lines and bars of each pair of plane axes, with its position in the figure.
+    """Return the data of the lines and bars of each two-dimensional panel of a figure.
 
-    A series is a name and its points in the units of the axes, which its `svg` draws between `ends`, in points.
+    Each panel has two axes `x` and `y` (see `_axis`), and a `series` for each line or bar: its name and its points in
+    the units of the axes.
     """
     wide, high = (72.0 * inches for inches in figure.get_size_inches())
-    found: list[dict[str, Any]] = []
-    panels: list[Any] = figure.axes  # flat ones and such in space
+    data: list[dict[str, Any]] = []
+    panels: list[Any] = figure.axes  # two- and three-dimensional
     for axes in panels:
         if axes.name != "3d" and axes.get_xscale() in _SCALED and (series := list(_series(axes))):
             box = axes.get_position()
             x = _axis(axes.xaxis, [box.x0 * wide, box.x1 * wide], axes.get_xlim())
             y = _axis(axes.yaxis, [(1.0 - box.y0) * high, (1.0 - box.y1) * high], axes.get_ylim())
-            found.append({"x": x, "y": y, "series": series})
-    return found
+            data.append({"x": x, "y": y, "series": series})
+    return data
 
 
 def _axis(axis: Any, ends: list[float], limits: tuple[float, float]) -> dict[str, Any]:
-    """Return an axis: its ends in points and in units, whether it is logarithmic, its name and its unit."""
+    """Return an axis: its ends in the SVG (points) and in its unit, whether it is logarithmic, its name and unit."""
     label = "" if _words(axis) else axis.get_label_text().replace("\n", " ").replace("\\$", "$")
     name, comma, unit = label.rpartition(", ")
     heading = {"name": name if comma else label, "unit": f" {unit}" if comma else ""}
@@ -164,13 +175,13 @@ def _axis(axis: Any, ends: list[float], limits: tuple[float, float]) -> dict[str
 
 
 def _words(axis: Any) -> dict[float, str]:
-    """Return the words that an axis has instead of numbers, by their places."""
+    """Return the tick labels of an axis by their positions; empty if they are numbers."""
     texts = {float(at): label.get_text() for at, label in zip(axis.get_ticklocs(), axis.get_ticklabels(), strict=False)}
     return {} if all(re.fullmatch(r"[\d.,−+e-]*", text) for text in texts.values()) else texts
 
 
 def _series(axes: Any) -> Iterator[tuple[str, list[tuple[float, float]]]]:
-    """Yield the lines with names, those with few points, and the ends of the bars."""
+    """Yield name and points of each line that has a name or few points, and the ends of bars."""
     words = {**_words(axes.xaxis), **_words(axes.yaxis)}
     for line in axes.lines:
         label, points = str(line.get_label()), [(float(x), float(y)) for x, y in line.get_xydata()]
@@ -187,7 +198,7 @@ def _series(axes: Any) -> Iterator[tuple[str, list[tuple[float, float]]]]:
 def _named(
     label: str, points: list[tuple[float, float]], words: dict[float, str]
 ) -> Iterator[tuple[str, list[tuple[float, float]]]]:
-    """Yield points as a series; where an axis has words, each with its own."""
+    """Yield the points as one series; if an axis has words as tick labels, each point as a series with its word."""
     kept = [(_rounded(x), _rounded(y)) for x, y in points if isfinite(x) and isfinite(y)]
     if words and not label:
         yield from ((words.get(x) or words.get(y) or "", [(x, y)]) for x, y in kept)

@@ -1,4 +1,4 @@
-"""The base class of what shows a stage: its sentences, tables and figures, made from its result."""
+"""The base class `Showing`: it creates the sentences, tables and figures of a stage from the result of the stage."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ from stemcal.vocabulary import Wording
 R = TypeVar("R", bound=Any)  # the result of a stage
 
 RANGE = "95 % confidence interval"
-"""What the range of a parameter to cite is called."""
+"""The name of the interval that is reported with a calibrated parameter."""
 
 
 class Finished(Protocol):
@@ -23,23 +23,29 @@ class Finished(Protocol):
 
     @property
     def done(self) -> Sequence[Any]:
-        """The results, in order."""
+        """The results of the finished stages, in order."""
 
     @property
     def calibrated(self) -> bool:
-        """Whether the parameters are known."""
+        """Whether a finished stage has determined the parameters."""
 
     @property
     def parameters(self) -> Mapping[str, float]:
         """The calibrated level of every factor."""
 
     def of(self, kind: type[Any]) -> Any:
-        """Return the result of a stage by its class; None where it is not done."""
+        """Return the result of this class; None if its stage is not finished."""
 
 
 @dataclass(frozen=True)
 class Setting:
-    """A study, all results, whether it is calibrated (`holds`), and `frame`: profiler data as HTML for a notebook."""
+    """Everything besides its own result that a stage needs to show it.
+
+    study     the study
+    results   the results of all finished stages
+    holds     whether the verdict is that the study is calibrated
+    frame     converts the data of the profiler to HTML for a notebook
+    """
 
     study: Study
     results: Finished
@@ -48,12 +54,12 @@ class Setting:
 
     @cached_property
     def labels(self) -> dict[str, str]:
-        """What people call the factors."""
+        """The labels of the factors by their names."""
         return {factor.name: factor.label for factor in self.study.factors}
 
     @cached_property
     def labelled(self) -> Wording:
-        """The factors by label and unit, as papers print them."""
+        """The wording for figures, in which factors have label and unit: ``Yield stress (MPa)``."""
         names = {}
         for factor in self.study.factors:
             unit = unit_written(factor.unit)
@@ -62,47 +68,53 @@ class Setting:
 
 
 class Showing(Checked, Generic[R]):
-    """Words, tables and figures of a stage; an outcome that `claims` agreement is shown of a calibrated study only."""
+    """Creates the sentences, tables and figures of a stage; a stage overrides the methods that it needs.
+
+    With `claims` the outcome is shown only if the study is calibrated.
+    """
 
     claims: ClassVar[bool] = False
 
     def outcome(self, result: R, names: Wording) -> list[str]:
-        """Return the outcome in sentences."""
+        """Return sentences that state the outcome."""
         return []
 
     def tables(self, result: R, names: Wording) -> list[Table]:
-        """Return its tables."""
+        """Return the tables of the stage."""
         return []
 
     def findings(self, result: R, names: Wording) -> list[Table]:
-        """Return the tables that `stemcal run` prints before its end."""
+        """Return the tables that `stemcal run` prints as soon as the stage is finished."""
         return []
 
     def figures(self, result: R, setting: Setting) -> list[Plot]:
-        """Return its figures, none of them drawn yet."""
+        """Return the figures of the stage, which are drawn later, on first use."""
         return []
 
     def cited(self, result: R) -> Mapping[str, str]:
-        """Return the 95 % confidence interval of each parameter that it sets, to cite."""
+        """Return the 95 % confidence interval of each parameter that the stage determines, as text to report."""
         return {}
 
     def validity(self, result: R, holds: bool) -> list[str]:
-        """Return the settings that the parameters depend on; if the study `holds`, what their ranges assume."""
+        """Return sentences on the settings for which the parameters are valid.
+
+        If the study is calibrated (`holds`), also the assumptions of the confidence intervals.
+        """
         return []
 
     def closing(self, result: R, setting: Setting) -> list[Table]:
-        """Return the tables of the last screen of a whole study."""
+        """Return the tables that `stemcal run` prints last, when the whole study is finished."""
         return []
 
     def profiler(self, result: R, setting: Setting) -> dict[str, Any] | None:
-        """Return the data of the profiler of the page, for JSON."""
+        """Return the data of the page's profiler in types of JSON; None if the stage has none."""
         return None
 
     def in_notebook(self, result: R, setting: Setting) -> R:
-        """Return the result as a notebook uses it, which may do more."""
+        """Return the result for use in a notebook, where it may have further methods."""
         return result
 
 
 def names_of(result: Any, labels: Mapping[str, str] | None = None) -> Wording:
-    """Return the names of a result's responses, its condition and its factors."""
+    """Return the wording of a result, with `labels` of factors by their names."""
     return Wording(result.naming, labels or {})

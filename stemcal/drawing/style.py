@@ -1,4 +1,4 @@
-"""How figures look: safe for the colour-blind, fonts for Chinese, SVG in the page's text colour, light and dark."""
+"""The style of figures: colours safe for colour-blind readers, fonts for Chinese, SVG for light and dark mode."""
 
 import io
 import logging
@@ -16,7 +16,7 @@ from stemcal.storage.atomic import write_atomic
 if TYPE_CHECKING:
     from matplotlib.axes import Axes as Axes
     from matplotlib.figure import Figure as Figure
-else:  # for annotations: only what draws loads matplotlib
+else:  # only functions that draw import matplotlib, which is slow to load
     Axes = Figure = Any
 
 INK = "#23272e"
@@ -28,8 +28,8 @@ _OF_THE_PAGE = {FAINT: "var(--faint)", BLUE: "var(--blue)", ORANGE: "var(--orang
 COLOURS = {INK: "currentColor", **_OF_THE_PAGE}
 
 _INCH = 25.4
-_LOOKS = 6  # at a view in space, each from farther off
-# Pixels without transparency pack well at once: higher levels take twice as long for a tenth less.
+_LOOKS = 6  # most attempts to fit a three-dimensional view into its figure
+# A higher compression level of PNG takes twice as long and saves only 10 %.
 _PACKED: dict[str, dict[str, Any]] = {"png": {"compress_level": 3}, "tiff": {"compression": "tiff_lzw"}}
 
 _FONTS = (
@@ -41,7 +41,7 @@ _FONTS = (
 
 @cache
 def installed_fonts() -> list[str]:
-    """Return those of our fonts that this machine has; matplotlib looks each glyph up along the list."""
+    """Return the installed ones of `_FONTS`; matplotlib searches each glyph in this order."""
     from matplotlib import font_manager
 
     installed = {font.name for font in font_manager.fontManager.ttflist}
@@ -50,10 +50,10 @@ def installed_fonts() -> list[str]:
 
 @contextmanager
 def styled() -> Iterator[None]:
-    """Draw or save within this block in stemcal's style; glyphs that no font has are no news."""
+    """Apply stemcal's style to figures drawn or saved within this block; suppress warnings about missing glyphs."""
     import matplotlib
 
-    settings: Any = {  # the type of matplotlib for them lists all its keys
+    settings: Any = {  # matplotlib's own type would require all keys
         "font.family": installed_fonts(),
         "font.size": 9,
         "axes.titlesize": 9,
@@ -74,7 +74,7 @@ def styled() -> Iterator[None]:
         "legend.fontsize": 8,
         "svg.fonttype": "none",
         "svg.hashsalt": "stemcal",
-        "pdf.fonttype": 42,  # TrueType, which journals ask for
+        "pdf.fonttype": 42,  # TrueType, which journals require
         "ps.fonttype": 42,
     }
     with matplotlib.rc_context(settings), warnings.catch_warnings():
@@ -83,17 +83,17 @@ def styled() -> Iterator[None]:
 
 
 def literal(text: str) -> str:
-    """Return text that matplotlib takes unchanged: `$` would begin a formula."""
+    """Escape `$` in a text, with which matplotlib would begin a formula."""
     return text.replace("$", r"\$")
 
 
-def axis_of(called: str, unit: str | None) -> str:
-    """Return a factor's label, or its name, with its unit, for an axis."""
-    return literal(f"{called}, {written}" if (written := unit_written(unit or "1")) else called)
+def axis_of(label: str, unit: str | None) -> str:
+    """Return the text along the axis of a factor: its label and unit."""
+    return literal(f"{label}, {written}" if (written := unit_written(unit or "1")) else label)
 
 
 def in_lines(text: str, most: int) -> str:
-    """Return text in lines of at most `most` cells, of which a Chinese character takes two.
+    """Break a text into lines with a width of at most `most` letters; a Chinese character has the width of two.
 
     >>> in_lines("yield stress along the fibre, MPa", 20), in_lines("茎秆屈服应力", 8)
     ('yield stress along\\nthe fibre, MPa', '茎秆屈服\\n应力')
@@ -105,7 +105,7 @@ def in_lines(text: str, most: int) -> str:
 
 
 def frame_in_space(axes: Any, share: float = 1.0) -> None:
-    """Set a view in space so far off that no name next to its edges is cut off."""
+    """Zoom a three-dimensional view out until no axis label is cut off; `share` scales the view and the label gaps."""
     page, zoom = axes.figure.bbox, 0.98 * share
     for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
         axis.labelpad = 4.0 + 8.0 * axis.get_label_text().count("\n") * share
@@ -121,7 +121,7 @@ def frame_in_space(axes: Any, share: float = 1.0) -> None:
 
 @contextmanager
 def new_figure(width: float = 4.7, height: float = 3.3) -> Iterator[Figure]:
-    """Yield a figure (sizes in inches) to draw in stemcal's style, without display or global state."""
+    """Yield a new figure (size in inches) and apply stemcal's style within the block; needs no display."""
     with styled():
         yield _shown_figure()(figsize=(width, height), layout="constrained")
 
@@ -131,7 +131,7 @@ def _shown_figure() -> Any:
     from matplotlib.figure import Figure
 
     class ShownFigure(Figure):
-        """A figure that a notebook shows without matplotlib's inline backend."""
+        """A figure that a notebook can show without matplotlib's inline backend."""
 
         def _repr_png_(self) -> bytes:
             image = io.BytesIO()
@@ -143,11 +143,11 @@ def _shown_figure() -> Any:
 
 
 def legend_above(axes: Axes, most: int = 3) -> None:
-    """Name the curves above the axes, where they hide nothing, in as many columns as the axes' width takes."""
+    """Place the legend above the axes, in up to `most` columns if the width of the axes allows."""
     handles, labels = axes.get_legend_handles_labels()
     if labels:
         wide = 1.15 * axes.bbox.width / axes.figure.dpi
-        most = max(1, min(most, int(wide / (0.5 + 0.065 * max(map(len, labels))))))  # inches of a line and its letters
+        most = max(1, min(most, int(wide / (0.5 + 0.065 * max(map(len, labels))))))  # 0.5 inch a line, 0.065 a letter
         axes.legend(
             handles, labels, loc="lower left", bbox_to_anchor=(-0.02, 1.0), borderaxespad=0.2,
             ncols=min(most, len(labels)), columnspacing=1.2, handlelength=1.8,
@@ -155,9 +155,10 @@ def legend_above(axes: Axes, most: int = 3) -> None:
 
 
 def save(figure: Figure, path: Path, dpi: float = 200) -> None:
-    """Write a figure for use outside the page, on white; the suffix determines the format."""
+    """Save a figure on a white background; the suffix of `path` determines the format."""
     kind = path.suffix.lower().removeprefix(".")
-    logging.getLogger("matplotlib.backends.backend_ps").setLevel(logging.ERROR)  # EPS has no transparency: known
+    # matplotlib would warn that EPS has no transparency
+    logging.getLogger("matplotlib.backends.backend_ps").setLevel(logging.ERROR)
     file = io.BytesIO()
     with styled():
         if kind in _PACKED:
@@ -168,7 +169,7 @@ def save(figure: Figure, path: Path, dpi: float = 200) -> None:
 
 
 def _save_pixels(kind: str, figure: Figure, file: IO[bytes], dpi: float) -> None:
-    """Write a figure in red, green and blue alone: publishers refuse what may be transparent."""
+    """Write a figure as pixels without an alpha channel, because publishers reject transparent images."""
     from PIL import Image
 
     drawn = io.BytesIO()
@@ -179,21 +180,21 @@ def _save_pixels(kind: str, figure: Figure, file: IO[bytes], dpi: float) -> None
 
 
 def resize(figure: Figure, width: float) -> None:
-    """Give a figure another width (mm), and a height that changes less; text keeps its size in points."""
-    now_wide, now_high = figure.get_size_inches()
-    wide = width / _INCH
-    figure.set_size_inches(wide, now_high * (wide / now_wide) ** 0.7)
-    panels: list[Any] = figure.axes  # flat ones and such in space
+    """Set the width of a figure (mm); the height changes less than in proportion, the size of text not at all."""
+    old_width, old_height = figure.get_size_inches()
+    ratio = width / _INCH / old_width
+    figure.set_size_inches(width / _INCH, old_height * ratio**0.7)
+    panels: list[Any] = figure.axes  # two- and three-dimensional
     for axes in panels:
         if axes.name == "3d":
-            frame_in_space(axes, min(1.0, wide / now_wide) ** 0.6)
+            frame_in_space(axes, min(1.0, ratio) ** 0.6)
         if axes.get_legend() is not None:
             with styled():
                 legend_above(axes, most=6)
 
 
 def svg(figure: Figure) -> str:
-    """Return a figure as an SVG document, the same bytes each time; everything then has its place for good."""
+    """Return a figure as an SVG document, with the same bytes each time; from then on its layout is fixed."""
     text = io.StringIO()
     with styled():
         _lay_out(figure)
@@ -202,7 +203,7 @@ def svg(figure: Figure) -> str:
 
 
 def _lay_out(figure: Figure) -> None:
-    """Place everything by text widths in SVG, then remove the layout engine, which would cost another drawing."""
+    """Compute the layout with the text widths of SVG, then remove the layout engine, so that the layout is fixed."""
     from matplotlib.backends.backend_svg import FigureCanvasSVG
 
     engine, canvas, dpi = figure.get_layout_engine(), figure.canvas, figure.dpi
@@ -215,7 +216,7 @@ def _lay_out(figure: Figure) -> None:
 
 
 def png(figure: Figure) -> bytes:
-    """Return a figure on white as PNG, everything where it is in its `svg`."""
+    """Return a figure as PNG on a white background, with the layout of its SVG."""
     image = io.BytesIO()
     with styled():
         _lay_out(figure)
@@ -224,7 +225,7 @@ def png(figure: Figure) -> bytes:
 
 
 def _anonymous(kind: str) -> dict[str, None]:
-    """Return metadata without date and maker, which would differ from one machine to the next."""
+    """Return metadata that remove date and program from a file, so that its bytes are the same on every machine."""
     names = {
         "svg": ("Date", "Creator", "Format", "Type"),
         "pdf": ("CreationDate", "Creator", "Producer"),

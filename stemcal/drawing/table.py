@@ -1,4 +1,4 @@
-"""Tables: columns and values, written by the terminal, the page, files and notebooks."""
+"""Tables as data: the terminal, the page, CSV files and notebooks write them."""
 
 from __future__ import annotations
 
@@ -13,16 +13,21 @@ from stemcal.storage.typed import to_json
 if TYPE_CHECKING:
     import pandas as pd
 
-MOST_ROWS = 40  # of a table on the terminal and the page; its file has all
+MOST_ROWS = 40  # most rows of a table on the terminal and the page; its file has all
 
 
 @dataclass(frozen=True)
 class Column:
-    """A column: its key in files and frames, its heading on paper, the unit of its numbers, how a value is written.
+    """A column of a table.
 
-    Without a `form` it holds words; a word in a column of numbers is the reason for a missing one. `of` takes the
-    value from a row that has no field of that key. A column that `claims` holds for a calibrated study only; the
-    `form` of `words` writes words, as that of a factor its label.
+    key      heading in CSV files and data frames, and by default the field of a row that contains the value
+    label    heading on the terminal and the page; by default the key
+    unit     unit of the numbers
+    form     formats a value as text; None for a column of words. Text in a column of numbers, the reason for a missing
+             value, is not formatted
+    of       returns the value from a row, instead of the field `key`
+    words    whether the column contains words although it has a `form`, such as names replaced by labels
+    claims   whether it is shown only if the study is calibrated
     """
 
     key: str
@@ -35,12 +40,12 @@ class Column:
 
     @property
     def left(self) -> bool:
-        """Whether it holds words, which begin at the left."""
+        """Whether it contains words, which are aligned left."""
         return self.words or self.form is None
 
     @property
     def name(self) -> str:
-        """The heading without the unit: the label, or else the key."""
+        """The heading without the unit."""
         return self.key if self.label is None else self.label
 
     @property
@@ -61,10 +66,14 @@ class Column:
 
 @dataclass(frozen=True)
 class Table:
-    """A table: columns and rows of values, made once and written by the terminal, the page, files and frames.
+    """A table of values, unformatted.
 
-    Rows that are `strong` are emphasised. On the page a `detail` is folded. A table that `claims` holds for a
-    calibrated study only, as do the lines of `claimed` below those of the foot.
+    rows      a value for each column
+    foot      lines below the table
+    claimed   further lines, shown only if the study is calibrated
+    strong    indices of the rows that are emphasised
+    detail    whether the page shows the table folded
+    claims    whether the table is shown only if the study is calibrated
     """
 
     columns: tuple[Column, ...]
@@ -85,38 +94,38 @@ class Table:
         foot: Iterable[str] = (),
         **options: Any,
     ) -> Table:
-        """Take these columns from results, a row each; empty where one has no such field.
+        """Create a table with a row for each of `things`, mappings or dataclasses; a missing field is an empty cell.
 
         >>> Table.of(["run", Column("level", "Level", "mm", "{:.2f}".format)], [{"run": "a", "level": 1.0}]).cells
         (('a', '1.00'),)
         """
-        taken = tuple(Column(column) if isinstance(column, str) else column for column in columns)
+        typed = tuple(Column(column) if isinstance(column, str) else column for column in columns)
         rows = []
         for thing in things:
             fields = thing if isinstance(thing, Mapping) else getattr(thing, "__dict__", {})
-            if is_dataclass(thing):  # as its file has them, and factors by their names
+            if is_dataclass(thing):  # with the keys of its JSON, and the level of each factor by name
                 fields = to_json(thing)
                 fields = {**fields.get("levels", {}), **fields}
-            rows.append(tuple(fields.get(c.key) if c.of is None else c.of(thing) for c in taken))
-        return cls(taken, tuple(rows), title, tuple(foot), **options)
+            rows.append(tuple(fields.get(c.key) if c.of is None else c.of(thing) for c in typed))
+        return cls(typed, tuple(rows), title, tuple(foot), **options)
 
     @classmethod
     def of_rows(cls, rows: Rows[Any]) -> Table:
-        """Return a table with a column per field."""
+        """Create a table with a column for each field of the rows."""
         return cls.of(list(to_json(rows[0])) if rows else (), rows)
 
     @property
     def heads(self) -> tuple[str, ...]:
-        """The headings of the columns."""
+        """The headings of the columns, with units."""
         return tuple(column.head for column in self.columns)
 
     @property
     def cells(self) -> tuple[tuple[str, ...], ...]:
-        """The texts of the cells, row by row."""
+        """The formatted cells, row by row."""
         return tuple(tuple(c.written(v) for c, v in zip(self.columns, row, strict=True)) for row in self.rows)
 
     def unclaimed(self) -> Table | None:
-        """Return the part that may be shown of a study that is not calibrated; None if there is none."""
+        """Return the table for a study that is not calibrated, without parts that claim it; None if nothing is left."""
         left = self._at([place for place, column in enumerate(self.columns) if not column.claims])
         return None if self.claims else replace(left, claimed=())
 
@@ -125,7 +134,9 @@ class Table:
         return replace(self, columns=tuple(self.columns[place] for place in places), rows=rows)
 
     def shortened(self, whole: str, most: int = MOST_ROWS) -> Table:
-        """Return at most `most` rows: the first, and those with the largest errors; `whole` names the file with all.
+        """Return a table of at most `most` rows, the first ones and those with the largest errors.
+
+        `whole` is the name of the file with all rows, for the note in the foot.
 
         >>> table = Table.of(["run", "error_percent"], [{"run": n, "error_percent": -n % 7} for n in range(9)])
         >>> short = table.shortened("`a.csv`", 4)
@@ -147,10 +158,10 @@ class Table:
         return replace(self, rows=rows, strong=strong, foot=(*self.foot, f"{words}. {whole} contains all rows."))
 
     def headed(self, headings: Mapping[str, str | None]) -> Table:
-        """Return it with other keys of columns; those of None are left out.
+        """Return a copy with new keys of columns by their old keys; a column with None as its new key is left out.
 
-        A key that another column has already is not taken: the column keeps its own. So does a column of texts: it
-        holds names of responses, not values of the response.
+        A column keeps its key if another column has the new key, or if it contains text: then it contains names of
+        responses instead of values of the first response.
 
         >>> table = Table.of(["condition", "response", "status"], [{"condition": 8.0, "response": 3.1}])
         >>> [column.key for column in table.headed({"condition": None, "response": "angle"}).columns]
@@ -166,11 +177,11 @@ class Table:
         return replace(table, columns=tuple(replace(c, key=renamed.get(c.key, c.key)) for c in table.columns))
 
     def csv(self) -> str:
-        """Return the text of its CSV file: lines end in ``\\n``, cells of None are empty."""
+        """Return the table as CSV: lines end in ``\\n``, None is an empty cell."""
         return csv_text([[column.key for column in self.columns], *self.rows])
 
     def to_frame(self) -> pd.DataFrame:
-        """Return a pandas frame."""
+        """Return the table as a pandas DataFrame."""
         import pandas as pd
 
         return pd.DataFrame(list(self.rows), columns=[column.key for column in self.columns])
@@ -181,7 +192,7 @@ class Table:
 
 @dataclass(frozen=True)
 class PaperTable:
-    """A table to publish: `left` columns are aligned left; rows that are `strong` are printed in bold."""
+    """A table for publication: whether each column is aligned `left`, and the indices of `strong` rows, in bold."""
 
     number: int
     caption: str
@@ -193,5 +204,5 @@ class PaperTable:
 
 
 def showable(tables: Iterable[Table], holds: bool) -> list[Table]:
-    """Return the tables of a study, without statements that require a calibrated one if it is not."""
-    return [left for table in tables if (left := table if holds else table.unclaimed()) is not None]
+    """Return the tables; unless the study is calibrated (`holds`), without parts that claim it."""
+    return [part for table in tables if (part := table if holds else table.unclaimed()) is not None]

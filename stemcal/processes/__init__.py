@@ -1,5 +1,5 @@
-"""Processes: Python workers that compute calls, programs within a time limit, interrupts.
+"""Processes: Python workers that execute function calls, programs with a time limit, and interrupts.
 
-Nothing is left behind. A child leads a session, a program a group in it, and each is ended with these and with all
-that it has started. Only a process that has left the session, and whose parent is gone, is out of reach.
+A worker or program is terminated together with all processes that it started: the members of its session or process
+group and its descendants. Only a process that left the session and whose parent has ended cannot be found.
 """

@@ -1,9 +1,9 @@
-"""Python workers: a process that computes one call after the other.
+"""Python workers: a child process that executes one function call after the other.
 
-A `Child` is called through standard input and answers through standard output. It finds modules where this process
-does, but does not import the script that runs here: so a script, or a notebook, needs no ``if __name__ ==
-"__main__"``; what a child calls is in modules. It ends when its input closes: with its parent, in any way that
-ended.
+A `Child` receives calls through standard input and replies through standard output. It has the module search path of
+this process but does not import the running script. Scripts and notebooks therefore need no ``if __name__ ==
+"__main__"``, but a function that a child executes must be defined in a module. The child ends when its input closes,
+thus also when its parent ends for any reason.
 """
 
 import atexit
@@ -27,19 +27,19 @@ from stemcal.processes.family import APART, GRACE_S, end_family
 from stemcal.processes.limits import RunTimedOut, next_of
 from stemcal.processes.outputs import lossy_stderr
 
-LOADING_S = 3600.0  # to import what a call needs and to compile
+LOADING_S = 3600.0  # time limit for imports and compilation before a call
 _LENGTH = struct.Struct("<Q")
 T = TypeVar("T")
 _BEGUN = b"begun"
-_LOOK_MS = 500  # between two looks of a guard at its worker
+_LOOK_MS = 500  # interval at which the guard process checks its worker
 
 
 class ChildDied(Exception):
-    """The process ended without an answer; the message is the reason."""
+    """The child process ended before it returned a result; the message is the reason."""
 
 
 class Child:
-    """A process that computes one call after the other; `environment` adds variables to those of this process."""
+    """A process that executes one call after the other; it inherits the environment, extended by `environment`."""
 
     def __init__(self, environment: Mapping[str, str] = {}) -> None:
         self._process = subprocess.Popen(
@@ -55,12 +55,12 @@ class Child:
         threading.Thread(target=self._listen, name="answers", daemon=True).start()
 
     def call(self, blob: bytes, limit: float | None = None) -> tuple[Any, BaseException | None]:
-        """Return (result, None) or (None, exception) of a pickled (function, args, kwargs).
+        """Execute a pickled (function, args, kwargs); return (result, None), or (None, exception) if it raised.
 
-        Its time `limit`, s, counts from the moment on at which the child has loaded what the call needs. Raises
-        `ChildDied` or `RunTimedOut` if the child is gone, or not to be asked again.
+        The time `limit` (s) starts when the child has imported and compiled everything the call needs. After
+        `ChildDied` or `RunTimedOut` the child cannot be used again.
         """
-        with suppress(OSError):  # it is gone, as the answer will show
+        with suppress(OSError):  # the child has ended: `_receive` raises the error
             _put(self._process.stdin, blob)
         try:
             self._receive(LOADING_S)
@@ -70,17 +70,17 @@ class Child:
         return result, error
 
     def kill(self) -> None:
-        """End the process, and all that it has started, now."""
+        """Terminate the process, and all that it has started, immediately."""
         end_family(self.pid)
         self._process.wait()
 
     def dismiss(self) -> None:
-        """Close the input of the process, which then ends if it has nothing to compute."""
+        """Close the input of the process, which then ends by itself if it is idle; terminate it otherwise."""
         with suppress(OSError):
             self._process.stdin.close()  # type: ignore[union-attr]
         with suppress(subprocess.TimeoutExpired):
             self._process.wait(GRACE_S)
-        self.kill()  # what is left of it
+        self.kill()  # also processes that it started
 
     def _listen(self) -> None:
         while (message := _taken(self._process.stdout)) is not None:
@@ -93,7 +93,7 @@ class Child:
         except queue.Empty:
             raise RunTimedOut(limit or 0.0) from None
         if message is None:
-            self._messages.put(None)  # for a caller that asks again
+            self._messages.put(None)  # so that a further call fails too instead of waiting
             with suppress(subprocess.TimeoutExpired):
                 self._process.wait(GRACE_S)
             raise ChildDied(_ending(self._process.poll()))
@@ -101,7 +101,7 @@ class Child:
 
 
 def computed_apart(call: Callable[[], T], limit: float | None = None, environment: Mapping[str, str] = {}) -> T:
-    """Return a call's result from its own process; `ChildDied` without an answer, `RunTimedOut` after `limit` s."""
+    """Return the result of `call`, executed in a new process; raise its exception, `ChildDied` or `RunTimedOut`."""
     child = Child(environment)
     try:
         result, error = child.call(pickle.dumps((call, (), {})), limit)
@@ -113,7 +113,6 @@ def computed_apart(call: Callable[[], T], limit: float | None = None, environmen
 
 
 def _ending(code: int | None) -> str:
-    """Return the end of a process in words."""
     if code is None:
         return "no exit code"
     if code < 0:
@@ -131,37 +130,41 @@ _SERVE = f"from {__name__} import serve; serve()"
 
 
 def serve() -> None:
-    """Answer calls from standard input until it closes. Runs in the child."""
+    """Execute calls from standard input until it closes. Runs in the child."""
     source, target = _own_pipes()
     if hasattr(os, "fork") and os.fork() == 0:  # no thread is running yet
         _guard(source, target)
-    atexit.register(end_family, os.getpid())  # the last to run; the parent would not find what has left the session
+    # At exit, because the parent cannot find processes that have left the session; registered first, it runs last.
+    atexit.register(end_family, os.getpid())
     calls: queue.Queue[bytes | None] = queue.Queue()
     threading.Thread(target=_read, args=(source, calls), name="calls", daemon=True).start()
-    with suppress(OSError):  # the caller is gone
+    with suppress(OSError):  # the parent has ended
         while (blob := calls.get()) is not None:
             call, problem = _loaded(blob)
             _put(target, _BEGUN)
             try:
                 answer = pickle.dumps((call(), None)) if call is not None else _failed(problem)
-            except BaseException as error:  # SystemExit from a user's function is an answer too
+            except BaseException as error:  # also SystemExit, raised by a user's function
                 answer = _failed(error)
-            calls.task_done()  # before the parent hears of it, and may close the pipe
+            calls.task_done()  # before the reply, after which the parent may close the pipe
             _put(target, answer)
-    gc.freeze()  # the interpreter would search all that is loaded for garbage before it ends
+    gc.freeze()  # saves the garbage collection at exit
 
 
 def _guard(source: IO[bytes], target: IO[bytes]) -> NoReturn:
-    """End the worker's family when caller or worker is gone; native code cannot notice the closed input itself."""
+    """Wait until the parent or the worker ends, then terminate the worker and all that it started.
+
+    A worker that executes native code cannot notice itself that its input is closed.
+    """
     worker, waiting = os.getppid(), select.poll()
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, signal.SIG_IGN)
-    target.close()  # the caller reads its end as the end of the worker
-    waiting.register(source, 0)  # the closing of a pipe is always reported
+    target.close()  # the pipe must close with the worker: the parent notices the end of the worker by it
+    waiting.register(source, 0)  # the closing of a pipe is reported without any flag
     while os.getppid() == worker and not waiting.poll(_LOOK_MS):
         pass
     with suppress(Exception):
-        deadline = time.monotonic() + GRACE_S  # for a worker that has nothing to compute
+        deadline = time.monotonic() + GRACE_S  # an idle worker ends by itself
         while os.getppid() == worker and time.monotonic() < deadline:
             time.sleep(0.05)
         end_family(worker)
@@ -169,7 +172,7 @@ def _guard(source: IO[bytes], target: IO[bytes]) -> NoReturn:
 
 
 def _own_pipes() -> tuple[IO[bytes], IO[bytes]]:
-    """Take the pipes of standard input and output for the calls; what a call prints goes to standard error."""
+    """Reserve standard input and output for calls and replies; output that a call prints goes to standard error."""
     source, target = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb")
     nothing = os.open(os.devnull, os.O_RDONLY)
     os.dup2(nothing, 0)
@@ -182,7 +185,7 @@ def _own_pipes() -> tuple[IO[bytes], IO[bytes]]:
 
 
 def _read(source: IO[bytes], calls: queue.Queue[bytes | None]) -> None:
-    """Take calls until the pipe closes; then no answer is wanted, and all ends that is still at work."""
+    """Queue calls until the pipe closes; then end the worker, even during a call, whose result no process awaits."""
     while (blob := _taken(source)) is not None:
         calls.put(blob)
     if calls.unfinished_tasks:
@@ -192,7 +195,7 @@ def _read(source: IO[bytes], calls: queue.Queue[bytes | None]) -> None:
 
 
 def _loaded(blob: bytes) -> tuple[Callable[[], Any] | None, BaseException | None]:
-    """Return a pickled call, with what it needs loaded and `get_ready` called, or why it cannot be."""
+    """Unpickle a call, which imports its modules, and call its `get_ready`; return (call, None) or (None, error)."""
     try:
         function, args, kwargs = pickle.loads(blob)
         if hasattr(function, "get_ready"):
@@ -203,7 +206,7 @@ def _loaded(blob: bytes) -> tuple[Callable[[], Any] | None, BaseException | None
 
 
 def _failed(error: BaseException | None) -> bytes:
-    """Return an error as an answer; one that does not survive a pickle, or is no `Exception`, as a `RuntimeError`."""
+    """Return the reply (None, error), pickled; an error that cannot be pickled, or is no `Exception`, is replaced."""
     with suppress(Exception):
         answer = pickle.dumps((None, error))
         if isinstance(pickle.loads(answer)[1], Exception):
@@ -218,7 +221,7 @@ def _put(stream: IO[bytes] | None, message: bytes) -> None:
 
 
 def _taken(stream: IO[bytes] | None) -> bytes | None:
-    """Return the next message, None where there are no more."""
+    """Return the next message; None at the end of the stream."""
     assert stream is not None
     head = stream.read(_LENGTH.size)
     if len(head) < _LENGTH.size:

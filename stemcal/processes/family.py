@@ -1,4 +1,4 @@
-"""A process with all that it has started, and its end."""
+"""Terminate a process together with all processes that it started."""
 
 import os
 import subprocess
@@ -8,26 +8,31 @@ from contextlib import suppress
 
 import psutil
 
-GRACE_S = 2.0  # for a process to end by itself
+GRACE_S = 2.0  # time that a process has to end by itself
 _POLL_S = 0.01
-# On Windows Ctrl-C reaches all processes of a console but those of other groups.
+# On Windows Ctrl-C reaches all processes of a console except those in other groups.
 APART = getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0)
 
 
 def end_family(pid: int, politely: bool = False) -> None:
-    """Kill a process, its descendants, group and session, even if it is gone itself; `politely` after a while."""
-    asked: set[psutil.Process] = set()
+    """Kill a process, its descendants, and its process group and session, even if the process itself has ended.
+
+    With `politely` they are asked to terminate (SIGTERM) and have `GRACE_S` seconds to do so; none is killed.
+    """
+    signalled: set[psutil.Process] = set()
     deadline = time.monotonic() + GRACE_S
-    while (left := {one for one in asked | _family(pid) if _runs(one)}) and time.monotonic() < deadline:
-        for process in left - asked:
+    while (
+        alive := {process for process in signalled | _family(pid) if _runs(process)}
+    ) and time.monotonic() < deadline:
+        for process in alive - signalled:
             with suppress(psutil.Error):
                 process.terminate() if politely else process.kill()
-        asked |= left
+        signalled |= alive
         time.sleep(_POLL_S)
 
 
 def _family(pid: int) -> set[psutil.Process]:
-    """Return a process, its descendants, and the members of the group or session that it leads, without this one."""
+    """Return the process `pid`, its descendants and the members of its group and session, except this process."""
     members = set()
     for process in psutil.process_iter():
         with suppress(OSError, psutil.Error):
@@ -36,7 +41,7 @@ def _family(pid: int) -> set[psutil.Process]:
                 leaders = os.getpgid(process.pid), os.getsid(process.pid)
             if pid in leaders and process.pid != os.getpid():
                 members.add(process)
-    for leader in {pid, *(process.pid for process in members)}:  # also of this process, which is not among those found
+    for leader in {pid, *(process.pid for process in members)}:  # `pid` may be this process, which is no member
         with suppress(psutil.Error):
             members.update(psutil.Process(leader).children(recursive=True))
     return {process for process in members if process.pid != os.getpid()}

@@ -1,8 +1,8 @@
 """Ctrl-C and SIGTERM as exceptions.
 
-An exception that a signal handler raises is lost where none can pass: in a callback of the import system Python prints
-it and continues. So while a module is imported, and inside `put_off`, a signal is only noted; `raise_noted` raises it,
-and all that waits calls that again and again. Only a command sets handlers: scripts and notebooks keep their own.
+A signal handler may raise an exception where it is lost: in a callback of the import system Python prints it and
+continues. Therefore a signal is only recorded while a module is imported and inside `put_off`. `raise_noted`, which
+every waiting loop calls, raises it later. Only commands install handlers: scripts and notebooks keep their own.
 """
 
 import signal
@@ -18,12 +18,12 @@ class Terminated(KeyboardInterrupt):
 
 KINDS = {signal.SIGINT: KeyboardInterrupt, signal.SIGTERM: Terminated}
 _noted: list[int] = []
-_put_off: list[object] = []  # one entry for each block inside which signals are only noted
+_put_off: list[object] = []  # one entry for each active `put_off` block
 
 
 @contextmanager
 def heard() -> Iterator[None]:
-    """Have Ctrl-C and SIGTERM, unless ignored, raise exceptions; only the main thread may, others do nothing."""
+    """Let Ctrl-C and SIGTERM, unless ignored, raise exceptions; without effect outside the main thread."""
     former = {number: signal.getsignal(number) for number in KINDS if threading.current_thread() is _MAIN}
     replaced = {number: handler for number, handler in former.items() if handler not in (signal.SIG_IGN, None, _handle)}
     try:
@@ -39,7 +39,7 @@ def heard() -> Iterator[None]:
 
 @contextmanager
 def put_off() -> Iterator[None]:
-    """Put interrupts off to the end of the block, for native code that must not be left in the middle."""
+    """Delay interrupts to the end of the block, for native code that must not be interrupted."""
     if threading.current_thread() is not _MAIN:
         yield
         return
@@ -52,13 +52,13 @@ def put_off() -> Iterator[None]:
 
 
 def raise_noted() -> None:
-    """Raise the last interrupt that has come, be it only noted or lost."""
+    """Raise the last recorded interrupt, even if it was raised before and the exception was lost."""
     if _noted and threading.current_thread() is _MAIN:
         raise KINDS[signal.Signals(_noted[-1])]
 
 
 def ignore_signals() -> None:
-    """Ignore both from now on: there is nothing left to be interrupted but the process's own end."""
+    """Ignore Ctrl-C and SIGTERM from now on, so that the process can end undisturbed."""
     for number in KINDS:
         signal.signal(number, signal.SIG_IGN)
 

@@ -1,7 +1,7 @@
-"""The time limit of a run, `solver.time_limit` of a spec: waiting that ends with it, and the error beyond it.
+"""Waiting with a time limit, and the error of a run that exceeds its limit (`solver.time_limit` of a spec).
 
-A run in a worker process is limited in `processes.child.Child`, a program in `processes.program.run_program`. The
-clock starts with the run: loading and compiling in a worker do not count, nor does time while this process is stopped.
+`processes.child.Child` applies the limit to a run in a worker, `processes.program.run_program` to a program. Loading
+and compiling in a worker do not count, nor does time while this process is suspended.
 """
 
 import queue
@@ -15,7 +15,7 @@ from stemcal.processes.interrupts import raise_noted
 
 T = TypeVar("T")
 
-SLICE_S = 0.25  # of a wait: on Windows one without end hears no Ctrl-C
+SLICE_S = 0.25  # longest single wait: on Windows Ctrl-C cannot interrupt an unlimited one
 
 
 class RunTimedOut(StemcalError):
@@ -27,10 +27,10 @@ class RunTimedOut(StemcalError):
 
 
 def wait_until(limit: float | None, wait: Callable[[float], bool]) -> bool:
-    """Wait until `wait(seconds)` returns true; at most `limit` seconds, None for ever.
+    """Wait until `wait(seconds)` returns true, at most `limit` seconds (None: without limit); return whether it did.
 
-    Time is counted in slices, each of them once, however late this process wakes from it: one that is stopped (Ctrl-Z,
-    a batch system that suspends jobs) finds that hours have passed when it continues, in which no work was done.
+    The time is the sum of the slices waited, not the time of the clock: while this process is suspended (Ctrl-Z, a
+    batch system), hours may pass in which no work is done.
 
     >>> wait_until(1.0, lambda seconds: False), wait_until(None, lambda seconds: True)
     (False, True)
@@ -45,7 +45,7 @@ def wait_until(limit: float | None, wait: Callable[[float], bool]) -> bool:
 
 
 def next_of(source: queue.SimpleQueue[T], limit: float | None = None) -> T:
-    """Wait for the next item of a queue, at most `limit` seconds; then raise `queue.Empty`."""
+    """Return the next item of a queue; raise `queue.Empty` after `limit` seconds without one."""
     items: list[T] = []
 
     def has_come(seconds: float) -> bool:

@@ -1,4 +1,4 @@
-"""Outputs that cannot be written, such as a pipe that is closed or a full device."""
+"""Output streams that discard text instead of failing, for example when a pipe is closed or a device is full."""
 
 import io
 import os
@@ -8,10 +8,10 @@ from typing import IO
 
 
 class _Lossy(io.TextIOWrapper):
-    """An output whose text is dropped from the first time on that it cannot be written."""
+    """A text stream that discards all text after the first failed write."""
 
     def write(self, text: str) -> int:
-        """Write or drop a text."""
+        """Write or discard a text."""
         try:
             return super().write(text)
         except OSError:
@@ -19,7 +19,7 @@ class _Lossy(io.TextIOWrapper):
             return len(text)
 
     def flush(self) -> None:
-        """Flush or drop what has been written."""
+        """Flush or discard the buffered text."""
         try:
             super().flush()
         except OSError:
@@ -27,12 +27,12 @@ class _Lossy(io.TextIOWrapper):
 
 
 def drop(stream: IO[str]) -> None:
-    """Have all that is written to a stream from now on go nowhere."""
+    """Discard everything that is written to a stream from now on."""
     with suppress(OSError, ValueError):
         os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
 def lossy_stderr() -> None:
-    """Replace standard error by an output that never stops the work."""
+    """Replace standard error by a stream whose failed writes raise no exception."""
     if isinstance(sys.stderr, io.TextIOWrapper):
         sys.stderr = _Lossy(sys.stderr.buffer, sys.stderr.encoding, "replace", line_buffering=True)

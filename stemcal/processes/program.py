@@ -1,4 +1,4 @@
-"""Programs that run in a folder within a time limit."""
+"""Run a program in a folder with a time limit."""
 
 import os
 import subprocess
@@ -13,12 +13,12 @@ from pathlib import Path
 from stemcal.processes.family import APART, end_family
 from stemcal.processes.limits import wait_until
 
-KEPT_BYTES = 64 * 1024  # the last of what a program prints
+KEPT_BYTES = 64 * 1024  # length of the end of the output that is kept
 
 
 @dataclass(frozen=True)
 class Ended:
-    """How a program ended: its exit code, whether it was stopped at its time limit, the last it printed."""
+    """Exit code of a program, whether it exceeded its time limit, the end of its output, and its duration (s)."""
 
     code: int
     timed_out: bool
@@ -41,7 +41,7 @@ def run_program(command: Sequence[str], folder: Path, environment: Mapping[str, 
             creationflags=APART,
         )
         try:
-            timed_out = not wait_until(time_limit, partial(_has_ended, process))  # not while stopped itself
+            timed_out = not wait_until(time_limit, partial(_has_ended, process))
             if timed_out:
                 end_family(process.pid, politely=True)
         finally:

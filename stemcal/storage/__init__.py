@@ -1,1 +1,1 @@
-"""Text and bytes on disk: files there whole or not at all, JSON of the same bytes, decoding of what others wrote."""
+"""Files: atomic writing, reproducible and sealed JSON, size-limited reading, and detection of text encodings."""

@@ -1,4 +1,4 @@
-"""Files that are written whole or not at all, in folders of stemcal's own."""
+"""Atomic writing: a reader finds the complete new file or the unchanged old one, even if the program is killed."""
 
 import errno
 import itertools
@@ -14,16 +14,16 @@ _counter = itertools.count()
 
 
 def write_atomic(path: Path, content: str | bytes, *, new: bool = False) -> bool:
-    """Replace `path` by a content: temporary file next to it, flush to disk, rename, flush the folder.
+    """Write `content` to `path` atomically; return whether the file was written.
 
-    A link in its place, which somebody else may have laid there, is replaced; what it leads to stays as it is.
-    If the file must be `new` but exists, the result is False, and the existing file stays unchanged. Raises
-    `StemcalError` if it cannot be written; a file that was there before is then unchanged.
+    A temporary file in the same folder is written, flushed to disk and renamed. A symbolic link at `path` is replaced;
+    the file it refers to stays unchanged. With `new`, an existing file is kept and the result is False. Raises
+    `StemcalError` if writing fails; an existing file is then unchanged.
     """
     temporary = path.with_name(f"{_PREFIX}{os.getpid()}-{next(_counter)}.tmp")
     try:
         with temporary.open("xb") as file:
-            # names of files that are not UTF-8 come with surrogates
+            # Python represents bytes of a file name that are not UTF-8 by surrogates
             file.write(content.encode("utf-8", "surrogateescape") if isinstance(content, str) else content)
             file.flush()
             os.fsync(file.fileno())
@@ -34,21 +34,21 @@ def write_atomic(path: Path, content: str | bytes, *, new: bool = False) -> bool
         raise StemcalError(f"{path}: {what_happened(error)}") from error
     finally:
         with suppress(OSError):
-            temporary.unlink()  # gone already unless something failed
+            temporary.unlink()  # exists only if something failed
 
 
 def make_folder(path: Path) -> Path:
-    """Make a folder of stemcal's own, with those above it, unless it is there."""
+    """Create an output folder and its parents unless they exist; return its path."""
     refuse_link(path)
     path.mkdir(parents=True, exist_ok=True)
     return path
 
 
 def refuse_link(path: Path) -> None:
-    """Raise `StemcalError` if there is a link in the place of an output that is not replaced as a whole.
+    """Raise `StemcalError` if an output path is a symbolic link.
 
-    In a folder that several people can write, it could turn what is written onto any file of the user. The folder that
-    a user names with ``--out`` may be a link; what stemcal makes in it may not.
+    In a folder that several people can write to, such a link could redirect the output into any file of the user. The
+    folder named with ``--out`` may be a link, but no file or folder that stemcal creates in it.
     """
     if path.is_symlink():
         raise StemcalError(
@@ -67,13 +67,13 @@ _REMEDIES = {
 
 
 def what_happened(error: OSError) -> str:
-    """Return the message of the system, and the remedy."""
+    """Return the message of the operating system, followed by a remedy."""
     remedy = _REMEDIES.get(error.errno or 0, "fix the problem, then repeat the command; finished runs are kept")
     return f"{error.strerror or error}; {remedy}"
 
 
 def remove_leftovers(*folders: Path) -> None:
-    """Delete temporary files of writers that were killed. Call with the folder locked."""
+    """Delete temporary files that killed processes left behind. The caller must hold the lock of the study folder."""
     for folder in folders:
         for path in folder.glob(f"{_PREFIX}*.tmp"):
             with suppress(OSError):
@@ -81,7 +81,7 @@ def remove_leftovers(*folders: Path) -> None:
 
 
 def _replace(temporary: Path, path: Path) -> bool:
-    """Rename; on Windows wait out a scanner or an indexer that has the file open for a moment."""
+    # on Windows a virus scanner or an indexer can have the file open for a moment
     for pause in (0.02, 0.1, 0.5, 1.0) if os.name == "nt" else ():
         try:
             temporary.replace(path)
@@ -93,9 +93,9 @@ def _replace(temporary: Path, path: Path) -> bool:
 
 
 def move_new(source: Path, path: Path) -> bool:
-    """Rename a file unless `path` exists, even if another process creates it at this moment; return whether it did."""
+    """Rename `source` to `path` unless `path` exists, even with concurrent writers; return whether it was renamed."""
     try:
-        if os.name == "nt":  # a rename never replaces a file there
+        if os.name == "nt":  # on Windows a rename never replaces an existing file
             source.rename(path)
         else:
             os.link(source, path)
@@ -110,8 +110,7 @@ def move_new(source: Path, path: Path) -> bool:
 
 
 def _flush_folder(folder: Path) -> None:
-    """Make a rename survive a power cut; Windows and some network disks cannot."""
-    if os.name == "nt":
+    if os.name == "nt":  # Windows cannot flush a folder
         return
     try:
         descriptor = os.open(folder, os.O_RDONLY)

@@ -1,4 +1,4 @@
-"""Contents as JSON: for files, in canonical form for hashes, and in types that JSON has."""
+"""JSON text for files, canonical JSON for hashes, and conversion of Python objects to the types of JSON."""
 
 import hashlib
 import json
@@ -9,30 +9,30 @@ from typing import Any
 
 
 def as_json(content: Any) -> str:
-    """Return JSON for files: keys in the order given, two spaces, a newline at the end."""
+    """Return the JSON text for a file: keys in their order, indented by two spaces, ending in a newline."""
     return json.dumps(jsonable(content), ensure_ascii=False, indent=2, allow_nan=False) + "\n"
 
 
 def canonical(content: Any) -> str:
-    """Return the JSON text of a content, which does not depend on the order of its keys."""
+    """Return canonical JSON text, which is independent of the order of the keys."""
     return json.dumps(jsonable(content), ensure_ascii=True, sort_keys=True, separators=(",", ":"), allow_nan=False)
 
 
 def digest(content: Any) -> str:
-    """Return the SHA-256 of a content's canonical JSON."""
+    """Return the SHA-256 of the canonical JSON of `content`, in hexadecimal digits."""
     return hashlib.sha256(canonical(content).encode("ascii")).hexdigest()
 
 
 def key_of(identity: Mapping[str, Any]) -> str:
-    """Return the name of the record of a run: a hash of what determines the answer."""
+    """Return the key of a run record: a hash of everything that determines the result of the run."""
     return digest(identity)[:32]
 
 
 def jsonable(content: Any) -> Any:
-    """Return a content in types of JSON: numpy numbers and arrays unpacked, NaN and infinity as None."""
-    if isinstance(content, float):  # numpy's float64 too
+    """Convert `content` to types of JSON: numpy arrays become lists, NaN and infinity become None."""
+    if isinstance(content, float):  # includes numpy.float64
         return float(content) if math.isfinite(content) else None
-    if isinstance(content, str):  # what UTF-8 cannot hold is spelled out
+    if isinstance(content, str):  # lone surrogates, which UTF-8 cannot encode, are escaped
         return content.encode("utf-8", "backslashreplace").decode("utf-8")
     if content is None or isinstance(content, bool | int):
         return content

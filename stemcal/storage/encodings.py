@@ -1,4 +1,4 @@
-"""Text from outside: its encoding is detected, and it is made fit to be shown."""
+"""Detect the encoding of text files, and make text of unknown origin safe to print and to write to CSV."""
 
 import codecs
 import csv
@@ -8,13 +8,13 @@ from collections.abc import Iterable, Iterator
 
 
 def decode(content: bytes) -> str | None:
-    """Return the text of UTF-8, UTF-16 or GBK bytes, with or without a byte order mark; None if none fits."""
-    found = decoded(content, [*_unicodes(content), "gbk"])
-    return None if found is None else found[0]
+    """Decode UTF-8, UTF-16 or GBK bytes, with or without a byte order mark; None if no encoding fits."""
+    match = decoded(content, [*_unicodes(content), "gbk"])
+    return None if match is None else match[0]
 
 
 def decoded(content: bytes, encodings: Iterable[str]) -> tuple[str, str] | None:
-    """Return the text in the first of the encodings that fits, and that encoding; None if none does."""
+    """Decode `content` with the first encoding that fits; return the text and the encoding, None if none fits."""
     for encoding in encodings:
         try:
             return content.decode(encoding).removeprefix("\ufeff"), encoding
@@ -24,7 +24,7 @@ def decoded(content: bytes, encodings: Iterable[str]) -> tuple[str, str] | None:
 
 
 def _unicodes(content: bytes) -> Iterator[str]:
-    """Yield the encoding of Unicode that a text may be in: by its byte order mark, its zeros, or else UTF-8."""
+    """Yield the likely Unicode encoding: UTF-16 if there is a byte order mark or many zero bytes, otherwise UTF-8."""
     begin = content[:4000]
     if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
         yield "utf-16"
@@ -35,24 +35,24 @@ def _unicodes(content: bytes) -> Iterator[str]:
 
 
 def guesses(content: bytes) -> Iterator[str]:
-    """Yield Unicode, then, unless it is UTF-16, GB18030 and the encodings of Western Europe."""
+    """Yield possible encodings, the most likely first: Unicode; if that is UTF-8, also Chinese and Western European."""
     yield from (unicode := list(_unicodes(content)))
     if unicode == ["utf-8"]:
-        # letters of Western Europe are isolated among ASCII, Chinese ones come together
+        # Western European letters are isolated among ASCII; a Chinese character has two bytes beyond ASCII in a row
         yield from ("gb18030", "cp1252") if re.search(rb"[\x80-\xff]{2}", content) else ("cp1252",)
         yield "latin-1"
 
 
 def lenient(content: bytes) -> str:
-    """Return the text of a program, which should be UTF-8; what is not becomes the replacement character."""
+    """Decode a program's output as UTF-8; invalid bytes become the replacement character."""
     return content.decode("utf-8", "replace").removeprefix("\ufeff")
 
 
-# ---- made fit to be shown: nothing that commands a terminal, no cell that a spreadsheet executes
+# ---- safe output: no control codes for the terminal, no CSV cell that a spreadsheet would run as a formula
 
 
-# C0 and C1 controls but tab and line feed, surrogates, what turns the direction of writing or ends a line unseen, and
-# what has neither width nor use (the joiners U+200C and U+200D have one).
+# C0 and C1 control characters except tab and line feed, surrogates, characters that change the writing direction or
+# end a line invisibly, and invisible characters without a function (the joiners U+200C and U+200D have one).
 _RANGES = (
     "00-08 0b-1f 7f-9f ad 34f 61c 115f-1160 17b4-17b5 180e 200b 200e-200f 2028-202e 2060-206f 2800 3164 d800-dfff "
 )
@@ -67,22 +67,22 @@ _WITHIN = re.compile(r"([;|\t\r\n]\s*)(?=[=+\-@\uFF1D\uFF0B\uFF0D\uFF20\u2212])"
 
 
 def visible(text: str) -> str:
-    """Return a text with its control and invisible characters spelled out; tabs and line ends stay."""
+    r"""Escape control and invisible characters (``\x1b``, ``\u200b``); tabs and line ends are kept."""
     return text.translate(_SPELLED)
 
 
 def in_a_line(text: str) -> str:
-    """Return a text without control characters in one line."""
+    """Join the lines of a text with spaces and escape its control characters."""
     return visible(re.sub(r"\s*[\t\r\n]\s*", " ", text))
 
 
 def unprintable(text: str) -> str | None:
-    """Return the first character that is none to be read, spelled out; None if there is none."""
+    """Return the first control or invisible character, escaped; None if there is none."""
     return next((_SPELLED.get(ord(c), repr(c)[1:-1]) for c in text if ord(c) in _SPELLED or c in "\t\n"), None)
 
 
 def csv_text(rows: Iterable[Iterable[object]], newline: str = "\n") -> str:
-    """Return rows as CSV; cells of None are empty, texts that a spreadsheet would execute begin with an apostrophe."""
+    """Return rows as CSV; None is an empty cell, text that a spreadsheet would run as a formula gets an apostrophe."""
     text = io.StringIO(newline="")
     writer = csv.writer(text, lineterminator=newline)
     writer.writerows([_harmless(cell) if isinstance(cell, str) else cell for cell in row] for row in rows)
@@ -90,8 +90,8 @@ def csv_text(rows: Iterable[Iterable[object]], newline: str = "\n") -> str:
 
 
 def _harmless(cell: str) -> str:
-    """Return a text that is one in every spreadsheet, also where those take another separator."""
     if _NUMBER.fullmatch(cell):
         return cell
+    # some spreadsheets split a cell at semicolons, tabs or bars: text behind these is protected as well
     cell = _WITHIN.sub(r"\1'", visible(cell))
     return f"'{cell}" if _FORMULA.match(cell) else cell

@@ -15,7 +15,7 @@ logger = logging.getLogger(__name__)
 
 
 def append(path: Path, event: str, facts: Mapping[str, Any]) -> None:
-    """Append an event with its facts and the time; a log that cannot be written stops nothing."""
+    """Append an event with its facts and the time; only log a warning if the file cannot be written."""
     line = json.dumps({"time": now(), "event": event, **jsonable(facts)}, ensure_ascii=False, allow_nan=False)
     try:
         refuse_link(path)
@@ -26,5 +26,5 @@ def append(path: Path, event: str, facts: Mapping[str, Any]) -> None:
 
 
 def now() -> str:
-    """Return the time, UTC, ISO 8601."""
+    """Return the present time, UTC, in ISO 8601."""
     return datetime.now(UTC).isoformat(timespec="milliseconds")

@@ -1,4 +1,4 @@
-"""Reading: only plain files, up to a limit."""
+"""Read regular files only (no folder, device, pipe or socket), up to a size limit."""
 
 import errno
 import stat
@@ -9,18 +9,18 @@ MIB = 2**20
 
 
 class NotPlain(OSError):
-    """A path at which there is no plain file, or one that is too large."""
+    """The path is not a regular file, or the file is too large."""
 
 
 def unreadable(error: OSError | ValueError) -> str:
-    """Return the reason for which a file cannot be read, to be put after its name."""
+    """Return why a file cannot be read, as the end of a sentence that begins with its name."""
     reason = str(getattr(error, "strerror", None) or error)
     return reason if isinstance(error, NotPlain) else f"cannot be read: {reason}"
 
 
 def open_plain(path: Path) -> BufferedReader:
-    """Open a plain file, or a link to one; `NotPlain` for a folder, device, pipe or socket, else `OSError`."""
-    mode = path.stat().st_mode  # before it is opened: a pipe without a writer would wait for one
+    """Open a regular file, or a link to one; raise `NotPlain` for a folder, device, pipe or socket."""
+    mode = path.stat().st_mode  # before opening, because opening a pipe waits until some process writes to it
     if stat.S_ISDIR(mode):
         raise NotPlain(errno.EISDIR, "is a folder", str(path))
     if not stat.S_ISREG(mode):
@@ -29,7 +29,7 @@ def open_plain(path: Path) -> BufferedReader:
 
 
 def read_plain(path: Path, most: int) -> bytes:
-    """Return the content of a plain file of at most `most` bytes; raise as `open_plain`, or `NotPlain` if larger."""
+    """Return the content of a regular file; raise `NotPlain` if there is none, or it is larger than `most` bytes."""
     with open_plain(path) as file:
         content = file.read(most + 1)
     if len(content) > most:
@@ -38,7 +38,7 @@ def read_plain(path: Path, most: int) -> bytes:
 
 
 def holds(path: Path, content: bytes) -> bool:
-    """Check for a plain file with exactly this content."""
+    """Whether `path` is a regular file with exactly this content."""
     try:
         return read_plain(path, len(content)) == content
     except OSError:

@@ -1,4 +1,4 @@
-"""Rows of results: dataclasses that become frames of pandas on request."""
+"""Rows of results: a tuple of dataclasses that converts to a pandas DataFrame."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ if TYPE_CHECKING:
     import pandas as pd
 
 T = TypeVar("T")
-_SHOWN = 12  # rows of a table that a prompt shows
-_WIDTH = 100  # characters: a wider frame continues below
+_SHOWN = 12  # rows that the Python prompt prints
+_WIDTH = 100  # characters in a printed line; further columns follow below
 
 
 class Rows(tuple[T, ...]):
-    """Dataclasses of one kind, a row each.
+    """A tuple of dataclasses of one type, printed as a table with one row for each.
 
     >>> from dataclasses import make_dataclass
     >>> Rows([make_dataclass("Point", [("x", int), ("y", float)])(1, 2.5)])
@@ -34,7 +34,7 @@ class Rows(tuple[T, ...]):
         return core_schema.no_info_after_validator_function(cls, rows)
 
     def to_frame(self) -> pd.DataFrame:
-        """Return a frame with a column per field; of a field with parts, one per part, as ``levels.yield_stress``."""
+        """Return a DataFrame with one column per field, or per part of a nested field (``levels.yield_stress``)."""
         import pandas as pd
 
         return pd.json_normalize([to_json(row) for row in self])
@@ -47,5 +47,5 @@ class Rows(tuple[T, ...]):
 
 
 def html(frame: pd.DataFrame) -> str:
-    """Return a frame as a notebook shows it."""
+    """Return a DataFrame as HTML for a notebook."""
     return str(frame.to_html(max_rows=60, index=False, na_rep="", border=0))

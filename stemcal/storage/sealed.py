@@ -1,4 +1,4 @@
-"""The seal of stage files and run records: the SHA-256 of their content, so that a changed digit is seen."""
+"""Sealed files: stage files and run records contain the SHA-256 of their content, which reveals any later change."""
 
 import hashlib
 import json
@@ -11,26 +11,26 @@ from stemcal.storage.plain import MIB, read_plain, unreadable
 
 SEAL = "sha256"
 MAX_BYTES = 64 * MIB
-# SHA-256 of the bytes that agreed with their seal: a file is read many times in a command, but worked out anew once.
-_AGREED: set[bytes] = set()
+# SHA-256 of the bytes of files whose seal was correct: a command reads a file many times but verifies it only once.
+_VERIFIED: set[bytes] = set()
 
 
 class Broken(Exception):
-    """A file that contains no JSON object, or not the one that was sealed; the message is the reason."""
+    """A sealed file was changed, or contains no sealed JSON object; the message is the reason."""
 
 
 def sealed(content: Mapping[str, Any]) -> str:
-    """Return the text of a file with its seal."""
+    """Return the JSON text of a file with its seal as the first key."""
     return as_json({SEAL: digest(content), **content})
 
 
 def read_sealed(path: Path) -> dict[str, Any]:
-    """Return a sealed file's content without its seal; `Broken` if it has changed or never had one."""
+    """Return the content of a sealed file without the seal; raise `Broken` if the seal is wrong or missing."""
     try:
         blob = read_plain(path, MAX_BYTES)
     except FileNotFoundError:
         raise
-    except OSError as error:  # a folder or a device in its place, a file that may not be read, or is too large
+    except OSError as error:  # a folder or a device, a file without read permission, or too large
         raise Broken(unreadable(error)) from None
     try:
         content = json.loads(blob.decode("utf-8"))
@@ -46,14 +46,14 @@ def read_sealed(path: Path) -> dict[str, Any]:
 
 
 def _agrees(blob: bytes, content: Mapping[str, Any], seal: object) -> bool:
-    """Check that a seal matches a content and that the file has no further byte."""
-    same = hashlib.sha256(blob).digest()
-    if same in _AGREED:
+    """Check that the seal matches the content, and that the file has exactly the bytes that `sealed` would write."""
+    checksum = hashlib.sha256(blob).digest()
+    if checksum in _VERIFIED:
         return True
     try:
         agrees = digest(content) == seal and as_json({SEAL: seal, **content}).encode("utf-8") == blob
     except (ValueError, RecursionError):
         return False
     if agrees:
-        _AGREED.add(same)
+        _VERIFIED.add(checksum)
     return agrees

@@ -1,7 +1,7 @@
-"""Frozen dataclasses as JSON and back through pydantic: a key per field, in the order of the fields.
+"""Convert frozen dataclasses to JSON and back with pydantic: one key per field, in the order of the fields.
 
-Dictionaries exist only at this border. What a field's type does not show, its metadata does: `absent` fields have no
-key where they hold nothing, `inline` ones put the keys of their dataclass among those of the others.
+Two kinds of fields differ from this. An `absent` field has no key while it is empty. An `inline` field, which contains
+another dataclass, has no key either: the keys of that dataclass are written in its place.
 """
 
 from __future__ import annotations
@@ -19,22 +19,22 @@ if TYPE_CHECKING:
     from pydantic import TypeAdapter
 
 T = TypeVar("T")
-_INLINE = "<"  # the aliases of inline fields begin with it
+_INLINE = "<"  # first character of the alias of an inline field
 _count = itertools.count()
 
 
 def absent(default: Any = None) -> Any:
-    """Return a field that has no key in JSON where it holds None or nothing."""
+    """Return a dataclass field that is left out of the JSON while its value is None, False or empty."""
     return dataclasses.field(default=default, metadata={"exclude_if": lambda value: value in (None, False, (), {})})
 
 
 def inline() -> Any:
-    """Return a field of a `Spread` dataclass whose own fields are keys among those of the others."""
+    """Return a field of a `Spread` dataclass: the fields of its value are written in its place, without nesting."""
     return dataclasses.field(metadata={"alias": f"{_INLINE}{next(_count)}"})
 
 
 class Spread:
-    """A dataclass with `inline` fields."""
+    """Base class of dataclasses with `inline` fields."""
 
     @classmethod
     def __get_pydantic_core_schema__(cls, source: Any, handler: Any) -> Any:
@@ -44,21 +44,21 @@ class Spread:
         aliases = [field.metadata.get("alias", "") for field in dataclasses.fields(source)]
         nest = functools.partial(_nested, [alias for alias in aliases if alias.startswith(_INLINE)])
         inner = dict(handler.resolve_ref_schema(handler(source)))
-        ref = inner.pop("ref")  # the schema built around it needs this name
+        ref = inner.pop("ref")  # the name of the schema moves to the outer schema
         return core_schema.no_info_before_validator_function(nest, inner, ref=ref, serialization=flat)
 
 
-def _nested(inlined: list[str], given: Any) -> Any:
-    """Return a mapping with those of inline fields apart, and tuples for lists, which a strict reader refuses."""
-    if not isinstance(given, Mapping):
-        return given
-    content = _tuples(given)
+def _nested(inlined: list[str], value: Any) -> Any:
+    """Offer all keys of a mapping to each inline field, and turn lists into tuples, as strict validation requires."""
+    if not isinstance(value, Mapping):
+        return value
+    content = _tuples(value)
     return content | dict.fromkeys(inlined, content)
 
 
 def _tuples(value: Any) -> Any:
     if isinstance(value, dict):
-        return {key: _tuples(one) for key, one in value.items()}
+        return {key: _tuples(item) for key, item in value.items()}
     return tuple(map(_tuples, value)) if isinstance(value, list) else value
 
 
@@ -77,7 +77,7 @@ def _adapter(kind: Any) -> TypeAdapter[Any]:
 
 
 def to_json(thing: Any) -> Any:
-    """Return dataclasses as dictionaries, tuples as lists, all the way down."""
+    """Convert dataclasses to dictionaries and tuples to lists, at all levels of nesting."""
     if dataclasses.is_dataclass(thing) and not isinstance(thing, type):
         of_numpy = methodcaller("tolist")
         return _adapter(type(thing)).dump_python(thing, mode="json", by_alias=True, warnings=False, fallback=of_numpy)
@@ -88,13 +88,16 @@ def to_json(thing: Any) -> Any:
     return thing
 
 
-def from_json(kind: type[T], given: Any) -> T:
-    """Return the object written by `to_json`, ignoring extra keys; `ValueError` has the path to a faulty key."""
+def from_json(kind: type[T], content: Any) -> T:
+    """Return the object of class `kind` that `to_json` converted; ignore extra keys.
+
+    The message of a `ValueError` begins with the path to the wrong key.
+    """
     from pydantic import ValidationError
 
     try:
         reader = _adapter(kind)  # type: ignore[arg-type]  # a type is hashable
-        return typing.cast(T, reader.validate_json(json.dumps(given), strict=True))
+        return typing.cast(T, reader.validate_json(json.dumps(content), strict=True))
     except ValidationError as error:
         wrong = error.errors(include_url=False)[0]
         found = "" if wrong["type"] == "missing" else f" (found {wrong['input']!r:.60})"
@@ -102,6 +105,6 @@ def from_json(kind: type[T], given: Any) -> T:
 
 
 def _path(places: tuple[int | str, ...]) -> str:
-    """Return the path to a value: ``rows[0].x``."""
+    """Return the path to a value in JSON, such as ``rows[0].x``."""
     named = (place for place in places if not str(place).startswith(_INLINE))
     return "".join(f"[{place}]" if isinstance(place, int) else f".{place}" for place in named).lstrip(".")
