@@ -1,7 +1,7 @@
-"""The loop: simulate at the solution, compare, correct, step, until the target is reached.
+"""The loop of the refinement: simulate a point, compare it with the target and choose the next, until it is reached.
 
-Its steps choose the next point. `PathSteps` moves one factor after the other: for another program or
-mesh, whose response is not that of the surface.
+A `Steps` object chooses the points. `PathSteps` moves one factor after the other; it is for another program or mesh,
+whose response differs from the response surface.
 """
 
 from collections.abc import Mapping, Sequence
@@ -25,11 +25,12 @@ How = Literal["solution", "surface", "bracket", "middle", "probe", "secant", "ba
 
 @dataclass(frozen=True, kw_only=True)
 class RefineRun(Spread):
-    """One run: how its point was found, and the response predicted by then.
+    """One run of the refinement: how its point was chosen, the response predicted before the run, and the outcome.
 
-    `how` is ``solution`` (of the surface), ``surface`` (refitted), ``bracket`` (between two points), ``path`` (along
-    the factors of `refine.adjust`), ``back`` (half-way back from a failed run) or ``elsewhere`` (at another condition).
-    Without a surface it is ``middle`` (of the ranges), ``probe`` (one factor moved) or ``secant`` (by slopes so far).
+    `how` is ``solution`` (of the surface), ``surface`` (on the refitted surface), ``bracket`` (between two points),
+    ``path`` (along the factors of `refine.adjust`), ``back`` (half-way back from a failed run) or ``elsewhere`` (a
+    former point at another condition). Without a response surface it is ``middle`` (of the ranges), ``probe`` (one
+    factor moved) or ``secant`` (by the slopes between earlier points).
     """
 
     run: int
@@ -42,19 +43,19 @@ class RefineRun(Spread):
 
     @property
     def inside_interval(self) -> bool | None:
-        """Whether the response is inside the prediction interval; None where either is missing."""
+        """Whether the response is inside the prediction interval; None if the response or the interval is missing."""
         response, interval = self.outcome.response, self.prediction_interval
         return None if response is None or interval is None else interval[0] <= response <= interval[1]
 
 
 Predicted = tuple[float | None, Interval | None]
-"""The first response expected at a point, and the interval of one simulation."""
-NOTHING: Predicted = (None, None)
+"""Predicted first response at a point, and the prediction interval of a single run."""
+NO_PREDICTION: Predicted = (None, None)
 
 
 @dataclass(frozen=True, eq=False)
 class PointToTry:
-    """A point to simulate: its levels, how it was found, its place among the steps, and the prediction by condition."""
+    """A point to simulate; `place` is its coded point, or its place on the path, and `predicted` is by condition."""
 
     levels: dict[str, float]
     how: How
@@ -64,7 +65,7 @@ class PointToTry:
 
 @dataclass(frozen=True, eq=False)
 class JudgedPoint:
-    """A simulated point: its largest error, and what the best point has least of; None where a run failed."""
+    """A simulated point; its largest error is None if a run failed, and the best point has the least `merit`."""
 
     point: PointToTry
     error_percent: float | None = None
@@ -72,27 +73,27 @@ class JudgedPoint:
 
 
 class Steps(Protocol):
-    """Which point comes next."""
+    """Choice of the points to simulate."""
 
     @property
     def conditions(self) -> Sequence[float]:
-        """Where every point is simulated."""
+        """Conditions at which every point is simulated."""
 
     def first(self) -> PointToTry:
-        """Return the point to begin with."""
+        """Return the first point."""
 
     def judge(self, point: PointToTry, outcomes: Mapping[float, Outcome]) -> JudgedPoint:
-        """Return the error of a simulated point, and include the point in the next step."""
+        """Return the error of a simulated point; the next steps use its responses."""
 
     def next(self) -> PointToTry | None:
-        """Return the next point; None where no step is left."""
+        """Return the next point; None if no step is left."""
 
     def end(self) -> Stopped:
-        """Return the reason for the end of the steps."""
+        """Return the reason why no step is left."""
 
 
 class Loop:
-    """Simulates point after point; `points`, `runs` and `stopped` hold the result."""
+    """Simulate point after point; after `run`, the attributes `points`, `runs` and `stopped` contain the result."""
 
     def __init__(self, steps: Steps, simulate: SimulateAt, tolerance_percent: float, budget: int) -> None:
         self.steps, self.simulate = steps, simulate
@@ -102,7 +103,7 @@ class Loop:
         self.stopped: Stopped = "budget"
 
     def run(self) -> None:
-        """Continue until the target is reached, the budget is spent, or no step is left."""
+        """Simulate points until the target is reached, the budget is spent, or no step is left."""
         point: PointToTry | None = self.steps.first()
         while point is not None:
             self.points.append(self.steps.judge(point, self._simulated(point, self.steps.conditions)))
@@ -116,19 +117,19 @@ class Loop:
         self.stopped = self.steps.end()
 
     def run_elsewhere(self, conditions: Sequence[float]) -> None:
-        """Simulate the best point, then the first one, at other conditions while runs are left in the budget."""
+        """Simulate the best point and then the first one at other conditions, as far as the budget allows."""
         for point in dict.fromkeys((self.best.point, self.points[0].point)):
-            predicted = dict.fromkeys(conditions, NOTHING)
+            predicted = dict.fromkeys(conditions, NO_PREDICTION)
             self._simulated(PointToTry(point.levels, "elsewhere", point.place, predicted), conditions[: self.left])
 
     @property
     def left(self) -> int:
-        """The number of runs left in the budget."""
+        """Number of runs left in the budget."""
         return self.budget - len(self.runs)
 
     @property
     def best(self) -> JudgedPoint:
-        """The point that reached the target, or else the best one; raise `RunsFailed` if runs of all points failed."""
+        """The point that reached the target, otherwise the best one; `RunsFailed` if a run failed at every point."""
         done = [judged for judged in self.points if judged.error_percent is not None]
         if not done:
             failed = [f"{run.outcome.reason}: {run.outcome.message}" for run in self.runs if not run.outcome.ok]
@@ -138,11 +139,11 @@ class Loop:
         return done[-1] if self.stopped == "tolerance" else min(done, key=lambda judged: judged.merit)
 
     def responses(self, levels: Mapping[str, float]) -> dict[float, Outcome]:
-        """Return the outcome at each condition that was simulated with these levels."""
+        """Return the outcomes of the runs with these levels, by condition."""
         return {run.condition: run.outcome for run in self.runs if run.levels == levels}
 
     def _simulated(self, point: PointToTry, conditions: Sequence[float]) -> dict[float, Outcome]:
-        numbered = [judged.point.levels for judged in self.points]  # a run elsewhere repeats one that has a number
+        numbered = [judged.point.levels for judged in self.points]  # a point at other conditions keeps its row
         row = numbered.index(point.levels) if point.levels in numbered else len(numbered)
         outcomes = self.simulate(row, [point.levels], conditions) if conditions else []
         for condition, outcome in zip(conditions, outcomes, strict=True):
@@ -162,7 +163,7 @@ class Loop:
 
 
 class PathSteps:
-    """Steps along the ranges of some factors to one response at one condition; the others stay at `levels`."""
+    """Steps along a search path to the response `aim` at one condition; factors outside the path stay at `levels`."""
 
     def __init__(self, path: SearchPath, levels: Mapping[str, float], condition: float, aim: float, expected: float):
         self.path, self.levels, self.aim, self.expected = path, levels, aim, expected
@@ -170,11 +171,9 @@ class PathSteps:
         self.tried: list[Tried] = []
 
     def first(self) -> PointToTry:
-        """Return the start of the path."""
         return self._point(PathStep(0.0, self.expected), "solution")
 
     def judge(self, point: PointToTry, outcomes: Mapping[float, Outcome]) -> JudgedPoint:
-        """Compare with the aim, by ratio."""
         tried = Tried(point.place, outcomes[self.conditions[0]].number(FIRST))
         self.tried.append(tried)
         if not isfinite(tried.level):
@@ -182,12 +181,10 @@ class PathSteps:
         return JudgedPoint(point, error_percent(self.aim, tried.response), abs(tried.level - log(self.aim)))
 
     def next(self) -> PointToTry | None:
-        """Step along the path, by what the runs so far show of it."""
         step = next_step(self.tried, self.aim, self.path)
         return None if step is None else self._point(step, "path" if isfinite(self.tried[-1].level) else "back")
 
     def end(self) -> Stopped:
-        """Check for a best point at an end of the path."""
         best = best_of(self.tried, self.aim)
         return "out_of_reach" if best is not None and best.place in self.path.ends else "settled"
 

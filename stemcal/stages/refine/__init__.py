@@ -1,4 +1,4 @@
-"""The refinement: simulate at the solution, correct it, again."""
+"""The refinement: simulate the calibrated parameters, correct them, and repeat."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 class Refine(Stage[Any]):
-    """The parameters corrected by simulations, in the model of the study or of `refine.in`."""
+    """Correction of the parameters by simulation, in the study's own model or in the model of `refine.in`."""
 
     name, title, attribute, reads = "refine", "Refinement", "refinement", ("refine", "targets")
     pictured = one_by_one = True
@@ -33,7 +33,7 @@ class Refine(Stage[Any]):
         return super().asked_for(study) or not has_surface(study)
 
     def inputs(self, study: Study) -> Mapping[str, object]:
-        """Return what it fits and varies, where no file of a stage before depends on it."""
+        """Return the varied factors and the fitted means; with a surface they are inputs of earlier stage files."""
         from stemcal.stages.rsm.options import RsmOptions
 
         if has_surface(study):
@@ -42,7 +42,7 @@ class Refine(Stage[Any]):
         return {"varied": study.of(RsmOptions).factors, "fitted": [conditions, study.fitted_responses]}
 
     def needs(self, study: Study) -> str | None:
-        """Return the stage whose parameters it corrects; in another model it comes after the validation."""
+        """Return the stage whose parameters are corrected; in another model this follows the validation."""
         if not has_surface(study):
             return None
         return "validate" if self.options(study).elsewhere else "invert"

@@ -1,4 +1,4 @@
-"""The refinement as a stage: the loop in the study's own model, or in the program or mesh of `refine.in`."""
+"""The analysis of the stage refine: the loop in the study's own model, or in the program or mesh of `refine.in`."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -29,13 +29,13 @@ from stemcal.study.types.units import from_internal
 from stemcal.vocabulary import FIRST, Wording, program
 
 _USUAL_ROUNDS = 2
-# The failure strain depends on mesh and lengths: its range where these are different.
+# The failure strain depends on mesh and lengths. Its range in another model: from a share of its low end up to 1.
 _OF_MESH, _LOWEST_SHARE, _HIGHEST = "failure_strain", 0.1, 1.0
 
 
 @a_stage(RefineResult)
 def refine(work: Work, head: Head) -> RefineResult:
-    """Simulate at the solution and correct it until the response is right, in the study's model or in `refine.in`."""
+    """Simulate the solution and correct it until the response agrees, in the study's model or in `refine.in`."""
     options = work.study.of(RefineOptions)
     if options.elsewhere:
         return _refined_there(work, head, options)
@@ -50,17 +50,17 @@ def refine(work: Work, head: Head) -> RefineResult:
 
 
 def _refined_there(work: Work, head: Head, options: RefineOptions) -> RefineResult:
-    """Run the calibrated point in another model, correct it there, and run it at the other conditions."""
+    """Simulate the calibrated point in another model, correct it there, and simulate it at the other conditions."""
     study, there, start = work.study, work.there(), work.result(InvertResult).parameters
     target, own = study.calibration_target, replace(work, watch=watch_nothing).simulating("validate", pictured=True)
     (outcome,) = own(study.targets.means.index(target), [start], [target.condition])  # recorded by the validation
     expected = outcome.response or target.response
-    # a joint fit is a compromise between the conditions, which is kept
+    # a joint fit is a compromise between the conditions: its force is the aim, not the measured one
     aim = expected if study.joint_targets else target.response
     steps = PathSteps(_path(work, there, options, start), start, target.condition, aim, expected)
     loop = Loop(steps, there.simulating("refine"), options.tolerance_percent, options.budget)
     loop.run()
-    means = [mean for one in study.targets.means for mean in measured_of(one, [FIRST], study.naming)]
+    means = [mean for row in study.targets.means for mean in measured_of(row, [FIRST], study.naming)]
     if loop.stopped == "tolerance":
         others = (mean.condition for mean in means if mean.condition != target.condition)
         loop.run_elsewhere(sorted(others, key=lambda condition: abs(condition - target.condition)))
@@ -107,7 +107,7 @@ def _rows(loop: Loop, means: Sequence[Measured]) -> Iterator[RefineRow]:
 
 
 def _model(work: Work, loop: Loop) -> SimulatedBy:
-    """Return the simulating program; its version is that of the spec, or the one reported in the first run."""
+    """Return the program that simulates, with the version of the spec or else of the first run that reports one."""
     solver, at = work.study.solver, work.study.calibration_target.condition
     version = solver.version
     if not version:
@@ -117,7 +117,7 @@ def _model(work: Work, loop: Loop) -> SimulatedBy:
 
 
 def _path(work: Work, there: Work, options: RefineOptions, start: Mapping[str, float]) -> SearchPath:
-    """Return the path along the factors that may move, from the calibrated point."""
+    """Return the search path of the factors that may move; it begins at the calibrated point."""
     surface = work.result(Surfaces)
     if unknown := [name for name in options.adjust if name not in surface.names]:
         known = f"Choose {listed(surface.names)}."
@@ -128,7 +128,7 @@ def _path(work: Work, there: Work, options: RefineOptions, start: Mapping[str, f
     strongest = _OF_MESH if _OF_MESH in slopes else max(slopes, key=lambda name: abs(slopes[name]))
     at = work.study.targets.calibrate_at
     own = work.solver.settings_that_matter(at)
-    # equal mesh and lengths, both known
+    # same mesh and lengths; None: the solver reports no settings
     same_mesh = own is not None and own == there.solver.settings_that_matter(at)
     steps = {name: scale.half_step for name, scale in surface.coding.items()}
     movers = (
@@ -139,10 +139,10 @@ def _path(work: Work, there: Work, options: RefineOptions, start: Mapping[str, f
 
 
 def _range(study: Study, options: RefineOptions, name: str, same_mesh: bool) -> Interval:
-    """Return the range of a factor there: of the spec, or the study's; that of the failure strain is wider."""
+    """Return the range of a factor in the other model: of `refine.adjust` or the study, or a wider one."""
     factor = study.factor(name)
-    if (given := options.adjust.get(name)) is not None:
-        return given
+    if (ends := options.adjust.get(name)) is not None:
+        return ends
     if name == _OF_MESH and not same_mesh:
         return _LOWEST_SHARE * factor.low, max(factor.high, from_internal(_HIGHEST, factor.unit))
     return factor.low, factor.high
@@ -150,7 +150,7 @@ def _range(study: Study, options: RefineOptions, name: str, same_mesh: bool) -> 
 
 def _adjusted(loop: Loop, steps: PathSteps, target: Target) -> Iterator[AdjustedFactor]:
     best, known = loop.best.point, dict[str, Interval]()
-    tried = next(one for one in steps.tried if one.place == best.place)
+    tried = next(run for run in steps.tried if run.place == best.place)
     if target.sd and target.n != 1:  # relative standard error of the measured mean, and its degrees of freedom
         relative = target.sd / target.response
         scatter = (relative, inf) if target.n is None else (relative / target.n**0.5, target.n - 1.0)
@@ -161,7 +161,7 @@ def _adjusted(loop: Loop, steps: PathSteps, target: Target) -> Iterator[Adjusted
 
 
 def later(study: Study) -> Later | None:
-    """Return the usual number of rounds and the largest number of runs."""
+    """Return the usual rounds of runs, and a note with the largest number of runs."""
     if not stage_called("refine").asked_for(study):
         return None
     options = study.of(RefineOptions)
@@ -180,7 +180,7 @@ def later(study: Study) -> Later | None:
 
 
 def refine_notes(stage: RefineResult) -> list[Note]:
-    """Return notes on a missed target, on errors of the surface, and on limits of another model."""
+    """Return notes on a missed target, on a first run outside its prediction interval, and on another model."""
     names = Wording(stage.naming)
     more = _in_another_model(stage, names) if stage.elsewhere else _without_surface(stage) if stage.alone else ()
     return [*_not_reached(stage, names), *_first_outside(stage, names), *more]
@@ -194,7 +194,7 @@ def _not_reached(stage: RefineResult, names: Wording) -> Iterator[Note]:
         f"The simulated {names.response.long}{place} differs from the target by {abs(stage.error_percent):.2f} % after "
         f"{counted(len(stage.made), 'run')}."
     )
-    budget, factors = 2 * stage.budget, names.factors(one.factor for one in stage.adjusted)
+    budget, factors = 2 * stage.budget, names.factors(row.factor for row in stage.adjusted)
     wider = f", or widen the range of {factors} in `refine.adjust`" if factors else ""
     remedies = {
         "budget": Remedy(f"Raise `refine.budget` to {budget}{wider}.", f"refine: {{budget: {budget}}}"),
@@ -209,7 +209,6 @@ def _not_reached(stage: RefineResult, names: Wording) -> Iterator[Note]:
 
 
 def _without_surface(stage: RefineResult) -> Iterator[Note]:
-    """Yield that intervals are missing, and the factors that are not determined."""
     text = "The study has no response surface: there is no analysis of variance, and the uncertainty is unknown."
     yield Note("no_intervals", "warning", text, Remedy("For confidence intervals, choose a design in `rsm.design`."))
     if free := stage.undetermined:
@@ -219,7 +218,7 @@ def _without_surface(stage: RefineResult) -> Iterator[Note]:
 
 
 def _first_outside(stage: RefineResult, names: Wording) -> Iterator[Note]:
-    """Compare the runs of the first point, the solution of the surface, with their prediction intervals."""
+    """Yield runs of the first point, the solution of the surface, outside their prediction intervals."""
     first = [run for run in stage.made if run.levels == stage.made[0].levels and run.how == stage.made[0].how]
     if outside := [run.condition for run in first if run.inside_interval is False]:
         text = (

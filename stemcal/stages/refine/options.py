@@ -1,4 +1,4 @@
-"""The section of the refinement, and the model in which the parameters will be used."""
+"""The `refine` section, and the study as its other model simulates it."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ _RANGE = {"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems
 _RANGES = {"type": "object", "additionalProperties": {"anyOf": [_RANGE, {"type": "null"}]}}
 
 
-def _by_name(given: Any) -> Any:
+def _by_name(value: Any) -> Any:
     """Accept a list of names as a mapping without ranges."""
-    if not isinstance(given, list) or not all(isinstance(name, str) for name in given):
-        return given
-    if twice := [name for name in given if given.count(name) > 1]:
+    if not isinstance(value, list) or not all(isinstance(name, str) for name in value):
+        return value
+    if twice := [name for name in value if value.count(name) > 1]:
         raise complain(f"{twice[0][:60]} is listed twice", "remove one")
-    return dict.fromkeys(given)
+    return dict.fromkeys(value)
 
 
 class RefineOptions(Frozen):
@@ -61,14 +61,14 @@ class RefineOptions(Frozen):
 
     @property
     def changes(self) -> dict[str, dict[str, object]]:
-        """What is different in the test simulated by `in`, by section and key."""
+        """Settings of the test that differ in the model of `in`, by section and key."""
         keys = (("material", "internal_length"), ("blade", "edge_spread"))
-        found = {section: {key: value} for section, key in keys if (value := getattr(self, key)) is not None}
-        return found | ({"loading": {"duration": self.duration, "stroke": None}} if self.duration is not None else {})
+        changes = {section: {key: value} for section, key in keys if (value := getattr(self, key)) is not None}
+        return changes | ({"loading": {"duration": self.duration, "stroke": None}} if self.duration is not None else {})
 
     @property
     def elsewhere(self) -> bool:
-        """Whether the parameters are used in another model than the study's own."""
+        """Whether the parameters will be used in another model than the study's own."""
         return self.in_ is not None
 
 
@@ -81,7 +81,7 @@ def most_runs(study: Study) -> int:
 
 
 def seen(study: Study) -> Study:
-    """Return the study as `refine.in` simulates it; the study itself without that key."""
+    """Return the study with the solver and settings of `refine.in`; the study itself without this key."""
     options = study.given(RefineOptions)
     if options is None or (solver := options.in_) is None:
         return study
@@ -92,7 +92,7 @@ def seen(study: Study) -> Study:
 
 
 def _refinement_is_possible(draft: Draft) -> Iterator[Finding]:
-    """Only factors with rising ranges can move, and only in another model; people run one of two programs."""
+    """Check `refine.adjust`, keys that need `refine.in`, and that results are entered by hand for one program only."""
     if (refine := draft.study.given(RefineOptions)) is None:
         return
     if refine.elsewhere and not has_surface(draft.study):
@@ -115,7 +115,7 @@ def _refinement_is_possible(draft: Draft) -> Iterator[Finding]:
 
 
 def _tests_and_curves_stay_here(draft: Draft) -> Iterator[Finding]:
-    """What is measured besides the force is simulated in the study's own model only."""
+    """Check that a study with laboratory tests or curves has no `refine.in`, whose model does not simulate them."""
     if not draft.study.of(RefineOptions).elsewhere:
         return
     if draft.tests:
@@ -127,7 +127,7 @@ def _tests_and_curves_stay_here(draft: Draft) -> Iterator[Finding]:
 
 
 def _the_model_is_possible(draft: Draft) -> Iterator[Finding]:
-    """Yield the study's mistakes in `refine.in` at its keys; a factor that does not move may have no effect there."""
+    """Yield mistakes of the study with `refine.in`, at its keys; only moving factors need an effect there."""
     from stemcal.study.reading.read import broken_rules
 
     if (there := seen(draft.study)) is draft.study:
@@ -149,7 +149,7 @@ RefineOptions.rules = (_refinement_is_possible, _tests_and_curves_stay_here, _th
 
 
 def _doubts(study: Study) -> Iterator[Finding]:
-    """Question a duration that looks like a slip of its unit."""
+    """Yield a duration that is probably in the wrong unit."""
     from stemcal.study.rules.plausible import doubt
 
     if duration := study.of(RefineOptions).duration:

@@ -1,4 +1,4 @@
-"""The result of the refinement: the parameters where they are used, the responses there, and every run."""
+"""The result of the refinement: the refined parameters, the responses with them, and every run."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
@@ -16,7 +16,7 @@ from stemcal.vocabulary import Wording
 
 @dataclass(frozen=True)
 class SimulatedBy:
-    """What simulated: the kind of solver, its version if known, and settings that the values depend on."""
+    """The program that simulated: solver kind, version if known, and the settings on which the parameters depend."""
 
     kind: str
     version: str | None = None
@@ -25,7 +25,7 @@ class SimulatedBy:
 
 @dataclass(frozen=True)
 class AdjustedFactor:
-    """A factor that may move in another model; `interval` (95 %): by the scatter of the measured mean, others fixed."""
+    """A factor that may move in another model; `interval` (95 %) is from the scatter of the measured mean."""
 
     factor: str
     calibrated: float
@@ -37,7 +37,7 @@ class AdjustedFactor:
 
 @dataclass(frozen=True)
 class RefineRow:
-    """A measured mean, and what was simulated with the solution (`before`) and with the result (`after`)."""
+    """A measured mean and the simulated responses: `before` at the solution, `after` at the refined parameters."""
 
     condition: float
     response: str
@@ -49,11 +49,11 @@ class RefineRow:
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class RefineResult(StageResult):
-    """The refined parameters and the responses with them; `model` (key `in`) is where they are used.
+    """The refined parameters and the responses with them; `model` (key `in`) is the model to use them in.
 
-    `aim` is the response to reach at `condition`: the measured one; in another model after a joint fit, the one that
-    the study's own model gives there. `elsewhere`: whether `model` is not the study's own. In a study without a
-    response surface, `undetermined` are the factors that stayed at mid-range.
+    `aim` is the response to reach at `condition`: the measured one; in another model after a joint fit, the response of
+    the study's own model. `elsewhere`: whether `model` is another model. `undetermined` are the factors that stayed at
+    mid-range in a study without a response surface.
     """
 
     name: ClassVar[str] = "refine"
@@ -79,12 +79,12 @@ class RefineResult(StageResult):
 
     @property
     def settles(self) -> Mapping[str, float] | None:
-        """The refined parameters, unless they are for another model."""
+        """Refined parameters; None if they are for another model."""
         return None if self.elsewhere else self.parameters
 
     @property
     def varied(self) -> tuple[str, ...]:
-        """The factors whose levels differ between the runs."""
+        """Factors whose levels differ between the runs."""
         first = self.made[0].levels
         return tuple(name for name in first if any(run.levels[name] != first[name] for run in self.made))
 
@@ -95,12 +95,12 @@ class RefineResult(StageResult):
 
     @property
     def determined(self) -> tuple[str, ...]:
-        """The factors that the runs determine, in a study without a response surface."""
+        """Factors that the runs determine in a study without a response surface; otherwise none."""
         return tuple(name for name in self.varied if name not in self.undetermined) if self.alone else ()
 
     @property
     def fitted(self) -> RefineRow:
-        """The row of the first response at the calibration."""
+        """Row of the first response at the calibration condition."""
         return next(row for row in self.rows if row.condition == self.condition)
 
     def _tables(self) -> dict[str, Table]:
@@ -109,5 +109,5 @@ class RefineResult(StageResult):
         return {"refine": Table.of(columns, self.rows), "refine_runs": Table.of(runs, self.made)}
 
     def runs(self) -> Iterator[tuple[str, Outcome]]:
-        for one in self.made:
-            yield f"refine {one.run}{Wording(self.naming).at(one.condition) if self.elsewhere else ''}", one.outcome
+        for run in self.made:
+            yield f"refine {run.run}{Wording(self.naming).at(run.condition) if self.elsewhere else ''}", run.outcome

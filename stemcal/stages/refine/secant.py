@@ -1,14 +1,15 @@
-"""Steps of the refinement without a response surface: Gauss–Newton on slopes that only simulated points show.
+"""Steps of the refinement without a response surface: Gauss–Newton steps with slopes between simulated points.
 
-From mid-range, or the mean of a prior, one factor after the other is moved by itself, while the means can determine
-one more. A factor is determined if it changes the means by more than the tolerance, and otherwise than the factors
-before it; if not, it stays at the start. With z = ln x, or x where the range includes zero, −1 to 1 over the range, a
-step s from the best point has the least misfit of
+The start is mid-range, or the mean of a prior. One factor after the other is then changed by itself, as long as the
+fitted means can determine a further factor. A factor is determined if it changes the means by more than the tolerance,
+and not in the same proportions as the factors before it; all other factors stay at the start. The coded factors z run
+from −1 to 1 over ln x, or over x if the range includes zero. From the best point, with responses y, the step s
+minimizes the misfit of
 
     ln ŷ = ln y + J s
 
-within a box about that point. Broyden's update makes J follow each step: J ← J + (Δ ln y − J s) sᵀ/(sᵀs)
-(Math. Comp. 19 (1965) 577).
+within a box about that point. After each step Broyden's formula updates the slopes J so that they reproduce the change
+Δ ln y: J ← J + (Δ ln y − J s) sᵀ/(sᵀs) (Math. Comp. 19 (1965) 577).
 """
 
 from collections.abc import Sequence
@@ -18,18 +19,18 @@ import numpy as np
 from stemcal.doe.calibration.observations import FINEST, Uniforms, variances
 from stemcal.doe.coding import Array
 from stemcal.stages.fitting import Measured
-from stemcal.stages.loop import NOTHING, How, PointToTry, Predicted, Stopped
+from stemcal.stages.loop import NO_PREDICTION, How, PointToTry, Predicted, Stopped
 from stemcal.stages.refine.steps import _SETTLED, FIRST_RADIUS, MeanSteps, Trial
 from stemcal.stages.rsm.options import RsmOptions
 from stemcal.study.model.study import Study
 from stemcal.vocabulary import FIRST
 
-_PROBE = 0.5  # coded: the least way of a factor that is moved by itself
-_END = 0.999  # coded: where a range ends
-_TELLING = 0.2  # coded: a shorter step shows the roughness of a response rather than its slope
-_SEEN = 2.0  # times the tolerance: what a factor that is determined changes at least
-_WORTH = 0.05  # of the misfit: a step that removes less is not worth its runs
-_USUAL_VARIATION = 0.03  # where no scatter was measured
+_PROBE = 0.5  # coded: smallest change of a factor that is moved by itself
+_END = 0.999  # coded: a factor beyond it is at the end of its range
+_LONG_ENOUGH = 0.2  # coded: shorter steps show the roughness of the response rather than its slope
+_SEEN = 2.0  # times the tolerance: smallest change of the means by a factor that counts as determined
+_WORTH = 0.05  # smallest relative reduction of the misfit that is worth the runs of a step
+_USUAL_VARIATION = 0.03  # assumed coefficient of variation if no scatter was measured
 
 
 class SecantSteps(MeanSteps):
@@ -55,12 +56,15 @@ class SecantSteps(MeanSteps):
         return tuple(factor.name for j, factor in enumerate(self.factors) if j not in self.determined)
 
     def first(self) -> PointToTry:
-        """Return the middle of all ranges, of a factor with a prior its mean."""
-        middle = self._scaled([one.prior.mean if one.prior else one.centre for one in self.factors])
+        """Return the middle of all ranges; for a factor with a prior, its mean."""
+        middle = self._scaled([factor.prior.mean if factor.prior else factor.centre for factor in self.factors])
         return self._point((middle - self.centre) / self.half_range, "middle")
 
     def learn(self, trial: Trial) -> bool:
-        """Set the slopes by the change since the best point: of the probed factor if it is seen, or along the step."""
+        """Update the slopes by the change since the best point: of the probed factor, or along the whole step.
+
+        Return False if the probed factor hardly changes the means; its point then is no result.
+        """
         probe, base = self.probe, self.best if self.trials else trial
         self.probe, s = None, trial.coded - base.coded
         change = self._level(trial.responses) - self._level(base.responses) - self.slopes @ s
@@ -69,14 +73,14 @@ class SecantSteps(MeanSteps):
                 return False
             self.slopes[:, probe] = change / s[probe]
             self.determined.append(probe)
-        elif np.linalg.norm(s) >= _TELLING:
+        elif np.linalg.norm(s) >= _LONG_ENOUGH:
             self.slopes += np.outer(change, s) / (s @ s)
         self.trials.append(trial)
         self.reach = self.shrunk(self.reach) if probe is None else self.reach
         return True
 
     def next(self) -> PointToTry | None:
-        """Move the next factor by itself while one more can be determined, else step; after a failed run go back."""
+        """Probe the next factor while the means can determine one more, otherwise step; after a failed run go back."""
         if self.failed:
             aside = np.full(len(self.factors), 0.5 * (-1.0) ** len(self.visited))
             return self._point(0.5 * (self.visited[-1] + (self.best.coded if self.trials else aside)), "back")
@@ -86,29 +90,29 @@ class SecantSteps(MeanSteps):
         return self._step()
 
     def end(self) -> Stopped:
-        """Check for factors at the ends of their ranges."""
+        """Return `out_of_reach` if all determined factors are at ends of their ranges."""
         return "out_of_reach" if self.determined and not self._free() else "settled"
 
     def _probed(self, j: int) -> Array:
-        """Return the best point with one factor moved, as if the response were proportional to it."""
-        found, factor, sign = self.best.coded.copy(), self.factors[j], 1.0
+        """Return the best point with one factor moved to where a response proportional to it is on target."""
+        point, factor, sign = self.best.coded.copy(), self.factors[j], 1.0
         gap = float(np.mean(self._level(self.measured) - self._level(self.best.responses)))
         if self.by_ratio[j] or factor.expected_sign:
             sign = -1.0 if (gap < 0.0) != (factor.expected_sign == "-") else 1.0
         size = abs(gap) / self.half_range[j] if self.by_ratio[j] and self.logarithmic else 0.0
-        moved = min(max(found[j] + sign * min(max(size, _PROBE), 1.0), -1.0), 1.0)
-        found[j] = moved if abs(moved - found[j]) >= 0.5 * _PROBE else found[j] - sign * _PROBE
-        return found
+        moved = min(max(point[j] + sign * min(max(size, _PROBE), 1.0), -1.0), 1.0)
+        point[j] = moved if abs(moved - point[j]) >= 0.5 * _PROBE else point[j] - sign * _PROBE  # no room: other way
+        return point
 
     def _is_seen(self, change: Array) -> bool:
-        """Check that the means change by more than the tolerance, and otherwise than by the factors before."""
+        """Check that a change exceeds the tolerance and is not a combination of the changes by other free factors."""
         known = self.slopes[:, self._free()]
         own = change - known @ np.linalg.lstsq(known, change, rcond=None)[0] if known.size else change
         size = 1.0 if self.logarithmic else float(np.mean(np.abs(self.measured))) or 1.0
         return bool(np.sqrt(np.mean(own**2)) > self.least_change * size)
 
     def _free(self) -> list[int]:
-        """Return the determined factors that are not at an end of their range."""
+        """Return the indices of the determined factors that are not at an end of their range."""
         return [j for j in self.determined if abs(self.best.coded[j]) < _END]
 
     def _step(self) -> PointToTry | None:
@@ -124,10 +128,10 @@ class SecantSteps(MeanSteps):
 
         bounds = np.maximum(-1.0 - start, -self.reach)[moving], np.minimum(1.0 - start, self.reach)[moving]
         nothing = np.zeros(len(moving))
-        found = least_squares(gaps, nothing, bounds=bounds, method="dogbox")  # it may start at a bound
-        if 2.0 * found.cost > (1.0 - _WORTH) * float(gaps(nothing) @ gaps(nothing)):
+        solution = least_squares(gaps, nothing, bounds=bounds, method="dogbox")  # it may start at a bound
+        if 2.0 * solution.cost > (1.0 - _WORTH) * float(gaps(nothing) @ gaps(nothing)):
             return None
-        near[moving] = found.x
+        near[moving] = solution.x
         while min(float(np.linalg.norm(start + near - place)) for place in self.visited) < _SETTLED:
             near *= 0.5
             if np.linalg.norm(near) < _SETTLED:
@@ -135,12 +139,11 @@ class SecantSteps(MeanSteps):
         return self._point(np.clip(start + near, -1.0, 1.0), "secant")
 
     def _expected(self, z: Array) -> Array:
-        """Return the responses that the slopes predict."""
         level = self._level(self.best.responses) + self.slopes @ (z - self.best.coded)
         return np.asarray(np.exp(level) if self.logarithmic else level, dtype=float)
 
     def _level(self, responses: Array) -> Array:
-        """Return ln y where all means are positive, else y; a response that is not positive counts as almost none."""
+        """Return ln y if all means are positive, else y; a response that is not positive counts as very small."""
         return np.asarray(np.log(np.maximum(responses, 1e-9 * self.measured)) if self.logarithmic else responses)
 
     def _scaled(self, values: Sequence[float]) -> Array:
@@ -148,7 +151,7 @@ class SecantSteps(MeanSteps):
 
     def _point(self, z: Array, how: How) -> PointToTry:
         values = zip(self.means, self._expected(z).tolist(), strict=True) if how == "secant" else ()
-        predicted: dict[float, Predicted] = dict.fromkeys(self.conditions, NOTHING)
+        predicted: dict[float, Predicted] = dict.fromkeys(self.conditions, NO_PREDICTION)
         predicted |= {mean.condition: (value, None) for mean, value in values if mean.response == FIRST}
         scaled = self.centre + self.half_range * z
         natural = zip(self.factors, np.where(self.by_ratio, np.exp(scaled), scaled).tolist(), strict=True)
@@ -157,7 +160,7 @@ class SecantSteps(MeanSteps):
 
 
 def _weights(means: Sequence[Measured]) -> Array:
-    """Return the inverse squared standard errors, the scatter of each mean drawn towards that of the others."""
+    """Return n/(s·value)² of each mean, its coefficient of variation s drawn towards those of the others."""
     n, value = np.array([mean.n or 1 for mean in means]), np.array([mean.value for mean in means])
     squared = (np.array([np.nan if mean.sd is None else mean.sd for mean in means]) / value) ** 2
     df = np.where(n > 1, n - 1.0, np.inf)

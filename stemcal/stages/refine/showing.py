@@ -1,4 +1,4 @@
-"""How a refinement is shown: what moved, the responses before and after, every run."""
+"""Sentences and tables of a refinement: the moved factors, the responses before and after, every run."""
 
 from collections.abc import Mapping
 
@@ -11,7 +11,7 @@ from stemcal.vocabulary import Wording, program
 
 
 class RefineShowing(Showing[RefineResult]):
-    """The words and tables of a refinement."""
+    """Sentences and tables of a refinement."""
 
     claims = True
 
@@ -39,7 +39,7 @@ class RefineShowing(Showing[RefineResult]):
 
 
 def _parameters(stage: RefineResult, names: Wording) -> list[Table]:
-    """Return the parameters in another model; without a response surface which of them the runs determine."""
+    """Return a table of the parameters in another model, or, without a surface, of their source; otherwise no table."""
     if stage.alone:
         source = dict.fromkeys(stage.parameters, "mid-range") | dict.fromkeys(stage.determined, "refinement")
         rows = [{"factor": name, "value": stage.parameters[name], "source": source[name]} for name in source]
@@ -48,13 +48,13 @@ def _parameters(stage: RefineResult, names: Wording) -> list[Table]:
     if not stage.elsewhere:
         return []
     settings = ", ".join(f"{name} {value}" for name, value in (stage.model.depends_on or {}).items())
-    known = any(one.interval is not None for one in stage.adjusted)
+    known = any(row.interval is not None for row in stage.adjusted)
     columns = [
         factor(names),
         Column("calibrated", "Calibrated", form=significant),
         Column("value", "Other", form=significant),
         *([Column("interval", "95 % confidence interval", form=interval, claims=True)] if known else []),
-        Column("between", "Range", form=interval, of=lambda one: (one.low, one.high)),
+        Column("between", "Range", form=interval, of=lambda row: (row.low, row.high)),
     ]
     foot = [
         "The other parameters retain their calibrated values. The search stops as soon as the error is within the "
@@ -70,7 +70,7 @@ def _parameters(stage: RefineResult, names: Wording) -> list[Table]:
 
 
 def responses(stage: RefineResult, names: Wording) -> Table:
-    """Return measured and simulated responses, before and after."""
+    """Return the table of measured and simulated responses, before and after the refinement."""
     several = len({row.response for row in stage.rows}) > 1
     unit = "" if several else names.response.written
     columns = [
@@ -96,7 +96,7 @@ def responses(stage: RefineResult, names: Wording) -> Table:
 
 
 def runs(stage: RefineResult, names: Wording) -> Table:
-    """Return every run: its levels, the response predicted by then, and the simulated one."""
+    """Return the table of runs with levels, predicted and simulated response."""
     columns = [
         Column("run", "No.", form=format),
         Column("how", "From"),
@@ -112,10 +112,10 @@ def _there(stage: RefineResult, names: Wording) -> list[str]:
     row, there = stage.fitted, program(stage.model.kind)
     if row.after is None:
         return []
-    moved = [one for one in stage.adjusted if one.value != one.calibrated]
-    values = series(f"{names.in_text(one.factor)} = {significant(one.value)}" for one in moved)
-    given = f"refined parameters ({values})" if moved else "calibrated parameters"
+    moved = [entry for entry in stage.adjusted if entry.value != entry.calibrated]
+    values = series(f"{names.in_text(entry.factor)} = {significant(entry.value)}" for entry in moved)
+    parameters = f"refined parameters ({values})" if moved else "calibrated parameters"
     return [
-        f"The simulated {names.response.long} in {there} with the {given} is {names.quantity(row.after)}. The target "
-        f"value is {names.quantity(stage.aim)}."
+        f"The simulated {names.response.long} in {there} with the {parameters} is {names.quantity(row.after)}. The "
+        f"target value is {names.quantity(stage.aim)}."
     ]

@@ -1,15 +1,14 @@
-"""Steps of the refinement in the study's own model, on the response surface: learn from the points simulated so far.
+"""Steps of the refinement in the study's own model: search on the response surface, refitted to every new point.
 
-A surface fitted over a whole design is off by a little everywhere. Near the best point simulated so far its shape is
-good and its height is known to be wrong by f − ŷ, so the next point is sought on the surface moved by that much. This
-is Newton's method with the slope of the surface (Broyden 1965 calls such steps quasi-Newton). Steps stay within a
-radius that shrinks when a step has not helped; once the target is bracketed by two simulated points, the straight line
-between them takes over, which cannot leave the bracket (regula falsi).
+A surface fitted over a whole design has a small error everywhere. At the best simulated point that error is known, so
+the next point is sought on the surface shifted by it: Newton's method with the slope of the surface (a quasi-Newton
+step, Broyden 1965). Steps stay within a radius that shrinks after a step without progress. Once two points bracket the
+target, the next point is interpolated linearly between them (regula falsi), which cannot leave the bracket.
 
-Where several responses are to be met together, their surfaces are moved to pass through what was simulated at the best
-point so far; the next point has the least misfit of the moved surfaces within a box about it, whose half-width shrinks
-when a step has not helped. That is a trust-region method with first-order corrected models: N. M. Alexandrov and
-others, Structural Optimization 15 (1998) 16–23.
+For several responses the surfaces are shifted to pass through the responses of the best point. The next point has the
+least misfit of the shifted surfaces within a box about it, whose half-width shrinks after a step without progress. This
+is a trust-region method with first-order corrected models: N. M. Alexandrov and others, Structural Optimization 15
+(1998) 16–23.
 """
 
 from collections.abc import Mapping, Sequence
@@ -27,31 +26,31 @@ from stemcal.doe.regression.section import AnySurface
 from stemcal.runs.record import Outcome
 from stemcal.stages.fitting import Surfaces, fit_over, fitted_surfaces, measured_means, priors_of
 from stemcal.stages.invert.result import InvertResult
-from stemcal.stages.loop import NOTHING, How, JudgedPoint, PointToTry, Predicted, Stopped
+from stemcal.stages.loop import NO_PREDICTION, How, JudgedPoint, PointToTry, Predicted, Stopped
 from stemcal.study.model.study import Study
 from stemcal.vocabulary import FIRST
 
 FIRST_RADIUS, SHRINK = 1.0, 0.5  # coded
 _NEWTON_STEPS = 60
-_PROGRESS = 0.5  # a step is good if it leaves less than this part of the error
-_SAME, _SETTLED = 1e-9, 1e-3  # coded: shorter steps of one target, of a joint fit, are not worth a run
+_PROGRESS = 0.5  # share of the error above which a step counts as without progress
+_SAME, _SETTLED = 1e-9, 1e-3  # coded: shorter steps, of one target and of a joint fit, are not worth a run
 
 
 @dataclass(frozen=True, eq=False)
 class Trial:
-    """A point that was simulated, in coded units, and every response there in the order of the observations."""
+    """A simulated point (coded) and its responses in the order of the fitted means."""
 
     coded: Array
     responses: Array
 
     @property
     def response(self) -> float:
-        """The first response."""
+        """First response."""
         return float(self.responses[0])
 
 
 class MeanSteps:
-    """Points of all varied factors that are compared with the fitted means; what comes next is left to subclasses."""
+    """Base class of steps that compare points of all varied factors with the fitted means."""
 
     precision: Array  # W of the misfit rᵀWr, r = measured − simulated
 
@@ -65,7 +64,6 @@ class MeanSteps:
         self.failed = False  # a run of the last point
 
     def judge(self, point: PointToTry, outcomes: Mapping[float, Outcome]) -> JudgedPoint:
-        """Compare with the measured means, and learn from the responses."""
         values = np.array([outcomes[mean.condition].number(mean.response) for mean in self.means])
         self.visited.append(point.place)
         self.failed = not np.all(np.isfinite(values))
@@ -76,28 +74,27 @@ class MeanSteps:
         return JudgedPoint(point, worst, self._missed(self.trials[-1]) if self.joint else abs(worst))
 
     def learn(self, trial: Trial) -> bool:
-        """Include a trial in what the next step follows; return whether its point may be the result."""
+        """Include a trial in the basis of the next step; return whether its point may be the result."""
         self.trials.append(trial)
         return True
 
     @property
     def undetermined(self) -> tuple[str, ...]:
-        """The factors that stay at the middle of their ranges."""
+        """Factors that stay at mid-range."""
         return ()
 
     @property
     def best(self) -> Trial:
-        """The trial of least misfit."""
+        """Trial of least misfit."""
         return min(self.trials, key=self._missed)
 
     def shrunk(self, reach: float) -> float:
-        """Return the half-width of the box for the next step: smaller after a step that has not helped."""
+        """Return the half-width of the box for the next step: smaller after a step without progress."""
         before = [self._missed(trial) for trial in self.trials[:-1]]
         helped = self.best is self.trials[-1] and not (before and self._missed(self.best) > SHRINK * min(before))
         return reach if helped else SHRINK * reach
 
     def _missed(self, trial: Trial) -> float:
-        """Return the misfit of what was simulated."""
         gap = self.measured - trial.responses
         return float(gap @ self.precision @ gap)
 
@@ -105,7 +102,7 @@ class MeanSteps:
 class SurfaceSteps(MeanSteps):
     """Steps on the response surface, refitted to every point, inside the region of its design.
 
-    To one target along the slope or between two points; to several means by least misfit, through the best point.
+    Search for one target along the slope or between two points; for several means by least misfit.
     """
 
     def __init__(self, study: Study, surface: Surfaces, solution: InvertResult) -> None:
@@ -118,11 +115,10 @@ class SurfaceSteps(MeanSteps):
         self.reach = FIRST_RADIUS
 
     def first(self) -> PointToTry:
-        """Return the solution of the surface."""
         return self._point(self.coding.point(self.solution.point.coded), "solution")
 
     def next(self) -> PointToTry | None:
-        """Step from the best point; after a failed run, half-way back to it, or to the centre of the design."""
+        """Return the next point from the best one; after a failed run, half-way back to it or to the design centre."""
         if self.failed:
             known = self.best.coded if self.trials else np.zeros(len(self.coding.names))
             return self._point(0.5 * (self.visited[-1] + known), "back")
@@ -140,12 +136,11 @@ class SurfaceSteps(MeanSteps):
         return None if shortest < (_SETTLED if self.joint else _SAME) else self._point(coded, how)
 
     def end(self) -> Stopped:
-        """The solution no longer moves."""
         return "settled"
 
     def _point(self, coded: Array, how: How) -> PointToTry:
         (levels,) = self.coding.runs([coded], self.solution.parameters)
-        predicted: dict[float, Predicted] = dict.fromkeys(self.conditions, NOTHING)
+        predicted: dict[float, Predicted] = dict.fromkeys(self.conditions, NO_PREDICTION)
         for mean, surface in zip(self.means, self.surfaces, strict=True):
             if mean.response == FIRST:
                 low, high = map(float, surface.prediction_interval(coded)[0])
@@ -159,7 +154,6 @@ class SurfaceSteps(MeanSteps):
         return True
 
     def _refitted(self) -> list[AnySurface]:
-        """Return the surface of every measured mean, fitted to the design and the points so far."""
         return fitted_surfaces(self.study, self.surface, [(t.coded, t.responses) for t in self.trials])
 
 
@@ -171,7 +165,7 @@ def nearest_trial(trials: Sequence[Trial], target: float) -> Trial:
 def next_trial(
     surface: AnySurface, target: float, region: Region, trials: Sequence[Trial], radius: float
 ) -> tuple[Array, How, float]:
-    """Return the next point, how it was found, and the radius (coded) that it was sought within.
+    """Return the next point, how it was found, and the trust radius (coded).
 
     `surface` is fitted to all `trials`, at least one, in the order of simulation; `radius` limited the last step.
     """
@@ -187,9 +181,9 @@ def next_trial(
 
 
 def toward(surface: AnySurface, level: float, region: Region, start: Array, radius: float) -> Array:
-    """Go from `start` to the nearest point with ŷ = level, as far as the radius and the region allow.
+    """Return the point nearest to `start` with ŷ = level, as far as radius and region allow.
 
-    Newton steps along the gradient, x ← x + (level − ŷ)·∇ŷ/|∇ŷ|², drawn back into the region after each.
+    Newton steps along the gradient, x ← x + (level − ŷ)·∇ŷ/|∇ŷ|², each followed by a projection into the region.
     """
     x = start.copy()
     for _ in range(_NEWTON_STEPS):
@@ -204,20 +198,20 @@ def toward(surface: AnySurface, level: float, region: Region, start: Array, radi
 
 
 def _across(trials: Sequence[Trial], best: Trial, target: float) -> Trial | None:
-    """Return the trial nearest to `best` among those on the other side of the target."""
+    """Return the trial nearest to `best` on the other side of the target, if there is one."""
     side = np.sign(best.response - target)
     others = [trial for trial in trials if np.sign(trial.response - target) == -side]
     return min(others, key=lambda trial: float(np.linalg.norm(trial.coded - best.coded)), default=None)
 
 
 def _between(best: Trial, other: Trial, target: float) -> Array:
-    """Interpolate between two trials to the target, staying off the very ends."""
+    """Interpolate linearly between two trials to the target, at least 10 % away from either."""
     share = (target - best.response) / (other.response - best.response)
     return np.asarray(best.coded + np.clip(share, 0.1, 0.9) * (other.coded - best.coded))
 
 
 def through(fit: Fit, surfaces: Sequence[AnySurface], trial: Trial) -> Fit:
-    """Take these surfaces, each moved up or down to pass through a trial; the weights stay."""
-    each = zip(surfaces, fit.observations, trial.responses.tolist(), strict=True)
-    moved = (replace(one, surface=surface.moved(trial.coded, response)) for surface, one, response in each)
+    """Return the fit with each surface shifted to pass through the trial; the weights are unchanged."""
+    pairs = zip(surfaces, fit.observations, trial.responses.tolist(), strict=True)
+    moved = (replace(mean, surface=surface.moved(trial.coded, response)) for surface, mean, response in pairs)
     return replace(fit, observations=tuple(moved))
