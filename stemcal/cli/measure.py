@@ -1,8 +1,8 @@
-"""`stemcal measure`: from the laboratory's files to stem grades and measured forces."""
+"""`stemcal measure`: diameter grades and calibration targets from laboratory files."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -93,17 +93,17 @@ def diameters(
     from stemcal.overview import measured_tests as tables
     from stemcal.report import curves as figures
 
-    form = Form(encoding, separator, decimal, sheet)
     try:
         nominal = [float(part) for part in grades.split(",")] if grades else []
     except ValueError:
         raise UsageError(f"--grades {grades}: write diameters in mm separated by commas, such as 7,8,9,10,11") from None
+    form = Form(encoding, separator, decimal, sheet)
     stems = measure_diameters(file, form, nominal, step, diameter_column, label_column)
     content = {"schema_version": 3, "stage": "measure-diameters", **to_json(stems)}
     section = geometry_section(stems)
     if out:
         drawn = {"diameters": figures.diameter_histogram(stems)}
-        _leave_files(out, content, Table.of_rows(stems.stems), drawn, section, "specimen")
+        _write_files(out, content, Table.of_rows(stems.stems), drawn, section, "specimen")
     _show(content, stems.synthetic, tables.diameter_tables(stems), stems.notes, as_json, quiet, section)
 
 
@@ -143,7 +143,6 @@ def shear(
     from stemcal.measured.tables import Form
     from stemcal.overview import measured_tests as tables
     from stemcal.report import curves as figures
-    from stemcal.study.reading.read import with_rows
 
     form = Form(encoding, separator, decimal, sheet)
     how = CurveOptions(form, force_column, displacement_column, force_unit, displacement_unit, preload)
@@ -155,12 +154,12 @@ def shear(
     section = section_of(targets)
     content = {"schema_version": 2, "stage": "measure-shear", **to_json(results), "targets": section}
     if spec:
-        _rewrite(spec, lambda text: with_rows(text, {"": targets}))
+        _write_targets(spec, {"": targets})
     if out:
         drawn = {"shear-curves": figures.shear_curves(tests), "force-diameter": figures.force_over_diameter(tests)}
         notes = Column("notes", of=lambda row: " ".join(map(str, row["notes"])))
         table = Table.of([*(name for name in rows[0] if name != "notes"), notes], rows)
-        _leave_files(out, content, table, drawn, section)
+        _write_files(out, content, table, drawn, section)
     _show(content, tests.synthetic, tables.shear_tables(tests), tests.all_notes(), as_json, quiet, section)
     if spec and not quiet:
         note(f"wrote the targets to {spec}; check the spec with `stemcal check {spec}`")
@@ -199,7 +198,6 @@ def tests(
     from stemcal.measured.shear_curves import CurveOptions
     from stemcal.measured.tables import Form
     from stemcal.overview.measured_tests import measure_tests, tests_table
-    from stemcal.study.reading.read import with_rows
 
     form = Form(encoding, separator, decimal, sheet)
     how = CurveOptions(form, force_column, displacement_column, force_unit, displacement_unit, preload)
@@ -208,16 +206,17 @@ def tests(
     means = to_json(measured.means)
     content = {"schema_version": 2, "stage": "measure-tests", "means": means, "targets": measured.targets}
     if write:
-        _rewrite(spec, lambda text: with_rows(text, measured.targets))
+        _write_targets(spec, measured.targets)
     _show(content, measured.synthetic, [tests_table(measured)], measured.notes, as_json, quiet, section)
     if write and not quiet:
         note(f"wrote the targets of the tests to {spec}; check the spec with `stemcal check {spec}`")
 
 
-def _rewrite(spec: Path, change: Callable[[str], str]) -> None:
-    """Change the text of a spec unless the result is invalid."""
+def _write_targets(spec: Path, targets: Mapping[str, Sequence[str]]) -> None:
+    """Write the targets of each test (rows of YAML) to a spec; raise if the spec would be invalid."""
     from stemcal.storage.atomic import write_atomic
     from stemcal.study.reading import read_study
+    from stemcal.study.reading.read import with_rows
     from stemcal.study.types.strict_yaml import MAX_BYTES
 
     try:
@@ -226,27 +225,27 @@ def _rewrite(spec: Path, change: Callable[[str], str]) -> None:
         raise UsageError(f"{spec}: {error.strerror}") from None
     if before is None:
         raise UsageError(f"{spec} is not a text file; save the spec as UTF-8 text")
-    text = change(before)
+    text = with_rows(before, targets)
     read_study(text.encode("utf-8"), spec)
     write_atomic(spec, text)
 
 
-def _leave_files(
+def _write_files(
     folder: Path,
     content: Mapping[str, Any],
     rows: Table,
     figures: dict[str, Figure],
     section: str = "",
-    called: str = "targets",
+    name_of_section: str = "targets",
 ) -> None:
-    """Write the results as JSON, their rows as CSV, the figures as SVG and PNG."""
+    """Write the results as JSON, their rows as CSV, the `section` of a spec as YAML, and figures as SVG and PNG."""
     from stemcal.drawing.style import save
     from stemcal.storage.atomic import write_atomic
     from stemcal.storage.canonical import as_json
 
     folder.mkdir(parents=True, exist_ok=True)
     stage = content["stage"]
-    texts = {f"{stage}.json": as_json(content), f"{stage}.csv": rows.csv(), f"{called}.yaml": section}
+    texts = {f"{stage}.json": as_json(content), f"{stage}.csv": rows.csv(), f"{name_of_section}.yaml": section}
     for name, text in texts.items():
         if text:
             write_atomic(folder / name, text)

@@ -1,4 +1,4 @@
-"""From the bytes of a file to lines of cells: texts of any encoding, workbooks of Excel."""
+"""Convert the bytes of a file into lines of cells: text files of any encoding, and Excel workbooks."""
 
 import csv
 import io
@@ -14,18 +14,18 @@ from stemcal.storage.plain import MIB
 
 MAX_BYTES = 64 * MIB
 MOST_ROWS, MOST_CELLS = 500_000, 2_000_000
-"""Of a file: each row takes up to a kilobyte of memory, each cell of a workbook up to 20 µs."""
+"""Limits of a file: a row requires up to a kilobyte of memory, a cell of a workbook up to 20 µs."""
 _SMALLER = "export fewer points, or split the file by specimen"
 
 _MODERN = b"PK\x03\x04"  # xlsx, and ods
-_OTHERS = (b"\xd0\xcf\x11\xe0", b"<html", b"<!doctype", b"<?xml", b"<table")  # xls, and what is called so
+_OTHERS = (b"\xd0\xcf\x11\xe0", b"<html", b"<!doctype", b"<?xml", b"<table")  # xls, and other files named .xls
 
 _OLD = ("gb18030", "cp1252", "cp1250", "cp1251")
-_HEAD = 4000  # characters in which known words are looked for
+_HEAD = 4000  # characters that are searched for known words
 
 
 class Line(NamedTuple):
-    """A line as written in the file, its cells, and whether it is a remark (``# …``)."""
+    """A line of a file, its cells, and whether it is a remark (``# …``)."""
 
     text: str
     cells: Sequence[str]
@@ -33,17 +33,17 @@ class Line(NamedTuple):
 
 
 def split(texts: Sequence[str], separator: str) -> list[Line]:
-    """Return lines of text with their cells; an empty line has none."""
+    """Split lines of text into cells; an empty line has no cells."""
     lines = []
     for text in texts:
         remark = text.lstrip().startswith("#")
         content = text.lstrip("# ") if remark else text
         if separator == " ":
             cells = content.split()
-        elif '"' in content:  # a quoted cell may hold the separator
+        elif '"' in content:  # a quoted cell may contain the separator
             try:
                 cells = next(csv.reader([content], delimiter=separator, skipinitialspace=True), [])
-            except csv.Error:  # a cell of more than 131,072 characters holds no number
+            except csv.Error:  # a cell of more than 131,072 characters is not a number
                 cells = content.split(separator)
         else:
             cells = content.split(separator)
@@ -53,16 +53,16 @@ def split(texts: Sequence[str], separator: str) -> list[Line]:
 
 
 def decoded_table(content: bytes, encoding: str | None, path: Path) -> tuple[str, str]:
-    """Return a text and its encoding.
+    """Return the decoded text and its encoding, detected if `encoding` is None.
 
-    It is that of the byte order mark, UTF-8 or UTF-16, else that of Chinese or of European machines: the one in which
-    the most words are known, the first of several.
+    The encoding is that of the byte order mark, UTF-8 or UTF-16. Otherwise it is the encoding of Chinese or European
+    machines in which the text contains the most known words.
     """
     try:
         decoded = encodings.decoded(content, [encoding] if encoding else encodings.guesses(content))
         if decoded is not None and not encoding and decoded[1] in _OLD:
             texts = (encodings.decoded(content, [code]) for code in (decoded[1], *_OLD))
-            decoded = max(filter(None, texts), key=lambda each: words_known(each[0][:_HEAD]))
+            decoded = max(filter(None, texts), key=lambda pair: words_known(pair[0][:_HEAD]))
     except (LookupError, ValueError):
         raise UsageError(
             f"--encoding {quoted(encoding or '')[1:-1]}: unknown encoding; use utf-8, utf-16, gbk or another "
@@ -75,39 +75,40 @@ def decoded_table(content: bytes, encoding: str | None, path: Path) -> tuple[str
 
 
 def is_workbook(content: bytes, source: object) -> bool:
-    """Check for an Excel workbook, independent of the file name; raise `UsageError` for another kind of spreadsheet."""
+    """Check for an Excel workbook by its content; raise `UsageError` for another spreadsheet format."""
     if content[:100].removeprefix(b"\xef\xbb\xbf").lstrip().lower().startswith(_OTHERS):
         raise UsageError(f"{source} is in a spreadsheet format that stemcal cannot read; save the file as .xlsx or CSV")
     return content.startswith(_MODERN)
 
 
 def require_size(source: str, rows: int, cells: int) -> None:
-    """Raise `UsageError` for a table that is too large to be read."""
+    """Raise `UsageError` if a table has too many rows or cells."""
     for what, size, most in (("rows", rows, MOST_ROWS), ("cells", cells, MOST_CELLS)):
         if size > most:
             raise UsageError(f"{source}: the file has more than {most:,} {what}; {_SMALLER}")
 
 
 def sheets(content: bytes, source: str) -> dict[str, list[Line]]:
-    """Return the lines of every sheet of an Excel workbook by its title; raise `UsageError` if they cannot be read."""
+    """Return the lines of every worksheet of an Excel workbook by its title; raise `UsageError` if it is unreadable."""
     import openpyxl
 
     try:
         with ZipFile(io.BytesIO(content)) as archive:
             unpacked = sum(entry.file_size for entry in archive.infolist())
-        if unpacked > MAX_BYTES:  # a small file may hold gigabytes
+        if unpacked > MAX_BYTES:  # a small archive may contain gigabytes
             size = f"the workbook unpacks to {unpacked / MIB:.0f} MiB (limit {MAX_BYTES / MIB:.0f} MiB)"
             raise UsageError(f"{source}: {size}; {_SMALLER}")
         book = openpyxl.load_workbook(io.BytesIO(content), read_only=True, data_only=True)
         lines_of: dict[str, list[Line]] = {}
         rows = cells = 0
         for sheet in book.worksheets:
-            sheet.reset_dimensions()  # what the file claims may be wrong
+            sheet.reset_dimensions()  # the size stated in the file may be wrong
             lines = lines_of.setdefault(str(sheet.title), [])
             for row in sheet.iter_rows(values_only=True):
                 rows, cells = rows + 1, cells + len(row)
                 require_size(source, rows, cells)
-                values = [int(v) if isinstance(v, float) and v.is_integer() else v for v in row]  # no decimal mark
+                # a whole number has no decimal mark, from which that of the file would be detected
+                values = [int(v) if isinstance(v, float) and v.is_integer() else v for v in row]
                 texts = ["" if value is None else str(value).strip() for value in values]
                 while texts and not texts[-1]:
                     texts.pop()
@@ -116,7 +117,7 @@ def sheets(content: bytes, source: str) -> dict[str, list[Line]]:
         return lines_of
     except UsageError:
         raise
-    except Exception as error:  # openpyxl raises many kinds for damaged archives, damaged XML or strange cells
+    except Exception as error:  # openpyxl raises many kinds of exceptions for damaged archives, XML or cells
         reason = f"{type(error).__name__}: {error}".splitlines()[0][:120]
         message = f"{source} cannot be read as an Excel workbook ({reason}); save the file again as .xlsx or CSV"
         raise UsageError(message) from None

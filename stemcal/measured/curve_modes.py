@@ -1,21 +1,22 @@
-"""Responses of laboratory curves in addition to their maximum: scores of the leading principal components.
+"""Describe the shape of laboratory curves by scores of their leading principal components.
 
-A curve of five hundred points is one measurement, not five hundred: its points err together. So whole curves are
-compared, each smoothed, from where it passes the preload, brought onto one grid of shares s of the travel u* at which
-it reaches 95 % of its maximum (where the maximum itself is, noise decides on a flat top),
+A curve of five hundred points is one measurement, not five hundred, because the errors of its points are correlated.
+Therefore whole curves are compared. Each is smoothed and begins where it passes the preload. Its force F is evaluated
+at G shares s of the travel u* at which it reaches 95 % of its maximum F* (the travel at the maximum itself is uncertain
+on a flat top):
 
-    w = (F(s u*)/(F̄ √G), u*/ū),   s = 1/G … 1,
+    w = (F(s u*)/(F̄ √G), u*/ū),   s = 1/G … 1.
 
-and what counts is how w differs from specimen to specimen. However finely a curve is sampled, w has the same numbers.
+The scores describe how w differs between specimens. The number of points of a curve has no influence on w.
 
-    1  travel   u − F/k: the machine of stiffness k gives way too
-    2  next to the maximum, which is fitted by itself:   r = w − w̄ − b (F* − F̄),   b = cov(w, F*)/var(F*)
+    1  travel without the deformation of a machine of stiffness k:   u − F/k
+    2  deviation without the part explained by the maximum:   r = w − w̄ − b (F* − F̄),   b = cov(w, F*)/var(F*)
     3  scatter   S = rᵀr/(n − 1)
-    4  S φ = λ φ, each φ of length one: the leading components that hold 99 % of the trace, q = 3 at most
-    5  score   F̄ (1 + φᵀr), a force: its mean is F̄, the variance of that F̄² φᵀSφ/n
+    4  S φ = λ φ, |φ| = 1: the leading components, which contain 99 % of the trace, q = 3 at most
+    5  score   F̄ (1 + φᵀr), a force: its mean is F̄, and the variance of this mean is F̄² φᵀSφ/n
 
-Scores of different components do not vary together, nor with the maximum, so they enter a fit side by side: S is the
-covariance matrix of 1 + q responses, estimated from n specimens (`doe.calibration.likelihood`).
+The scores of different components are uncorrelated with each other and with the maximum, so a fit treats them as 1 + q
+separate responses, whose scatter is estimated from n specimens (`doe.calibration.likelihood`).
 
 Source: T. W. Anderson, An Introduction to Multivariate Statistical Analysis, 3rd ed., Wiley 2003, sections 5.2, 11.3.
 """
@@ -34,7 +35,7 @@ Curve = tuple[Array, Array]
 """Travel (mm) and force (N), row by row."""
 
 FEWEST = 5
-"""Specimens without which their scatter is not known well enough."""
+"""Least number of specimens from which the scatter is estimated."""
 MOST = 3
 _SHARES = np.arange(1, 26) / 25.0
 _HELD, _TOP, _FALLEN = 0.99, 0.95, 0.9
@@ -42,7 +43,7 @@ _HELD, _TOP, _FALLEN = 0.99, 0.95, 0.9
 
 @dataclass(frozen=True)
 class CurveModes:
-    """The components of a laboratory's curves of n `specimens`, and how a curve is scored.
+    """The leading components of the curves of n `specimens`, by which other curves are scored (module docstring).
 
     force, travel    means of the maximum force (N) and of u* (mm), the scales of w
     centre, spread   w̄, and the standard deviations over the specimens, (G + 1,)
@@ -67,19 +68,19 @@ class CurveModes:
         return _SHARES * self.travel, scale * np.array(self.centre[:-1]), scale * np.array(self.spread[:-1])
 
     def at_shares(self, travel: Array, force: Array) -> Array:
-        """Return the force of a curve at the shares u* of its travel, (G,), N."""
+        """Return the force of a curve at the shares of its travel u*, (G,), N."""
         shape = _on_grid(*from_preload(travel, force), self.force, self.travel)
         return np.asarray(shape[:-1] * self.force * np.sqrt(len(_SHARES)))
 
     def scores(self, travel: Array, force: Array) -> list[float]:
-        """Return the score of each mode of a curve, N."""
+        """Return the score of a curve for each component, N."""
         shape = _on_grid(*from_preload(travel, force), self.force, self.travel)
         r = shape - np.array(self.centre) - np.array(self.along_force) * (float(force.max()) - self.force)
         return [float(score) for score in self.force * (1.0 + np.array(self.weights) @ r)]
 
 
 def _on_grid(travel: Array, force: Array, mean_force: float, mean_travel: float) -> Array:
-    """Return w (G + 1,) of a curve that begins at travel 0; raise `UsageError` if it has no rise."""
+    """Return w (G + 1,) of a curve that begins at travel 0; raise `UsageError` if the curve has no rise."""
     top = _top(force)
     if top == 0:
         raise UsageError(
@@ -93,7 +94,10 @@ def _on_grid(travel: Array, force: Array, mean_force: float, mean_travel: float)
 
 
 def modes_of(curves: Sequence[Curve], stiffness: float | None = None, most: int = MOST) -> CurveModes:
-    """Return the components of at least `FEWEST` smoothed curves, up to a number; of a machine's stiffness in N/mm."""
+    """Return the leading components, at most `most`, of at least `FEWEST` smoothed curves.
+
+    `stiffness` is that of the testing machine, N/mm; None for a rigid machine.
+    """
     compliance = 0.0 if stiffness is None else 1.0 / stiffness
     curves = [from_preload(travel - compliance * (force - force[0]), force) for travel, force in curves]
     forces = np.array([float(force.max()) for _, force in curves])
@@ -107,9 +111,9 @@ def modes_of(curves: Sequence[Curve], stiffness: float | None = None, most: int 
     values, vectors = np.linalg.eigh(scatter)
     values, vectors = values[::-1], vectors[:, ::-1]
     held = np.cumsum(values) / values.sum()
-    # with the maximum they stay below n − 1
+    # together with the maximum, there must be fewer responses than n − 1 degrees of freedom
     count = min(most, MOST, max(n - 3, 0), int(np.searchsorted(held, _HELD)) + 1)
-    # the largest part of each is positive, so that equal curves have equal scores
+    # the sign of φ is arbitrary; its largest component is made positive, so that equal curves have equal scores
     weights = np.array([phi * np.sign(phi[int(np.argmax(np.abs(phi)))]) for phi in vectors[:, :count].T])
     return CurveModes(
         mean_force,
@@ -124,16 +128,16 @@ def modes_of(curves: Sequence[Curve], stiffness: float | None = None, most: int 
 
 
 def without_noise(travel: Array, force: Array) -> Curve:
-    """Return a measured curve until it breaks without the noise of its points, whose largest is no maximum.
+    """Return a measured curve smoothed from contact to the break, so that noise does not raise its maximum.
 
-    At each point a quadratic through its neighbours (A. Savitzky and M. J. E. Golay, Anal. Chem. 36 (1964) 1627), on
-    either side two of 25 shares of the rows from contact to the maximum; at the ends of these through those of one
-    side. The way through the air stays as it is: the curve has a corner at its end.
+    The force at each point is that of a quadratic fitted to its neighbours (A. Savitzky and M. J. E. Golay, Anal. Chem.
+    36 (1964) 1627): on either side 2/25 of the points between contact and maximum. The part before contact is not
+    smoothed, since the curve has a corner where contact begins.
     """
     from scipy.signal import savgol_filter
 
     begin = contact_begins(force, PRELOAD)
-    # in the air a sensor may read a little above zero
+    # before contact, a sensor may indicate slightly more than zero
     begin = contact_begins(force, min(PRELOAD, float(np.median(force[: begin + 1]))))
     top = int(np.argmax(force))
     fallen = np.flatnonzero(force[top:] < _FALLEN * force[top])
@@ -145,8 +149,9 @@ def without_noise(travel: Array, force: Array) -> Curve:
 
 
 def from_preload(travel: Array, force: Array) -> Curve:
-    """Return a curve from where it passes the preload: between two points or, trimmed already, a step before the first
-    at most.
+    """Return a curve from the travel at which its force passes the preload, by linear interpolation.
+
+    A curve that begins above the preload is extrapolated by at most one step.
     """
     begin = contact_begins(force, PRELOAD)
     first, after = float(force[begin]), float(force[begin : begin + 2][-1])

@@ -1,4 +1,4 @@
-"""Stem diameters: repeats averaged per stem, a normal distribution fitted, grades proposed."""
+"""Evaluate stem diameters: average the readings of each stem, fit a normal distribution, and propose grades."""
 
 import math
 import re
@@ -19,15 +19,19 @@ from stemcal.notes import Note, Remedy
 from stemcal.storage.rows import Rows
 from stemcal.storage.typed import Spread, inline
 
-NONE = "none"  # the value of `--label-column` with which each row is a stem
-SHARE = 0.95  # of the stems that proposed grades must hold
-WIDEST = 1000.0  # mm; no stem is thicker
+NONE = "none"  # with this value of `--label-column`, each row is a separate stem
+SHARE = 0.95  # share of the stems that the proposed grades must contain
+WIDEST = 1000.0  # largest plausible diameter, mm
 MOST_GRADES = 100
 
 
 @dataclass(frozen=True)
 class Grade:
-    """Stems from `low` up to, not including, `high` (mm) count as `diameter`."""
+    """The stems with diameters from `low` up to, but not including, `high` (mm); the nominal `diameter` is between.
+
+    share_percent    percentage of the stems in the grade
+    fitted_percent   the same percentage by the fitted normal distribution
+    """
 
     diameter: float
     low: float
@@ -47,7 +51,7 @@ class _MeasuredStem:
 
 @dataclass(frozen=True, kw_only=True)
 class Diameters(Spread):
-    """The stems of a field in numbers; `share_percent` of them lie in a grade."""
+    """The diameters of a sample of stems and their statistics; `share_percent` of the stems are in a grade."""
 
     source: str
     stems: Rows[_MeasuredStem]
@@ -71,12 +75,12 @@ def measure_diameters(
     column: str | None = None,
     label: str | None = None,
 ) -> Diameters:
-    """Read a file of diameters and describe them.
+    """Return the statistics and the grades of the diameters in a file.
 
-    grades   diameters of the grades, mm; proposed if none are given
+    grades   nominal diameters of the grades, mm; proposed if empty
     step     width of a grade, mm
-    column   name or number of the column of diameters, by its name if None; several between commas
-    label    the same of the column that names the stems, several name a stem together; ``none``: each row is a stem
+    column   names or numbers of the columns of diameters, separated by commas; detected if None
+    label    names or numbers of the columns that together name a stem; detected if None; ``none``: each row is a stem
     """
     _check_grades(grades, step)
     table = read_table(path, form)
@@ -107,27 +111,28 @@ def _by_grade(
     table: TextTable, labels: Sequence[int], columns: Sequence[int], stems: Mapping[str, Sequence[float]],
     grades: Sequence[Grade],
 ) -> dict[str, float]:  # fmt: skip
-    """Return the mean of a length inside the stems of each grade, mm, by its diameter; of the first of the columns."""
-    inside = {name: float(np.mean(each)) for name, each in _stems_of(table, labels, columns[:1], least=-1e-9).items()}
-    sizes = {name: float(np.mean(each)) for name, each in stems.items() if name in inside}
+    """Return the mean bore or skin thickness (mm) of the stems in each grade, read from the first of `columns`."""
+    lengths = _stems_of(table, labels, columns[:1], least=-1e-9)
+    inside = {name: float(np.mean(readings)) for name, readings in lengths.items()}
+    sizes = {name: float(np.mean(readings)) for name, readings in stems.items() if name in inside}
     for name, size in sizes.items():
         if inside[name] >= size:
             place = f"{table.source}: stem {quoted(name)[1:-1]}: {quoted(table.columns[columns[0]])}"
             raise UsageError(f"{place} is {inside[name]:g} mm, but the diameter {size:g} mm; correct one of them")
     of_grades = {g.diameter: [inside[n] for n, d in sizes.items() if g.low <= d < g.high] for g in grades}
-    return {f"{diameter:g} mm": float(f"{np.mean(each):.4g}") for diameter, each in of_grades.items() if each}
+    return {f"{diameter:g} mm": float(f"{np.mean(values):.4g}") for diameter, values in of_grades.items() if values}
 
 
-def geometry_section(found: Diameters) -> str:
-    """Return the measured bore and skin as the tables of a spec in YAML; empty if neither was measured."""
-    bore, skin = (", ".join(f"{d}: {mm:g} mm" for d, mm in one.items()) for one in (found.bore, found.skin))
+def geometry_section(stems: Diameters) -> str:
+    """Return the measured bore and skin as sections of a spec in YAML; empty if neither was measured."""
+    bore, skin = (", ".join(f"{d}: {mm:g} mm" for d, mm in means.items()) for means in (stems.bore, stems.skin))
     specimen = f"specimen:\n  bore: {{{bore}}}\n" if bore else ""
     layers = f"layers:\n  - {{name: skin, thickness: {{{skin}}}}}\n  - {{name: pith}}\n" if skin else ""
     return specimen + layers
 
 
 def _check_grades(grades: Sequence[float], step: float) -> None:
-    """Raise `UsageError` for grades that are no diameters, too many, or overlap."""
+    """Raise `UsageError` if grades are not plausible diameters, are too many, or overlap."""
     if not 0.0 < step < WIDEST:
         raise UsageError(f"--step {step:g}: the grade width must be above 0 mm and below {WIDEST:g} mm")
     for grade in grades:
@@ -141,24 +146,25 @@ def _check_grades(grades: Sequence[float], step: float) -> None:
             raise UsageError(message)
 
 
-def _columns(table: TextTable, given: str | None, label: str | None) -> tuple[list[int], list[int]]:
+def _columns(table: TextTable, column: str | None, label: str | None) -> tuple[list[int], list[int]]:
+    """Return the columns that name the stems, and those of diameters."""
     labels = _label_columns(table) if label is None else []
     if label is not None and label != NONE:
         labels = given_columns(table, label, "labels")
-    columns = given_columns(table, given, "diameters") if given else []
+    columns = given_columns(table, column, "diameters") if column else []
     columns = columns or [i for i in _reading_columns(table, labels) if i not in labels]
     return [i for i in labels if i not in columns], columns
 
 
 def _label(cells: Sequence[str], row: int, labels: Sequence[int]) -> str:
-    """Return the name of the stem in a row, numbered from 0."""
+    """Return the name of the stem in a row: its labels, or the number of the row from 1."""
     return " ".join(cells[i] for i in labels) if labels else str(row + 1)
 
 
 def _stems_of(
     table: TextTable, labels: Sequence[int], columns: Sequence[int], least: float = 0.0
 ) -> dict[str, list[float]]:
-    """Return the readings (mm, above `least`) of every stem: those of its row, and of all rows with its label."""
+    """Return all readings (mm, above `least`) of every stem; rows with the same label are of the same stem."""
     scales = {column: scale_of(table, column, MILLIMETRES, "mm") for column in columns}
     stems: dict[str, list[float]] = {}
     for row, cells in enumerate(table.rows):
@@ -174,53 +180,53 @@ def _stems_of(
 
 
 def _repeated(table: TextTable, labels: Sequence[int], columns: Sequence[int]) -> Iterator[Note]:
-    """Yield a note on labels that rows apart from each other share: plants of two plots may have the same number."""
-    apart = _apart(table, labels)
-    if not apart:
+    """Yield a note if rows that are not adjacent share a label: plants of two plots may have the same number."""
+    repeated = _labels_apart(table, labels)
+    if not repeated:
         return
-    words = [i for i in range(len(table.columns)) if i not in (*labels, *columns) and _words(table, i)]
+    words = [i for i in range(len(table.columns)) if i not in (*labels, *columns) and _has_no_numbers(table, i)]
     together = sorted([*words, *labels])
     plain = all(re.fullmatch(r"\w+", table.columns[i]) for i in together)
-    typed = ",".join(table.columns[i] if plain else str(i + 1) for i in together)
-    better = typed if words and not _apart(table, together) else NONE
-    text = f"Rows that are not adjacent have the same label ({series(apart[:3])}). "
+    option = ",".join(table.columns[i] if plain else str(i + 1) for i in together)
+    better = option if words and not _labels_apart(table, together) else NONE
+    text = f"Rows that are not adjacent have the same label ({series(repeated[:3])}). "
     text += "Their diameters are averaged as repeated readings of one stem."
     remedy = Remedy(f"If they are different stems, use `--label-column {better}`.")
     yield Note("labels_repeated", "warning", text, remedy)
 
 
-def _apart(table: TextTable, labels: Sequence[int]) -> list[str]:
+def _labels_apart(table: TextTable, labels: Sequence[int]) -> list[str]:
+    """Return the labels that rows which are not adjacent share."""
     blocks = [name for name, _ in groupby(_label(cells, row, labels) for row, cells in enumerate(table.rows))]
     return [name for name, count in Counter(blocks).items() if count > 1]
 
 
-def _words(table: TextTable, column: int) -> bool:
-    """Test whether a column holds no numbers."""
+def _has_no_numbers(table: TextTable, column: int) -> bool:
     return all(table.number(row, column) is None for row in range(len(table.rows)))
 
 
 def checked_diameter(value: float, place: str, least: float = 0.0) -> float:
-    """Return a diameter (mm) that a stem may have; raise `UsageError` for another, naming the place."""
+    """Return a plausible stem diameter (mm); raise `UsageError` with the `place` if it is not plausible."""
     if not least < value < WIDEST:
         raise UsageError(f"{place}: {value:g} mm is not a plausible diameter; correct the value or add its unit")
     return value
 
 
 def _label_columns(table: TextTable) -> list[int]:
-    """Return the column that names the stems, if any: by its name, or because it counts them or holds words."""
+    """Return the column that names the stems, if any: one with such a heading, or a first column of words or 1, 2, …"""
     names = table.columns if table.headed else ()
     if named := [index for index, name in enumerate(names) if is_called(name, LABEL)]:
         return named[:1]
     counts = [table.number(row, 0) for row in range(len(table.rows))] == [row + 1.0 for row in range(len(table.rows))]
-    return [0] if len(table.columns) > 1 and (counts or _words(table, 0)) else []
+    return [0] if len(table.columns) > 1 and (counts or _has_no_numbers(table, 0)) else []
 
 
 def _reading_columns(table: TextTable, labels: Sequence[int]) -> list[int]:
-    """Return the columns called diameters, or the only one of numbers next to the labels if none has a heading."""
+    """Return the columns with the heading diameter; without headings, the only column of numbers besides the labels."""
     inside = {*matching(table, BORE), *matching(table, SKIN)}
     if named := [i for i in matching(table, DIAMETER, MILLIMETRES) if i not in inside]:
         return named
-    numeric = [i for i in range(len(table.columns)) if i not in labels and not _words(table, i)]
+    numeric = [i for i in range(len(table.columns)) if i not in labels and not _has_no_numbers(table, i)]
     if len(numeric) == 1 and not table.headed:
         return numeric
     there = f"no diameter column found among {columns_of(table)}"
@@ -228,8 +234,8 @@ def _reading_columns(table: TextTable, labels: Sequence[int]) -> list[int]:
 
 
 def _proposed_grades(values: Sequence[float], step: float = 1.0) -> list[float]:
-    """Return the fewest neighbouring grades, whole multiples of `step`, that hold 95 % of the stems."""
-    numbers = sorted(math.floor(value / step + 0.5) for value in values)  # half up: limits fall alike everywhere
+    """Return the fewest adjacent grades, whole multiples of `step`, that contain 95 % of the stems."""
+    numbers = sorted(math.floor(value / step + 0.5) for value in values)  # a stem at a limit is in the upper grade
     needed = math.ceil(SHARE * len(numbers))
     spans = [(numbers[i + needed - 1] - numbers[i], numbers[i]) for i in range(len(numbers) - needed + 1)]
     centre = float(np.mean(numbers))
@@ -240,7 +246,7 @@ def _proposed_grades(values: Sequence[float], step: float = 1.0) -> list[float]:
 
 
 def _graded(values: Sequence[float], fit: Summary, grades: Sequence[float], step: float) -> Rows[Grade]:
-    """Return every grade with the share of stems in it, counted and by the fitted normal distribution."""
+    """Return every grade with its share of the stems, counted and by the fitted normal distribution."""
     from scipy.special import ndtr
 
     sd, rows = fit.sd or 0.0, []

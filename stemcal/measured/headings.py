@@ -1,7 +1,7 @@
-"""Headings of columns: numbers, words and units as the laboratories of many languages write them.
+"""Recognise numbers, names and units in the cells and headings of laboratory files in many languages.
 
-Words of alphabets count as whole words, those of Chinese, Japanese and Korean, and those of several words,
-anywhere.
+A word in an alphabetic script must be a whole word of the heading. Words in Chinese, Japanese and Korean, and terms of
+several words, may be anywhere in it.
 """
 
 import math
@@ -9,9 +9,9 @@ import re
 import unicodedata
 from collections.abc import Sequence
 
-# every alternative begins with another character than the one before may end with, so that no text is read twice
+# no alternative begins with a character with which the preceding one may end, so matching takes linear time
 _NUMBER = re.compile(r"[-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?")
-# 1,234.5: groups of three, the first without a leading zero, so that 0.250 is never taken for 250
+# 1,234.5: groups of three digits, the first without a leading zero, so that 0.250 is not read as 250
 _GROUPED = re.compile(r"[-+]?[1-9]\d{0,2}(?:([,'’\u00a0\u202f])\d{3})(?:\1\d{3})*(?:\.\d*)?")
 MISSING = frozenset(
     {"", "nan", "na", "n/a", "#n/a", "#div/0!", "#value!", "-", "--", "---", "null", "none", "inf", "-inf"}
@@ -19,7 +19,7 @@ MISSING = frozenset(
 
 
 def as_number(cell: str, decimal: str = ".") -> float | None:
-    """Return the finite number a cell holds, None if it holds none.
+    """Return the content of a cell as a number; None if it is not a finite number.
 
     >>> as_number("3,5", ","), as_number("3,5"), as_number("−1.2e3"), as_number("7 mm"), as_number("1e400")
     (3.5, None, -1200.0, None, None)
@@ -51,7 +51,7 @@ def is_missing(cell: str) -> bool:
 
 
 def quoted(cell: str, most: int = 40) -> str:
-    """Return a cell for a message: quoted, on one line, its end left out where it is long."""
+    """Return the content of a cell for a message: in quotes, on one line, and at most `most` characters of it."""
     return repr(cell if len(cell) <= most else f"{cell[:most]}…")
 
 
@@ -87,23 +87,23 @@ LABEL = (
 FILE = ("file", "filename", "datei", "dosya", "файл", "文件", "파일")
 GRADE = ("grade", "class", "等级", "分级", "등급")
 
-# What holds one of the words above and is something else: stress, strain, rates.
+# quantities whose names may contain a word above: stress, strain and rates
 NOT_MEANT = (
     *("stress", "strain", "spannung", "dehnung", "tensión", "contrainte", "gerilme", "напряжение"),
     *("rate", "speed", "velocity", "geschwindigkeit", "hız", "скорость"),
     *("应力", "应变", "応力", "応変", "速度", "速率", "응력", "변형률", "속도"),
 )
-ALONE = ("last",)  # German for load; next to other words it is English
-GERMAN = ("kraft", "weg", "zeit")  # also at the end of a word: Standardkraft, Traversenweg
+ALONE = ("last",)  # German for load if it is the only word; otherwise English
+GERMAN = ("kraft", "weg", "zeit")  # also recognised at the end of a word: Standardkraft, Traversenweg
 
 
 def folded(text: str) -> str:
-    """Return a text without the differences that do not count: case, wide letters, the Turkish dots of i."""
+    """Normalise a text for comparison: lower case, narrow letters, and i without the Turkish variants."""
     return unicodedata.normalize("NFKC", text).replace("İ", "i").replace("ı", "i").casefold()
 
 
 def is_called(name: str, words: Sequence[str]) -> bool:
-    """Check for one of the words in a column's name.
+    """Check whether the name of a column contains one of the words.
 
     >>> is_called("Max. Force (N)", FORCE), is_called("最大力/N", FORCE), is_called("reinforced", FORCE)
     (True, True, False)
@@ -115,10 +115,10 @@ def is_called(name: str, words: Sequence[str]) -> bool:
     lowered = folded(name)
     parts = set(re.findall(r"[^\W\d_]+\d?\.?|\d+", lowered)) | set(re.findall(r"[^\W\d_]+", lowered))
     first, *rest = re.split(r"[\s\[(/,]+", lowered.rstrip(")]"))
-    by_itself = all(word == "in" or word in _IN_ANY_CASE for word in rest)
-    sought = [folded(word) for word in words if word not in ALONE or (word == first and by_itself)]
+    is_alone = all(word == "in" or word in _IN_ANY_CASE for word in rest)  # except for its unit
+    sought = [folded(word) for word in words if word not in ALONE or (word == first and is_alone)]
     ends = tuple(word for word in sought if word in GERMAN)
-    # Chinese, Japanese, Korean, and several words
+    # words in Chinese, Japanese and Korean, and terms of several words
     anywhere = {word for word in sought if min(word) >= "\u1100" or " " in word}
     return any(word in lowered if word in anywhere else word in parts for word in sought) or any(
         part.endswith(ends) for part in parts if ends
@@ -126,7 +126,7 @@ def is_called(name: str, words: Sequence[str]) -> bool:
 
 
 def words_known(text: str) -> int:
-    """Count the known words of a text that are not of ASCII letters alone.
+    """Count the known words of a text that contain letters beyond ASCII.
 
     >>> words_known("Posuv [mm];Zatížení [N]"), words_known("Posuv [mm];Zatí¾ení [N]"), words_known("Kraft [N]")
     (1, 0, 0)
@@ -147,7 +147,7 @@ MILLIMETRES = {
     "millimeter": 1.0, "millimetre": 1.0, "millimeters": 1.0, "millimetres": 1.0,
     "毫米": 1.0, "厘米": 10.0, "微米": 0.001, "мм": 1.0, "см": 10.0, "м": 1000.0, "мкм": 0.001,
 }  # fmt: skip
-# other content of a line of units, next to the columns that are wanted
+# units of other columns, which a line of units may also contain
 _OTHER_UNITS = (
     *("s", "sec", "sek", "second", "seconds", "sekunden", "ms", "min", "h", "days", "cycles", "Hz", "deg", "rad", "秒"),
     *("毫秒", "分", "с", "сек", "мс", "мин", "ч", "초", "분", "sn", "dk"),
@@ -156,9 +156,9 @@ _OTHER_UNITS = (
 )
 _KNOWN = frozenset((*NEWTONS, *MILLIMETRES, *_OTHER_UNITS))
 _IN_ANY_CASE = frozenset(unit.casefold() for unit in _KNOWN)
-_LONGEST_UNIT = 3  # letters of an unknown word that may be a unit
+_LONGEST_UNIT = 3  # letters of an unknown word that may still be a unit
 _PLURAL = re.compile(r"(newton|pound|gram|second|millimet(?:er|re))\(s\)", re.IGNORECASE)
-_NUMBERS = ("1", "-")  # units on a separate line; at the end of a name, as in `Kraft 1`, a number
+_NUMBERS = ("1", "-")  # units of a dimensionless column; at the end of a name, as in `Kraft 1`, a number
 
 _LETTER = r"A-Za-zµμ%°А-Яа-я牛顿千毫厘微米秒分公斤力克초분뉴턴"
 _UNIT = rf"[{_LETTER}][{_LETTER}0-9/²]{{0,7}}"
@@ -166,7 +166,7 @@ _EASTERN = r"\u2e80-\u9fff\uac00-\ud7a3"
 
 
 def _bare_unit(cell: str) -> str | None:
-    """Return the unit of a cell that holds nothing else: ``N``, ``[mm]``, ``(s)``; an empty cell has none.
+    """Return the unit in a cell such as ``N``, ``[mm]`` or ``(s)``; "" if it is empty, None if it has other content.
 
     >>> [_bare_unit(cell) for cell in ("[mm]", "N", "", "Sec", "Force (N)", "Weg")]
     ['mm', 'N', '', 'Sec', None, None]
@@ -181,7 +181,7 @@ def _bare_unit(cell: str) -> str | None:
 
 
 def _unit_in(name: str) -> str:
-    """Return the unit in a column's name.
+    """Return the unit in the name of a column; "" if there is none.
 
     >>> [_unit_in(name) for name in ("Force (kN)", "位移/mm", "Kraft [N]", "Load, N", "force", "Weg in mm", "力（牛）")]
     ['kN', 'mm', 'N', 'N', '', 'mm', '牛']
@@ -197,9 +197,9 @@ def _unit_in(name: str) -> str:
         return match[1]
     if match := re.search(rf"([/,_])\s*({_UNIT})\s*$", name):
         known = match[2].casefold() in _IN_ANY_CASE
-        # an unknown word after a stroke may be a unit, unless it is a symbol of the force or a longer word
-        strange = match[1] == "/" and len(match[2]) <= _LONGEST_UNIT and match[2][0] not in "Ff"
-        return match[2] if known or strange else ""
+        # an unknown short word after a slash may be a unit, but not a symbol of the force such as Fz
+        may_be_unit = match[1] == "/" and len(match[2]) <= _LONGEST_UNIT and match[2][0] not in "Ff"
+        return match[2] if known or may_be_unit else ""
     words = name.split()
     if len(words) > 1 and words[-1] in _KNOWN and words[-1] not in _NUMBERS:
         return words[-1]
@@ -208,43 +208,43 @@ def _unit_in(name: str) -> str:
 
 
 def _narrow(text: str) -> str:
-    """Return a text with the wide letters and brackets of Chinese input as plain ones, `Newton(s)` without `(s)`."""
+    """Replace the wide letters and brackets of Chinese input by ASCII ones, and `Newton(s)` by `Newton`."""
     return _PLURAL.sub(r"\1", unicodedata.normalize("NFKC", text))
 
 
 def _columns_named(cells: Sequence[str]) -> int:
-    """Count the cells that name a quantity or a specimen and are no units."""
+    """Count the cells that name a quantity or a specimen; units are not counted."""
     words = (*FORCE, *TRAVEL, *DIAMETER, *LABEL)
     return sum(not _bare_unit(cell) and is_called(cell, words) for cell in cells)
 
 
 def _is_unit_row(cells: Sequence[str], every: bool = False) -> bool:
-    """Test whether at least half of the filled cells, or `every` one, are units and none names a quantity."""
+    """Check that at least half of the filled cells (all with `every`) are units, and that none names a quantity."""
     filled = [cell for cell in cells if cell not in _NUMBERS and _bare_unit(cell) != ""]
     units = sum(bool(_bare_unit(cell)) for cell in filled)
     return 0 < len(filled) <= (1 if every else 2) * units and not _columns_named(filled)
 
 
 def is_heading(cells: Sequence[str]) -> bool:
-    """Test whether a line that may hold numbers is a heading or a line of units."""
+    """Check whether a line, which may contain numbers, is a heading or a line of units."""
     return _columns_named(cells) > 0 or _is_unit_row(cells)
 
 
 def units_in(cells: Sequence[str]) -> list[str]:
-    """Return the units that cells are, end with or hold in brackets."""
+    """Return all units in the cells: those in brackets, or at the end of a cell without brackets."""
     in_brackets = [re.findall(rf"[\[(]\s*({_UNIT})\s*[\])]", _narrow(cell)) for cell in cells]
-    return [unit for cell, each in zip(cells, in_brackets, strict=True) for unit in each or [_unit_in(cell)] if unit]
+    return [unit for cell, units in zip(cells, in_brackets, strict=True) for unit in units or [_unit_in(cell)] if unit]
 
 
 def names_and_units(above: Sequence[Sequence[str]], width: int) -> tuple[tuple[str, ...], tuple[str, ...], int]:
-    """Return names and units of `width` columns, and the number of the lines `above` that they are read from.
+    """Return the names and units of `width` columns, and the number of lines `above` that are headings or units.
 
-    Of the lines, the nearest first, one may hold the units; of the others the one that names most quantities is the
-    heading, the nearest of equals. A unit in the heading that differs from the one in the line of units leaves the
-    unit unknown: both are returned, as one text.
+    The lines begin with the nearest to the data. One of them may contain the units. Of the others, the line that names
+    the most quantities is the heading (the nearest, if several do). If the heading and the line of units disagree,
+    both units are returned in one text, which is not a known unit.
     """
     rows = [(*cells, *[""] * (width - len(cells))) for cells in above]
-    units = next((i for i, cells in enumerate(rows) if _is_unit_row(cells, every=i > 0)), None)
+    units = next((i for i, cells in enumerate(rows) if _is_unit_row(cells, every=i > 0)), None)  # line of units
     headings = [i for i in range(len(rows)) if i != units or len(rows) == 1]
     if not headings:
         return tuple(f"column {number + 1}" for number in range(width)), ("",) * width, 0
@@ -258,7 +258,7 @@ def names_and_units(above: Sequence[Sequence[str]], width: int) -> tuple[tuple[s
 
 
 def millimetres_in(text: str) -> float | None:
-    """Return the first length in mm that a text holds; a speed is none."""
+    """Return the first length in mm in a text; None if there is none. Speeds, areas and volumes are not lengths."""
     length = r"(?<![\d.,])(?<!\d[eE])(?<!\d[eE][-+])(\d{1,9}(?:[.,]\d{1,9})?)[ _]?(?:mm|毫米|мм)(?!\s*/|[²³])"
     match = re.search(length, text, re.IGNORECASE | re.ASCII)
     return float(match[1].replace(",", ".")) if match else None

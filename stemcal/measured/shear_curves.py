@@ -1,7 +1,7 @@
-"""One force–displacement file: which columns are force and displacement, and the curve of each specimen.
+"""Read a force–displacement file: find its columns of force and displacement, and return the curve of each specimen.
 
-Several specimens may be side by side (力, 位移, 力, 位移, …) or share one displacement column. Columns whose headings
-do not show what they contain are never guessed, and a choice among columns is reported.
+Several specimens may be side by side (力, 位移, 力, 位移, …) or share one displacement column. A column whose heading
+does not state its content is never used by guess, and a choice among several columns is reported in a note.
 """
 
 import math
@@ -23,16 +23,16 @@ from stemcal.notes import Note, Remedy
 Array = NDArray[np.float64]
 PRELOAD = 5.0  # N
 _FEWEST = 5  # points of a curve
-RISE = 0.2  # share of the maximum that settling never reaches
+RISE = 0.2  # share of the maximum force; while the blade settles on the stem, the force remains below it
 _NAME_THEM = "specify both columns by name or number with `--force-column` and `--displacement-column`"
 
 
 @dataclass(frozen=True)
 class CurveOptions:
-    """How the files of a machine are read; what is None is detected.
+    """Options for reading the files of a testing machine; options that are None are detected in each file.
 
-    Columns are names or numbers; several, for specimens side by side, between commas. Below the `preload` (N) the blade
-    only settles; the curve begins where it is last reached before the rise.
+    Columns are specified by name or number, several of them (specimens side by side) separated by commas. Below the
+    `preload` (N) the blade only settles on the stem: a curve begins at the last point at or below it before the rise.
     """
 
     form: Form = field(default_factory=Form)
@@ -49,10 +49,12 @@ class CurveOptions:
 
 @dataclass(frozen=True)
 class ShearCurve:
-    """A specimen's force (N) over the blade's travel (mm) from where the preload was passed.
+    """Force (N) over the travel of the blade (mm) of one specimen, from the point where the force passes the preload.
 
-    `label` is the sheet and the number of one among several specimens in a file. `diameter` is stated above the
-    data, `over` above the columns of the specimen, mm.
+    trimmed    number of points before that point, which are left out
+    diameter   diameter stated above the data of the file, mm
+    over       diameter stated above the columns of the specimen, mm
+    label      sheet and number of the specimen if the file contains several
     """
 
     __pydantic_config__: ClassVar[dict[str, bool]] = {"arbitrary_types_allowed": True}  # arrays become lists
@@ -69,24 +71,24 @@ class ShearCurve:
 
     @property
     def max_force(self) -> float:
-        """The maximum shear force, N."""
+        """Maximum shear force, N."""
         return float(self.force.max())
 
     @property
     def travel_at_max(self) -> float:
-        """Travel of the blade at the maximum, mm."""
+        """Travel of the blade at the maximum force, mm."""
         return float(self.travel[int(np.argmax(self.force))])
 
     @property
     def work_to_max(self) -> float:
-        """Work of the blade up to the maximum, ∫F du, mJ."""
+        """Work of the blade up to the maximum force, ∫F du, mJ."""
         end = int(np.argmax(self.force)) + 1
         force, travel = self.force[:end], self.travel[:end]
         return float(np.sum(0.5 * (force[1:] + force[:-1]) * np.diff(travel)))
 
 
 def read_curves(path: Path, how: CurveOptions = CurveOptions()) -> list[ShearCurve]:
-    """Return the curves of all specimens in a file, side by side or on separate sheets."""
+    """Return the curves of all specimens in a file, which may be side by side or on separate sheets."""
     tables = read_tables(path, how.form)
     curves, skipped, failure = list[ShearCurve](), list[Note](), None
     for table in tables:
@@ -104,20 +106,21 @@ def read_curves(path: Path, how: CurveOptions = CurveOptions()) -> list[ShearCur
 
 
 def _pairs(table: TextTable, how: CurveOptions) -> tuple[list[tuple[int, int]], list[Note]]:
-    """Return the columns of displacement and force of every specimen, and notes on the choice.
+    """Return the displacement and force columns of every specimen, and notes on the choice of columns.
 
-    Raises `UsageError` if columns have no headings, or the headings do not show which columns form a pair.
+    Raises `UsageError` if the columns have no headings, or if the headings do not show which columns form a pair.
     """
     if not table.headed and (how.force_column is None or how.displacement_column is None):
         raise UsageError(f"{table.source}: the columns have no headings ({columns_of(table)}); {_NAME_THEM}")
     notes: list[Note] = []
     forces = _columns(table, "force", how.force_column, FORCE, NEWTONS)
     travels = _columns(table, "displacement", how.displacement_column, TRAVEL, MILLIMETRES)
-    given = ((how.force_column, forces), (how.displacement_column, travels))
-    apart = [column is None and not _are_alike(table, each) for column, each in given]
-    if apart[0] and len(travels) == 1:
+    choices = ((how.force_column, forces), (how.displacement_column, travels))
+    # detected columns of different quantities: not one for each specimen
+    differ = [option is None and not _are_alike(table, columns) for option, columns in choices]
+    if differ[0] and len(travels) == 1:
         forces = _first(table, "force", forces, notes)
-    if apart[1] and len(forces) == 1:
+    if differ[1] and len(forces) == 1:
         travels = _first(table, "displacement", travels, notes)
     if len(travels) == 1 < len(forces):
         text = f"{len(forces)} specimens share one displacement column ({quoted(table.columns[travels[0]])})."
@@ -125,7 +128,7 @@ def _pairs(table: TextTable, how: CurveOptions) -> tuple[list[tuple[int, int]], 
         if how.force_column is None:
             notes.append(Note("shared_displacement", "caution", text, remedy))
         travels = travels * len(forces)
-    if len(travels) != len(forces) or (len(forces) > 1 and any(apart)):
+    if len(travels) != len(forces) or (len(forces) > 1 and any(differ)):
         found = f"{counted(len(forces), 'force column')} and {counted(len(travels), 'displacement column')} found"
         equal = "specify an equal number of each, as in `--force-column 2,4 --displacement-column 1,3`"
         raise UsageError(f"{table.source}: {found} among {columns_of(table)}; {equal}")
@@ -136,9 +139,9 @@ def _pairs(table: TextTable, how: CurveOptions) -> tuple[list[tuple[int, int]], 
 
 
 def _columns(
-    table: TextTable, what: str, given: str | None, words: Sequence[str], units: dict[str, float]
+    table: TextTable, what: str, option: str | None, words: Sequence[str], units: dict[str, float]
 ) -> list[int]:
-    columns = matching(table, words, units) if given is None else given_columns(table, given, what)
+    columns = matching(table, words, units) if option is None else given_columns(table, option, what)
     if not columns:
         raise UsageError(
             f"{table.source}: no {what} column found among {columns_of(table)}; specify the column with "
@@ -148,7 +151,7 @@ def _columns(
 
 
 def _first(table: TextTable, what: str, columns: Sequence[int], notes: list[Note]) -> list[int]:
-    """Return the first of several columns, and note the choice."""
+    """Return the first of several columns, and add a note on the choice."""
     others = ", ".join(quoted(table.columns[column]) for column in columns[1:4])
     text = f"The {what} is read from column {quoted(table.columns[columns[0]])}, not from {others}."
     notes.append(Note("column_chosen", "caution", text, Remedy(f"Use `--{what}-column` to select another column.")))
@@ -156,9 +159,9 @@ def _first(table: TextTable, what: str, columns: Sequence[int], notes: list[Note
 
 
 def _are_alike(table: TextTable, columns: Sequence[int]) -> bool:
-    """Check that names differ in numbers or single letters at most, and units not at all."""
-    parts = (re.split(r"[\W\d_]+", folded(table.columns[i])) for i in columns)
-    roots = {tuple(part for part in each if len(part) > 1 or not part.isascii()) for each in parts}
+    """Check that the columns have the same unit and names that differ only in numbers or single letters."""
+    names = (re.split(r"[\W\d_]+", folded(table.columns[i])) for i in columns)
+    roots = {tuple(part for part in name if len(part) > 1 or not part.isascii()) for name in names}
     return len(roots) == 1 and len({table.units[i] for i in columns}) == 1
 
 
@@ -170,7 +173,7 @@ _STATED = re.compile(
 def _curves_of(
     table: TextTable, pairs: Sequence[tuple[int, int]], how: CurveOptions, notes: Sequence[Note], several: bool
 ) -> list[ShearCurve]:
-    """Return the curves of one table; `several`: whether other tables are in the same file."""
+    """Return the curves of one table; `several` means that the file has other tables with curves."""
     sheet, stated = table.sheet if several else "", None
     if len(pairs) == 1 and (match := next(filter(None, map(_STATED.search, table.preamble)), None)) is not None:
         stated = float(match[1].replace(",", ".")) * (10.0 if match[2] == "cm" else 1.0)
@@ -178,7 +181,7 @@ def _curves_of(
     for number, pair in enumerate(pairs, 1):
         above = [label for label in table.labels[begin : max(pair) + 1] if label]
         begin = max(pair) + 1
-        # the diameter above the columns of the specimen, in the heading of its force, or in the title of its sheet
+        # diameter of the specimen above its columns, in the heading of its force, or in the title of its sheet
         over = millimetres_in(above[-1]) if above else None
         if over is None and len(pairs) > 1:
             over = millimetres_in(table.columns[pair[1]])
@@ -190,24 +193,24 @@ def _curves_of(
 
 
 def _curve(table: TextTable, across: int, up: int, how: CurveOptions, notes: list[Note]) -> ShearCurve:
-    """Return the curve of one specimen from its columns of displacement and force."""
+    """Return the curve of one specimen from its columns of displacement (`across`) and force (`up`)."""
     for column in (across, up):
         if all(table.number(row, column) is None for row in range(len(table.rows))):
-            held = next((cells[column] for cells in table.rows if not is_missing(cells[column])), "empty cells")
+            content = next((cells[column] for cells in table.rows if not is_missing(cells[column])), "empty cells")
             where = f"{table.source}: column {quoted(table.columns[column])}"
-            raise UsageError(f"{where} contains {quoted(held)} instead of numbers")
+            raise UsageError(f"{where} contains {quoted(content)} instead of numbers")
     rows, omitted = _usable(table, across, up)
     if len(rows.rows) < _FEWEST:
         few = f"the curve has only {counted(len(rows.rows), 'point')}"
         raise UsageError(f"{table.source}: {few}; use a file with at least {_FEWEST} points")
-    wanted = {
+    quantities = {
         "force": (up, NEWTONS, "N", how.force_unit),
         "displacement": (across, MILLIMETRES, "mm", how.displacement_unit),
     }
     scaled = []
-    for what, (column, known, unit, given) in wanted.items():
-        scaled.append(np.array(rows.numbers(column)) * scale_of(table, column, known, unit, given, f"--{what}-unit"))
-        if not (given or table.units[column]):
+    for what, (column, known, unit, option) in quantities.items():
+        scaled.append(np.array(rows.numbers(column)) * scale_of(table, column, known, unit, option, f"--{what}-unit"))
+        if not (option or table.units[column]):
             text = f"The file states no unit for the {what}; {unit} is assumed."
             notes.append(Note("unit_assumed", "caution", text, Remedy(f"If the unit differs, use `--{what}-unit`.")))
     force, travel = scaled
@@ -226,15 +229,15 @@ def _curve(table: TextTable, across: int, up: int, how: CurveOptions, notes: lis
 
 
 def _require_one_curve(table: TextTable, travel: Array, force: Array) -> None:
-    """Raise `UsageError` for a displacement that jumps back to where it began, from where the force rises again.
+    """Raise `UsageError` if the displacement jumps back and the force then rises again: a second curve follows.
 
-    The machine's return stroke does not rise again.
+    The return stroke of the machine is no second curve, since its force does not rise again.
     """
     steps = np.diff(travel) * np.sign(travel[np.argmax(np.abs(travel - travel[0]))] - travel[0])
-    back = int(np.argmin(steps)) + 1
-    way = np.ptp(travel)
-    again = np.abs(force[back:]).max() > 0.5 * np.abs(force[:back]).max() and np.ptp(travel[back:]) > 0.2 * way
-    if -steps[back - 1] > 0.5 * way and again and len(force) - back >= _FEWEST:
+    back = int(np.argmin(steps)) + 1  # first point after the largest step backwards
+    stroke = np.ptp(travel)
+    again = np.abs(force[back:]).max() > 0.5 * np.abs(force[:back]).max() and np.ptp(travel[back:]) > 0.2 * stroke
+    if -steps[back - 1] > 0.5 * stroke and again and len(force) - back >= _FEWEST:
         raise UsageError(
             f"{table.source}: the displacement jumps from {travel[back - 1]:.4g} to {travel[back]:.4g} mm at row "
             f"{back + 1} of the numbers, and the force rises again: the file contains several curves; save each curve "
@@ -243,10 +246,10 @@ def _require_one_curve(table: TextTable, travel: Array, force: Array) -> None:
 
 
 def _usable(table: TextTable, *columns: int) -> tuple[TextTable, list[Note]]:
-    """Return the table without rows that have no value in the columns, and notes on what was left out.
+    """Return the table without the rows that have no value in the columns, and notes on the omitted rows.
 
-    Those are rows with an empty cell or NaN, and a machine's summary in words below the data; any other word among
-    the numbers stays, to be refused.
+    Omitted are rows with an empty cell or NaN, and the summary in words that a machine writes below the data. Rows
+    with other words among the numbers remain, so that reading the numbers reports them as errors.
     """
     cells = [[row[column] for column in columns] for row in table.rows]
     last = max((i for i, row in enumerate(cells) if all(table.as_number(cell) is not None for cell in row)), default=-1)
@@ -264,9 +267,9 @@ def _usable(table: TextTable, *columns: int) -> tuple[TextTable, list[Note]]:
 
 
 def contact_begins(force: Array, preload: float) -> int:
-    """Return the last point at or below the preload before the force rises for good; the first if there is none.
+    """Return the index of the last point at or below the preload (N) before the force rises; 0 if there is none.
 
-    It rises for good where it first passes a fifth of its maximum.
+    The force has risen where it first exceeds a fifth of its maximum.
 
     >>> contact_begins(np.array([0.0, 6.0, 1.0, 3.0, 8.0, 90.0, 2.0]), 5.0)
     3

@@ -1,4 +1,4 @@
-"""Samples: mean, standard deviation and their intervals, normality, outliers."""
+"""Statistics of a sample: mean, standard deviation, their confidence intervals, normality and outliers."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ LEVEL = 0.95
 
 @dataclass(frozen=True)
 class Summary:
-    """A sample in numbers; what needs more values than there are is None.
+    """Statistics of a sample of n values; statistics that require more values are None.
 
     sd                           sample standard deviation (divisor n − 1)
     cv_percent                   100·sd/mean
@@ -28,7 +28,7 @@ class Summary:
 
 
 def summarise(values: Sequence[float]) -> Summary:
-    """Return a sample's summary; it must hold one value at least.
+    """Return the statistics of at least one value.
 
     >>> low, high = summarise([7.0, 8.0, 9.0]).mean_interval
     >>> round(low, 4), round(high, 4)
@@ -50,14 +50,14 @@ def summarise(values: Sequence[float]) -> Summary:
 
 @dataclass(frozen=True)
 class ShapiroWilk:
-    """Shapiro and Wilk's test: its statistic, and how likely as large a departure is if the population is normal."""
+    """Result of Shapiro and Wilk's test of normality: its statistic and p-value."""
 
     statistic: float
     p: float
 
 
 def shapiro_wilk(values: Sequence[float]) -> ShapiroWilk:
-    """Return the test of a sample, as computed by Royston's algorithm."""
+    """Return Shapiro and Wilk's test of a sample, computed by Royston's algorithm."""
     from scipy import stats
 
     result = stats.shapiro(np.asarray(values))
@@ -65,7 +65,7 @@ def shapiro_wilk(values: Sequence[float]) -> ShapiroWilk:
 
 
 def outlier_of(values: Sequence[float], alpha: float = 0.05) -> int | None:
-    """Return the index of the value that Grubbs' two-sided test rejects, None without one.
+    """Return the index of the outlier found by Grubbs' two-sided test at level `alpha`; None if there is none.
 
     Source: F. E. Grubbs, Technometrics 11 (1969) 1.
 

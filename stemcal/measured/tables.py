@@ -1,8 +1,8 @@
-"""Tables as testing machines write them: encoding, separator and decimal mark are found out, or given.
+"""Read tables as testing machines write them; encoding, separator and decimal mark are detected or specified.
 
-A file is read as lines of cells. The data of a table are its longest run of lines with equally many cells and a number
-among them. Once a run has settled, a line may be shorter: machines leave out the separators after the last cell that is
-filled. A workbook may hold a table on each of its sheets.
+A file is read as lines of cells. The data of a table are its longest run of lines that have the same number of cells
+and at least one number. After the first few lines of a run, a line may be shorter, because some machines omit the
+separators after the last filled cell. A workbook may contain a table on each of its sheets.
 """
 
 from collections.abc import Collection, Sequence
@@ -28,15 +28,15 @@ from stemcal.storage.plain import read_plain
 SEPARATORS = {"tab": "\t", "semicolon": ";", "comma": ",", "space": " "}
 DECIMALS = {"point": ".", "comma": ","}
 _MOST_SHOWN = 12  # columns in a message
-_PROBED = 3000  # lines that decide on separator and decimal mark
+_PROBED = 3000  # lines from which the separator and the decimal mark are detected
 _MOST_ABOVE = 4  # lines of headings, symbols and units above the data
-_SAMPLE = 20  # rows of data that show which columns hold numbers
-_SETTLED = 3  # lines of full width after which a shorter one is part of the run
+_SAMPLE = 20  # rows of data from which the columns of numbers are detected
+_SETTLED = 3  # lines of full width after which shorter lines are part of the run
 
 
 @dataclass(frozen=True)
 class Form:
-    """How a file is written; what is None is found out. `sheet` names the one of a workbook that counts."""
+    """The format of a file; entries that are None are detected. `sheet` is the title of the worksheet to read."""
 
     encoding: str | None = None
     separator: str | None = None
@@ -46,13 +46,15 @@ class Form:
 
 @dataclass(frozen=True)
 class TextTable:
-    """The cells of a file as texts, with the form it was found to have.
+    """The cells of a table as texts, with the detected form of the file.
 
-    columns, units   name and unit of each column; without a heading, its number and no unit
-    labels           text above the heading of each column, possibly the name of a specimen; may be empty
-    headed           whether there is a heading
-    stated           all units in the lines above the heading, of any quantity
-    sheet            title of the workbook's sheet, empty for a text
+    preamble         lines above the headings
+    columns, units   name and unit of each column; without headings, its number and an empty unit
+    unread           number of other lines of numbers outside the table
+    labels           text above the heading of each column, such as the name of a specimen; may be empty
+    headed           whether the table has headings
+    sheet            title of the worksheet; empty for a text file
+    stated           all units in the lines above the headings, of any quantity
     """
 
     source: str
@@ -61,22 +63,22 @@ class TextTable:
     columns: tuple[str, ...]
     units: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
-    unread: int = 0  # lines of as many numbers that lie apart from these
+    unread: int = 0
     labels: tuple[str, ...] = ()
     headed: bool = True
     sheet: str = ""
     stated: tuple[str, ...] = ()
 
     def number(self, row: int, column: int) -> float | None:
-        """Return a cell as a number, None if it is empty or a word."""
+        """Return a cell as a number; None if it is empty or a word."""
         return self.as_number(self.rows[row][column])
 
     def as_number(self, cell: str) -> float | None:
-        """Return the number in a text with the table's decimal mark, None if it holds none."""
+        """Return the number in a text with the table's decimal mark; None if the text is not a number."""
         return as_number(cell, self.form.decimal or ".")
 
     def numbers(self, column: int) -> list[float]:
-        """Return a column of numbers; raise `UsageError` with the row of the first cell that is none."""
+        """Return a column of numbers; raise `UsageError` with the row of the first cell that is not a number."""
         values = []
         for row, cells in enumerate(self.rows, 1):
             value = self.as_number(cells[column])
@@ -93,7 +95,7 @@ class TextTable:
 
 
 def read_table(path: Path, form: Form = Form()) -> TextTable:
-    """Return the one table in a file; raise `UsageError` if it holds none, or a workbook several."""
+    """Return the only table in a file; raise `UsageError` if there is none or if several sheets have one."""
     tables = read_tables(path, form)
     if len(tables) > 1:
         titles = ", ".join(quoted(table.sheet) for table in tables)
@@ -103,7 +105,7 @@ def read_table(path: Path, form: Form = Form()) -> TextTable:
 
 
 def read_tables(path: Path, form: Form = Form()) -> list[TextTable]:
-    """Return the tables in a file: one of a text, one for each sheet of a workbook that holds numbers."""
+    """Return the tables in a file: one of a text file, or one for each worksheet that contains numbers."""
     try:
         content = read_plain(path, MAX_BYTES)
     except OSError as error:
@@ -116,7 +118,7 @@ def read_tables(path: Path, form: Form = Form()) -> list[TextTable]:
 
 
 def _of_workbook(content: bytes, path: Path, form: Form) -> list[TextTable]:
-    """Return the tables of the sheets; numbers in cells have no decimal mark, numbers in texts may have a comma."""
+    """Return the tables of the worksheets; the decimal mark is detected, since cells may contain numbers as texts."""
     lines_of = sheets(content, str(path))
     if form.sheet is not None:
         if form.sheet not in lines_of:
@@ -143,9 +145,9 @@ def _of_text(content: bytes, path: Path, form: Form) -> TextTable:
     texts = text.splitlines()
     separators = [_named(form.separator, SEPARATORS, "--separator")] if form.separator else list(SEPARATORS.values())
     decimals = [_named(form.decimal, DECIMALS, "--decimal")] if form.decimal else list(DECIMALS.values())
-    # a comma can be both marks only where numbers are quoted
-    quoted = any('"' in text for text in texts[:_PROBED])
-    ways = [(s, d) for s in separators for d in decimals if s != d or quoted]
+    # a comma can be both marks only if the numbers are in quotes
+    has_quotes = any('"' in text for text in texts[:_PROBED])
+    ways = [(s, d) for s in separators for d in decimals if s != d or has_quotes]
     if not ways:
         raise UsageError(
             "--decimal comma --separator comma: a comma can be both the decimal mark and the separator only if the "
@@ -159,17 +161,17 @@ def _of_text(content: bytes, path: Path, form: Form) -> TextTable:
     return table
 
 
-def _named(given: str, known: dict[str, str], option: str) -> str:
-    if given in known or given in known.values():
-        return known.get(given, given)
-    raise UsageError(f"{option} {quoted(given)[1:-1]}: unknown value; use one of {', '.join(known)}")
+def _named(value: str, known: dict[str, str], option: str) -> str:
+    if value in known or value in known.values():
+        return known.get(value, value)
+    raise UsageError(f"{option} {quoted(value)[1:-1]}: unknown value; use one of {', '.join(known)}")
 
 
-# ---- where the numbers are among the lines, and what is above them
+# ---- the lines of data and the headings above them
 
 
 class _Run(NamedTuple):
-    """First line of the data, the line past the last, and how many cells a full line has."""
+    """The data among the lines: index of the first line, index after the last, and number of cells in a full line."""
 
     begin: int
     end: int
@@ -177,11 +179,11 @@ class _Run(NamedTuple):
 
 
 def _score(lines: Sequence[Line], decimal: str, ragged: bool) -> tuple[int, bool, int, int]:
-    """Judge a way of splitting by the rows it finds, whether the header splits alike, the numbers, and the columns."""
+    """Rate a way of splitting lines into cells: (rows of data, heading as wide as the data, numbers, columns)."""
     run = _data_run(lines, decimal, ragged)
-    alike = 0 < run.begin < run.end and len(lines[run.begin - 1].cells) == run.width
+    as_wide = 0 < run.begin < run.end and len(lines[run.begin - 1].cells) == run.width
     cells = (cell for line in lines[run.begin : run.end] for cell in line.cells)
-    return run.end - run.begin, alike, sum(as_number(cell, decimal) is not None for cell in cells), run.width
+    return run.end - run.begin, as_wide, sum(as_number(cell, decimal) is not None for cell in cells), run.width
 
 
 def _table(lines: Sequence[Line], form: Form, source: str, ragged: bool) -> TextTable:
@@ -213,11 +215,11 @@ def _filled(cells: Sequence[str], width: int) -> tuple[str, ...]:
 
 
 def _data_run(lines: Sequence[Line], decimal: str, ragged: bool) -> _Run:
-    """Return the longest run of data; with `ragged`, shorter lines go on with it."""
+    """Return the longest run of data; with `ragged`, shorter lines do not end a run."""
     best, most, begin, width, filled = _Run(0, 0, 0), 0, 0, 0, 0
     for index, line in enumerate(lines):
         if not line.cells:
-            continue  # an empty line ends nothing
+            continue  # an empty line does not end a run
         if line.remark or all(as_number(cell, decimal) is None for cell in line.cells):
             width = filled = 0
             continue
@@ -230,12 +232,12 @@ def _data_run(lines: Sequence[Line], decimal: str, ragged: bool) -> _Run:
 
 
 def _is_number(cell: str) -> bool:
-    """Test whether a cell is a number with either decimal mark: which one the file has is not decided yet."""
+    """Test whether a cell is a number with either decimal mark, since that of the file is not known yet."""
     return any(as_number(cell, decimal) is not None for decimal in DECIMALS.values())
 
 
 def _without_headings(lines: Sequence[Line], run: _Run) -> _Run:
-    """Return the run without headings at its begin: a number among them, as of a sensor, made them look like data."""
+    """Return the run without headings at its beginning, which look like data if they contain a number (of a sensor)."""
     full = [index for index in range(run.begin, run.end) if lines[index].cells]
     sample = [lines[index].cells for index in full[_MOST_ABOVE:][:_SAMPLE] or full[-1:]]
     numeric = [all(map(_is_number, column)) for column in zip(*sample, strict=False)]
@@ -253,10 +255,10 @@ def _is_data(line: Line, width: int, decimal: str) -> bool:
 
 
 def _refuse_broken(lines: Sequence[Line], run: _Run, decimal: str, source: str) -> None:
-    """Raise `UsageError` for a line that cuts a table in two: half a curve has another maximum.
+    """Raise `UsageError` for a faulty line within the data: only the longer part would be read, with another maximum.
 
-    It has another number of cells and like rows on both sides. A line of words alone, as between two cycles of a test,
-    cuts nothing.
+    Such a line has a different number of cells than the data on both sides. A line of words alone, as between two
+    cycles of a test, is not an error.
     """
     for outwards in (range(run.end, len(lines)), range(run.begin - 1, -1, -1)):
         places = list(islice((i for i in outwards if lines[i].cells), 2))
@@ -272,9 +274,9 @@ def _refuse_broken(lines: Sequence[Line], run: _Run, decimal: str, source: str) 
 
 
 def _above(lines: Sequence[Line], run: _Run, decimal: str) -> list[int]:
-    """Return the lines above the data that may be headings or units, the nearest first.
+    """Return the indices of the lines above the data that may be headings or units, the nearest first.
 
-    Each has a cell for every column and no number, or names a quantity or units. Lines that only rule off are no cells.
+    Such a line has a cell without a number for every column, or names a quantity or units. Ruled lines are skipped.
     """
     above: list[int] = []
     for index in range(run.begin - 1, -1, -1):
@@ -287,17 +289,17 @@ def _above(lines: Sequence[Line], run: _Run, decimal: str) -> list[int]:
         if not (words or (len(cells) <= run.width and is_heading(cells))) or len(above) == _MOST_ABOVE:
             break
         above.append(index)
-    # a remark over a single column is no name
+    # a remark above a single column is not a heading
     return [] if above and lines[above[0]].remark and run.width == 1 else above
 
 
-# ---- which column is meant
+# ---- columns of a quantity
 
 
 def matching(table: TextTable, words: Sequence[str], known: Collection[str] = ()) -> list[int]:
-    """Return the columns whose names hold one of the words: of several those with a unit that is `known`.
+    """Return the columns whose names contain one of the words; those with a `known` unit if there are any.
 
-    Stress, strain and speeds are none: 应力 holds the word for force.
+    Columns of stress, strain and speed are left out, because 应力 (stress) contains the word for force.
     """
     if not table.headed:
         return []
@@ -306,13 +308,14 @@ def matching(table: TextTable, words: Sequence[str], known: Collection[str] = ()
 
 
 def scale_of(
-    table: TextTable, column: int, known: dict[str, float], default: str, given: str | None = None, option: str = ""
+    table: TextTable, column: int, known: dict[str, float], default: str, unit: str | None = None, option: str = ""
 ) -> float:
-    """Return the factor that turns a column into `default` (N or mm); `option` is the one that gives its unit.
+    """Return the factor that converts a column to the unit `default`; `known` has the factors of all units.
 
-    Raises `UsageError` if the unit is unknown, or the column has none while the lines above the data name another one.
+    The `unit` replaces the one in the heading; `option` is the command-line option for it. Raises `UsageError` if the
+    unit is unknown, or if the column has none and the lines above the data contain a unit other than `default`.
     """
-    stated, where = given or table.units[column], f"{table.source}: column {quoted(table.columns[column])}"
+    stated, where = unit or table.units[column], f"{table.source}: column {quoted(table.columns[column])}"
     how = f"specify the unit with `{option}`" if option else "write the unit in its heading"
     others = [unit for unit in dict.fromkeys(table.stated) if known.get(unit, known[default]) != known[default]]
     if not stated and others:
@@ -324,10 +327,10 @@ def scale_of(
     raise UsageError(f"{where}: unknown unit {quoted(unit)}; {how}, one of {', '.join(known)}")
 
 
-def given_columns(table: TextTable, given: str, what: str) -> list[int]:
-    """Return the columns of one name, or of several numbers (from 1) or names between commas."""
+def given_columns(table: TextTable, option: str, what: str) -> list[int]:
+    """Return the columns that an option specifies by a name, or by names or numbers (from 1) separated by commas."""
     columns = []
-    for part in [given] if given in table.columns else [part.strip() for part in given.split(",")]:
+    for part in [option] if option in table.columns else [part.strip() for part in option.split(",")]:
         if part in table.columns:
             columns.append(table.columns.index(part))
         elif part.isascii() and part.isdigit() and 1 <= int(part[:6]) <= len(table.columns):
@@ -339,7 +342,7 @@ def given_columns(table: TextTable, given: str, what: str) -> list[int]:
 
 
 def columns_of(table: TextTable) -> str:
-    """Return the names of the columns; of columns without names the range of their numbers."""
+    """Return the names of the columns for a message; without headings, the range of the numbers in each."""
     listed = [quoted(name) for name in table.columns[:_MOST_SHOWN]]
     for column, name in enumerate(() if table.headed else table.columns[:_MOST_SHOWN]):
         values = [value for row in range(len(table.rows)) if (value := table.number(row, column)) is not None]

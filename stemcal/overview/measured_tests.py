@@ -1,4 +1,4 @@
-"""Curves measured in the laboratory tests of a spec: targets, and tables of all that was measured."""
+"""Evaluate curves measured in the laboratory tests of a spec, and show measured values in tables."""
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
@@ -28,7 +28,7 @@ from stemcal.study.model.study import Study
 
 @dataclass(frozen=True, kw_only=True)
 class _TestedMean(Spread):
-    """The mean of one response of one test at one diameter, in the unit of that response."""
+    """Statistics of a response of a test at one diameter (mm), in the unit of the response."""
 
     test: str
     diameter: float
@@ -38,7 +38,7 @@ class _TestedMean(Spread):
 
 @dataclass(frozen=True)
 class MeasuredTests:
-    """The means of all tests, what is left open, and the targets of each test as lines of YAML."""
+    """The means of all tests, notes on them, and the targets of each test as rows of YAML."""
 
     means: Rows[_TestedMean]
     notes: tuple[Note, ...]
@@ -49,7 +49,10 @@ class MeasuredTests:
 def measure_tests(
     study: Study, folder: Path, how: CurveOptions = CurveOptions(), exclude: Collection[str] = ()
 ) -> MeasuredTests:
-    """Read all sheets but those of `exclude`, ``TEST/SPECIMEN``; `UsageError` if one is unreadable or none is there."""
+    """Evaluate the curves in the subfolder of each test, except those of the specimens in `exclude` (TEST/SPECIMEN).
+
+    Raises `UsageError` if no test has a subfolder, or if a file cannot be read.
+    """
     there = [test for test in study.tests if (folder / test.name).is_dir()]
     if not there:
         if not study.tests:
@@ -84,7 +87,7 @@ def measure_tests(
 
 
 def _means(test: LaboratorySection, read: ShearTests) -> list[_TestedMean]:
-    """Return the mean of each response that the test's targets have, else those usual for its kind."""
+    """Return the statistics of each response in the test's targets, or of the usual ones if there are no targets."""
     wanted = test.measured or test.usual
     means = []
     for grade in read.grades:
@@ -101,10 +104,10 @@ def _means(test: LaboratorySection, read: ShearTests) -> list[_TestedMean]:
 
 
 def break_at(force: NDArray[np.float64]) -> int:
-    """Return the number of points before the break, by the rule of simulated tests; all if the curve has no break.
+    """Return the number of points before the break; all if the curve has no break.
 
-    Of a real piece no one counts what has failed. So the rule is applied behind the maximum: a piece that settles on
-    its rollers before is not broken.
+    The rule is that of simulated tests, where elements have failed at the break. Failed elements cannot be counted in a
+    real test, so the rule applies after the maximum: a drop while the piece settles on its rollers is no break.
 
     >>> break_at(np.array([0.0, 8.0, 10.0, 7.0, 4.0, 6.0])), break_at(np.array([0.0, 1.0, 2.0]))
     (4, 3)
@@ -117,19 +120,19 @@ def break_at(force: NDArray[np.float64]) -> int:
 def _targets(test: LaboratorySection, means: Sequence[_TestedMean]) -> list[str]:
     lines = []
     for diameter in sorted({mean.diameter for mean in means}):
-        own = {mean.response: mean.summary for mean in means if mean.diameter == diameter}
-        with_units = {each.name: (own[each.name], each.unit) for each in test.responses if each.name in own}
-        n = min(summary.n for summary in own.values())
+        at = {mean.response: mean.summary for mean in means if mean.diameter == diameter}
+        with_units = {r.name: (at[r.name], r.unit) for r in test.responses if r.name in at}
+        n = min(summary.n for summary in at.values())
         lines.append(row_of(diameter, with_units, n, "{:.4g}".format, test.name))
     return lines
 
 
-def diameter_tables(found: Diameters) -> list[Table]:
-    """Return the normal fit of the stem diameters, and their grades."""
-    summary, test = found.summary, found.normality
+def diameter_tables(stems: Diameters) -> list[Table]:
+    """Return tables of the statistics of stem diameters and of their grades."""
+    summary, test = stems.summary, stems.normality
     normal = "not rejected" if test.p >= 0.05 else "rejected"
     statistics = (
-        ("Stems", f"{summary.n}, {found.readings} readings"),
+        ("Stems", f"{summary.n}, {stems.readings} readings"),
         ("Mean, mm", f"{summary.mean:.3f} (95 % CI {interval(summary.mean_interval)})"),
         ("Standard deviation, mm", f"{summary.sd:.3f} (95 % CI {interval(summary.sd_interval)})"),
         ("Coefficient of variation, %", fixed(summary.cv_percent, 2)),
@@ -143,12 +146,12 @@ def diameter_tables(found: Diameters) -> list[Table]:
         Column("share_percent", "Share", "%", to_decimals(1)),
         Column("fitted_percent", "Fitted", "%", to_decimals(1)),
     ]
-    share = f"The grades contain {found.share_percent:.1f} % of the stems. A grade does not include its upper limit."
-    return [Table(columns, statistics, "Stem diameters"), Table.of(grades, found.grades, "Grades", [share])]
+    share = f"The grades contain {stems.share_percent:.1f} % of the stems. A grade does not include its upper limit."
+    return [Table(columns, statistics, "Stem diameters"), Table.of(grades, stems.grades, "Grades", [share])]
 
 
 def shear_tables(tests: ShearTests) -> list[Table]:
-    """Return the maximum shear force of every specimen, and the statistics of each grade."""
+    """Return tables of the statistics of each grade and of the maximum shear force of every specimen."""
     diameter = Column("diameter", "Diameter", "mm", short)
     grades = [
         diameter,
@@ -182,7 +185,7 @@ def shear_tables(tests: ShearTests) -> list[Table]:
 
 
 def tests_table(tests: MeasuredTests) -> Table:
-    """Return the means of what was measured in the tests of a spec."""
+    """Return a table of the means measured in laboratory tests."""
     columns = [
         Column("test", "Test"),
         Column("diameter", "Diameter", "mm", short),

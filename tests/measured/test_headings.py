@@ -2,9 +2,12 @@
 
 from pathlib import Path
 
+import pytest
+
+from stemcal.errors import UsageError
 from stemcal.measured.cells import decoded_table
 from stemcal.measured.headings import _is_unit_row, folded, is_missing, millimetres_in, quoted, units_in
-from stemcal.measured.shear import _named_grade
+from stemcal.measured.shear import measure_shear
 
 
 def test_cells() -> None:
@@ -18,9 +21,14 @@ def test_headings() -> None:
     assert units_in(["Force [kN], travel [mm]", "Load cell: 5 kN", "s"]) == ["kN", "mm", "kN", "s"]
 
 
-def test_grades_in_the_names_of_files_and_folders() -> None:
-    paths = ("shear/10mm-3.csv", "7.5 mm/a.txt", "a/b.csv")
-    assert [_named_grade(Path(path)) for path in paths] == [10.0, 7.5, None]
+def test_grades_in_the_names_of_files_and_folders(tmp_path: Path) -> None:
+    paths = [tmp_path / path for path in ("shear/10mm-3.csv", "7.5 mm/a.txt", "a/b.csv")]
+    for path in paths:
+        path.parent.mkdir()
+        path.write_text("travel (mm),force (N)\n" + "".join(f"{i},{10 * i}\n" for i in range(9)))
+    assert [specimen.grade for specimen in measure_shear(paths[:2]).specimens] == [10.0, 7.5]
+    with pytest.raises(UsageError, match="the diameter is unknown"):
+        measure_shear(paths)
 
 
 def test_rows_of_units_and_lengths() -> None:
