@@ -32,8 +32,8 @@ class BendingSection(PieceSection):
     across_axis = False
     usual_size = Length(divisor=12.0)
     plausible: ClassVar[Mapping[str, tuple[float, float]]] = {
+        **PieceSection.plausible,
         "radius": (0.1, 100.0),
-        "stroke": (0.01, 500.0),
         "span": (1.0, 2000.0),
     }
 

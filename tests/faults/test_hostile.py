@@ -44,9 +44,9 @@ PLAUSIBLE_TOO = {
 
 
 def a_quantity_of(path: Path, rng: random.Random) -> tuple[str, re.Match[str], int]:
-    """Return a spec without its comments and labels, a quantity in it, and the line of that."""
+    """Return a spec without its comments, labels and sources, a quantity in it, and the line of that."""
     text = re.sub(r"(?m)\s+#.*$|^#.*$", "", path.read_text("utf-8"))
-    text = re.sub(r"\blabel: [^,}\n]+", "label: x", text)
+    text = re.sub(r"\b(label|source): (\"[^\"]*\"|[^,}\n]+)", r"\1: x", text)
     place = rng.choice(list(QUANTITY.finditer(text)))
     return text, place, text.count("\n", 0, place.start()) + 1
 

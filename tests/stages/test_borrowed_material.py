@@ -145,3 +145,12 @@ def test_sections_of_shipped_stems(name: str) -> None:
         at = target.condition
         assert layers_at(study, {}, at) == layers_at(source, levels, at)
         assert study.parameters({}, at) == pytest.approx(source.parameters(levels, at), rel=1e-12)
+
+
+@pytest.mark.parametrize("key, wrong", [("8.5 mm", "8.5 MPa"), ("out}", "out, yield_stress: 3 mm}")])
+def test_a_wrong_value_beside_a_borrowed_material(calibrated: Path, key: str, wrong: str) -> None:
+    """A section that lacks a wrong value is compared with the calibration in its other values."""
+    with pytest.raises(SpecError) as refused:
+        cutter(calibrated, CUTTER.replace(key, wrong))
+    line = CUTTER[: CUTTER.index(key)].count("\n") + 1
+    assert [problem.line for problem in refused.value.problems] == [line]

@@ -25,6 +25,7 @@ from stemcal.study.model.shear_test import ContactSection, MaterialSection, Rela
 from stemcal.study.model.study import Study
 from stemcal.study.reading import load_study
 from stemcal.study.types.factor import FRICTION, SETTINGS
+from stemcal.study.types.field_types import field_or_none
 from stemcal.study.types.strict_yaml import Finding, NodePath
 
 _FROM: NodePath = ("material", "from")
@@ -161,8 +162,8 @@ def _take(
         taken.find("the layers differ from those of the calibration", "remove this key", ("layers",))
     taken.sections["layers"] = theirs["layers"]
     measured = [target.condition for target in source.targets.means]
-    diameter = own["specimen"].outer_diameter if "specimen" in own else measured[0]
-    if not (1.0 - _CLOSE) * min(measured) <= diameter <= (1.0 + _CLOSE) * max(measured):
+    diameter = field_or_none(own.get("specimen"), "outer_diameter")  # without one that of the calibration
+    if diameter is not None and not (1.0 - _CLOSE) * min(measured) <= diameter <= (1.0 + _CLOSE) * max(measured):
         ends = f"{min(measured):g} to {max(measured):g} mm"
         message = f"{diameter:g} mm is outside the diameters of the calibration ({ends})"
         taken.find(message, "use a diameter within them", ("specimen", "outer_diameter"))

@@ -112,6 +112,7 @@ class PieceSection(LaboratorySection):
     """Element size: by default d/12 in bending and d/8 in axial tests. In radial compression, the default is d/64 at
     the plates and d/16 elsewhere."""
 
+    plausible: ClassVar[Mapping[str, tuple[float, float]]] = {"stroke": (0.01, 500.0), "length": (1.0, 2000.0)}
     usual_size: ClassVar[Length] = Length(divisor=8.0)
     """Default element length if the spec does not specify the length."""
 

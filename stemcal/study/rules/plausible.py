@@ -6,7 +6,7 @@ from itertools import combinations
 from statistics import median
 
 from stemcal.formats import counted
-from stemcal.study.model.growth import Growth, Interpolated
+from stemcal.study.model.growth import Growth, Interpolated, value_at
 from stemcal.study.model.layers import layers_at
 from stemcal.study.model.measured_targets import Target
 from stemcal.study.model.shear_test import Relative
@@ -25,6 +25,7 @@ _RANGES: dict[tuple[str, str], tuple[float, float, str]] = {
     if one.parameter.unit != "1"
 } | {
     ("specimen", "length"): (5, 1000, "mm"),
+    ("specimen", "bore"): (0.1, 500, "mm"),
     ("blade", "width"): (1, 500, "mm"),
     ("blade", "edge_spread"): (0.05, 10, "mm"),
     ("material", "internal_length"): (0.05, 20, "mm"),
@@ -63,9 +64,7 @@ def doubts(study: Study) -> list[Finding]:
 
 def _sizes(study: Study) -> Iterator[Finding]:
     for path, (low, high, unit) in _RANGES.items():
-        value = getattr(getattr(study, path[0]), path[1], None)
-        if isinstance(value, Length):
-            value = value.at(study.specimen.outer_diameter)
+        value = value_at(getattr(getattr(study, path[0]), path[1], None), study.specimen.outer_diameter, None, {})
         if value:  # none, or none of it, is no slip
             yield from doubt(path, value, low, high, unit)
 
