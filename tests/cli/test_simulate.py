@@ -2,6 +2,7 @@
 
 import csv
 import json
+from io import StringIO
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -9,9 +10,12 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 from commanding import REPLAY, SMOKE, command
+from rich.console import Console
 
 from stemcal.cutting.checks import inertia_in_force
 from stemcal.cutting.result import CuttingResult, ForceHistory
+from stemcal.report.terminal import simulation_table
+from stemcal.study.reading import load_study
 
 THREE = SMOKE.with_name("three-tests.yaml")
 
@@ -165,6 +169,16 @@ def test_a_test_shows_its_responses_beside_what_was_measured(bent: None) -> None
     ]
     assert "Inertia" in shown.stderr and "Increase loading.stroke" not in shown.stderr
     assert "measured" not in command("simulate", THREE, "--test", "bending", "--diameter", 9).stdout
+
+
+def test_a_measured_response_that_no_curve_has_is_named() -> None:
+    """The slope of the bending is measured; force, travel and work are neither measured nor on this curve."""
+    bending, _ = load_study(THREE).tests
+    out = StringIO()
+    Console(file=out, width=80).print(simulation_table(known_result(), bending, 8.0))
+    lines = [line.rstrip() for line in out.getvalue().splitlines()]
+    assert lines[0].split(maxsplit=1) == ["Slope", "not on this curve, measured 48.7 ± 2.9 N/mm"]
+    assert lines[1].startswith("First fracture at") and lines[2].startswith("Elements")
 
 
 def test_where_the_maximum_is_measured_it_must_be_passed(bent: None) -> None:

@@ -9,8 +9,9 @@ import pytest
 
 from stemcal.errors import UsageError
 from stemcal.measured.diameters import _proposed_grades, geometry_section, measure_diameters
-from stemcal.measured.shear import find_files, measure_shear, read_index, section_of, target_rows
+from stemcal.measured.shear import find_files, measure_shear, read_index, row_of, section_of, target_rows
 from stemcal.measured.shear_curves import CurveOptions, contact_begins, read_curves
+from stemcal.measured.statistics import summarise
 from stemcal.study.model.layers import layers_at
 from stemcal.study.reading.read import read_study
 
@@ -155,6 +156,20 @@ def test_travel_and_work_to_the_maximum(tmp_path: Path) -> None:
     spec = DATA.parent / "smoke.yaml"
     (target,) = read_study(with_rows(spec.read_text("utf-8"), {"": rows}).encode(), spec).targets.means
     assert (*target.mean_of("work"), target.n) == (11.0, 0.7071, 2)
+
+
+@pytest.mark.parametrize(
+    ("means", "row"),
+    [
+        ({"force": [9.0, 11.0]}, "force: 10 N, sd: 1.41 N, n: 2"),
+        ({"force": [10.0]}, "force: 10 N, n: 2"),
+        ({"force": [10.0], "work": [5.0]}, "force: 10 N, work: 5 N, n: 2"),
+        ({"force": [10.0], "work": [4.0, 6.0]}, "force: 10 N, work: 5 N, sd: {work: 1.41 N}, n: 2"),
+    ],
+)
+def test_a_row_has_the_standard_deviations_that_are_known(means: dict[str, list[float]], row: str) -> None:
+    summaries = {name: (summarise(values), "N") for name, values in means.items()}
+    assert row_of(8.0, summaries, 2, lambda value: f"{value:.3g}") == f"{{diameter: 8 mm, {row}}}"
 
 
 def test_files_are_sorted_by_number() -> None:

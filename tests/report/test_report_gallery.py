@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,8 @@ from stemcal.cli.explain import glossary, look_up
 from stemcal.drawing.style import resize, styled
 from stemcal.report import curves as laboratory
 from stemcal.report.curves import energies
+from stemcal.report.gallery import _run_plots
+from stemcal.report.records import Details, RunCurve
 from stemcal.stages.rsm.figures import Solution, contours, relief
 from stemcal.stages.validate.showing import draw_validation
 
@@ -87,3 +90,18 @@ def test_glossary_knows_every_factor_and_statistic_of_the_reports() -> None:
     assert len(names) == len(set(names))
     assert [entry.term for entry in glossary() if not entry.chinese] == []
     assert look_up("失拟") == look_up("lack of fit")
+
+
+def test_measured_curves_are_drawn_at_each_condition_that_was_simulated_at_the_solution() -> None:
+    curve = Details(RunCurve((0.0, 0.5, 1.0), (0.0, 100.0, 20.0)))
+    kept = {"7 mm": (curve, True), "8 mm": (curve, True), "9 mm": (curve, False), "10 mm": (Details(), True)}
+    records: Any = {
+        label: SimpleNamespace(details=details, at_solution=solved) for label, (details, solved) in kept.items()
+    }
+    targets = SimpleNamespace(calibrate_at=8.0, modes=dict.fromkeys((7.0, 8.0, 9.0, 10.0, 11.0)))
+    study: Any = SimpleNamespace(targets=targets, specimen=SimpleNamespace(ratio_at=lambda _: 0.41), goal=None)
+    plots = _run_plots(study, records)
+    assert [plot.name for plot in plots] == ["force-travel", "measured-curves-7mm", "measured-curves"]
+    made: Any = plots[0].make
+    drawn, coloured = made.args
+    assert list(drawn) == ["7 mm", "8 mm", "9 mm"] and coloured == ["7 mm", "8 mm"]

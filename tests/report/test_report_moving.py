@@ -57,6 +57,15 @@ def test_frames_are_even_in_time_and_end_as_the_test_did(filmed: tuple[Any, Film
     last = frames[-1].shape
     assert np.array_equal(last.standing, result.shape.standing)
     assert last.tools[0] == pytest.approx(result.shape.tools[0], abs=1e-3)
+    # the blade begins above the stem (4 mm) and moves down with the travel; the supports are fixed
+    moved = [frame.shape.tools[0][:, 1] - last.tools[0][:, 1] for frame in frames]
+    for frame, by in zip(frames, moved, strict=True):
+        assert by == pytest.approx(frames[-1].travel - frame.travel, abs=1e-3)
+        assert frame.shape.tools[0][:, 0] == pytest.approx(last.tools[0][:, 0])
+        assert len(frame.shape.tools) == len(result.shape.tools)
+        for held_tool, known in zip(frame.shape.tools[1:], result.shape.tools[1:], strict=True):
+            assert held_tool == pytest.approx(known, abs=1e-3)
+    assert 3.9 < frames[0].shape.tools[0][:, 1].min() < 4.5
     held = np.unique(last.hexes[last.standing])
     assert np.abs(last.nodes - result.shape.nodes)[held].max() < 1e-3
 

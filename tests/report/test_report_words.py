@@ -233,6 +233,7 @@ def test_runs_are_listed_under_the_studys_names(angle: Told, moist: Told) -> Non
         heads.append([column.key for column in table.headed(study.naming.headings).columns])
     assert heads[0] == ["stage", "key", "status", "reason", "run", "angle", "wall_seconds"]
     assert heads[1] == ["stage", "key", "status", "reason", "run", "moisture", "angle", "wall_seconds"]
+    assert [column.left for column in table.columns[:5]] == [True, True, True, True, False]  # a key is no number
     assert str(angle[0]) == "Study repose: 5 factors, 1 target, solver command"
     assert "2 targets" in str(moist[0])
 

@@ -311,6 +311,8 @@ def test_result_file_stays_in_the_run_folder(tmp_path: Path, name: str) -> None:
         ("{file: out.txt, pattern: '(1'}", "is not a valid regular expression"),
         ("{file: out.txt, pattern: '(1{4294967295})'}", "is not a valid regular expression: the repetition number"),
         ("{file: out.txt, pattern: 'F=1'}", "has no capture group around the number"),
+        ("{file: out.txt, pattern: 5}", "solver.result.pattern: 5 is not text"),
+        ("{file: 5, path: out}", "solver.result.file: 5 is not text"),
         ("{file: out.json, path: out, reduction: mean}", "is not an allowed value"),
     ],
 )

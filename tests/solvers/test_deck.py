@@ -378,6 +378,8 @@ def test_nonlocal_deck_has_mass_by_its_density_and_tools_that_are_held() -> None
     ends = np.cumsum(nodes)
     for first, last in ((nodes[0] + 1, ends[1]), (ends[1] + 1, ends[2])):
         assert f"{first:10d}{last:10d}" in text
+    held = re.findall(r"\*BOUNDARY_SPC_SET\n\$#.*\n(.*)", text)  # the blade is free along z; no node of a solid turns
+    assert [line.split() for line in held] == [list("20110000"), list("30111000")]
 
 
 def test_deck_as_the_embedded_solver_computes_it() -> None:

@@ -14,7 +14,8 @@ from stemcal.report.export import study_tables
 from stemcal.runs.executors import InlineExecutor
 from stemcal.runs.record import Outcome
 from stemcal.runs.study_folder import StudyFolder
-from stemcal.stages.climb.analysis import ascent_path
+from stemcal.solvers.protocol import Request
+from stemcal.stages.climb.analysis import ascent_path, later
 from stemcal.stages.climb.result import ClimbResult, ClimbRow
 from stemcal.stages.climb.showing import ClimbShowing
 from stemcal.stages.refine.result import RefineResult
@@ -124,3 +125,11 @@ def test_a_climb_that_passed_the_target() -> None:
 def test_a_climb_that_ended_at_the_edge() -> None:
     short = replace(CLIMB, passed=False)
     assert ClimbShowing().outcome(short, Wording())[1].startswith("The response did not reach the target. ")
+
+
+def test_half_of_the_steps_are_usual_and_the_centre_is_a_run_more(tmp_path: Path) -> None:
+    study = make_study(tmp_path, TWO + "climb: {steps: 5}\n")
+    found = later(study)
+    assert found is not None and later(make_study(tmp_path, TWO)) is None
+    assert found.rounds == [[Request("climb", 0, study.midlevels(), 8.0)]] * 2
+    assert "at most 6 additional runs" in found.note.text

@@ -13,6 +13,7 @@ from stemcal.errors import RunsFailed
 from stemcal.runs.executors import InlineExecutor
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers.protocol import Answer, Request
+from stemcal.stages.rsm.profiler import profiler_data
 from stemcal.stages.rsm.result import RsmResult
 
 TWO = "rsm: {factors: [yield_stress, failure_strain], centre_points: 1}\n"
@@ -63,3 +64,20 @@ def test_terms_that_failed_runs_made_inestimable_end_the_fit(tmp_path: Path) -> 
     solver = Scattered(fails=frozenset({4, 5, 6, 7}))
     with pytest.raises(RunsFailed, match=r"yield_stress\^2, failure_strain\^2 cannot be estimated"):
         fitted(tmp_path, solver)
+
+
+@pytest.mark.parametrize(
+    ("extra", "centres", "first"), [("", [100.0], 0), ("invert: {diameters: all}\n", [76.5625, 100.0, 156.25], 1)]
+)
+def test_the_profiler_begins_with_the_calibration_diameter(
+    tmp_path: Path, extra: str, centres: list[float], first: int
+) -> None:
+    """At the centre F = 100·(d/8)² at 7, 8 and 10 mm."""
+    study, folder = make_study(tmp_path, TWO + extra), StudyFolder(tmp_path / "out")
+    workflow.run_stage("screen", study, folder, InlineExecutor(), solver=FakeSolver())
+    found: Any = workflow.run_stage("rsm", study, folder, InlineExecutor(), solver=FakeSolver())
+    data = profiler_data(study, found, {}, True)
+    assert [each["beta"][0] for each in data["surfaces"]] == pytest.approx(centres, rel=1e-3)
+    assert (data["first"], data["more"], data["called"], data["holds"]) == (first, 0, "Centre", True)
+    assert [one["at"] for one in data["factors"]] == pytest.approx([15.0, 0.03])
+    assert [one["simulate"] for one in data["surfaces"]][first] == "stemcal simulate SPEC --diameter 8"

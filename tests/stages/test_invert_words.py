@@ -68,3 +68,13 @@ def test_an_unknown_error_of_the_surface_is_an_assumption_of_the_intervals(joint
     assert words.assumption(joint.certainty) == []
     (said,) = words.assumption(replace(joint.certainty, surface_error_known=False))
     assert "cannot be estimated" in said and "10 %" in said
+
+
+def test_the_range_to_cite_is_of_several_factors_and_one_target(results: Any, joint: InvertResult) -> None:
+    one = results.of(InvertResult)
+    _, *_, exact = words.range_to_cite(one, LABELLED)
+    low, high = one.ranges["yield_stress"]
+    assert f"yield stress {low:.2f} to {high:.2f} MPa" in exact and "failure_strain" in exact
+    assert words.range_to_cite(joint, LABELLED) == []
+    alone = replace(one.point, solution={"yield_stress": 18.37})
+    assert words.range_to_cite(replace(one, point=alone), LABELLED) == []

@@ -1,11 +1,14 @@
 """What the refinement reports, in the study's own model and in another."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
+from fakes import make_study
 
 from stemcal.runs.record import Outcome
-from stemcal.stages.refine.analysis import refine_notes
+from stemcal.solvers.protocol import Request
+from stemcal.stages.refine.analysis import later, refine_notes
 from stemcal.stages.refine.result import AdjustedFactor, RefineResult, RefineRow, RefineRun, SimulatedBy, Stopped
 from stemcal.stages.refine.showing import RefineShowing
 from stemcal.stages.result import Head
@@ -84,3 +87,34 @@ def test_where_it_ended(stopped: Stopped) -> None:
     assert "36.7" in there and "strain" in there
     if stopped != "out_of_reach":
         assert "36.70 %" in kinds(replace(HERE, **far))["not_reached"]
+
+
+@pytest.mark.parametrize(
+    ("extra", "rounds", "conditions", "most"),
+    [
+        ("refine: {}\n", 2, [8.0], 10),
+        ("refine: {budget: 1}\n", 1, [8.0], 1),
+        ("refine: {}\ninvert: {diameters: all}\n", 2, [7.0, 8.0, 10.0], 10),
+        # without a surface a run more a factor is usual, at most one a condition; 9 + 5 runs at each condition
+        ("refine: {}\nscreen: {design: none}\nrsm: {design: none}\n", 3, [8.0], 14),
+        (
+            "refine: {}\nscreen: {design: none}\nrsm: {design: none}\ninvert: {diameters: all}\n",
+            5,
+            [7.0, 8.0, 10.0],
+            42,
+        ),
+    ],
+)
+def test_the_usual_rounds_and_the_most_runs(
+    tmp_path: Path, extra: str, rounds: int, conditions: list[float], most: int
+) -> None:
+    study = make_study(tmp_path, extra)
+    found = later(study)
+    assert found is not None
+    round_ = [Request("refine", 0, study.midlevels(), condition, pictured=True) for condition in conditions]
+    assert found.rounds == [round_] * rounds
+    assert f"at most {most} additional run" in found.note.text and found.note.kind == "decided_later"
+
+
+def test_a_study_that_refines_nothing_has_no_rounds(tmp_path: Path) -> None:
+    assert later(make_study(tmp_path)) is None

@@ -48,6 +48,7 @@ def test_there_and_back() -> None:
         ({"few": [1]}, "few: Input should be an object"),
         ({"x": True}, "x: Input should be a valid number"),
         ({"pair": [1.0]}, r"pair\[1\]: Field required"),
+        ({"perhaps": [1.0]}, "perhaps: Input should be an object"),
     ],
 )
 def test_what_does_not_fit_is_named(changes: dict[str, Any], said: str) -> None:
@@ -65,3 +66,9 @@ def test_rows_and_tables_become_frames() -> None:
     assert rows.to_frame()["x"].tolist() == [1.0, 2.0]
     assert Table.of(["name", "y"], rows).rows == (("a", None), ("b", None))
     assert repr(Rows()) == "no rows"
+
+
+@pytest.mark.parametrize("given", [[1.0], "x", 5, None])
+def test_what_is_no_object_is_named(given: Any) -> None:
+    with pytest.raises(ValueError, match="Input should be an object"):
+        from_json(Outer, given)

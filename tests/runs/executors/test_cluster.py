@@ -13,6 +13,7 @@ import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 import workflow
@@ -105,6 +106,15 @@ def unbroken(tmp_path: Path) -> dict[str, bytes]:
     folder = StudyFolder(tmp_path / "here")
     workflow.calibrate(make_study(tmp_path, MANY), folder, InlineExecutor(), solver=FakeSolver())
     return tables(folder)
+
+
+@pytest.mark.parametrize(("versions", "warned"), [({}, 1), ({"tcp://127.0.0.1:1": code_version()}, 0)])
+def test_a_scheduler_without_workers_is_named(versions: dict[str, str], warned: int, caplog) -> None:
+    unmade = DaskExecutor.__new__(DaskExecutor)
+    unmade.address, unmade._client = "127.0.0.1:8786", SimpleNamespace(run=lambda _: versions)
+    with caplog.at_level("WARNING"):
+        unmade._check_versions()
+    assert len(caplog.records) == warned and all("127.0.0.1:8786" in one.getMessage() for one in caplog.records)
 
 
 def test_computes(executor: DaskExecutor) -> None:

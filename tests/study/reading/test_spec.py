@@ -219,6 +219,8 @@ def test_elements_too_coarse_for_the_lengths_are_doubted() -> None:
             "so the force depends on the mesh; write `elements_through_wall: 4`",
         ),
         ({"0.41": "0.7", "kind: embedded": "kind: embedded\n  elements_through_wall: 4"}, ""),
+        ({"0.41": "0.7", "kind: embedded": "kind: embedded\n  elements_through_wall: 3"}, ""),
+        ({"kind: embedded": "kind: embedded\n  elements_through_wall: 2"}, "write `elements_through_wall: 4`"),
         ({"speed: 100 mm/min": "speed: 1 m/s", "duration: 0.5 s": "duration: 1.2 ms"}, "rate_law: cowper_symonds"),
         ({"speed: 100 mm/min": "speed: 20 mm/s", "duration: 0.5 s": "duration: 50 ms"}, ""),
     ],
@@ -384,3 +386,9 @@ def test_a_blade_thinner_than_elements_is_questioned() -> None:
     for thickness, questioned in ((1.2, True), (1.3, False)):
         warned = study_of(f"{text}blade: {{thickness: {thickness} mm}}\n").warnings
         assert any("thickness of the blade" in one for one in warned) is questioned
+
+
+def test_a_solid_stem_has_no_wall() -> None:
+    """Two elements across a radius: too coarse for the lengths, which is another question."""
+    warnings = study_of(SHIPPED.replace("0.41", "0", 1).replace("element_size: d/16", "element_size: d/4")).warnings
+    assert warnings and not any("elements_through_wall" in one for one in warnings)
