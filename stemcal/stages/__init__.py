@@ -1,12 +1,12 @@
-"""The stages of a study. `stage` has the one list of them; each has a folder with these files.
+"""The stages of a study. The module `stage` lists them; each stage is a package with these modules.
 
 options        its section of the spec, and the rules of the section
-analysis       how its result is found, with the notes on it
-result         what it leaves in its file
-words          its sentences, where there are many
-showing        its sentences, tables and figures in report and terminal (`figures` where there are many)
-verdict_rules  its rules of the verdict; those about all runs are in the folder `verdict`
+analysis       the computation of its result and of the notes on it
+result         its result, as stored in its file
+words          its sentences, if there are many
+showing        its sentences, tables and figures in report and terminal (`figures` if there are many)
+verdict_rules  its rules of the verdict; rules about all runs are in the package `verdict`
 
-The other modules are shared: `design` has the runs of a design, `fitting` the surfaces and their fit,
-`loop` the search of the refinement, `fresh` what a stage was made of, `results` the results of a study so far.
+The other modules are shared: `design` defines the runs of a design, `fitting` the surfaces and their fit to the
+measurements, `loop` the search of the refinement; `fresh` checks stage files, `results` reads the results of a study.
 """

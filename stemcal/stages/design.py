@@ -1,4 +1,4 @@
-"""A design: which factors vary, over which levels, coded how; its runs before and after they are answered."""
+"""Experimental designs: coded points, levels of all factors, requests for the runs, and finished runs."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ _LEVEL_TOLERANCE = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class Design:
-    """The runs of a stage: `coded` is (n, k) over the factors of `coding`, `levels` holds every factor.
+    """The runs of a stage: `coded` is (n, k) over the varied factors of `coding`; `levels` has every factor.
 
-    Of a program with chance in it they are the design `replicates` times over. `order` is that of the model that they
-    are fitted with: 1 for main effects, 2 for a quadratic surface. `conditions` are those of the rows, where the
-    condition is the last of the factors that vary; `held` are factors at their centre.
+    For a stochastic program the rows are the design repeated `replicates` times. `order` is the order of the model that
+    is fitted to the runs: 1 for main effects, 2 for a quadratic surface. `conditions` are the conditions of the rows if
+    the last varied factor is the condition; `held` are factors that stay at their centre.
     """
 
     stage: str
@@ -40,20 +40,20 @@ class Design:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The factors that vary."""
+        """Names of the factors that vary."""
         return self.coding.names
 
     def requests(self, condition: float) -> list[Request]:
-        """Return a request per row."""
+        """Return a request for each row."""
         times, conditions = self.replicates, self.conditions or (condition,) * len(self.levels)
         return [
-            # replicates are numbered from 1, those of a deterministic program 0
+            # replicates are numbered from 1; without replicates the number is 0
             Request(self.stage, row, levels, at, replicate=times and 1 + row * times // len(self.levels))
             for row, (levels, at) in enumerate(zip(self.levels, conditions, strict=True))
         ]
 
     def repeated(self, times: int) -> Design:
-        """Return the design with its replicates as rows; the design itself for 0."""
+        """Return the design repeated `times` times, in further rows; the design itself for 0."""
         coded = np.tile(self.coded, (times or 1, 1))
         levels, conditions = self.levels * (times or 1), self.conditions * (times or 1)
         return replace(self, coded=coded, levels=levels, replicates=times, conditions=conditions)
@@ -61,7 +61,7 @@ class Design:
 
 @dataclass(frozen=True)
 class Asked:
-    """What a stage asks of the solver; not `settled` as long as a stage before it has to decide."""
+    """The runs that a stage requires; not `settled` while they depend on an earlier stage that is not finished."""
 
     stage: str
     requests: Sequence[Request]
@@ -72,14 +72,14 @@ class Asked:
 
 @dataclass(frozen=True)
 class Later:
-    """The runs that a stage usually decides on one by one, as rounds of runs at a time, and how many there may be."""
+    """The usual rounds of runs of a stage that decides run by run, and a note on the largest number of runs."""
 
     rounds: Sequence[Sequence[Request]]
     note: Note
 
 
 def runs_of(design: Design, requests: Sequence[Request], outcomes: Sequence[Outcome]) -> DesignRuns:
-    """Return a design with its runs, numbered from 1."""
+    """Return the finished runs of a design, numbered from 1."""
     runs = [
         DesignRun(
             run=request.row + 1,
@@ -95,24 +95,24 @@ def runs_of(design: Design, requests: Sequence[Request], outcomes: Sequence[Outc
 
 
 def given_design(
-    stage: str, study: Study, coding: Coding, given: Sequence[Mapping[str, float]], order: int = 2
+    stage: str, study: Study, coding: Coding, table: Sequence[Mapping[str, float]], order: int = 2
 ) -> Design:
-    """Return a solver's rows, coded; `UsageError` if a factor is missing or, of order 1, a level is between."""
-    missing = [name for name in coding.names if name not in given[0]]
+    """Return the design in a solver's table; `UsageError` if a factor is missing or, of order 1, not at 0 or ±1."""
+    missing = [name for name in coding.names if name not in table[0]]
     if missing:
         raise UsageError(
             f"rsm.factors: the solver table has no columns for {', '.join(missing)}. List only factors that "
             "are columns of the table."
         )
-    coded = coding.to_coded([[row[name] for name in coding.names] for row in given])
+    coded = coding.to_coded([[row[name] for name in coding.names] for row in table])
     if order == 1:
         centre = np.all(abs(coded) <= _LEVEL_TOLERANCE, axis=1)[:, None]
         for row, column in np.argwhere(~centre & (abs(abs(coded) - 1.0) > _LEVEL_TOLERANCE)).tolist():
             name = coding.names[column]
             raise UsageError(
-                f"solver.screen row {row + 1}: the value {given[row][name]:g} is not a level of the factor {name}. "
+                f"solver.screen row {row + 1}: the value {table[row][name]:g} is not a level of the factor {name}. "
                 f"Set `low` and `high` of {name} to its two levels in the table."
             )
         coded = coded.round()
-    levels = tuple({**study.midlevels(), **row} for row in given)
+    levels = tuple({**study.midlevels(), **row} for row in table)
     return Design(stage, "given", coding, coded, levels, order=order)

@@ -1,8 +1,8 @@
-"""The failure strain of elements that fail each by itself, for a given element size: the loop on such a mesh.
+"""The failure strain for a given element size, in a mesh without internal length, where each element fails by itself.
 
-The force then depends on the element size and on the position of the mesh under the edge. The search is for the failure
-strain with which the mean force over several positions is the calibrated one. It is no stage: it reads the calibrated
-study and leaves records only.
+The force then depends on the element size and on the position of the mesh under the edge. The loop of the refinement
+searches the failure strain at which the mean force over several positions is the calibrated force. This is no stage: it
+reads the calibrated study and writes run records only.
 """
 
 from collections.abc import Mapping
@@ -23,21 +23,24 @@ from stemcal.study.types.field_types import Length
 from stemcal.version import code_version
 
 STAGE, _STRAIN = "material", "failure_strain"
-_TOLERANCE, _VALID = 0.02, 0.05  # of the force: where the search ends, and up to where a size is valid
-_LOWEST, _HIGHEST = 1e-3, 2.0
+_TOLERANCE, _VALID = (
+    0.02,
+    0.05,
+)  # errors of the force: the search ends below the first; above the second a size is invalid
+_LOWEST, _HIGHEST = 1e-3, 2.0  # range of the failure strain
 _FEWEST_POSITIONS, _MOST_POSITIONS = 5, 50
 _MOST_RUNS = 12
 _LONGER_STROKE = 3.0  # without lengths the blade moves further to the same force
-_FIRST_SLOPE = 0.5  # of force over failure strain, both as logarithms, before anything is known
+_FIRST_SLOPE = 0.5  # first estimate of ∂ ln F/∂ ln ε
 
 
 @dataclass(frozen=True)
 class SizedStrain:
     """The failure strain for one element size (mm), and the mean force over positions of the mesh.
 
-    The force sought at the diameter `condition` (mm) is `aim` (N). `interval` covers the strain with 95 % by the
-    scatter over the positions, `sd_percent`. The size is `valid` if the mean force and its standard error are both
-    within 5 % of the aim. `levels` are those of all factors.
+    `aim` is the target force (N) at the diameter `condition` (mm). `levels` are those of all factors. `interval` is the
+    95 % confidence interval of the failure strain from the scatter over the positions (`sd_percent` of the mean force).
+    The size is `valid` if the error of the mean force and its standard error are both at most 5 % of the aim.
     """
 
     condition: float
@@ -56,11 +59,11 @@ class SizedStrain:
     def positions_needed(self) -> int:
         """The number of positions with which the standard error of the mean is at most 5 %."""
         positions = ((self.sd_percent or 0.0) / (100.0 * _VALID)) ** 2
-        return ceil(round(positions, 6))  # 20 % needs 16, also where round-off makes it a little more
+        return ceil(round(positions, 6))  # round-off must not add a position: 20 % requires 16
 
 
 def without_lengths(study: Study) -> Study:
-    """Return the study with elements that fail each by itself under a sharp edge; `UsageError` if it cannot."""
+    """Return the study without internal length and edge spread; raise `UsageError` if the study does not allow it."""
     solver = study.solver
     if not study.kind.simulates_stems:
         raise UsageError(
@@ -94,7 +97,7 @@ def strain_of(work: Work, size: float) -> SizedStrain:
 
 
 def _searched(work: Work, there: Study, levels: Mapping[str, float], size: float, positions: int) -> SizedStrain:
-    """Search the failure strain, each one simulated as the mean over positions of a mesh."""
+    """Search the failure strain; the force of each is the mean over `positions` of the mesh."""
     from stemcal.solvers.embedded import Embedded, meshed_as  # a table of strains is shown without the solver
 
     meshed = meshed_as(there, size)
@@ -127,7 +130,7 @@ def _searched(work: Work, there: Study, levels: Mapping[str, float], size: float
 
 
 def strain_table(sized: SizedStrain) -> Table:
-    """Return the failure strain and the force with it."""
+    """Return the table with the failure strain and the force."""
     columns = [
         Column("element_size", "Element size", "mm", significant),
         Column("failure_strain", "Failure strain", form=significant),
@@ -148,7 +151,7 @@ def strain_table(sized: SizedStrain) -> Table:
 
 
 def material_lines(study: Study, sized: SizedStrain) -> list[str]:
-    """Return the comments of the card's file."""
+    """Return the comment lines at the head of the material card."""
     lines = [
         f"Stem material of the study {study.name}, calibrated with stemcal {code_version()}.",
         "Units: mm, tonne, s, N, MPa. Each element fails independently at the failure strain of this card.",

@@ -1,4 +1,4 @@
-"""What was measured, the surfaces of the responses, and their fit to it: shared by the stages and the verdict."""
+"""Measured means, response surfaces, and the fit of the surfaces to the means; shared by stages and verdict."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from stemcal.vocabulary import CUTTING, FIRST, Variable, Vocabulary, Wording
 
 @dataclass(frozen=True)
 class Measured:
-    """A measured mean at one condition: of ``force``, ``travel``, …; `specimens` are those of an `Observation`."""
+    """A measured mean of a response at a condition; means with equal, not empty `specimens` have the same specimens."""
 
     condition: float
     response: str
@@ -39,12 +39,12 @@ class Measured:
 
     @property
     def named(self) -> Variable:
-        """What the response is called."""
+        """Name and unit of the response."""
         return self.naming.named(self.response)
 
     @property
     def leads(self) -> bool:
-        """Whether a fit is judged by it: the force, and every response that a study declares itself."""
+        """Whether the error of a fit includes it: the force, and every response that the spec declares."""
         return self.response == FIRST or self.named in self.naming.others
 
 
@@ -60,7 +60,7 @@ def measured_of(target: Target, responses: Sequence[str], naming: Vocabulary = C
 def fit_over(
     measured: Sequence[Measured], surfaces: Sequence[AnySurface], region: Region, priors: Sequence[Prior] = ()
 ) -> Fit:
-    """Fit measured means, each with its surface, and priors within a region."""
+    """Fit the factors to measured means, each with its response surface, and to priors, within a region."""
     observations = [
         Observation(s, mean.value, mean.sd, mean.n, mean.response, mean.specimens)
         for mean, s in zip(measured, surfaces, strict=True)
@@ -79,14 +79,14 @@ def priors_of(study: Study, coding: Coding) -> tuple[Prior, ...]:
 
 
 def measured_means(study: Study) -> list[Measured]:
-    """Return the fitted means: every response measured at the diameters of a joint fit, or one mean alone."""
+    """Return the means to fit: of all fitted responses at the conditions of a joint fit, or one mean alone."""
     targets, responses = study.joint_targets or (study.calibration_target,), study.fitted_responses
     return [mean for target in targets for mean in measured_of(target, responses, study.naming)]
 
 
 @dataclass(frozen=True)
 class FactorCoding:
-    """How a factor of the surface is coded, in its unit, and what it is called."""
+    """A factor of the surface: its coding and range in its unit, its symbol and label."""
 
     factor: str
     center: float
@@ -100,7 +100,7 @@ class FactorCoding:
 
 @dataclass(frozen=True)
 class FitSummary:
-    """What is kept of a fit next to the main one."""
+    """Coefficients and statistics of a response surface other than the main one."""
 
     coefficients: Rows[Coefficient]
     r2: float | None
@@ -113,14 +113,14 @@ class FitSummary:
 
     @classmethod
     def of(cls, fit: Surface, whole: bool) -> FitSummary:
-        """Return the summary of a fit; the `whole` of it has the analysis of variance."""
+        """Return the summary of a fit; with the analysis of variance if `whole`."""
         values = {each.name: getattr(fit, each.name) for each in fields(cls)}
         return cls(**(values if whole else {**values, "anova": Rows()}))
 
 
 @dataclass(frozen=True, kw_only=True)
 class ConditionRun(Spread):
-    """One run of the surface's design at another diameter."""
+    """One run of the design of the surface at another condition."""
 
     run: int
     outcome: Outcome = inline()
@@ -132,7 +132,7 @@ _Further = Sequence[tuple[Array, float]]  # points in coded units and the respon
 
 @dataclass(frozen=True, kw_only=True)
 class AtCondition(Spread):
-    """The surface's design run at one diameter of a joint fit; `fit` is of the force, `responses` of the others."""
+    """The runs of the design at one condition of a joint fit; `fit` is of the first response, `responses` of others."""
 
     condition: float
     runs: Rows[ConditionRun]
@@ -144,10 +144,10 @@ class AtCondition(Spread):
 class ConditionAxis:
     """The condition as the last coordinate of one surface over factors and conditions.
 
-    Coded it is (ln d − center)/half_step if `logarithmic`, (d − center)/half_step otherwise. `at` is the condition of
-    the calibration. `growing` contains exponent and reference condition of the factors that are a power of the
-    condition, where the exponent is a factor, too. `logarithms` are the responses whose logarithm is the quadratic.
-    `left_out_percent` are the errors of the runs of each response and of its logarithm, each predicted without it.
+    Its coded value is (ln d − center)/half_step if `logarithmic`, otherwise (d − center)/half_step. `at` is the
+    condition of the calibration. `growing` is for factors that follow a power law of the condition with an exponent
+    that is a factor as well: the exponent and the reference condition. `logarithms` are responses whose logarithm is
+    fitted. `left_out_percent`: the error of left-out runs for each response and for its logarithm (root mean square).
     """
 
     name: str
@@ -166,11 +166,12 @@ class ConditionAxis:
 
 
 class Surfaces(StageResult):
-    """A result with a surface of each response over the coded factors: what later stages solve, fit and step on.
+    """A result with the response surfaces over the coded factors, for the stages that follow.
 
-    A factor is coded as in `factors`; `radius` is how far from the centre the surfaces may be used, in coded units.
-    The runs of `design` gave the first response at the calibration, those of `conditions` all responses elsewhere. With
-    `over` there is one surface over factors and conditions, whose runs in `design` gave all responses.
+    `factors` has the coding of the factors; the surfaces are valid up to the coded distance `radius` from the centre.
+    `design` has the runs at the calibration condition, `conditions` those at every condition of a joint fit. With
+    `over` there is instead one surface over factors and conditions for each response, all of them fitted to the runs of
+    `design`.
     """
 
     names: tuple[str, ...]
@@ -185,19 +186,19 @@ class Surfaces(StageResult):
 
     @cached_property
     def scales(self) -> Coding:
-        """The coding of the factors, for many points at once."""
+        """Coding of the factors."""
         names, centre, half_step = zip(*((f.factor, f.center, f.half_step) for f in self.factors), strict=True)
         return Coding(names, centre, half_step)
 
     @cached_property
     def fitted(self) -> AnySurface:
-        """The surface at the calibration, fitted to the runs that the result lists."""
+        """Surface of the first response at the calibration condition."""
         return self.refitted(self.design.runs) if self.over is None else self.section(self.over.at)
 
     def section(
         self, condition: float, response: str = FIRST, further: Sequence[tuple[float, Array, float]] = ()
     ) -> Section:
-        """Return the section of the surface at a condition; `further` runs: condition, coded factors, response."""
+        """Return the section at a condition; `further` runs (condition, coded factors, response) are fitted as well."""
         assert self.over is not None
         axis, shared, runs = self.over, self.axes, self.design.runs
         coded = [[run.coded[name] for name in shared] for run in runs]
@@ -210,14 +211,13 @@ class Surfaces(StageResult):
 
     @property
     def axes(self) -> tuple[str, ...]:
-        """The coordinates of the surface: the factors; with `over` without exponents, the condition last."""
+        """Coordinates of the surface: the factors; with `over`, those that are no exponents, and the condition."""
         if self.over is None:
             return self.names
         exponents = {exponent for exponent, _ in self.over.growing.values()}
         return (*(name for name in self.names if name not in exponents), self.over.name)
 
     def _place(self, condition: float) -> Place:
-        """Return where the surface over factors and conditions is seen at a condition."""
         assert self.over is not None
         places = {name: j for j, name in enumerate(self.names)}
         grown = self.over.growing.items()
@@ -225,7 +225,7 @@ class Surfaces(StageResult):
         return Place(self.scales, self.over.coded(condition), growing)
 
     def refitted(self, answered: Sequence[_Answered], further: _Further = (), response: str = FIRST) -> Surface:
-        """Fit a surface of the same terms to a response of these runs, in the design's order, and `further` points."""
+        """Fit a surface of the same terms to a response of these runs, in design order, and of `further` points."""
         runs = self.design.runs
         coded = [[run.coded[name] for name in self.names] for run in runs] + [list(map(float, x)) for x, _ in further]
         values = [run.outcome.number(response) for run in answered] + [value for _, value in further]
@@ -235,7 +235,7 @@ class Surfaces(StageResult):
 
     @cached_property
     def region(self) -> Region:
-        """Where a solution may lie: within the ranges that the surface was made in."""
+        """Region in which the surface is valid: the ranges of the factors, within `radius`."""
         low, high = ([getattr(entry, end) for entry in self.factors] for end in ("low", "high"))
         return Region(self.scales.to_coded(low), self.scales.to_coded(high), self.radius)
 
@@ -245,7 +245,7 @@ class Surfaces(StageResult):
 
 
 def fitted_surfaces(study: Study, surface: Surfaces, further: Sequence[tuple[Array, Array]] = ()) -> list[AnySurface]:
-    """Return the surface of every measured mean, in their order; `further` are points and the responses there."""
+    """Return a surface for each measured mean; `further` points (coded) and their responses are fitted as well."""
     means = measured_means(study)
     if surface.over is not None:
         points: dict[str, list[tuple[float, Array, float]]] = {mean.response: [] for mean in means}
@@ -265,6 +265,6 @@ def fitted_surfaces(study: Study, surface: Surfaces, further: Sequence[tuple[Arr
 
 
 def fit_of_study(study: Study, surface: Surfaces) -> Fit:
-    """Return the fit of everything that the parameters are fitted to, priors among it."""
+    """Return the fit of the factors to all fitted means and priors of the study."""
     surfaces, priors = fitted_surfaces(study, surface), priors_of(study, surface.scales)
     return fit_over(measured_means(study), surfaces, surface.region, priors)

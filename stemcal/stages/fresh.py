@@ -1,9 +1,9 @@
-"""What is fresh: made of these inputs by this code, or it is made again.
+"""Check whether the file of a stage is fresh, that is, whether it agrees with its present inputs.
 
-Every stage file carries ``inputs``: short hashes of the factors, of its options, of all that determines an answer of
-its solver, of the stage file before it, and the code that made it. A stage whose inputs no longer agree is stale, and
-those that differ show what has changed. A command that comes upon a fresh stage reads it; one of whose runs is missing
-or to be begun again is worked out again.
+Every stage file contains ``inputs``: the version of the code, and short hashes of the factors, the options of the
+stage, all settings of the solver that affect a response, and the file of the stage before. A file is stale if one of
+these differs; the names of those that differ show what has changed. A command reads a fresh file. It recomputes the
+stage if the file is stale, or if runs of it are missing or have to be repeated.
 """
 
 import logging
@@ -32,47 +32,49 @@ from stemcal.vocabulary import FIRST
 
 logger = logging.getLogger(__name__)
 
-CODE = "stemcal"  # among the inputs: version and hash of the code
+CODE = "stemcal"  # the key, among the inputs, of the version and hash of the code
 _SHORT = 16
-_PROBED = frozenset({"stage", "row", "levels", "condition"})  # of the probe, not of the solver
-# The sections of the spec that determine a virtual shear test at given levels, and what in them does not.
+_PROBED = frozenset(
+    {"stage", "row", "levels", "condition"}
+)  # parts of an identity that describe the run, not the solver
+# Sections of the spec that determine the response of a virtual shear test, and keys in them that do not affect it.
 _TEST = ("specimen", "layers", "blade", "supports", "loading", "contact", "material", "solver")
 _NO_INPUT = frozenset({"solver.threads", "solver.time_limit"})
 
 
 def inputs_of(study: Study, solver: Solver | None, folder: StudyFolder, stage: str) -> dict[str, str]:
-    """Return the inputs of a stage: version of the code, and a hash of each other input; None is the spec's solver."""
-    of = stage_called(stage)
-    whole, study = study, of.seen(study)
+    """Return the inputs of a stage file: the code version and hashes of the others. Default: the solver of the spec."""
+    kind = stage_called(stage)
+    whole, study = study, kind.seen(study)
     if study is not whole:
-        solver = None  # the stage has its own
-    sections = {"factors", "tests", "responses", "conditions", *of.reads}
+        solver = None  # the stage runs in another model
+    sections = {"factors", "tests", "responses", "conditions", *kind.reads}
     fields = {name for name, field in Study.model_fields.items() if (field.serialization_alias or name) in sections}
     dump = _with_contents(whole.model_dump(include=fields, by_alias=True))
     parts: dict[str, object] = {"factors": dump["factors"], "calibrate_at": study.targets.calibrate_at}
-    parts |= {name: dump[name] for name in of.reads}
+    parts |= {name: dump[name] for name in kind.reads}
     if study.tests:
         parts["tests"] = dump["tests"]
         versions = ((test.kind, TESTS.version_of(test.kind)) for test in study.tests)
-        parts |= {f"package of {kind}": version for kind, version in versions if version}
+        parts |= {f"package of {test}": version for test, version in versions if version}
     if study.targets.modes:
         parts["curves"] = [vars(modes) for modes in study.targets.modes.values()]
     parts |= packages_of(named.name for named in study.naming.further)
     if not study.naming.is_cutting:
         parts["named"] = [dump["responses"], dump["conditions"]]
-    parts |= of.inputs(study)
+    parts |= kind.inputs(study)
     if package := STAGES.version_of(stage):
         parts |= {"package": package, stage: whole.further[stage].model_dump()}
-    if of.simulates:
+    if kind.simulates:
         parts |= _solver_parts(study, solver, stage)
         parts["solver.replicates"] = study.solver.repeats
-    if (before := of.needs(whole)) is not None:
+    if (before := kind.needs(whole)) is not None:
         parts[f"{before}.json"] = folder.read_stage(before)
     return {CODE: code_version()} | {name: digest(part)[:_SHORT] for name, part in parts.items()}
 
 
 def _solver_parts(study: Study, solver: Solver | None, stage: str) -> dict[str, object]:
-    """Collect the inputs of a stage besides levels; of the embedded solver from the spec, which avoids loading it."""
+    """Return the inputs that affect a response besides levels; for the embedded solver without loading it."""
     if study.kind.of_spec_alone and (solver is None or solver.of_spec_alone):
         dump = _with_contents(study.model_dump(include=set(_TEST)))
         leaves = {path: leaf for name in _TEST for path, leaf in _leaves(name, dump[name]).items()}
@@ -89,7 +91,7 @@ def _solver_parts(study: Study, solver: Solver | None, stage: str) -> dict[str, 
 
 
 def _with_contents(part: Any) -> Any:
-    """Return a part of a spec with the hash of each file instead of its path."""
+    """Return a part of a spec with each path replaced by the hash of the file."""
     if isinstance(part, Path):
         return file_hash(part)
     if isinstance(part, dict):
@@ -98,7 +100,7 @@ def _with_contents(part: Any) -> Any:
 
 
 def _leaves(name: str, part: object) -> dict[str, object]:
-    """Return the values of a nested mapping by the path to them, so that a change can be named.
+    """Return the values of a nested mapping by their dotted paths, which name the keys that changed.
 
     >>> _leaves("solver test", {"mesh": {"size": 1.0}, "speed": 2.0})
     {'solver test.mesh.size': 1.0, 'solver test.speed': 2.0}
@@ -123,7 +125,7 @@ def require_fresh(study: Study, solver: Solver | None, folder: StudyFolder, stag
 
 
 def changes_since(study: Study, solver: Solver | None, folder: StudyFolder, stage: str) -> list[str]:
-    """Name what has changed since a stage file was written; of one of other code only that, for it may mean all."""
+    """Return the names of the inputs that changed since a stage file was written; only `CODE` if the code changed."""
     old = folder.examine_stage(stage).get("inputs")
     if not isinstance(old, dict) or old.get(CODE) != code_version():
         return [CODE]
@@ -132,7 +134,7 @@ def changes_since(study: Study, solver: Solver | None, folder: StudyFolder, stag
     except UsageError:
         return [f"{stage_called(stage).needs(study)}.json"]
     differing = sorted(name for name in {*old, *new} if old.get(name) != new.get(name))
-    if not differing and _by_hand(study, stage):  # a result that is corrected has the same key
+    if not differing and _by_hand(study, stage):  # a result corrected by hand has the same key
         result = read_result(folder, stage_called(stage).result())
         return [] if _runs_agree(result, study, folder, whole=False) else ["results"]
     return differing
@@ -160,12 +162,12 @@ def read_fresh(study: Study, solver: Solver | None, folder: StudyFolder, kind: t
 
 
 def calibrated_parameters(study: Study, solver: Solver, folder: StudyFolder) -> dict[str, float]:
-    """Return the level of every factor at the solution: of the last stage that calibrates them."""
+    """Return the calibrated levels of all factors, from the last stage that calibrates them."""
     return dict(read_fresh(study, solver, folder, calibrating(study).result()).settles or {})
 
 
 def make(stage: Stage[R], study: Study, folder: StudyFolder, executor: RunExecutor, watch: Watch) -> R:
-    """Run a stage, or read it where it is fresh; its result then is in the folder."""
+    """Run a stage, or read its result if it is fresh; its file is then in the folder."""
     lacking = "targets" if study.goal is not None else "goal"
     if lacking in stage.reads:
         raise UsageError(f"{stage.name}: this stage requires `{lacking}`; add a section `{lacking}` to the spec")
@@ -190,15 +192,15 @@ def make_all(
     done: Callable[[StageResult], None] = lambda _result: None,
     until: str | None = None,
 ) -> list[StageResult]:
-    """Make the stages of a study in order, or read them, up to `until`; `done` is called with each result at once."""
-    made = []
+    """Run the stages of a study in order, or read fresh ones, up to `until`; call `done` with each result at once."""
+    results = []
     with folder:
         for stage in stages_of(study):
-            made.append(make(stage, study, folder, executor, watch))
-            done(made[-1])
+            results.append(make(stage, study, folder, executor, watch))
+            done(results[-1])
             if stage.name == until:
                 break
-    return made
+    return results
 
 
 def finished(study: Study, folder: StudyFolder, stage: str | None = None) -> bool:
@@ -208,7 +210,7 @@ def finished(study: Study, folder: StudyFolder, stage: str | None = None) -> boo
 
 
 def fresh(kind: type[R], study: Study, folder: StudyFolder) -> R | None:
-    """Return the result that a stage has left, None if it is not what the stage would leave now."""
+    """Return the stored result of a stage; None if there is none, or if the stage would now store another one."""
     if not folder.has_stage(kind.name):
         return None
     try:
@@ -220,7 +222,7 @@ def fresh(kind: type[R], study: Study, folder: StudyFolder) -> R | None:
 
 
 def _runs_agree(result: StageResult, study: Study, folder: StudyFolder, whole: bool = True) -> bool:
-    """Compare the responses with those recorded; unless `whole`, records may be missing or begin again."""
+    """Check that the run records contain the responses of a result; unless `whole`, records may be missing."""
     entered = (FIRST, *study.own_further) if _by_hand(study, result.name) else ()
     for _, outcome in result.runs():
         keys = [key for key in outcome.keys if key]
@@ -239,6 +241,6 @@ def _runs_agree(result: StageResult, study: Study, folder: StudyFolder, whole: b
 
 
 def changed_tables(result: StageResult, folder: StudyFolder) -> list[str]:
-    """Return the CSV files of a stage that are missing or do not hold its tables."""
+    """Return the names of CSV files of a stage that are missing or differ from its tables."""
     files = {f"{name}.csv": table.csv().encode("utf-8") for name, table in result.tables().items()}
     return [name for name, content in files.items() if not holds(folder.path / name, content)]

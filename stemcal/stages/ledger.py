@@ -1,4 +1,4 @@
-"""The runs that the stages of a study ask for, and their records."""
+"""The list of runs that the stages of a study require, each with its state and result."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -17,7 +17,7 @@ from stemcal.study.model.study import Study
 
 @dataclass(frozen=True)
 class LedgerRow:
-    """One asked run and its answer; `status`: ok, censored, failed, left, damaged; `again`: it will be repeated."""
+    """A required run: `status` is ok, censored, failed, left (not run) or damaged; `again` if it is still to be run."""
 
     stage: str
     run: int
@@ -38,19 +38,19 @@ class LedgerRow:
 
     @property
     def request(self) -> Request:
-        """What was asked."""
+        """The request of the run."""
         pictured = self.stage in {stage.name for stage in STAGES.built_in if stage.pictured}
         return Request(self.stage, self.run - 1, self.levels, self.condition, pictured, self.replicate or 0)
 
 
 def asked(study: Study, solver: Solver, folder: StudyFolder | None) -> list[Asked]:
-    """Return the runs that each stage asks for, as far as they are known now."""
+    """Return the runs that each stage requires, as far as they are known now."""
     parts = [part for stage in stages_of(study) if (part := stage.foresee(study, solver, folder)) is not None]
     return [replace(part, requests=[*part.requests, *second_time(study, part.requests)[1:]]) for part in parts]
 
 
 def missing(part: Asked, study: Study, solver: Solver, folder: StudyFolder | None) -> list[Request]:
-    """Return the distinct runs of a stage that no record answers for good."""
+    """Return the distinct runs of a stage that have no final record."""
     distinct = by_key(solver, part.requests)
     recorded = {key: folder.peek(key) for key in distinct} if folder is not None else {}
     return [
@@ -62,13 +62,13 @@ def missing(part: Asked, study: Study, solver: Solver, folder: StudyFolder | Non
 
 
 def ledger(study: Study, folder: StudyFolder, solver: Solver | None = None) -> Rows[LedgerRow]:
-    """Return the runs of all stages whose runs are known by now, in order."""
+    """Return the runs of all stages, as far as they are known now, in order."""
     solver = solver or make_solver(study)
     return Rows(entries_of(asked(study, solver, folder), study, folder, solver))
 
 
 def entries_of(wanted: Sequence[Asked], study: Study, folder: StudyFolder, solver: Solver) -> list[LedgerRow]:
-    """Return the runs that are `wanted`, and those recorded of this spec's stages that decide from run to run."""
+    """Return the `wanted` runs, then recorded runs of the stages of this spec that decide run by run."""
     requests = [request for part in wanted if part.settled for request in part.requests]
     known = [Run.of(solver, request).key for request in requests]
     entries = [entry_of(request, key, study, folder) for request, key in zip(requests, known, strict=True)]

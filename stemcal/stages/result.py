@@ -1,4 +1,4 @@
-"""What every stage's result has: how it begins, how it becomes JSON and comes back, its tables and runs."""
+"""The base class of stage results: the head of a stage file, conversion to and from JSON, tables, runs."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ Interval = tuple[float, float]
 
 @dataclass(frozen=True)
 class Head:
-    """How every stage file begins: a hash of each input, and the `naming` of what has neutral keys in the file."""
+    """The first entries of every stage file: `inputs` are hashes, `naming` has the names of responses and condition."""
 
     schema_version: int
     stage: str
@@ -44,19 +44,19 @@ class Head:
 
 @dataclass(frozen=True)
 class CodedScale:
-    """Coded 0 and the length of coded 1 of a factor."""
+    """The coding of a factor: its value at coded 0 (`center`), and the difference to coded 1 (`half_step`)."""
 
     center: float
     half_step: float
 
     def natural(self, coded: Any) -> Any:
-        """Return numbers or arrays in the factor's unit."""
+        """Return coded numbers or arrays in the unit of the factor."""
         return self.center + self.half_step * coded
 
 
 @dataclass(frozen=True, kw_only=True)
 class DesignRun(Spread):
-    """One run of a design, from 1: all levels, the varied ones coded, its condition if that varies, its outcome."""
+    """One run of a design: all levels, those of varied factors coded, the condition if it varies, the outcome."""
 
     run: int
     levels: dict[str, float]
@@ -67,35 +67,35 @@ class DesignRun(Spread):
 
     @property
     def response(self) -> float | None:
-        """The first response; None where the run failed."""
+        """First response; None if the run failed."""
         return self.outcome.response
 
     def number(self, name: str) -> float:
-        """Return a response by its name, or the first one for `FIRST`; NaN where the run failed."""
+        """Return a response by its name, or the first one for `FIRST`; NaN if the run failed."""
         return self.outcome.number(name)
 
 
 @dataclass(frozen=True)
 class DesignRuns:
-    """The runs of a design, in its order."""
+    """The runs of a design, in order."""
 
     kind: str
     runs: Rows[DesignRun]
 
     @property
     def varied(self) -> tuple[str, ...]:
-        """The factors that vary."""
+        """Names of the factors that vary."""
         return tuple(name for name in self.runs[0].coded if name in self.runs[0].levels) if self.runs else ()
 
     def table(self) -> Table:
-        """Return levels and response of every run, as a table solver reads them."""
+        """Return levels and response of every run, as a table that a table solver can read."""
         more = [name for name in ("condition", "replicate") if self.runs and getattr(self.runs[0], name) is not None]
         return Table.of(["run", *self.varied, *more, "response"], self.runs)
 
 
 @dataclass(frozen=True)
 class Judged:
-    """A response at a condition: its error (None: the run failed), if fitted or a check, the `key` of its record."""
+    """The error of a response at a condition, None if the run failed; `key` is that of the run record."""
 
     response: str
     condition: float
@@ -105,13 +105,13 @@ class Judged:
 
     @property
     def size(self) -> float:
-        """The error without its sign."""
+        """Absolute error in percent; 0 if the run failed."""
         return abs(self.error_percent or 0.0)
 
 
 @dataclass(frozen=True)
 class Prediction:
-    """The largest error of values held out at `conditions` or each `in_turn`, and that of F = a·dᵇ, if compared."""
+    """Largest error of predicted values, held out at `conditions` or each left out `in_turn`, and that of a formula."""
 
     worst_percent: float
     formula: Formula | None
@@ -120,64 +120,64 @@ class Prediction:
 
     @property
     def better(self) -> Better | None:
-        """Which predicts better, the model or the formula; None without a formula."""
+        """Whether the model or the formula predicts better; None without a formula."""
         return None if self.formula is None else self.formula.better(self.worst_percent)
 
 
 class StageResult(Spread):
-    """The result of a stage: frozen, typed, the same as its file."""
+    """Base class of the result of a stage; its fields are the contents of the stage file."""
 
     name: ClassVar[str]
     shown: ClassVar[tuple[str, ...]] = ()
-    """The attributes that a result is shown with."""
+    """Attributes in the `repr` of a result."""
     head: Head
     notes: tuple[Note, ...]
 
     @property
     def naming(self) -> Vocabulary:
-        """What the responses and the condition are called."""
+        """Names of the responses and of the condition."""
         return self.head.naming
 
     @property
     def settles(self) -> Mapping[str, float] | None:
-        """The level of every factor, where the stage calibrates the study's own model; None where it does not."""
+        """Calibrated levels of all factors; None if the stage does not calibrate the study's own model."""
         return None
 
     @property
     def recentred(self) -> Mapping[str, CodedScale] | None:
-        """The factors of the surface with a coding around a better centre; None where it finds none."""
+        """Coding of the factors of the surface about a better centre; None if the stage finds no centre."""
         return None
 
     @property
     def misses(self) -> tuple[float, ...]:
-        """By how many % it misses what it fits."""
+        """Errors of the fitted values in percent."""
         return ()
 
     @property
     def best(self) -> tuple[Mapping[str, float], Mapping[str, float]] | None:
-        """The levels of the optimum of a goal, and the present ones; None of any other result."""
+        """Levels at the optimum of a goal and at the present cutter; None for all other results."""
         return None
 
     @property
     def found(self) -> tuple[str, ...]:
-        """The result of an optimisation in sentences."""
+        """Sentences on the result of an optimisation."""
         return ()
 
     @property
     def prediction(self) -> Prediction | None:
-        """How well values that were not fitted are predicted; None where none are."""
+        """Errors of predictions of values that were not fitted; None if there are none."""
         return None
 
     def sign_of(self, factor: str) -> Literal["+", "-"] | None:
-        """Return the sign of a factor's effect on the first response; None where it is not sure."""
+        """Return the sign of a factor's effect on the first response; None if it is not significant."""
         return None
 
     def judged(self, study: Study) -> list[Judged]:
-        """Return measured against simulated, of runs with the calibrated parameters in the study's own model."""
+        """Return the errors of runs with the calibrated parameters in the study's own model."""
         return []
 
     def __getstate__(self) -> dict[str, Any]:
-        """Return the fields, without cached values that follow from them."""
+        """Return the fields without cached properties."""
         result: Any = self
         return {field.name: getattr(self, field.name) for field in fields(result)}
 
@@ -188,22 +188,22 @@ class StageResult(Spread):
 
     @classmethod
     def from_json(cls, content: object) -> Self:
-        """Return the result that a stage's file holds; raise `UsageError` if it holds something else."""
+        """Return the result from the contents of a stage file; raise `UsageError` if they are invalid."""
         try:
             return from_json(cls, content)
         except ValueError as error:
             raise UsageError(f"{cls.name}.json: {error}. Run `stemcal {cls.name} SPEC` again.") from None
 
     def tables(self) -> dict[str, Table]:
-        """Return the tables that the stage leaves as CSV, by file name, headed as the study calls things."""
+        """Return the tables for the CSV files of the stage, by file name, with headings in the terms of the study."""
         return {name: table.headed(self.naming.headings) for name, table in self._tables().items()}
 
     def _tables(self) -> dict[str, Table]:
-        """Return the tables with columns called as the fields are; the one of the stage itself comes first."""
+        """Return the tables with field names as headings; the main table of the stage is the first."""
         raise NotImplementedError
 
     def to_frame(self) -> pd.DataFrame:
-        """Return the stage's own table as a frame of pandas, headed as the study calls things."""
+        """Return the main table of the stage as a pandas DataFrame, with headings in the terms of the study."""
         return next(iter(self.tables().values())).to_frame()
 
     def runs(self) -> Iterator[tuple[str, Outcome]]:
@@ -219,7 +219,7 @@ class StageResult(Spread):
 
 
 def _short(value: Any) -> Any:
-    """Return a number, or numbers by name, to four digits.
+    """Round a number, or all numbers of a mapping, to four digits.
 
     >>> _short({"a": 18.36612, "b": 0.03})
     {'a': 18.37, 'b': 0.03}
@@ -230,7 +230,7 @@ def _short(value: Any) -> Any:
 
 
 def leave(folder: StudyFolder, result: R) -> R:
-    """Write a stage's JSON and tables; returns the result as a reader of the file gets it."""
+    """Write the JSON file and the tables of a stage; return the result as it is read from the file."""
     content = result.to_json()
     result = type(result).from_json(content)
     for name, table in result.tables().items():

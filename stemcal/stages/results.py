@@ -1,4 +1,4 @@
-"""The results of a study as far as it has come."""
+"""The results of the finished stages of a study."""
 
 import functools
 from collections.abc import Sequence
@@ -16,18 +16,18 @@ from stemcal.study.model.study import Study
 
 @dataclass(frozen=True)
 class Results:
-    """The results of the stages that are `done`, in order; `stale` has the reasons why others are missing."""
+    """Results of the finished stages (`done`), in order, and the reasons why others are not used (`stale`)."""
 
     done: tuple[StageResult, ...] = ()
     stale: tuple[str, ...] = ()
 
     def of(self, kind: type[R]) -> R | None:
-        """Return the result of a stage by its class; None where it is not done."""
+        """Return the result of a stage by its class; None if the stage is not finished."""
         return next((result for result in self.done if isinstance(result, kind)), None)
 
     @property
     def calibrated(self) -> bool:
-        """Whether the parameters are known."""
+        """Whether a finished stage has calibrated the parameters."""
         return any(result.settles is not None for result in self.done)
 
     @property
@@ -40,10 +40,10 @@ class Results:
 
 
 def fresh_results(study: Study, folder: StudyFolder, made: Sequence[StageResult] = ()) -> Results:
-    """Return the results that fit the spec and each other, and why the others are left out; `made` are known to fit."""
+    """Return the results that are fresh, and why others are not used; the results in `made` are fresh."""
     known = {result.name: result for result in made}
     reasons: list[str] = []
-    solver = functools.cache(lambda: make_solver(study))  # one that is not needed is not made
+    solver = functools.cache(lambda: make_solver(study))  # made only if it is needed
 
     def read(stage: Stage[Any]) -> StageResult | None:
         if not folder.has_stage(stage.name):

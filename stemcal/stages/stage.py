@@ -79,7 +79,7 @@ class Stage(StageKind, Checked, Generic[R]):
         return self._needed("result", self._class("Result"))  # type: ignore[no-any-return]
 
     def making(self) -> Callable[..., R]:
-        """Return the function that makes it (`stages.work.a_stage`)."""
+        """Return the function that computes its result (decorated with `stages.work.a_stage`)."""
         return self._needed("analysis", self.name.replace("-", "_"))  # type: ignore[no-any-return]
 
     def foresee(self, study: Study, solver: Solver, folder: StudyFolder | None) -> Asked | None:
@@ -93,7 +93,7 @@ class Stage(StageKind, Checked, Generic[R]):
         return None if later is None else later(study)
 
     def reasons(self) -> Sequence[Callable[[Any], Iterator[Note]]]:
-        """Return its rules of the verdict: functions of a `verdict.verdict_rules.Evidence` that yield reasons."""
+        """Return its rules of the verdict: functions of `verdict.verdict_rules.Evidence` that yield reasons."""
         return self._part("verdict_rules", "RULES") or ()
 
     def showing(self) -> Showing[Any]:
@@ -111,9 +111,9 @@ STAGES: Registry[Stage[Any]] = stage_kind.STAGES
 
 def stage_called(name: str) -> Stage[Any]:
     """Return a stage by its name; raise `UsageError` if there is none."""
-    if (found := STAGES.named(name)) is None:
+    if (stage := STAGES.named(name)) is None:
         raise UsageError(STAGES.broken.get(name) or f"The stage {name!r} does not exist.")
-    return found
+    return stage
 
 
 def stages_of(study: Study) -> tuple[Stage[Any], ...]:
@@ -142,5 +142,5 @@ def calibrating(study: Study) -> Stage[Any]:
 
 
 def stages_known(study: Study) -> tuple[Stage[Any], ...]:
-    """Return the stages of a study, and then those that it does not have."""
+    """Return the stages of a study, followed by the other built-in stages."""
     return tuple(dict.fromkeys((*stages_of(study), *STAGES.built_in)))

@@ -1,4 +1,4 @@
-"""What a stage works with, and how a function on it becomes a stage."""
+"""The working context of a stage, and the decorator that makes a stage of a function."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -20,12 +20,12 @@ from stemcal.study.model.study import Study
 HERE = InlineExecutor()
 
 SimulateAt = Callable[[int, Sequence[Mapping[str, float]], Sequence[float]], list[Outcome]]
-"""Row of the first point (from 0), levels of each, diameters → what came of each point at each diameter in turn."""
+"""Function of the row of the first point (from 0), levels of each point, conditions: outcomes of each point at each."""
 
 
 @dataclass(frozen=True)
 class Work:
-    """A study in hand: its folder, locked, and who answers and computes its runs."""
+    """Working context of a stage: the study, its locked folder, and the executor and solver of its runs."""
 
     study: Study
     folder: StudyFolder
@@ -34,17 +34,17 @@ class Work:
     solver: Solver
 
     def there(self) -> "Work":
-        """Return this work in the model of `refine.in`."""
+        """Return the context with the model of `refine.in`."""
         study = self.study.there
         return replace(self, study=study, solver=make_solver(study).placed(self.folder.work))
 
     def result(self, kind: type[R]) -> R:
-        """Return the result of that kind which a stage before has left; it is fresh while a stage works."""
+        """Return the result of an earlier stage by its class or base class; it is fresh while a stage works."""
         kinds = (stage.result() for stage in stages_of(self.study))
         return read_result(self.folder, next((candidate for candidate in kinds if issubclass(candidate, kind)), kind))
 
     def outcomes(self, requests: Sequence[Request]) -> list[Outcome]:
-        """Answer requests by records or computing; `UsageError` if a repeated first run differs without replicates."""
+        """Return recorded or computed outcomes; `UsageError` if the repeated first run differs unexpectedly."""
         if again := second_time(self.study, requests):
             first, second = (outcome.response for outcome in self._answered(again))
             if first is not None and second is not None and abs(first - second) > SAME * max(abs(first), abs(second)):
@@ -61,7 +61,7 @@ class Work:
         return answer_all(requests, *how, naming=naming)
 
     def simulating(self, stage: str, pictured: bool = False) -> SimulateAt:
-        """Return a function that simulates points at some diameters together; `pictured` runs keep picture data."""
+        """Return a function that simulates points at conditions; `pictured` runs keep the data for pictures."""
 
         def simulate(first: int, points: Sequence[Mapping[str, float]], conditions: Sequence[float]) -> list[Outcome]:
             rows = enumerate(points, first)
@@ -73,10 +73,10 @@ class Work:
 
 
 def a_stage(kind: type[R]) -> Callable[[Callable[[Work, Head], R]], Callable[..., R]]:
-    """Make a stage of a function: the folder is locked, the stage before is fresh, the result is left in the folder."""
+    """Make a stage of a function: lock the folder, require a fresh earlier stage, and store the result."""
 
-    def made(found: Callable[[Work, Head], R]) -> Callable[..., R]:
-        @wraps(found, assigned=("__module__", "__name__", "__qualname__", "__doc__"))
+    def decorated(analysis: Callable[[Work, Head], R]) -> Callable[..., R]:
+        @wraps(analysis, assigned=("__module__", "__name__", "__qualname__", "__doc__"))
         def stage(
             study: Study,
             folder: StudyFolder,
@@ -93,26 +93,26 @@ def a_stage(kind: type[R]) -> Callable[[Callable[[Work, Head], R]], Callable[...
                     )
                 if (before := own.needs(study)) is not None:
                     require_fresh(study, work.solver, folder, before)
-                return leave(folder, found(work, head_of(study, work.solver, folder, kind.name)))
+                return leave(folder, analysis(work, head_of(study, work.solver, folder, kind.name)))
 
         del stage.__wrapped__  # otherwise `inspect.signature` shows the arguments of the inner function
         return stage
 
-    return made
+    return decorated
 
 
-# ---- Does a program give equal answers to equal inputs? Its first run is repeated at the start to see it.
+# ---- The first run of a program is repeated, to check that equal inputs give equal responses.
 
-SAME = 1e-6  # of the answer: what summing in another order may change
+SAME = 1e-6  # relative difference that another order of summation may cause
 
 
 def repeats_itself(study: Study) -> bool:
-    """Check for equal answers to equal inputs, of the embedded solver and of programs with a repeated run."""
+    """Check that equal inputs give equal responses: a solver that computes, without replicates."""
     return study.kind.answers == "computes" and not study.solver.repeats
 
 
 def second_time(study: Study, requests: Sequence[Request]) -> list[Request]:
-    """Return the first run of the study and the same once more, unless chance is expected or impossible."""
+    """Return the first run of the study and its repetition; nothing if scatter is expected or impossible."""
     known = study.kind.of_spec_alone or not repeats_itself(study)
     if known or not requests or stage_called(requests[0].stage).needs(study) is not None:
         return []
