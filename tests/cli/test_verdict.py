@@ -44,7 +44,7 @@ def test_the_last_screen_holds_verdict_table_and_path(
     end = lines.index("Calibrated.")
     table = next(number for number, line in enumerate(lines) if line.startswith("Calibrated parameters"))
     assert (
-        "at most 10 % at diameters of 7, 8 and 10 mm." in " ".join(lines[end + 1 : table])
+        "(limit: 10 %) at diameters of 7, 8 and 10 mm." in " ".join(lines[end + 1 : table])
         and "95 % confidence interval" in lines[table + 1]
     )
     assert [line.split()[0] for line in lines[-7:-4]] == ["7", "8", "10"]
@@ -56,7 +56,11 @@ def test_the_last_screen_holds_verdict_table_and_path(
     assert len(notes) == 5 and "more notes in the report" in said.stderr
     told = json.loads(command("status", spec, "--out", tmp_path / "out", "--json").stdout)["result"]
     assert (told["verdict"], told["reasons"]) == ("calibrated", [])
-    assert told["use"].startswith("The error of the simulation is at most 10 % at diameters of 7, 8 and 10 mm. ")
+    errors = [
+        row["error_percent"] for row in json.loads((tmp_path / "out" / "validate.json").read_text("utf-8"))["rows"]
+    ]
+    largest = f"at most {max(map(abs, errors)):.1f} % (limit: 10 %) at diameters of 7, 8 and 10 mm. "
+    assert told["use"].startswith(f"The error of the simulation is {largest}")
     assert "The parameters were fitted to data at a diameter of 8 mm. " in told["use"]
     assert stemcal.open_results(tmp_path / "out").verdict.verdict == "calibrated"
 

@@ -145,7 +145,9 @@ def test_a_single_target_is_good_nowhere_in_particular(tmp_path: Path, monkeypat
     study = written(tmp_path, spec_of())
     _, verdict = calibrated(tmp_path, study, monkeypatch)
     assert [reason.kind for reason in verdict.reasons] == ["unchecked", "not_identified"]
-    assert lines(verdict, Wording(study.naming))[3] == "The error of the simulation is at most 10 %."
+    assert verdict.use is not None and 0.0 < verdict.use.largest_percent < 1.0
+    within = f"at most {verdict.use.largest_percent:.1f} % (limit: 10 %)."
+    assert lines(verdict, Wording(study.naming))[3] == f"The error of the simulation is {within}"
 
 
 def test_what_cannot_be_reached_is_told_in_the_unit_of_the_response(

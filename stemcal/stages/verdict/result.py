@@ -14,11 +14,15 @@ Word = Literal["calibrated", "with_reservations", "not_calibrated"]
 
 @dataclass(frozen=True)
 class Use:
-    """Where the result may be used: `good` conditions, the largest error beyond, and that of values not `fitted`."""
+    """Where the result may be used: the `good` conditions, with errors of at most `largest_percent`.
+
+    `worst` is the largest error beyond the limit `within_percent`, `held_out` that of values which were not fitted.
+    """
 
     within_percent: float
     good: tuple[float, ...]
     worst: Judged | None
+    largest_percent: float = 0.0
     held_out: Judged | None = None
     fitted: tuple[float, ...] = ()
     predictions: tuple[Prediction, ...] = ()

@@ -133,6 +133,7 @@ def _use(evidence: Evidence) -> Use | None:
         evidence.equivalent_percent,
         good=tuple(dict.fromkeys(row.condition for row in rows if row.condition not in apart)),
         worst=max(off, key=lambda row: row.size, default=None),
+        largest_percent=max((row.size for row in rows if row.condition not in apart), default=0.0),
         held_out=max((row for row in rows if not row.fitted), key=lambda row: row.size, default=None),
         fitted=tuple(dict.fromkeys(row.condition for row in rows if row.fitted)),
         predictions=tuple(each for result in evidence.results.done if (each := result.prediction) is not None),

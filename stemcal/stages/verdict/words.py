@@ -66,15 +66,16 @@ def uses(verdict: Verdict, names: Wording) -> list[str]:
     Without a comparison nothing is returned.
 
     >>> from stemcal.stages.verdict.result import Use
-    >>> use = Use(10.0, (7.0, 8.0), Judged("force", 11.0, 21.2, False))
+    >>> use = Use(10.0, (7.0, 8.0), Judged("force", 11.0, 21.2, False), largest_percent=3.64)
     >>> print(uses(Verdict.of([], use), Wording())[0].replace(". ", ".\n"))
-    The error of the simulation is at most 10 % at diameters of 7 and 8 mm.
+    The error of the simulation is at most 3.6 % (limit: 10 %) at diameters of 7 and 8 mm.
     The largest error is in the maximum force: 21 % too low at a diameter of 11 mm.
     """
     if (where := verdict.use) is None:
         return [" ".join(map(capital, verdict.found))] if verdict.found else []
     if where.good:
-        sentences = [f"The error of the simulation is at most {where.within_percent:g} %{names.at(*where.good)}."]
+        size = f"{where.largest_percent:.1f} % (limit: {where.within_percent:g} %)"
+        sentences = [f"The error of the simulation is at most {size}{names.at(*where.good)}."]
     else:
         every = f" at every {names.condition.noun}" if names.placed else ""
         sentences = [f"The error of the simulation exceeds {where.within_percent:g} %{every}."]
