@@ -44,7 +44,7 @@ def test_the_last_screen_holds_verdict_table_and_path(
     end = lines.index("Calibrated.")
     table = next(number for number, line in enumerate(lines) if line.startswith("Calibrated parameters"))
     assert (
-        "(limit: 10 %) at diameters of 7, 8 and 10 mm." in " ".join(lines[end + 1 : table])
+        "(limit: 10 %) at diameters of 7, 8 and 10 mm." in " ".join(map(str.strip, lines[end + 1 : table]))
         and "95 % confidence interval" in lines[table + 1]
     )
     assert [line.split()[0] for line in lines[-7:-4]] == ["7", "8", "10"]
