@@ -1,1 +1,1 @@
-"""The Python interface for scripts and notebooks; nothing here prints or exits."""
+"""The Python interface for scripts and notebooks; its functions neither print nor exit."""

@@ -1,4 +1,4 @@
-"""The results of a study as a notebook uses them: tables that show themselves, frames, and every figure."""
+"""The results of a study for notebooks: stage results, verdict, parameters, runs and figures."""
 
 from __future__ import annotations
 
@@ -40,10 +40,10 @@ if TYPE_CHECKING:
 class StudyResults:
     """The results of a study by stage; access to a stage that is not finished raises `UsageError`.
 
-    Results are attributes: `screen`, `climb`, `surface`, `inversion`, `refinement`, `validation`, and those of other
-    packages' stages by their names; `of` returns one by its class.
+    Results are attributes: `screen`, `climb`, `surface`, `inversion`, `refinement`, `validation`, and stages of other
+    packages by name. `of` returns a result by its class.
 
-    `stale` has the reasons for which existing stage files are not used: an input has changed since.
+    `stale` contains, for each stage file that is not used, which of its inputs changed.
     """
 
     def __init__(self, study: Study, folder: StudyFolder) -> None:
@@ -51,16 +51,16 @@ class StudyResults:
         self.stale = self._results.stale
 
     def of(self, kind: type[R]) -> R:
-        """Return the result of a stage by its class; raise `UsageError` if the stage is not finished."""
+        """Return the result of this class; raise `UsageError` if its stage is not finished."""
         if (result := self._results.of(kind)) is not None:
             return result
         missing = f"{self.folder.path / kind.name}.json does not exist. Run `stemcal {kind.name} SPEC` first."
         raise UsageError(next(iter(self.stale), missing))
 
     def __getattr__(self, name: str) -> Any:
-        """Return the result of a stage by its name in Python, as its `showing` extends it for a notebook."""
-        found = () if name.startswith("_") else STAGES.all
-        if (stage := next((one for one in found if name in (one.name, one.attribute)), None)) is None:
+        """Return the result of the stage with this name or attribute, as `Showing.in_notebook` extends it."""
+        stages = () if name.startswith("_") else STAGES.all
+        if (stage := next((stage for stage in stages if name in (stage.name, stage.attribute)), None)) is None:
             raise AttributeError(f"StudyResults has no attribute {name!r}")
         result = self.of(stage.result())
         return showing_of(result).in_notebook(result, self._setting)
@@ -91,15 +91,13 @@ class StudyResults:
 
     @property
     def runs(self) -> Rows[LedgerRow]:
-        """Every run of the study with its outcome."""
+        """All runs of the study with their outcomes."""
         return ledger(self.study, self.folder)
 
     @cached_property
     def records(self) -> Records:
-        """Curves, checks and energies of every run, by the label of the run."""
+        """Curves, checks and energies of all runs, by the label of the run."""
         return read_records(self._results, self.folder)
-
-    # ---- every figure of the page
 
     @property
     def figure_names(self) -> list[str]:
@@ -109,12 +107,10 @@ class StudyResults:
     def figure(self, name: str) -> Figure:
         """Draw the figure with this name, or the first whose name starts with it, such as ``contour``."""
         plots = {plot.name: plot for plot in gallery(self.study, self._results, self.records)}
-        plot_named = next((plot for one, plot in plots.items() if name == one or one.startswith(f"{name}-")), None)
+        plot_named = next((plot for key, plot in plots.items() if name == key or key.startswith(f"{name}-")), None)
         if plot_named is None:
             raise UsageError(f"figure: no figure is named {name!r}; {did_you_mean(str(name), plots)}")
         return plot_named.figure
-
-    # ---- how they show themselves
 
     def __repr__(self) -> str:
         done = [f"  {line}" for line in (*map(repr, self._results.done), *self.stale)]
@@ -137,7 +133,7 @@ class Curve:
     broke: float | None = None
 
     def to_frame(self) -> pd.DataFrame:
-        """Return a pandas frame."""
+        """Return the curve as a pandas DataFrame with the columns ``travel`` and ``force``."""
         rows = zip(self.travel.tolist(), self.force.tolist(), strict=True)
         return Table((Column("travel"), Column("force")), tuple(rows)).to_frame()
 
@@ -151,7 +147,7 @@ class Curve:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Simulated:
-    """One virtual shear test; `result` contains all results of the solver."""
+    """The result of one simulated cutting test: factor levels, stem diameter (mm), and the `result` of the solver."""
 
     levels: dict[str, float]
     diameter: float

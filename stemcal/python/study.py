@@ -1,4 +1,4 @@
-"""From a spec to results in a few calls."""
+"""Functions to load, calibrate and simulate a study from Python."""
 
 import warnings
 from pathlib import Path
@@ -27,10 +27,10 @@ _Workers = Annotated[Whole, Field(ge=1)] | None
 
 
 def load_study(path: str | Path, **changes: object) -> Study:
-    """Return the study in a YAML file; raise `SpecError` with all its mistakes.
+    """Read a study from a YAML file; raise `SpecError` with all mistakes in it.
 
-    Changes of the spec are by the name of a section or a factor, written as in a spec. A mapping is merged into the
-    spec; another value replaces the value in the spec:
+    `changes` modify the spec before it is checked: the keyword is a section or a factor, the value is written as in a
+    spec. A mapping is merged into the spec; any other value replaces that of the spec:
 
     ``load_study("my-stems.yaml", yield_stress={"high": 25}, rsm={"alpha": "face"})``
     """
@@ -66,19 +66,19 @@ def calibrate(
     return StudyResults(study, folder)
 
 
-def _study(given: Study | str | Path) -> Study:
-    if isinstance(given, Study):
-        return given
-    if isinstance(given, str | Path):
-        return load_study(given)
+def _study(study: Study | str | Path) -> Study:
+    if isinstance(study, Study):
+        return study
+    if isinstance(study, str | Path):
+        return load_study(study)
     raise UsageError(
-        f"study: the type {type(given).__name__} is not valid. Pass the result of `stemcal.load_study` or the path of "
+        f"study: the type {type(study).__name__} is not valid. Pass the result of `stemcal.load_study` or the path of "
         "a spec."
     )
 
 
 def _warn_before(demand: Demand, workers: int) -> None:
-    """Warn of what takes days; refuse what needs more than this machine has."""
+    """Warn if the runs will take very long; raise `UsageError` if they need more memory than this machine has."""
     for warning in warnings_before(demand, workers):
         warnings.warn(warning, stacklevel=3)
 
@@ -86,8 +86,8 @@ def _warn_before(demand: Demand, workers: int) -> None:
 def open_results(folder: str | Path, study: Study | None = None) -> StudyResults:
     """Return the results in a study folder.
 
-    The study is by default read from the spec of the last `calibrate` or `stemcal run`. Raises `UsageError` if the
-    folder does not exist or does not contain its spec.
+    By default the study is read from the spec of the last `calibrate` or `stemcal run` in this folder, which contains
+    the path of the spec. Raises `UsageError` if the folder does not exist or does not contain this path.
     """
     place = Path(folder)
     if not place.is_dir():
@@ -102,14 +102,14 @@ def open_results(folder: str | Path, study: Study | None = None) -> StudyResults
 
 
 def simulate(study: Study | str | Path, diameter: float | str | None = None, **levels: float | str) -> Simulated:
-    """Run one virtual shear test of a study.
+    """Simulate one cutting test of a study.
 
     study      the study, or the path of its YAML file
     diameter   outer diameter of the stem, in mm or with a unit; by default that of the specimen
-    levels     values of factors in the units of the spec or with a unit; the others are at mid-level
+    levels     values of factors, in the units of the spec or with a unit; other factors are at mid-level
 
-    Raises `UsageError` if the solver is not the embedded one, a factor is unknown, a value is not allowed in a spec, or
-    the simulation needs too much time or memory; `SimulationFailed` if the simulation is not reliable.
+    Raises `UsageError` if the study has another solver, a factor is unknown, a value is not allowed in a spec, or the
+    simulation needs too much time or memory. Raises `SimulationFailed` if the result is not reliable.
     """
     study = _study(study)
     if not study.kind.simulates_stems:

@@ -1,1 +1,1 @@
-"""What people read: tables for the terminal, figures, and one HTML page."""
+"""Output for people: tables for the terminal, figures, files for publication, and the HTML report page."""

@@ -1,4 +1,4 @@
-"""Force and energies of runs over the travel of the blade; figures of laboratory measurements."""
+"""Figures of force and energies of runs over blade travel, and of laboratory measurements."""
 
 from bisect import bisect_right
 from collections.abc import Collection, Mapping, Sequence
@@ -14,7 +14,10 @@ from stemcal.report.records import RunCurve
 
 
 def force_travel(curves: Mapping[str, RunCurve], highlighted: Collection[str] = (), of_blade: bool = True) -> Figure:
-    """Return force over travel of all runs, dotted after the first fracture (the released stem), with names of some."""
+    """Draw force over travel of runs: `highlighted` ones in colour with their names, the others grey.
+
+    Curves are dotted after the first fracture, where the force is that of the released stem.
+    """
     colours = (BLUE, ORANGE, GREEN, "#cc79a7", "#e69f00", "#56b4e9")
     with new_figure(width=6.4 if len(curves) > 3 else 4.7) as figure:
         axes = figure.add_subplot()
@@ -31,7 +34,6 @@ def force_travel(curves: Mapping[str, RunCurve], highlighted: Collection[str] = 
 
 
 def _draw(axes: Axes, curve: RunCurve, **style: Any) -> None:
-    """Draw a curve as a line until the first fracture and dotted from there."""
     end = _until_fracture(curve)
     axes.plot(curve.travel[:end], curve.force[:end], **style)
     after = slice(max(end - 1, 0), None)
@@ -39,12 +41,12 @@ def _draw(axes: Axes, curve: RunCurve, **style: Any) -> None:
 
 
 def _until_fracture(curve: RunCurve) -> int:
-    """Return the number of points of a curve before the first fracture."""
+    """Return the number of points of a curve up to the first fracture."""
     return len(curve.travel) if curve.broke is None else bisect_right(curve.travel, curve.broke)
 
 
 def measured_band(modes: CurveModes, simulated: RunCurve) -> Figure:
-    """Return the measured curves' mean and scatter with the simulated one; below, by how many SD it is off where."""
+    """Draw the simulated curve over the mean of the measured curves ± 2 SD; below, their difference in SD."""
     travel, mean, sd = modes.band
     end = _until_fracture(simulated)
     force = modes.at_shares(np.array(simulated.travel[:end]), np.array(simulated.force[:end]))
@@ -63,7 +65,7 @@ def measured_band(modes: CurveModes, simulated: RunCurve) -> Figure:
 
 
 def energies(rows: Mapping[str, Sequence[float]]) -> Figure:
-    """Return the energies of a run over blade travel: work done, and where it went."""
+    """Draw the work of the blade and the energies of the model over blade travel."""
     styles = {
         "external": ("work done by the blade", INK, "-"),
         "internal": ("internal", BLUE, "-"),
@@ -85,29 +87,29 @@ def energies(rows: Mapping[str, Sequence[float]]) -> Figure:
 SYNTHETIC = "synthetic data, not measured"
 
 
-def diameter_histogram(found: Diameters) -> Figure:
-    """Return the histogram of stem diameters with the fitted normal curve and the limits of the grades."""
-    values = np.array([stem.diameter for stem in found.stems])
+def diameter_histogram(measured: Diameters) -> Figure:
+    """Draw the histogram of stem diameters with the fitted normal distribution and the limits of the grades."""
+    values = np.array([stem.diameter for stem in measured.stems])
     edges = np.histogram_bin_edges(values, bins="fd")
-    mean, sd = found.summary.mean, found.summary.sd or 0.0
+    mean, sd = measured.summary.mean, measured.summary.sd or 0.0
     x = np.linspace(min(edges[0], mean - 3 * sd), max(edges[-1], mean + 3 * sd), 200)
-    # n·w·φ((x − x̄)/s)/s
+    # number of stems in a bin of width w: n·w·φ((x − x̄)/s)/s
     curve = len(values) * (edges[1] - edges[0]) * np.exp(-0.5 * ((x - mean) / sd) ** 2) / (sd * np.sqrt(2 * np.pi))
     with new_figure() as figure:
         axes = figure.add_subplot()
         axes.hist(values, bins=edges.tolist(), color=BLUE, alpha=0.75, edgecolor="white", linewidth=0.6)
         axes.plot(x, curve, color=ORANGE, label=f"normal, {mean:.2f} ± {sd:.2f} mm")
-        for limit in sorted({limit for grade in found.grades for limit in (grade.low, grade.high)}):
+        for limit in sorted({limit for grade in measured.grades for limit in (grade.low, grade.high)}):
             axes.axvline(limit, color=FAINT, linestyle=":", linewidth=0.9)
         axes.set(xlabel="stem diameter, mm", ylabel="stems", ylim=(None, 1.25 * axes.get_ylim()[1]))
         axes.locator_params(axis="y", integer=True)
         axes.legend(loc="upper right")
-        _mark(figure, found.synthetic)
+        _mark(figure, measured.synthetic)
     return figure
 
 
 def shear_curves(tests: ShearTests) -> Figure:
-    """Return force over travel of all specimens, coloured by grade."""
+    """Draw force over travel of all specimens, coloured by diameter grade."""
     import matplotlib
 
     with new_figure(width=6.4) as figure:
@@ -127,15 +129,15 @@ def shear_curves(tests: ShearTests) -> Figure:
 
 
 def force_over_diameter(tests: ShearTests) -> Figure:
-    """Return the maximum force of every specimen, the grades' means with intervals, and the power law."""
+    """Draw maximum force over diameter: specimens, mean of each grade with its 95 % interval, and the power law."""
     with new_figure() as figure:
         axes = figure.add_subplot()
         diameters, forces = zip(*((s.diameter, s.curve.max_force) for s in tests.specimens), strict=True)
         axes.plot(diameters, forces, "o", color=FAINT, markersize=3, label="specimens")
         means = [(g.diameter, g.summary.mean, g.summary.mean_interval) for g in tests.grades]
         known = [(at, mean, interval[1] - mean) for at, mean, interval in means if interval]
-        at, heights, reach = zip(*known, strict=True) if known else ((), (), ())
-        axes.errorbar(at, heights, yerr=reach, fmt="s", color=BLUE, capsize=3, label="mean, 95 %")
+        at, heights, half_widths = zip(*known, strict=True) if known else ((), (), ())
+        axes.errorbar(at, heights, yerr=half_widths, fmt="s", color=BLUE, capsize=3, label="mean, 95 %")
         if (law := tests.power_law) is not None:
             d = np.linspace(min(diameters), max(diameters), 100).tolist()
             axes.plot(d, [law.at(x) for x in d], color=ORANGE, label=f"∝ d^{law.exponent:.2f}")
@@ -146,6 +148,5 @@ def force_over_diameter(tests: ShearTests) -> Figure:
 
 
 def _mark(figure: Figure, synthetic: bool) -> None:
-    """Write across the figure of made-up data that they are."""
     if synthetic:
         figure.suptitle(SYNTHETIC, color=INK, fontsize=8, fontstyle="italic")

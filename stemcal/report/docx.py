@@ -1,4 +1,4 @@
-"""Tables and figures to publish as a Word file, with caption fields that Word counts and lists."""
+"""Write tables and figures to a Word file; Word numbers the captions and can list them."""
 
 import io
 from collections.abc import Sequence
@@ -18,13 +18,13 @@ from stemcal.drawing.plot import Plot
 from stemcal.drawing.table import PaperTable
 from stemcal.storage.atomic import write_atomic
 
-_WIDTH, _HIGHEST = 16.0, 20.0  # cm of a figure or a table between the margins of an A4 page
-# pt of text; cm of a bold letter per pt, of a wide font; cm at both sides of a cell
+_WIDTH, _HIGHEST = 16.0, 20.0  # largest width and height of a figure or a table on an A4 page, cm
+# size of text, pt; width of a bold letter, cm per pt; sum of the margins left and right in a cell, cm
 _SIZE, _LETTER, _MARGIN = 9.0, 0.025, 0.5
 
 
 def write_word(tables: Sequence[PaperTable], plots: Sequence[Plot], path: Path) -> None:
-    """Write all tables, then all figures, into one file."""
+    """Write all tables, then all figures, to one Word file."""
     document: Any = docx.Document()
     page = document.sections[0]
     page.page_width, page.page_height = Cm(21.0), Cm(29.7)
@@ -33,7 +33,7 @@ def write_word(tables: Sequence[PaperTable], plots: Sequence[Plot], path: Path) 
     document.core_properties.title = "Tables and figures from a stemcal study"
     for table in tables:
         _add_table(document, table)
-    for number, plot in enumerate(plots, 1):  # as wide as the page allows, no larger than it was drawn
+    for number, plot in enumerate(plots, 1):  # reduced if the page is too small, but not enlarged
         wide, high = plot.figure.get_size_inches()
         line = document.add_paragraph()
         line.alignment = WD_ALIGN_PARAGRAPH.CENTER
@@ -62,11 +62,11 @@ def _add_caption(document: Any, kind: str, number: int, words: str) -> Any:
 
 
 def _add_table(document: Any, table: PaperTable) -> None:
-    """Add caption, table and note; the table has three rules, and its heading is repeated on every page."""
+    """Add caption, table and note; the table has three horizontal rules, and its heading is repeated on every page."""
     _add_caption(document, "Table", table.number, table.caption).paragraph_format.keep_with_next = True
-    grid = document.add_table(rows=0, cols=len(table.heads), style="Light Shading")  # with rules as papers have them
+    grid = document.add_table(rows=0, cols=len(table.heads), style="Light Shading")  # the style with three rules
     grid.alignment = WD_TABLE_ALIGNMENT.CENTER
-    for name, value in (("val", "0620"), ("firstColumn", "0"), ("noHBand", "1")):  # LibreOffice reads the first
+    for name, value in (("val", "0620"), ("firstColumn", "0"), ("noHBand", "1")):  # LibreOffice reads only `val`
         grid._tbl.tblPr.find(qn("w:tblLook")).set(qn(f"w:{name}"), value)
     widths, size = _widths(table)
     grid.autofit = False
@@ -85,12 +85,15 @@ def _add_table(document: Any, table: PaperTable) -> None:
 
 
 def _widths(table: PaperTable) -> tuple[list[float], float]:
-    """Return column widths (cm), the longest cell or at least the longest word, and the size of the text (pt)."""
-    rows = list(zip(table.heads, *table.cells, strict=True))
-    whole = [max(map(cell_len, cells)) for cells in rows]
+    """Return the widths of the columns (cm) and the size of the text (pt) with which the table fits the page.
+
+    Each column is as wide as its longest cell if there is room, and at least as wide as its longest word.
+    """
+    columns = list(zip(table.heads, *table.cells, strict=True))
+    whole = [max(map(cell_len, cells)) for cells in columns]
     # stars stay next to their number
-    words = [max((cell_len(w) for c in cells for w in c.replace(" *", "-*").split()), default=1) for cells in rows]
-    room = _WIDTH - _MARGIN * len(rows)
+    words = [max((cell_len(w) for c in cells for w in c.replace(" *", "-*").split()), default=1) for cells in columns]
+    room = _WIDTH - _MARGIN * len(columns)
     size = min(_SIZE, room / (_LETTER * sum(words)))
     share = min(1.0, (room / (_LETTER * size) - sum(words)) / (sum(whole) - sum(words) or 1))
     letters = [least + max(0.0, share) * (most - least) for least, most in zip(words, whole, strict=True)]

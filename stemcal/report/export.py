@@ -1,4 +1,4 @@
-"""The tables of a study to publish, and their files."""
+"""The tables of a study for publication, as CSV, Markdown, LaTeX and Word files."""
 
 import re
 import textwrap
@@ -20,7 +20,10 @@ from stemcal.study.types.factor import Factor
 
 
 def study_tables(study: Study, results: Results, holds: bool = True) -> list[Table]:
-    """Return factors, runs, tables of finished stages and all parameters; ranges only if the calibration `holds`."""
+    """Return the tables of a study: factors, then runs and results of each finished stage, then all parameters.
+
+    Confidence intervals are included only if the study is calibrated (`holds`).
+    """
     setting = Setting(study, results, holds)
     tables, symbols = [factors_table(study, keys=False)], {factor.name: factor.symbol for factor in study.factors}
     for result in results.done:
@@ -30,7 +33,7 @@ def study_tables(study: Study, results: Results, holds: bool = True) -> list[Tab
 
 
 def _parameters(setting: Setting) -> list[Table]:
-    """Return the values of all factors in the validation: the calibrated ones with their range, the others fixed."""
+    """Return the table of all factors: calibrated values with their confidence intervals, and fixed values."""
     if not (ranges := cited_ranges(setting.results)):
         return []
     levels = {**setting.study.midlevels(), **{name: setting.results.parameters[name] for name in ranges}}
@@ -58,7 +61,7 @@ def numbered(tables: Iterable[Table]) -> list[PaperTable]:
             in_a_line(f"{table.title}."),
             tuple(map(in_a_line, table.heads)),
             tuple(tuple(in_a_line(cell).rstrip() for cell in row) for row in table.cells),
-            # cells with stars are aligned left, so that the digits are below each other
+            # with stars behind the numbers the digits are aligned if the cells are aligned left
             tuple(column.left or column.form is starred for column in table.columns),
             in_a_line(
                 " ".join(f"{line.removesuffix('.')}." for line in (*table.foot, *table.claimed)).replace("`", "")
@@ -70,13 +73,13 @@ def numbered(tables: Iterable[Table]) -> list[PaperTable]:
 
 
 def export_tables(tables: Iterable[Table], kind: str, folder: Path, plots: Sequence[Plot] = ()) -> list[Path]:
-    """Write tables into a folder as csv, md, tex or docx, Word with these figures; returns the files."""
+    """Write tables to a folder as `kind` csv, md, tex or docx (with the figures `plots`); return the paths."""
     make_folder(folder)
     plain = numbered(tables)
     if kind == "csv":  # one file per table, UTF-8 with a byte order mark, which Excel needs to detect it
         paths = []
         for table in plain:
-            # a minus that spreadsheets take for one
+            # spreadsheets read only the hyphen as a minus sign
             text = csv_text([(cell.replace("−", "-") for cell in row) for row in (table.heads, *table.cells)])
             title = re.sub(r"\W+", "-", table.caption.lower()).strip("-")[:60]
             paths.append(folder / f"table{table.number:02d}-{title}.csv")
@@ -112,7 +115,7 @@ def _markdown(table: PaperTable) -> str:
 
 
 def _markdown_cell(text: str) -> str:
-    """Escape what Markdown would take for its own, links of any kind among it.
+    """Escape the special characters of Markdown, and everything that it would turn into a link.
 
     >>> print(_markdown_cell("[a](https://b.c) www.d.e f@g.h"))
     \\[a\\](https\\://b.c) www\\.d.e f\\@g.h
@@ -131,11 +134,11 @@ _HEAD = r"""% Written by stemcal; Chinese names require XeLaTeX with the xeCJK p
 \usepackage{booktabs}
 \begin{document}
 """
-_LONGEST = 16  # characters of a heading on one line
+_LONGEST = 16  # most characters in a line of a heading
 
 
 def document(tables: Sequence[PaperTable]) -> str:
-    """Return a complete document with all tables."""
+    """Return a complete LaTeX document with all tables."""
     return "\n".join([_HEAD, *map(_latex, tables), r"\end{document}", ""])
 
 
@@ -161,7 +164,7 @@ def _latex(table: PaperTable) -> str:
 
 
 def _heading(name: str, kind: str) -> str:
-    """Return a column's name, a long one on several lines.
+    """Return the heading of a column in LaTeX; a long one is broken into several lines.
 
     >>> _heading("Simulated maximum force, N", "r")
     '\\\\shortstack[r]{\\\\strut Simulated\\\\\\\\maximum force, N}'
@@ -184,7 +187,7 @@ _ESCAPES = {
 
 
 def _escaped(text: str) -> str:
-    r"""Escape what LaTeX would take for its own.
+    r"""Escape the special characters of LaTeX.
 
     >>> _escaped("yield_stress & <0.0001 ** −4.75·X4²")
     'yield\\_stress \\& $<$0.0001 ** $-$4.75$\\cdot$X4$^2$'
@@ -192,5 +195,5 @@ def _escaped(text: str) -> str:
     ('{*}a', '{[}b]')
     """
     escaped = "".join(_ESCAPES.get(character, character) for character in text)
-    # at the beginning of a row they would be options of the line break before it
+    # after a line break (``\\``), which begins each row, LaTeX reads a star or a bracket as its option
     return f"{{{escaped[0]}}}{escaped[1:]}" if escaped.startswith(("*", "[")) else escaped

@@ -1,4 +1,4 @@
-"""The cut stem seen from the side and in section, coloured by plastic strain, with blade and supports."""
+"""Pictures and animations of the cut stem, side view and section, coloured by plastic strain, with the tools."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -16,18 +16,18 @@ from stemcal.storage.atomic import refuse_link
 
 Array = NDArray[np.float64]
 
-# Corners of a hexahedron's faces, counter-clockwise seen from outside.
+# The corners of each face of a hexahedron, counter-clockwise as seen from outside.
 FACES = np.array([(0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)])
 
 
-# Light where nothing yielded, so that the mesh shows; its lightness falls steadily, so that grey prints show as much.
+# Colour map: light at zero strain, so that the mesh is visible; of steadily falling lightness, for prints in grey.
 _PLASTIC = "YlOrBr"
 EDGE = "#6d6a66"
 _TOOL = "#b4bac3"
 
 
 def fracture(shape: Shape) -> Figure:
-    """Return side view and section near the blade; x runs along the stem, z up, the blade comes from above."""
+    """Draw side view and section of the stem near the blade; x along the stem, z upwards, the blade moves down."""
     scale = _strain_scale([shape])
     with new_figure(width=6.4, height=2.3) as figure:
         panels = figure.subplots(1, 2, sharex=True, sharey=True)
@@ -42,14 +42,14 @@ def fracture(shape: Shape) -> Figure:
 
 
 def half_width(shape: Shape) -> float:
-    """Return half of the pictured length of the stem, mm: past the supports' edges and a diameter from the blade."""
+    """Return half of the length of stem to be drawn, mm: beyond the supports, and at least one diameter."""
     edges = [float(np.abs(tool[:, 0]).min()) for tool in shape.tools[1:]]
     x, z = (shape.reference[:, i] for i in (0, 2))
     return min(max(1.35 * min(edges, default=np.inf), float(np.ptp(z))), float(np.abs(x).max()))
 
 
 def _strain_scale(shapes: Sequence[Shape]) -> Any:
-    """Return the scale of plastic strain over the remaining elements, one for all shapes."""
+    """Return the colour scale, from zero to the largest plastic strain of remaining elements in all shapes."""
     from matplotlib.colors import Normalize
 
     largest = [float(np.max(shape.plastic_strain[shape.standing], initial=0.0)) for shape in shapes]
@@ -64,16 +64,16 @@ def _colour_bar(figure: Figure, scale: Any, panels: list[Axes]) -> None:
 
 
 def _side_faces(shape: Shape) -> tuple[Array, Array]:
-    """Return the faces that show from the side, far ones first, as (F, 4, 2) in x and z, and their strain."""
+    """Return the visible faces in side view, the farthest first: corners (F, 4, 2) in x and z, and strain (F,)."""
     corners, owner = _faces(shape.hexes, shape.standing)
     points = shape.nodes[corners]
-    seen = _normals(points)[:, 1] > 0.0
-    order = np.argsort(points[seen][:, :, 1].mean(axis=1))
-    return points[seen][order][:, :, (0, 2)], shape.plastic_strain[owner[seen]][order]
+    visible = _normals(points)[:, 1] > 0.0
+    order = np.argsort(points[visible][:, :, 1].mean(axis=1))
+    return points[visible][order][:, :, (0, 2)], shape.plastic_strain[owner[visible]][order]
 
 
 def _section_faces(shape: Shape) -> tuple[Array, Array]:
-    """Return the faces of standing elements on the plane y = 0, as (F, 4, 2) in x and z, and their strain."""
+    """Return the faces of remaining elements on the plane y = 0: corners (F, 4, 2) in x and z, and strain (F,)."""
     behind = shape.reference[shape.hexes].mean(axis=1)[:, 1] > 0.0
     corners, owner = _faces(shape.hexes, behind)
     before = shape.reference[corners]
@@ -85,7 +85,7 @@ def _section_faces(shape: Shape) -> tuple[Array, Array]:
 
 
 def _faces(hexes: NDArray[np.int32], chosen: NDArray[np.bool_]) -> tuple[NDArray[np.int32], NDArray[np.intp]]:
-    """Return the outer faces (F, 4) of the chosen elements, which only one of these has, and their elements."""
+    """Return the outer faces (F, 4) of the chosen elements, those of only one element, and these elements (F,)."""
     owner = np.repeat(np.flatnonzero(chosen), 6)
     corners = hexes[chosen][:, FACES].reshape(-1, 4)
     _, first, count = np.unique(np.sort(corners, axis=1), axis=0, return_index=True, return_counts=True)
@@ -99,7 +99,7 @@ def _normals(points: Array) -> Array:
 
 
 def _draw_faces(axes: Axes, shape: Shape, faces: tuple[Array, Array], scale: Any, reach: float) -> list[Any]:
-    """Draw faces with the tools, as far as `reach` from the blade; returns what was added."""
+    """Draw faces and tools up to a distance `reach` (mm) from the blade; return the artists added to the axes."""
     from matplotlib.collections import PolyCollection
     from matplotlib.patches import Polygon
 
@@ -123,7 +123,10 @@ _DOTS_PER_INCH = 110
 
 
 def write_animation(frames: Sequence[Frame], path: Path, curve: Curve | None = None) -> Path:
-    """Write the frames as a GIF, below them the `curve` of travel (mm) and force (N), by default that of the frames."""
+    """Write an animated GIF of the cut, with the force below it; return its path.
+
+    `curve` has travel (mm) and force (N), by default those of the frames.
+    """
     from matplotlib.animation import PillowWriter
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
@@ -135,7 +138,7 @@ def write_animation(frames: Sequence[Frame], path: Path, curve: Curve | None = N
         show = _stage(figure, frames, curve or ([f.travel for f in frames], [f.force for f in frames]))
         show(frames[0])
         figure.draw_without_rendering()
-        figure.set_layout_engine("none")  # placed once, so that nothing trembles
+        figure.set_layout_engine("none")  # a fixed layout, otherwise the panels would move between frames
         with writer.saving(figure, str(path), _DOTS_PER_INCH):
             for frame in frames:
                 show(frame)
@@ -144,7 +147,7 @@ def write_animation(frames: Sequence[Frame], path: Path, curve: Curve | None = N
 
 
 def _stage(figure: Figure, frames: Sequence[Frame], along: Curve) -> Any:
-    """Lay out the panels and return what shows a frame in them."""
+    """Create the panels and return a function that draws a frame in them."""
     panels = figure.subplot_mosaic([["side", "section"], ["curve", "curve"]], height_ratios=(1.6, 1.0))
     side, section, curve = panels.values()
     reach = half_width(frames[-1].shape)

@@ -1,4 +1,4 @@
-"""Every figure of a study by name: for the page, the figures folder and `stemcal export figures`."""
+"""All figures of a study, for the page, the figures folder and `stemcal export figures`."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -20,23 +20,23 @@ from stemcal.study.model.study import Study
 
 
 def gallery(study: Study, results: Results, records: Records) -> list[Plot]:
-    """Return the figures that the finished stages and their records allow, none of them drawn yet."""
+    """Return the figures of the finished stages and of their runs; each is drawn on first use."""
     setting = Setting(study, results)
     plots = [plot for result in results.done for plot in showing_of(result).figures(result, setting)]
     return plots + _run_plots(study, records)
 
 
 def write_figures(plots: list[Plot], folder: Path) -> None:
-    """Write every figure as SVG, on white, and as PNG into a folder."""
+    """Write every figure to a folder, as SVG and PNG on a white background."""
     make_folder(folder)
     for plot in plots:
-        # the lowest layer is drawn first
+        # the first filled path of the SVG is the background
         write_atomic(folder / f"{plot.name}.svg", plot.document.replace("fill: none", "fill: #ffffff", 1))
         write_atomic(folder / f"{plot.name}.png", plot.pixels)
 
 
 def write_as(plots: list[Plot], folder: Path, kinds: Sequence[str], dpi: float, width: float | None) -> list[Path]:
-    """Write figures in these formats, with this resolution and width (mm); returns the files."""
+    """Write figures in the formats `kinds`, with a resolution (dots per inch) and width (mm); return the paths."""
     make_folder(folder)
     paths = []
     for plot in plots:
@@ -51,7 +51,7 @@ def write_as(plots: list[Plot], folder: Path, kinds: Sequence[str], dpi: float, 
 
 def _run_plots(study: Study, records: Records) -> list[Plot]:
     details, plots = {label: record.details for label, record in records.items()}, []
-    curves = {label: replace(one.curve, broke=one.break_travel) for label, one in details.items() if one.curve}
+    curves = {label: replace(run.curve, broke=run.break_travel) for label, run in details.items() if run.curve}
     if curves:
         chosen = [label for label in curves if records[label].at_solution]
         which = "Validation runs" if study.goal is None else "Runs of the optimum, the present cutter and the front"
@@ -81,7 +81,7 @@ def _run_plots(study: Study, records: Records) -> list[Plot]:
 
 
 def _run(label: str, details: Details, on_page: bool, hollow: bool, what: str) -> list[Plot]:
-    """Return the pictures of one run: energies and cut stem. The page shows those of the calibration diameter."""
+    """Return the figures of one run: energies, and the cut stem; `what` follows the label of the run in captions."""
     name, plots = label.replace(" ", ""), []
     if details.energies:
         text = f"Energies versus blade travel in the simulation of the {label}{what}."

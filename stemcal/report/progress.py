@@ -1,4 +1,4 @@
-"""The progress bar: a bar on a terminal and in Jupyter, a line now and then elsewhere."""
+"""Progress of runs: a bar on a terminal and in Jupyter, otherwise a line every half minute."""
 
 from __future__ import annotations
 
@@ -22,21 +22,21 @@ _OTHERS = {"material": "Failure strain for this element size"}
 
 
 def _title(stage: str) -> str:
-    if stage in _OTHERS:  # no stage: a look-up would read the entry points of all packages
+    if stage in _OTHERS:  # not a stage: a look-up would read the entry points of all packages
         return _OTHERS[stage]
     known = STAGES.named(stage)
     return stage if known is None else known.title
 
 
 def make_watch(console: Console | None, naming: Vocabulary = CUTTING) -> Watcher:
-    """Return the watcher that suits a console, a silent one without; use it as a context manager."""
+    """Return a context manager that shows progress: a bar on a terminal, lines on other consoles, nothing without."""
     if console is None:
         return Watcher()
     return _Bar(console, naming=naming) if console.is_terminal else _Lines(console, naming=naming)
 
 
 def notebook_watch(wanted: bool | None = None, naming: Vocabulary = CUTTING) -> Watcher:
-    """Return a bar in a terminal and in Jupyter, silence elsewhere; `wanted` decides otherwise."""
+    """Return a context manager that shows a progress bar if `wanted`; by default in a terminal and in Jupyter."""
     from rich.console import Console
 
     console = Console(stderr=True)
@@ -71,7 +71,7 @@ def _remarks(progress: Progress, naming: Vocabulary) -> list[str]:
 
 
 class Watcher:
-    """Watches and prints nothing; base of the others."""
+    """Receives progress reports and prints nothing; base class of those that print."""
 
     def __enter__(self) -> Self:
         return self
@@ -80,14 +80,14 @@ class Watcher:
         return None
 
     def __call__(self, progress: Progress) -> None:
-        """Take a progress report."""
+        """Receive a progress report."""
 
     def busy(self, what: str) -> None:
-        """Take what is done now that the runs are."""
+        """Receive the name of the step that follows the runs."""
 
 
 class _Lines(Watcher):
-    """A line at a stage's start and end, and one every half minute between."""
+    """Prints a line at the start and end of a stage, and every half minute."""
 
     def __init__(
         self, console: Console, clock: Callable[[], float] = time.monotonic, naming: Vocabulary = CUTTING
@@ -97,18 +97,18 @@ class _Lines(Watcher):
 
     def __call__(self, progress: Progress) -> None:
         line = describe(progress, self.naming)
-        complete = progress.done >= progress.total and self.ended != progress.stage  # its first round
-        edge = progress.stage != self.stage or complete or progress.preparing
+        complete = progress.done >= progress.total and self.ended != progress.stage  # only once a stage
+        begins_or_ends = progress.stage != self.stage or complete or progress.preparing
         due = self.clock() - self.last_time >= _SPARSE_SECONDS
         if complete:
             self.ended = progress.stage
-        if line != self.last_line and (edge or due):
+        if line != self.last_line and (begins_or_ends or due):
             self.console.print(line, soft_wrap=True)
             self.stage, self.last_line, self.last_time = progress.stage, line, self.clock()
 
 
 class _Bar(Watcher):
-    """A bar for each stage: runs done, time, time left, failures, the last response."""
+    """Shows a bar for each stage: runs done, elapsed and remaining time, failures, last response."""
 
     def __init__(self, console: Console, naming: Vocabulary = CUTTING) -> None:
         from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
@@ -124,7 +124,7 @@ class _Bar(Watcher):
             TimeRemainingColumn(compact=True),
             TextColumn("{task.fields[tail]}", markup=False),
             console=console,
-            redirect_stdout=False,  # data for stdout would go to stderr
+            redirect_stdout=False,  # otherwise data for standard output would go to standard error
         )
 
     def __enter__(self) -> Self:
@@ -135,7 +135,7 @@ class _Bar(Watcher):
         self.bars.stop()
 
     def __call__(self, progress: Progress) -> None:
-        """Move the bar of the stage; without a total it pulses."""
+        """Update the bar of the stage; while the solver is compiled it pulses."""
         stage, compiling = progress.stage, progress.preparing
         if stage not in self.tasks:
             self.busy(_title(stage), stage)
@@ -144,5 +144,5 @@ class _Bar(Watcher):
         self.bars.update(self.tasks[stage], completed=progress.done, total=total, tail=tail)
 
     def busy(self, what: str, stage: str = "") -> None:
-        """Show the current step."""
+        """Add a bar for a step or stage."""
         self.tasks[stage] = self.bars.add_task(what, total=None, tail="")

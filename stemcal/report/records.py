@@ -1,4 +1,4 @@
-"""What is taken from the records of the runs: curves, pictures, where and when they were computed."""
+"""Read curves, pictures, warnings and provenance from the records of runs."""
 
 from collections.abc import Mapping
 from contextlib import suppress
@@ -23,16 +23,16 @@ Numbers = tuple[float, ...]
 
 @dataclass(frozen=True)
 class RunCurve:
-    """Force (N) over travel of the blade (mm)."""
+    """Force (N) over travel of the blade (mm), and the travel at which the stem broke."""
 
     travel: Numbers
     force: Numbers
-    broke: float | None = None  # travel at which the stem broke
+    broke: float | None = None
 
 
 @dataclass(frozen=True)
 class Details:
-    """What a solver reported in addition to the force; `shape` and `film` are packed."""
+    """Everything that a solver reported in addition to the response; `shape` and `film` are packed as text."""
 
     curve: RunCurve | None = None
     energies: dict[str, Numbers] | None = None
@@ -46,7 +46,11 @@ class Details:
 
 @dataclass(frozen=True)
 class _RunRecord:
-    """The record of a run: details, where, when and with what it was computed; `at_solution` if cut there."""
+    """The record of a run.
+
+    provenance    machine, program versions and times of the computation
+    at_solution   whether the stem was cut with the calibrated parameters, so that the page shows the run
+    """
 
     key: str
     details: Details
@@ -55,11 +59,11 @@ class _RunRecord:
 
 
 Records = Mapping[str, _RunRecord]
-"""Records by the label of the run."""
+"""Run records by the label of the run."""
 
 
 def read_records(results: Results | StageResult, folder: StudyFolder) -> dict[str, _RunRecord]:
-    """Return the intact records of the results' runs, by the label of the run."""
+    """Return the intact records of the runs of all finished stages, or of one stage, by the label of the run."""
     records = {}
     for result in results.done if isinstance(results, Results) else [results]:
         stage = stage_called(result.name)
@@ -68,14 +72,14 @@ def read_records(results: Results | StageResult, folder: StudyFolder) -> dict[st
             content = folder.peek(outcome.key) if outcome.key else None
             if content is not None:
                 details = Details()
-                with suppress(ValueError):  # of a curve or a picture that is none, only the response is used
+                with suppress(ValueError):  # invalid details are ignored, because the response is still valid
                     details = from_json(Details, content["details"])
                 records[label] = _RunRecord(content["key"], details, content["provenance"], pictured)
     return records
 
 
 def _distinct_of(records: Records) -> dict[str, tuple[str, _RunRecord]]:
-    """Return every record once, by its key, with the first label it has."""
+    """Return each record once, by its key, with its first label; several runs may share a record."""
     distinct: dict[str, tuple[str, _RunRecord]] = {}
     for label, record in records.items():
         distinct.setdefault(record.key, (label, record))
@@ -83,38 +87,43 @@ def _distinct_of(records: Records) -> dict[str, tuple[str, _RunRecord]]:
 
 
 def run_warnings(records: Records, verdict: Verdict | None = None) -> list[Note]:
-    """Return a note per kind of warning: number of runs and the first text; without those repeated by the `verdict`."""
-    repeated = WARNED if verdict is not None and verdict.has("physics") else ()
+    """Return a note for each kind of warning: the number of runs with it, and the first one.
+
+    Kinds that the `verdict` already reports are left out.
+    """
+    reported = WARNED if verdict is not None and verdict.has("physics") else ()
     kinds: dict[str, dict[str, Note]] = {}
     distinct = _distinct_of(records)
     for label, record in distinct.values():
-        for warning in (one for one in record.details.warnings if one.kind not in repeated):
-            kinds.setdefault(warning.kind, {}).setdefault(label, warning)
+        for note in record.details.warnings:
+            if note.kind not in reported:
+                kinds.setdefault(note.kind, {}).setdefault(label, note)
     runs = counted(len(distinct), "run")
     firsts = [(len(labelled), *next(iter(labelled.items()))) for labelled in kinds.values()]
-    return [Note(one.kind, "warning", f"{count} of {runs} (first: {label}): {one}") for count, label, one in firsts]
+    return [Note(note.kind, "warning", f"{count} of {runs} (first: {label}): {note}") for count, label, note in firsts]
 
 
 def spec_hash(study: Study) -> str:
-    """Return the SHA-256 of the spec's file; nothing of a study that was made in Python or whose file is gone."""
+    """Return the SHA-256 of the spec file; empty if there is none, as for a study created in Python."""
     return file_hash(study.source) if study.source.is_file() else ""
 
 
 def provenance_rows(records: Records) -> list[tuple[str, str]]:
-    """Return program, version and machine of the runs; several values if they changed during the study."""
-    distinct = [record.provenance for _, record in _distinct_of(records).values()]
+    """Return (name, value) rows on program versions, machine and times of the runs; a value may list several."""
+    distinct = [record for _, record in _distinct_of(records).values()]
+    provenances = [record.provenance for record in distinct]
     rows = [("Distinct runs", str(len(distinct)))]
     for name in ("stemcal", "python", "numpy", "platform", "host"):
-        values = sorted({str(made[name]) for made in distinct if made.get(name)})
+        values = sorted({str(provenance[name]) for provenance in provenances if provenance.get(name)})
         if values:
             rows.append((name.capitalize() if name != "stemcal" else name, ", ".join(values)))
-    if versions := sorted({v for _, r in _distinct_of(records).values() if (v := r.details.program_version)}):
+    if versions := sorted({v for record in distinct if (v := record.details.program_version)}):
         rows.append(("Program", "; ".join(versions)))
-    starts = sorted(made["started"] for made in distinct if made.get("started"))
+    starts = sorted(provenance["started"] for provenance in provenances if provenance.get("started"))
     if starts:
-        ends = sorted(made["finished"] for made in distinct if made.get("finished"))
+        ends = sorted(provenance["finished"] for provenance in provenances if provenance.get("finished"))
         first, last = (stamp[:19].replace("T", " ") for stamp in (starts[0], ends[-1]))
         rows.append(("Computed", f"{first} to {last} UTC"))
-    seconds = sum(made.get("wall_seconds") or 0.0 for made in distinct)
+    seconds = sum(provenance.get("wall_seconds") or 0.0 for provenance in provenances)
     rows.append(("Computing time for all runs", duration(seconds)))
     return rows

@@ -1,4 +1,4 @@
-"""Page and figures of a study, drawn where their inputs have changed; what draws them is imported only then."""
+"""Write the page and the figures of a study if their inputs changed; drawing code is imported only if needed."""
 
 from __future__ import annotations
 
@@ -20,11 +20,14 @@ if TYPE_CHECKING:
     from stemcal.stages.verdict.result import Verdict
     from stemcal.study.model.study import Study
 
-_MOST = 200  # bytes of the last line
+_MOST = 200  # bytes at the end of the page, which contain its last line
 
 
 def draw(study: Study, folder: StudyFolder, results: Results, verdict: Verdict, again: bool = False) -> Path:
-    """Write page and figures if `again` or if their inputs (hashes in the page's last line) differ; return the page."""
+    """Write page and figures if their inputs changed, or always if `again`; return the path of the page.
+
+    The last line of the page contains a hash of the inputs.
+    """
     stages = [read_plain(path, MAX_BYTES).decode() for path in sorted(folder.path.glob("*.json"))]
     records = [(path.name, path.stat().st_size, path.stat().st_mtime_ns) for path in sorted(folder.runs.glob("*.json"))]
     spec = [study.model_dump_json(), study.source.name, spec_hash(study), list(study.warnings)]
@@ -43,7 +46,7 @@ def draw(study: Study, folder: StudyFolder, results: Results, verdict: Verdict, 
 
 
 def draw_words(study: Study, folder: StudyFolder) -> None:
-    """Write the page of the stages that are done without figures: the pages of a run cost little."""
+    """Write the page of the finished stages without figures, which is fast enough to do after each stage."""
     from stemcal.report.page.page import page_content, write_page
 
     write_page(study, folder, replace(page_content(study, folder), plots=[]))

@@ -1,4 +1,4 @@
-"""Tables of a study: its spec, the runs of its designs, all its runs."""
+"""Tables of factors, of measured values, and of runs."""
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
@@ -14,13 +14,16 @@ from stemcal.study.types.factor import PARAMETERS
 from stemcal.study.types.units import from_internal
 from stemcal.vocabulary import FIRST, MOST_LISTED, TRAVEL, WORK, Variable, Wording
 
-MANY = 4  # factors beyond which columns are headed by symbols instead of names
+MANY = 4  # with more factors than this, columns are headed by symbols instead of names
 
 
 def design_tables(
     result: StageResult, symbols: Mapping[str, str], labels: Mapping[str, str] | None = None
 ) -> list[Table]:
-    """Return runs, levels and responses of a stage's design, if any; headed by names or `labels`, many by symbols."""
+    """Return the table of a stage's design: runs, factor levels and responses; no table if the stage has no design.
+
+    Columns are headed by the names of factors or their `labels`, or by `symbols` if there are many factors.
+    """
     if not isinstance(design := getattr(result, "design", None), DesignRuns):
         return []
     naming, crowded = result.naming, len(design.varied) > MANY
@@ -38,8 +41,8 @@ def _other(named: Variable) -> Column:
     return Column(named.name, named.capital, named.written, significant, lambda run: run.outcome.of(named.name))
 
 
-def runs_table(found: Iterable[LedgerRow], names: Wording, title: str) -> Table:
-    """Return runs one by one."""
+def runs_table(rows: Iterable[LedgerRow], names: Wording, title: str) -> Table:
+    """Return a table with a row for each run."""
     columns = [
         Column("stage", "Stage"),
         Column("key", "Key", form=lambda key: key[:8], words=True),
@@ -50,17 +53,17 @@ def runs_table(found: Iterable[LedgerRow], names: Wording, title: str) -> Table:
         Column(FIRST, names.response.capital, names.response.written, significant),
         Column("wall_seconds", "Time", "s", to_decimals(1)),
     ]
-    entries = list(found)
+    entries = list(rows)
     return Table.of(columns, entries, title, () if entries else ["None."])
 
 
 def setting_tables(study: Study) -> list[Table]:
-    """Return the factors, and what was measured."""
+    """Return the table of factors and, unless the study is an optimisation, that of measured values."""
     return [factors_table(study), *([_measured(study)] if study.goal is None else [])]
 
 
 def grown_table(study: Study, levels: Mapping[str, float]) -> Table:
-    """Return the growing parameters of each measured stem at these levels of the factors."""
+    """Return the material parameters that depend on the diameter, for each measured stem, at these factor levels."""
 
     def value(name: str, unit: str) -> Callable[[float], float]:
         return lambda diameter: from_internal(study.parameters(levels, diameter)[name], unit)
@@ -74,7 +77,7 @@ def grown_table(study: Study, levels: Mapping[str, float]) -> Table:
 
 
 def factors_table(study: Study, keys: bool = True) -> Table:
-    """Return the screened factors with their levels, and with their `keys` in the spec."""
+    """Return the table of factors with their low and high levels, and with their `keys` in the spec."""
     columns = [
         Column("symbol", "Symbol"),
         *([Column("name", "Factor")] if keys else []),

@@ -1,4 +1,4 @@
-"""Output for the terminal: tables at most 80 columns wide, the sentences of a stage, the last screen of a study."""
+"""Output for the terminal: tables at most 80 columns wide, sentences of a stage, final tables of a study."""
 
 from __future__ import annotations
 
@@ -28,24 +28,24 @@ if TYPE_CHECKING:
 
 
 WIDTH = 80
-_CROWDED = 8  # columns from which the gaps shrink, so that names stay whole
+_CROWDED = 8  # from this number of columns on the gaps between them are narrower, so that names are not broken
 
 
 def stage_tables(stage: StageResult, holds: bool = True) -> list[RenderableType]:
-    """Return a stage's printable tables and sentences; intervals and agreement only if the study `holds`."""
+    """Return tables and sentences of a stage; statements on intervals and agreement only for a calibrated study."""
     drawn = [part for table in showable(tables_of(stage), holds) for part in table_drawn(table)]
     return [*drawn, *spoken(stage, holds)]
 
 
 def spoken(stage: StageResult, holds: bool = True) -> list[RenderableType]:
-    """Return sentences on the identifiability of the parameters of a calibrated study."""
+    """Return sentences on the identifiability of the parameters; none if the study is not calibrated."""
     lines = [note.text for note in stage.notes if note.kind == KNOWN] if holds else []
     shown = [Padding(Text(line), (0, 0, 0, 2), expand=False) for line in lines]
     return [Text("Identifiability", style="bold"), *shown, Text("")] if lines else []
 
 
 def table_drawn(table: Table) -> list[RenderableType]:
-    """Return a table as rich draws it, its foot as lines below it."""
+    """Return a table for rich, and its foot as separate lines."""
     shown = rich.Table(
         title=Text(table.title, style="bold"),
         title_justify="left",
@@ -73,7 +73,7 @@ def _widest(texts: Iterable[str]) -> int:
 
 
 def final_tables(study: Study, results: Results, holds: bool) -> list[Table]:
-    """Return parameters and forces."""
+    """Return the tables printed at the end of a study, such as parameters and forces."""
     setting, tables = Setting(study, results, holds), list[Table]()
     for result in results.done:
         tables += [shortened(result, table) for table in showable(showing_of(result).closing(result, setting), holds)]
@@ -83,7 +83,10 @@ def final_tables(study: Study, results: Results, holds: bool) -> list[Table]:
 def simulation_table(
     result: CuttingResult, section: LaboratorySection | None = None, diameter: float = 0.0
 ) -> RenderableType:
-    """Return the numbers of one virtual test; responses of a laboratory test first, next to those measured."""
+    """Return the table of one simulation: response, energies, elements and steps.
+
+    A laboratory test, described by `section`, begins with its responses and the measured means at the `diameter` (mm).
+    """
     table = rich.Table(box=None, show_header=False, padding=(0, 2, 0, 0))
     first = [
         ("Maximum force", f"{significant(result.peak_force)} N"),
@@ -108,7 +111,7 @@ def simulation_table(
 
 
 def _response_text(value: float | None, unit: str, measured: Mean | None, at_least: bool = False) -> str:
-    """Return a response of a virtual test, which its curve may lack or only bound, and the measured mean.
+    """Format a simulated response, None if the curve does not have it, or only a lower bound, and the measured mean.
 
     >>> _response_text(41.234, "N/mm", Mean(value=42.1, sd=2.5, n=10))
     '41.23 N/mm, measured 42.1 ± 2.5 N/mm'
@@ -136,7 +139,7 @@ def _responses(result: CuttingResult, section: LaboratorySection, diameter: floa
 
 
 def _fracture_rows(result: CuttingResult) -> list[tuple[str, str]]:
-    """Return the first fracture and the severing of a whole cut, with forces, travels and energy."""
+    """Return rows on the first fracture and, if the stem is to be cut through, on severing and cutting energy."""
     if result.severed is None:
         at = result.break_travel
         return [] if at is None else [("First fracture at", f"{at:.3f} mm of travel")]

@@ -1,4 +1,4 @@
-"""The head and foot of the page: the study's question, the calibrated parameters, failed runs, how to cite it."""
+"""Head and foot of the page: the question of the study, the calibrated parameters, the next step, the citation."""
 
 from dataclasses import dataclass
 
@@ -19,7 +19,7 @@ _LOOK = Remedy("See the reasons below.")
 
 @dataclass(frozen=True)
 class Card:
-    """A parameter with its value, unit and the range to cite."""
+    """A calibrated parameter: name, value, unit, and confidence interval (`range`), all as text."""
 
     name: str
     value: str
@@ -28,7 +28,7 @@ class Card:
 
     @property
     def limited(self) -> bool:
-        """Whether the range ends where the search ended."""
+        """Whether the interval ends at a limit of the search range, so that its true end is unknown."""
         return "≤" in self.range or "≥" in self.range
 
     def __str__(self) -> str:
@@ -37,7 +37,7 @@ class Card:
 
 
 def headline(results: Results, study: Study, holds: bool = True) -> list[Card]:
-    """Return a card per calibrated parameter; without its range where the study is not calibrated."""
+    """Return a card for each calibrated parameter; its interval is empty if the study is not calibrated."""
     ranges, cards = cited_ranges(results), []
     for name, value in (results.parameters if ranges else {}).items():
         if name in ranges:
@@ -49,18 +49,18 @@ def headline(results: Results, study: Study, holds: bool = True) -> list[Card]:
 
 
 def lead(verdict: Verdict, use: str) -> list[str]:
-    """Return a line for each reason of the verdict, or where the result may be used."""
+    """Return a line for each reason of the verdict; if there is none, `use`, where the result may be used."""
     return [brief(reason) for reason in verdict.reasons] or ([use] if use else [])
 
 
 def first_remedy(verdict: Verdict) -> Remedy:
-    """Return the first remedy, with its change of the spec if it has one."""
+    """Return the remedy of the first reason that has one; without any, what to do with the result."""
     remedies = [reason.remedy for reason in verdict.reasons if reason.remedy]
     return remedies[0] if remedies else _REPORT if verdict.holds else _LOOK
 
 
 def quantity_calibrated(study: Study) -> str:
-    """Return the calibrated quantities in words."""
+    """Return the subject of the study, such as "Calibration of a stem-cutting model"."""
     if study.goal is not None:
         return "Optimisation of a cutter" if study.naming.is_cutting else "Optimisation of a simulated response"
     if study.naming.is_cutting:
@@ -69,16 +69,16 @@ def quantity_calibrated(study: Study) -> str:
 
 
 def question(study: Study) -> str:
-    """Return the question that the study answers."""
-    naming, names = study.naming, Wording(study.naming)
+    """Return the question that the study answers, such as "Which parameter values reproduce the measured force?"."""
+    naming = study.naming
     if (goal := study.goal) is not None:
         ways = {"minimise": goal.minimise, "maximise": goal.maximise}
-        wanted = (f"{way} the {series(naming.named(one).long for one in each)}" for way, each in ways.items() if each)
+        wanted = (f"{way} the {series(naming.named(n).long for n in names)}" for way, names in ways.items() if names)
         return f"Which {series(factor.label.lower() for factor in study.factors)} {' and '.join(wanted)}?"
     targets = study.joint_targets or (study.calibration_target,)
     place = ""
     if naming.condition is not None:
-        place = names.at(*(target.condition for target in targets))
+        place = Wording(naming).at(*(target.condition for target in targets))
         place = place.replace(" at ", " of stems with ", 1) if naming.is_cutting else place
     return f"Which parameter values reproduce the measured {_fitted(study)}{place}?"
 
@@ -88,7 +88,7 @@ def _fitted(study: Study) -> str:
 
 
 def made_with(study: Study, spec_hash: str) -> list[tuple[str, str]]:
-    """Return spec, solver and program, with which a reader can repeat and cite the study."""
+    """Return (name, value) rows on spec, solver and program, with which a reader can repeat and cite the study."""
     citation = f"The stemcal developers: stemcal, version {__version__}."
     return [
         ("Spec", f"{study.source.name}, SHA-256 {spec_hash}" if spec_hash else study.source.name),

@@ -1,4 +1,4 @@
-"""The study as one self-contained HTML file, of spec, stage files and records only: same folder, same bytes."""
+"""The report page: one self-contained HTML file, made from spec, stage files and run records alone."""
 
 from __future__ import annotations
 
@@ -38,12 +38,12 @@ if TYPE_CHECKING:
     from jinja2 import Environment
 
 
-_Picture = dict[str, Any]  # an SVG, the caption below it, whether it is wide
+_Picture = dict[str, Any]  # keys: `svg`, `caption`, `wide`
 
 
 @dataclass(frozen=True)
 class _Part:
-    """Tables and pictures, the main ones and the folded ones."""
+    """Part of the page: visible tables and pictures; folded tables (`details`), pictures (`plates`) and notes."""
 
     tables: tuple[Table, ...] = ()
     pictures: tuple[_Picture, ...] = ()
@@ -53,7 +53,7 @@ class _Part:
 
     @property
     def folded(self) -> str:
-        """What is folded, in words; nothing if nothing is."""
+        """A list of everything that is folded, in words; empty if there is nothing."""
         numbers = {"figure": len(self.plates), "note": len(self.notes)}
         counts = [counted(number, noun) for noun, number in numbers.items() if number]
         return series([*(small(table.title) for table in self.details), *counts])
@@ -61,7 +61,7 @@ class _Part:
 
 @dataclass(frozen=True)
 class _Shown:
-    """What page and figures are made from, read once for both."""
+    """Inputs of the page and of the figures folder, read once for both."""
 
     results: Results
     records: Records
@@ -72,21 +72,21 @@ class _Shown:
 def page_content(
     study: Study, folder: StudyFolder, results: Results | None = None, verdict: Verdict | None = None
 ) -> _Shown:
-    """Read the results of a study, unless they are given, with its figures, none of them drawn yet."""
+    """Return the inputs of the page; results and verdict are read from the folder unless they are passed."""
     results = results or fresh_results(study, folder)
     records = read_records(results, folder)
     return _Shown(results, records, gallery(study, results, records), verdict or verdict_of(study, folder, results))
 
 
 def write_page(study: Study, folder: StudyFolder, what: _Shown | None = None, last_line: str = "") -> Path:
-    """Write ``report.html`` from the stages that are done; returns its path."""
+    """Write ``report.html`` of the finished stages, ending with `last_line`; return its path."""
     path = folder.path / "report.html"
     write_atomic(path, f"{render(study, folder, what).rstrip()}\n{last_line}")
     return path
 
 
 def render(study: Study, folder: StudyFolder, what: _Shown | None = None) -> str:
-    """Return the page; `what` if it is read already."""
+    """Return the HTML of the page; `what` are its inputs, by default read from the folder."""
     what = what or page_content(study, folder)
     results, records, verdict, done = what.results, what.records, what.verdict, what.results.done
     if not done:
@@ -102,7 +102,7 @@ def render(study: Study, folder: StudyFolder, what: _Shown | None = None) -> str
     labelled = partial(named.sub, lambda name: people.in_text(name[0]))
     valid = [labelled(line) for result in done for line in showing_of(result).validity(result, verdict.holds)]
     setting = Setting(study, results, verdict.holds)
-    has_grown = results.calibrated and study.material.growing()  # parameters of each stem, once they are calibrated
+    has_grown = results.calibrated and study.material.growing()  # parameters that depend on the stem diameter
     grown = [grown_table(study, results.parameters)] if has_grown else []
     profilers = (showing_of(result).profiler(result, setting) for result in done)
     warnings = map(str, run_warnings(records, verdict))
@@ -140,7 +140,7 @@ def render(study: Study, folder: StudyFolder, what: _Shown | None = None) -> str
 
 
 def coded(text: str) -> Markup:
-    """Return text for the page: what is between backticks as code, a CSV file of the folder as a link."""
+    """Convert text to HTML: text between backticks becomes code, the name of a CSV file a link to it."""
     linked = re.sub(r"`(\w+\.csv)`", r'<a href="\1">\1</a>', str(escape(text)))
     return Markup(re.sub("`([^`]+)`", r"<code>\1</code>", linked))
 
@@ -148,7 +148,7 @@ def coded(text: str) -> Markup:
 def _section(
     result: StageResult, plots: list[Plot], verdict: Verdict, labels: Mapping[str, str], shared: Shared
 ) -> dict[str, Any]:
-    """Return the results of a stage, its tables, figures and notes, as far as the verdict allows them."""
+    """Return the section of a stage: outcome, tables, figures and notes, as far as the verdict allows them."""
     pictures = [plot for plot in _plots_of(result.name, plots) if verdict.holds or not plot.claims]
     tables = showable(tables_of(result, labels), verdict.holds)
     notes = [str(note) for note in shown_notes(result, verdict.holds)]
@@ -161,7 +161,6 @@ def _section(
 
 
 def _part_of(tables: Iterable[Table], plots: Iterable[Plot], shared: Shared, notes: Sequence[str] = ()) -> _Part:
-    """Return tables and drawn figures, the details apart."""
     tables = list(tables)
     pictures = [(plot.detail, _picture(plot, shared)) for plot in plots]
     return _Part(
@@ -174,7 +173,7 @@ def _part_of(tables: Iterable[Table], plots: Iterable[Plot], shared: Shared, not
 
 
 def _first_pictures(study: Study, plots: Sequence[Plot]) -> list[Plot]:
-    """Return the figures of the first screen: measured against simulated, and the stem."""
+    """Return the figures at the top of the page: measured and simulated responses, and the cut stem."""
     compared = ["validation", *(f"validation-{response.name}" for response in study.naming.others)]
     names = (*compared, f"fracture-{short(study.targets.calibrate_at)}mm")
     return [plot for name in names for plot in plots if plot.name == name and plot.on_page]
@@ -195,11 +194,11 @@ def _picture(plot: Plot, shared: Shared) -> _Picture:
     return {"svg": svg, "caption": plot.caption, "wide": plot.wide}
 
 
-# ---- its templates, and the profiler of the fitted surfaces alone, for a notebook
+# ---- templates, and the profiler of the fitted surfaces as a separate page for a notebook
 
 
 def environment() -> Environment:
-    """Return the templates of the page."""
+    """Return the Jinja environment with the templates of the page."""
     from jinja2 import Environment, PackageLoader
 
     loader = PackageLoader("stemcal.report.page", ".")
@@ -207,19 +206,19 @@ def environment() -> Environment:
 
 
 def page_part(name: str) -> str:
-    """Return the style or the script of the page, without indentation and comments of whole lines."""
+    """Return the style sheet or the script of the page, without indentation and lines that are comments."""
     return re.sub(r"(?m)^(\s+|//.*\n)", "", Path(__file__).with_name(name).read_text("utf-8"))
 
 
 def policy(css: str, script: str) -> str:
-    """Return the content security policy: only this style, this script and embedded pictures."""
+    """Return the content security policy, which allows only this style, this script and embedded pictures."""
     style, script = (f"'sha256-{b64encode(sha256(text.encode()).digest()).decode()}'" for text in (css, script))
     own = f"style-src {style}; script-src {script}; img-src data:"
     return f"default-src 'none'; {own}; base-uri 'none'; form-action 'none'"
 
 
 def for_notebook(data: Mapping[str, Any]) -> str:
-    """Return the profiler for a notebook: a page in a frame, separate from the notebook's names, styles and scripts."""
+    """Return the profiler as HTML for a notebook: a page in a frame, isolated from styles and scripts around it."""
     css, script = page_part("page.css"), page_part("page.js")
     page = environment().get_template("notebook.html")
     alone = page.render(css=css, script=script, policy=policy(css, script), profiler=data)
