@@ -1,16 +1,13 @@
-"""Designed experiments on a scalar response: arrays in, results out, no files and no printing.
+"""Design of experiments for a scalar response; functions take and return arrays and numbers, without files or output.
 
-    designs       the runs of a design, by its name; `factorial` has those of two levels, `coding` converts natural ↔
-                  coded units
-    effects       of factors at two levels, with their tests, and the interactions that they are aliased with; `lenth`
-                  for Lenth's method
-    regression    `least_squares`, the fit under all of them; `surface`, the full quadratic in coded units, with `anova`
-                  and the influence of each run; `backward_elimination` removes terms, `canonical` finds the stationary
-                  point
-    calibration   all solutions for one target value and the ranges of the factors over them (`level_set`), or
-                  the fit to several measured values (`likelihood`) with its `confidence_intervals`; `region` has the
-                  bounds, `search_path` chooses the next simulation
-    comparison    measured against simulated under every condition, and against a formula
+    designs       designs by name; `factorial` has two-level designs, `coding` converts natural to coded units and back
+    effects       main effects of two-level designs, with tests and aliases; `lenth` is Lenth's method
+    regression    `least_squares`; `surface`, the full quadratic model in coded units, with `anova`;
+                  `backward_elimination` of terms; `canonical` analysis of the stationary point
+    calibration   all factor settings with a given response (`level_set`), or the fit to several measured values
+                  (`likelihood`) and its `confidence_intervals`; `region` has the bounds, `search_path` chooses the next
+                  simulation
+    comparison    measured and simulated responses at all conditions, compared with each other and with a power law
 
-Every result is a frozen dataclass of plain Python numbers and arrays, ``None`` where a quantity has no value.
+Every result is a frozen dataclass of Python numbers and arrays; a quantity without a value is None.
 """

@@ -1,4 +1,4 @@
-"""Natural ↔ coded units by the design, never by data; terms of a full quadratic: names, columns, derivatives."""
+"""Conversion between natural and coded units, and the terms of the full quadratic model: names, values, derivatives."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Coding:
-    """x = (natural − centre) / half_step for each factor.
+    """Coded units x = (natural − centre)/half_step of each factor.
 
     >>> coding = Coding(("yield_stress",), (15.0,), (2.5,))
     >>> float(coding.to_coded([[20.0]])[0, 0])
@@ -39,39 +39,39 @@ class Coding:
 
     @classmethod
     def from_ranges(cls, names: Sequence[str], low: ArrayLike, high: ArrayLike, reach: float = 1.0) -> Coding:
-        """Put low and high at −reach and +reach: 1 for a two-level design, α for a central composite."""
+        """Code factor ranges such that low is −reach and high +reach: 1 in a two-level design, α in a composite one."""
         bottom, top = np.asarray(low, dtype=float), np.asarray(high, dtype=float)
         centre, half_step = 0.5 * (bottom + top), 0.5 * (top - bottom) / reach
         return cls(tuple(names), tuple(map(float, centre)), tuple(map(float, half_step)))
 
     def to_coded(self, natural: ArrayLike) -> Array:
-        """Code an array whose last axis runs over the factors."""
+        """Convert natural to coded units; the last axis of the array runs over the factors."""
         return np.asarray((np.asarray(natural, dtype=float) - self.centre) / np.asarray(self.half_step))
 
     def to_natural(self, coded: ArrayLike) -> Array:
-        """Undo `to_coded`."""
+        """Convert coded to natural units; the inverse of `to_coded`."""
         return np.asarray(np.asarray(coded, dtype=float) * np.asarray(self.half_step) + self.centre)
 
     def levels(self, coded: ArrayLike) -> dict[str, float]:
-        """Return one coded point as levels by name, twelve digits: an axial point is 20, not 19.999999999999996."""
+        """Return the natural level of each factor at a coded point, rounded to twelve digits (20, not 19.9999…96)."""
         natural = self.to_natural(coded)
         return {name: float(f"{value:.12g}") for name, value in zip(self.names, natural, strict=True)}
 
     def runs(self, coded: Iterable[ArrayLike], others: Mapping[str, float]) -> tuple[dict[str, float], ...]:
-        """Return every factor's level in each run; `others` has those of factors that do not vary."""
+        """Return the natural levels of all factors in each run; `others` are the levels of factors that do not vary."""
         return tuple({**others, **self.levels(row)} for row in coded)
 
     def by_name(self, coded: Array) -> dict[str, float]:
-        """Return one coded point by name."""
+        """Return the coordinates of a coded point by the names of the factors."""
         return dict(zip(self.names, map(float, coded), strict=True))
 
     def point(self, by_name: Mapping[str, float]) -> Array:
-        """Undo `by_name`."""
+        """Return the coded point from coordinates by name; the inverse of `by_name`."""
         return np.array([by_name[name] for name in self.names])
 
 
 def term_names(names: Sequence[str]) -> tuple[str, ...]:
-    """List the terms: the mean, linear, interactions, squares.
+    """Return the names of the terms in order: the mean, linear terms, interactions, squares.
 
     >>> term_names(["a", "b"])
     ('1', 'a', 'b', 'a:b', 'a^2', 'b^2')
@@ -82,19 +82,18 @@ def term_names(names: Sequence[str]) -> tuple[str, ...]:
 
 @cache
 def _pairs(k: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Return the factors of every interaction, in the order of `term_names`."""
-    return np.triu_indices(k, 1)
+    return np.triu_indices(k, 1)  # the two factors of each interaction, in the order of `term_names`
 
 
 def term_columns(coded: ArrayLike) -> Array:
-    """Evaluate every term at (m, k) coded points; returns (m, p)."""
+    """Evaluate all p terms at m coded points (m, k); return the model matrix (m, p)."""
     x = np.atleast_2d(np.asarray(coded, dtype=float))
     first, second = _pairs(x.shape[1])
     return np.concatenate([np.ones((len(x), 1)), x, x[:, first] * x[:, second], x**2], axis=1)
 
 
 def term_gradient(coded: ArrayLike) -> Array:
-    """Differentiate every term at one coded point; returns (p, k)."""
+    """Return the derivatives of all p terms with respect to the k factors at one coded point, (p, k)."""
     x = np.asarray(coded, dtype=float)
     first, second = _pairs(x.size)
     products, rows = np.zeros((len(first), x.size)), np.arange(len(first))

@@ -1,8 +1,8 @@
-"""Measured against simulated response over the stem diameter or another condition, and against a formula.
+"""Compare measured with simulated responses over the stem diameter or another condition, and with a power law.
 
-A model that predicts no better than F = a·dᵇ through the same forces has shown nothing of what it is made of. The
-formula is fitted to the least sum of squared relative errors, Σ((F_d − a·dᵇ)/F_d)², for which a is known where b is:
-with r = dᵇ/F it is Σr/Σr².
+If the model predicts forces no better than F = a·dᵇ fitted to the same measurements, they are no evidence for its
+mechanics. The power law minimises the sum of squared relative errors Σ((F_d − a·dᵇ)/F_d)²; for each exponent b the best
+factor is a = Σr/Σr² with r = dᵇ/F_d.
 """
 
 from __future__ import annotations
@@ -24,7 +24,12 @@ from stemcal.vocabulary import CUTTING, Vocabulary, Wording
 
 @dataclass(frozen=True)
 class ValidationRow:
-    """One diameter, or other condition; simulated and error are None where the run failed."""
+    """Measured and simulated response at one condition; the simulated value and the error are None if the run failed.
+
+    role               whether the measured value was used in the fit
+    sd, n              standard deviation and number of specimens of the measured mean
+    left_out_percent   error of a fitted condition if it is predicted by a fit to the other conditions
+    """
 
     condition: float
     measured: float
@@ -34,12 +39,11 @@ class ValidationRow:
     sd: float | None = None
     n: int | None = None
     left_out_percent: float | None = absent()
-    """Error of a fitted condition, predicted from a fit to the others."""
 
 
 @dataclass(frozen=True)
 class Exponent:
-    """b of force ~ diameter^b, with its 95 % interval (None with fewer than three points)."""
+    """The exponent b of F = a·dᵇ with its 95 % confidence interval, None for two points."""
 
     value: float
     low: float | None
@@ -47,13 +51,16 @@ class Exponent:
 
     @classmethod
     def of(cls, law: PowerLaw | None) -> Exponent | None:
-        """Return that of a law, None where there is none."""
+        """Return the exponent of a power law; None without a law."""
         return None if law is None else cls(law.exponent, *(law.exponent_interval or (None, None)))
 
 
 @dataclass(frozen=True)
 class Validation:
-    """Errors by diameter, and how force grows with diameter, None where it is no force over the stem's diameter."""
+    """Errors at all conditions, and the exponents of measured and simulated forces over the stem diameter.
+
+    The exponents and the slope of the error are None unless the response is a force over the stem diameter.
+    """
 
     rows: tuple[ValidationRow, ...]
     worst_held_out_percent: float | None
@@ -71,11 +78,12 @@ def compare_conditions(
     scatter: Sequence[tuple[float | None, int | None]] | None = None,
     naming: Vocabulary = CUTTING,
 ) -> Validation:
-    """Compare responses; error = 100·(measured − simulated)/measured.
+    """Compare measured and simulated responses; error = 100·(measured − simulated)/measured.
 
-    None or NaN in `simulated` marks a failed run. The parameters were fitted at `calibration_condition`, one or more:
-    no independent check. `scatter` has standard deviation and number of specimens of each measured mean, None where
-    unknown. Only forces over stems (`naming`) have exponents, and are looked through for a trend.
+    None or NaN in `simulated` marks a failed run. `calibration_condition`, one or more, are the conditions used in the
+    fit, whose errors are no independent check. `scatter` has the standard deviation and the number of specimens of each
+    measured mean, None if unknown. The exponents and the trend of the error are computed only if, by `naming`, the
+    response is a force over the stem diameter.
     """
     scatter = scatter or [(None, None)] * len(conditions)
     if not len(conditions) == len(measured) == len(simulated):
@@ -106,7 +114,7 @@ def compare_conditions(
 
 
 def standard_error(mean: float, sd: float | None, n: int | None) -> float | None:
-    """Return the standard error of a measured mean in percent of it, None where it is unknown.
+    """Return the standard error of a measured mean in percent of the mean; None if it is unknown.
 
     >>> standard_error(100.0, 12.0, 9), standard_error(100.0, 12.0, None)
     (4.0, None)
@@ -115,7 +123,7 @@ def standard_error(mean: float, sd: float | None, n: int | None) -> float | None
 
 
 def error_percent(measured: float, simulated: float | None) -> float | None:
-    """Return 100·(measured − simulated)/measured; None where there is no simulated value.
+    """Return 100·(measured − simulated)/measured; None without a simulated value.
 
     >>> error_percent(100.0, 90.0)
     10.0
@@ -124,7 +132,10 @@ def error_percent(measured: float, simulated: float | None) -> float | None:
 
 
 def _error_trend(rows: Sequence[ValidationRow]) -> tuple[float | None, tuple[Note, ...]]:
-    """Return the slope of the error over three diameters or more, with a note if it explains most of the variation."""
+    """Return the slope of the error over the diameter (% per mm), and a note if it explains over half of the variance.
+
+    The slope is None with fewer than three diameters.
+    """
     d = np.array([row.condition for row in rows])
     if len(np.unique(d)) < 3:
         return None, ()
@@ -141,28 +152,34 @@ def _error_trend(rows: Sequence[ValidationRow]) -> tuple[float | None, tuple[Not
     return slope, (Note("error_trend", "warning", text),)
 
 
-# ---- a formula without mechanics
+# ---- comparison with a power law, a formula without mechanics
 
-_EXPONENTS = (-2.0, 8.0)
-_NORMAL = 1.96  # standard errors by which a measured mean may be off, at 95 %
+_EXPONENTS = (-2.0, 8.0)  # bounds of b
+_NORMAL = 1.96  # 95 % of normally distributed means are within this number of standard errors
 
 Better = Literal["model", "formula", "neither"]
 Force = tuple[float, float, float | None]
-"""Diameter, measured mean, and its standard error in percent, None where it is unknown."""
+"""Diameter, measured mean force, and the standard error of this mean in percent (None if unknown)."""
 
 
 @dataclass(frozen=True)
 class Formula:
-    """F = a·dᵇ: b, the largest error at held-out diameters and the largest standard error of these means, percent."""
+    """The power law F = a·dᵇ as a rival of the model.
+
+    exponent                 b
+    worst_held_out_percent   largest error at diameters that were not used in the fit
+    standard_error_percent   largest standard error of the measured means there
+    """
 
     exponent: float
     worst_held_out_percent: float
     standard_error_percent: float | None = absent()
 
     def better(self, model_percent: float) -> Better:
-        """Return the better prediction; neither if the scatter of the measured means explains the difference.
+        """Return which prediction is better, the largest error of the model being `model_percent`.
 
-        A mean is off by more than 1.96 standard errors in 5 % of cases, and with it the difference of two errors.
+        It is neither if the errors differ by less than 1.96 standard errors of the measured mean, since the scatter of
+        the specimens may then explain the difference.
 
         >>> Formula(2.6, 0.1, 4.7).better(3.0), Formula(2.6, 0.1, 1.0).better(3.0), Formula(2.6, 9.0).better(3.0)
         ('neither', 'formula', 'model')
@@ -174,9 +191,9 @@ class Formula:
 
 
 def formula_elsewhere(fitted: Sequence[Force], held_out: Sequence[Force]) -> Formula | None:
-    """Return F = a·dᵇ through the forces at two fitted diameters or more, and its error at the held-out ones.
+    """Fit F = a·dᵇ to the forces at the fitted diameters; return it with its error at the held-out diameters.
 
-    None without either: through a single diameter the exponent would be an assumption, and no comparison with it.
+    None with fewer than two fitted diameters, which do not determine the exponent, or without a held-out one.
 
     >>> formula_elsewhere([(8.0, 159.2, None)], [(7.0, 120.0, None), (11.0, 378.2, None)]) is None
     True
@@ -189,12 +206,12 @@ def formula_elsewhere(fitted: Sequence[Force], held_out: Sequence[Force]) -> For
     at, measured = np.array([force[:2] for force in held_out], dtype=float).T
     b = _exponent(d, f)
     errors = 1.0 - _factor(d, f, b) * (at / d[0]) ** b / measured
-    known = [error for *_, error in held_out if error is not None]
-    return Formula(b, float(100.0 * np.max(np.abs(errors))), max(known, default=None))
+    standard_errors = [percent for *_, percent in held_out if percent is not None]
+    return Formula(b, float(100.0 * np.max(np.abs(errors))), max(standard_errors, default=None))
 
 
 def formula_left_out(forces: Sequence[Force]) -> Formula | None:
-    """Return F = a·dᵇ through all forces, its largest error that at a diameter left out, each in turn.
+    """Fit F = a·dᵇ to all forces; its error is that of leave-one-out cross-validation, each diameter left out in turn.
 
     None with fewer than three diameters.
 
@@ -214,16 +231,16 @@ def formula_left_out(forces: Sequence[Force]) -> Formula | None:
 
 
 def _exponent(d: Array, f: Array) -> float:
-    """Return b of the least sum of squared relative errors."""
+    """Return the exponent b with the least sum of squared relative errors of the forces `f` at the diameters `d`."""
     from scipy.optimize import minimize_scalar
 
-    def missed(b: float) -> float:
+    def sum_of_squares(b: float) -> float:
         return float(np.sum((1.0 - _factor(d, f, b) * (d / d[0]) ** b / f) ** 2))
 
-    return float(minimize_scalar(missed, bounds=_EXPONENTS, method="bounded", options={"xatol": 1e-9}).x)
+    return float(minimize_scalar(sum_of_squares, bounds=_EXPONENTS, method="bounded", options={"xatol": 1e-9}).x)
 
 
 def _factor(d: Array, f: Array, b: float) -> float:
-    """Return a of F = a·(d/d₁)ᵇ: Σr/Σr²."""
+    """Return the best factor a = Σr/Σr² of F = a·(d/d₁)ᵇ for an exponent b, with r = (d/d₁)ᵇ/F."""
     r = (d / d[0]) ** b / f
     return float(r.sum() / (r @ r))

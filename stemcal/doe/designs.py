@@ -1,7 +1,7 @@
-"""The designs by name, in coded units; those of two levels are built in `factorial`.
+"""Screening designs and designs for response surfaces by name, in coded units.
 
-A new screening design is one function and one line in `_SCREENING`, a new surface design one class and one line in
-`SURFACES`, or an entry point of the group ``stemcal.designs`` in another package.
+A new screening design is one function and one line in `_SCREENING`. A new design for response surfaces is one class and
+one line in `SURFACES`, or an entry point of the group ``stemcal.designs`` in another package.
 """
 
 from collections.abc import Callable
@@ -13,12 +13,12 @@ from typing import Any, ClassVar
 import numpy as np
 
 from stemcal.doe.coding import Array, term_columns
-from stemcal.doe.factorial import fraction, plackett_burman
+from stemcal.doe.factorial import fraction, full_factorial, plackett_burman
 from stemcal.errors import UsageError
 from stemcal.registry import Checked, ForeignError, Registry, contained
 
-_MOST_FOR_FIVE_LEVELS = 5
-_RUNS_PER_TERM = 2  # of a Latin hypercube whose number of runs is not given
+_MOST_FOR_FIVE_LEVELS = 5  # number of factors up to which the candidates for extra runs include the axial levels ±α
+_RUNS_PER_TERM = 2  # default number of runs of a Latin hypercube, per term of the quadratic model
 
 _SCREENING: dict[str, Callable[[int, int | None], Array]] = {
     "plackett-burman": plackett_burman,
@@ -27,7 +27,7 @@ _SCREENING: dict[str, Callable[[int, int | None], Array]] = {
 
 
 def screening_runs(name: str, k: int, runs: int | None = None, folded: bool = False) -> Array:
-    """Build a screening design for k factors, folded over if asked; `runs` overrides its usual size."""
+    """Return a screening design for k factors, `folded` over or not; `runs` replaces its usual number of runs."""
     if name not in _SCREENING:
         raise UsageError(f"screen.design: unknown design {name!r}; choose one of {', '.join(_SCREENING)}")
     design = _SCREENING[name](k, runs)
@@ -35,16 +35,17 @@ def screening_runs(name: str, k: int, runs: int | None = None, folded: bool = Fa
 
 
 def fold_over(coded: Array) -> Array:
-    """Append every run with all signs reversed: main effects become clear of two-factor interactions.
+    """Fold a design over: append every run with all signs reversed, so that resolution III becomes IV.
 
-    Resolution III turns into IV. Source: G. E. P. Box and K. B. Wilson, J. R. Stat. Soc. B 13 (1951) 1–45.
+    Main effects are then not aliased with two-factor interactions. Source: G. E. P. Box and K. B. Wilson, J. R. Stat.
+    Soc. B 13 (1951) 1–45.
     """
     return np.vstack([coded, 0.0 - coded])
 
 
 # ---- designs for a response surface
 
-# The factors that vary together while the others rest at the centre, counted from 1.
+# Blocks of a Box–Behnken design: the factors (from 1) that vary together while all others are at the centre.
 _BLOCKS: dict[int, tuple[tuple[int, ...], ...]] = {
     **{k: tuple(combinations(range(1, k + 1), 2)) for k in (3, 4, 5)},
     6: ((1, 2, 4), (2, 3, 5), (3, 4, 6), (1, 4, 5), (2, 5, 6), (1, 3, 6)),
@@ -53,10 +54,10 @@ _BLOCKS: dict[int, tuple[tuple[int, ...], ...]] = {
 
 
 def axial_distance(k: int, alpha: str | float = "rotatable") -> float:
-    """Return α, the coded distance of the axial points: by a rule, or as given.
+    """Return the coded distance α of the axial points from the centre, by a rule or as a number.
 
-    With ``rotatable`` the variance depends on the distance alone, α⁴ = corner runs (G. E. P. Box and J. S. Hunter, Ann.
-    Math. Stat. 28 (1957), 195–241); with ``face`` α = 1.
+    With ``rotatable``, α⁴ = number of factorial runs: the variance of the prediction then depends only on the distance
+    from the centre (G. E. P. Box and J. S. Hunter, Ann. Math. Stat. 28 (1957), 195–241). With ``face``, α = 1.
     """
     if alpha == "rotatable":
         return float(len(_corners(k)) ** 0.25)
@@ -72,10 +73,10 @@ def axial_distance(k: int, alpha: str | float = "rotatable") -> float:
 
 
 def central_composite(k: int, centre_points: int = 6, alpha: str | float = "rotatable") -> Array:
-    """Build a central composite design, (F + 2k + centre_points, k): corners, axial points and centre points.
+    """Return a central composite design, (F + 2k + centre_points, k): F factorial runs, axial points, centre points.
 
-    From five factors on, the F corners are the smallest fraction of resolution V, which still estimates every
-    interaction. Source: G. E. P. Box and K. B. Wilson, J. Roy. Stat. Soc. B 13 (1951), 1–45.
+    From five factors on, the factorial runs are the smallest fraction of resolution V, which still estimates all
+    two-factor interactions. Source: G. E. P. Box and K. B. Wilson, J. Roy. Stat. Soc. B 13 (1951), 1–45.
     """
     if k < 1:
         raise UsageError(f"rsm.factors: the number of factors is {k}; list at least one factor")
@@ -86,33 +87,27 @@ def central_composite(k: int, centre_points: int = 6, alpha: str | float = "rota
 
 
 def _corners(k: int) -> Array:
-    """Return the corner runs: all 2^k, the last factor fastest, or a fraction of resolution V."""
-    if k >= 5:
-        return fraction(k, resolution=5).design()
-    from pyDOE3 import ff2n
-
-    return np.asarray(ff2n(k), dtype=float)
+    """Return the factorial runs: all 2^k, the last factor changing fastest, or a fraction of resolution V."""
+    return fraction(k, resolution=5).design() if k >= 5 else full_factorial(k)[:, ::-1]
 
 
 def box_behnken(k: int, centre_points: int = 3) -> Array:
-    """Build a Box–Behnken design for 3 to 7 factors: 12, 24, 40, 48 or 56 runs without a corner, and the centre points.
+    """Return a Box–Behnken design for 3 to 7 factors: 12, 24, 40, 48 or 56 runs, none at a corner, and centre points.
 
     Source: G. E. P. Box and D. W. Behnken, Technometrics 2 (1960), 455–475.
     """
     if k not in _BLOCKS:
         raise UsageError(f"Box–Behnken designs are available for 3 to 7 factors, not for {k}; use `central-composite`")
-    from pyDOE3 import ff2n
-
     runs = []
     for block in _BLOCKS[k]:
         runs.append(np.zeros((2 ** len(block), k)))
-        runs[-1][:, [factor - 1 for factor in block]] = ff2n(len(block))
+        runs[-1][:, [factor - 1 for factor in block]] = full_factorial(len(block))[:, ::-1]
     return np.vstack([*runs, np.zeros((centre_points, k))])
 
 
 @dataclass(frozen=True)
 class SurfaceOptions:
-    """Options of a design for a response surface; each design uses those that apply to it."""
+    """Options of a design for a response surface; each design uses the options that apply to it."""
 
     design: str = "central-composite"
     centre_points: int = 6
@@ -122,7 +117,11 @@ class SurfaceOptions:
 
 
 class SurfaceDesign(Checked):
-    """A coded design for a surface of least to most `factors`; the mean level of a `balanced` design is 0."""
+    """Base class of designs for a response surface, in coded units.
+
+    factors    smallest and largest number of factors
+    balanced   whether the mean coded level of each factor is 0
+    """
 
     name: ClassVar[str] = ""
     factors: ClassVar[tuple[int, int]] = (2, 100)
@@ -133,7 +132,7 @@ class SurfaceDesign(Checked):
         raise NotImplementedError
 
     def runs(self, k: int, options: SurfaceOptions) -> Array:
-        """Return the runs (n, k); raise `UsageError` for a number of factors that the design does not support."""
+        """Return `points` after checking them; raise `UsageError` for a number of factors outside `factors`."""
         least, most = self.factors
         if not (1 if least == 2 else least) <= k <= most:  # a spec may name a single factor
             raise UsageError(f"rsm.factors: the `{self.name}` design requires {least} to {most} factors, not {k}")
@@ -146,7 +145,7 @@ class SurfaceDesign(Checked):
         return points
 
     def _checked(self, part: Callable[[int, SurfaceOptions], Any], k: int, options: SurfaceOptions) -> Array:
-        """Return what a method of a design returns, as finite numbers; another package may return anything."""
+        """Call a method of the design, maybe from another package; return its result as an array of finite numbers."""
         try:
             with contained():
                 values = np.asarray(part(k, options), dtype=float)
@@ -166,16 +165,16 @@ class SurfaceDesign(Checked):
         )
 
     def reach(self, k: int, options: SurfaceOptions) -> float:
-        """Return the coded distance of the low and high levels of a factor."""
+        """Return the coded value of the high level of a factor; the low level is its negative."""
         return 1.0
 
     def radius(self, k: int, options: SurfaceOptions) -> float:
-        """Return the coded radius within which the surface may be used: by default √k, the distance of the corners."""
+        """Return the coded radius within which the surface is valid; by default √k, the distance of the corners."""
         return float(k**0.5)
 
 
 class CentralComposite(SurfaceDesign):
-    """Corners, axial points at α and the centre."""
+    """Central composite design: factorial runs at the corners, axial points at ±α, and the centre."""
 
     name = "central-composite"
 
@@ -191,7 +190,7 @@ class CentralComposite(SurfaceDesign):
 
 
 class BoxBehnken(SurfaceDesign):
-    """Midpoints of edges and the centre; no run at a corner."""
+    """Box–Behnken design: midpoints of the edges and the centre; no run at a corner."""
 
     name, factors = "box-behnken", (3, 7)
 
@@ -203,7 +202,7 @@ class BoxBehnken(SurfaceDesign):
 
 
 class LatinHypercube(SurfaceDesign):
-    """Points distributed over the whole range of all factors."""
+    """Latin hypercube: points spread over the whole range of each factor."""
 
     name, balanced = "latin-hypercube", False
 
@@ -221,19 +220,19 @@ SURFACES: Registry[SurfaceDesign] = Registry(
 
 def surface_design(name: str) -> SurfaceDesign:
     """Return a design by its name; raise `UsageError` if there is none."""
-    if (found := SURFACES.named(name)) is None:
-        known = ", ".join(each.name for each in SURFACES.built_in)
+    if (design := SURFACES.named(name)) is None:
+        known = ", ".join(built_in.name for built_in in SURFACES.built_in)
         raise UsageError(f"rsm.design: unknown design {name!r}; choose one of {known}")
-    return found
+    return design
 
 
 def surface_runs(k: int, options: SurfaceOptions) -> Array:
-    """Build a design for the response surface of k factors, its extra runs last."""
+    """Return the design of the response surface for k factors, followed by its extra runs."""
     design = surface_design(options.design)
     runs = design.runs(k, options)
     if not options.extra_runs:
         return runs
-    # candidates: the grid of 0, ±1 and, for few factors, ±α, within the sphere where the surface may be used
+    # candidates: the grid of the levels 0, ±1 and, for few factors, ±α, within the sphere where the surface is valid
     reach, radius = design.reach(k, options), design.radius(k, options)
     levels = sorted({-1.0, 0.0, 1.0} | ({-reach, reach} if k <= _MOST_FOR_FIVE_LEVELS else set()))
     grid = np.array(list(product(levels, repeat=k)))
@@ -242,15 +241,15 @@ def surface_runs(k: int, options: SurfaceOptions) -> Array:
 
 
 _SAME_POINT = 1e-6
-_RIDGE = 1e-8  # for a design that cannot estimate every term yet
+_RIDGE = 1e-8  # makes XᵀX of a design that cannot estimate every term invertible
 
 
 def extra_runs(design: Array, count: int, candidates: Array) -> Array:
-    """Choose `count` of the candidates for the quadratic of a design, (count, k).
+    """Augment a design D-optimally for the full quadratic model: choose `count` of the candidates, (count, k).
 
-    They are added one by one where the variance of prediction is largest, so that |XᵀX| grows most: the first n of more
-    runs are those of n runs. No point is taken twice: a deterministic solver would give the same response. Source:
-    T. J. Mitchell, Technometrics 16 (1974), 203–210. Raise `UsageError` if the design leaves fewer candidates.
+    Each step adds the candidate with the largest variance of prediction, which increases |XᵀX| most. Points of the
+    design are not repeated, because a deterministic solver would return the same response. Raises `UsageError` if too
+    few candidates are left. Source: T. J. Mitchell, Technometrics 16 (1974), 203–210.
     """
     gaps = np.abs(candidates[:, None] - design[None]).max(axis=2)
     points = candidates[gaps.min(axis=1) > _SAME_POINT]
@@ -269,13 +268,14 @@ def extra_runs(design: Array, count: int, candidates: Array) -> Array:
 
 @cache
 def latin_hypercube(k: int, runs: int, seed: int = 0) -> Array:
-    """Return runs points in −1 … +1, one in each of the `runs` slices of every factor, of low centred discrepancy.
+    """Return a Latin hypercube (runs, k) from −1 to +1, optimised by SciPy for low centred discrepancy.
 
-    Source: M. D. McKay, R. J. Beckman and W. J. Conover, Technometrics 21 (1979), 239–245; as in SciPy.
+    Each of `runs` equal slices of a factor's range contains one point. Source: M. D. McKay, R. J. Beckman and W. J.
+    Conover, Technometrics 21 (1979), 239–245.
     """
     from scipy.stats.qmc import LatinHypercube
 
     sampler = LatinHypercube(k, optimization="random-cd", seed=np.random.default_rng(seed))
     points = np.asarray(2.0 * sampler.random(runs) - 1.0)
-    points.setflags(write=False)  # it is kept for the next call
+    points.setflags(write=False)  # the cache returns the same array again
     return points

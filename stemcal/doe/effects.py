@@ -1,4 +1,4 @@
-"""Effects of factors at two levels, with their tests, their aliases, and the curvature that centre runs show."""
+"""Main effects in two-level designs: F tests, Lenth's method, aliases, and the test of curvature with centre runs."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,7 +15,12 @@ from stemcal.notes import Note
 
 @dataclass(frozen=True)
 class Effect:
-    """One factor's change of the response from its low to its high level, with its tests."""
+    """The main effect of a factor: change of the mean response from its low to its high level, with tests.
+
+    contribution_percent   sum of squares in percent of the total sum of squares
+    f, p                   F ratio and p-value against the residual; None without a residual
+    lenth_t                effect divided by Lenth's pseudo standard error
+    """
 
     factor: str
     symbol: str
@@ -29,7 +34,7 @@ class Effect:
 
 @dataclass(frozen=True)
 class Residual:
-    """What the effects leave unexplained."""
+    """The residual of the main-effects model: sum of squares and degrees of freedom."""
 
     sum_of_squares: float
     df: int
@@ -37,7 +42,14 @@ class Residual:
 
 @dataclass(frozen=True)
 class Curvature:
-    """Centre response by the corners, mean of `runs` centre runs, difference and its test; `curved` if p < α."""
+    """Test of curvature: does the response at the centre differ from the plane through the corner runs?
+
+    corners          response at the centre predicted by the corner runs
+    centre           mean response of the `runs` centre runs
+    difference       corners − centre, with its sum of squares and F test
+    df               residual degrees of freedom of the F test
+    curved           whether p < α
+    """
 
     corners: float
     centre: float
@@ -50,13 +62,16 @@ class Curvature:
     curved: bool
 
 
-def is_beyond_margin(effect: Effect, size: Lenth) -> bool:
-    """Compare an effect with Lenth's margin of error."""
-    return size.me is not None and abs(effect.effect) > size.me
+def is_beyond_margin(effect: Effect, margins: Lenth) -> bool:
+    """Whether an effect exceeds Lenth's margin of error ME."""
+    return margins.me is not None and abs(effect.effect) > margins.me
 
 
 def residual_of(fit: LeastSquares, centre: Array) -> tuple[Residual, float | None]:
-    """Return the residual with the scatter of the centre runs, and its mean square; None where it is zero."""
+    """Pool the residual of the corner runs with the pure error of the centre runs; return it and its mean square.
+
+    The mean square is None if it is zero or has no degrees of freedom.
+    """
     pure = _pure(centre)
     residual = Residual(fit.residual_ss + pure, fit.df + (len(centre) - 1 if pure else 0))
     return residual, residual.sum_of_squares / residual.df if residual.df and (pure or not fit.exact) else None
@@ -70,29 +85,29 @@ def effects_of(
     symbols: Sequence[str],
     alpha: float,
 ) -> tuple[list[Effect], Lenth]:
-    """Return every effect with its share of the total, its F test against the residual and its Lenth t, and margins.
+    """Return the effects of all factors, each with F test and Lenth t, and Lenth's margins for the level `alpha`.
 
-    Effect = 2β = mean(high) − mean(low) when the design is orthogonal; SS is then n/4·effect². Effects that are
-    rounding become exactly zero, lest Lenth's method compare rounding with rounding.
+    Effect = 2β, in an orthogonal design mean(high) − mean(low) with SS = n/4·effect². Effects due to rounding are set
+    to zero, because Lenth's method would otherwise find some of them significant.
     """
     floor = ROUNDING * float(fit.response @ fit.response)
     changes = np.where(fit.partial_ss[1:] <= floor, 0.0, 2.0 * fit.coefficients[1:])
-    size, effects = lenth(changes, alpha), []
+    margins, effects = lenth(changes, alpha), []
     for i, (name, ss) in enumerate(zip(names, fit.partial_ss[1:].tolist(), strict=True)):
         f, p = f_test(ss, 1, mean_square, residual.df) or (None, None)
         effect, share = float(changes[i]), 0.0 if fit.flat else 100.0 * ss / fit.total_ss
-        effects.append(Effect(name, symbols[i], effect, share, ss, f, p, effect / size.pse if size.pse else None))
-    return effects, size
+        effects.append(Effect(name, symbols[i], effect, share, ss, f, p, effect / margins.pse if margins.pse else None))
+    return effects, margins
 
 
 # ---- centre points: is the response curved within the ranges?
 #
-# A column that is 1 at the centre runs and 0 at the corners is added to the fit of the corners. It takes up the centre
-# runs, so the other coefficients stay as they are, and its own is δ = ȳ_C − b₀; b₀ is the intercept of the corners. The
-# sum of squares is δ²/(1/n_C + c₀₀) with one degree of freedom, c₀₀ the element of (XᵀX)⁻¹ of the intercept. With all
-# corner runs b₀ = ȳ_F and c₀₀ = 1/n_F, which gives n_F·n_C·(ȳ_F − ȳ_C)²/(n_F + n_C): D. C. Montgomery, Design and
-# Analysis of Experiments, 8th ed., section 6.8. After failed runs ȳ_F depends on the effects, b₀ does not. Centre runs
-# that agree exactly are one run.
+# The model of the corner runs gets a further column, which is 1 at centre runs and 0 at corners. It does not change the
+# other coefficients; its own is δ = ȳ_C − b₀, with b₀ the intercept of the corner runs. Its sum of squares is
+# δ²/(1/n_C + c₀₀) with one degree of freedom, where c₀₀ is the diagonal element of (XᵀX)⁻¹ for the intercept. If no
+# corner run failed, b₀ = ȳ_F and c₀₀ = 1/n_F, and this is n_F·n_C·(ȳ_F − ȳ_C)²/(n_F + n_C): D. C. Montgomery, Design
+# and Analysis of Experiments, 8th ed., section 6.8. If some failed, ȳ_F would depend on the effects; b₀ does not.
+# Centre runs with exactly the same response count as one run.
 
 
 def centre_runs(design: Array) -> NDArray[np.bool_]:
@@ -104,7 +119,7 @@ def centre_runs(design: Array) -> NDArray[np.bool_]:
 def curvature_of(
     fit: LeastSquares, centre: Array, residual: Residual, mean_square: float | None, alpha: float
 ) -> Curvature | None:
-    """Return the distance of the centre from the plane fitted to the corners; None without centre runs."""
+    """Test the response at the centre against the model of the corner runs `fit`; None without centre runs."""
     if not len(centre):
         return None
     runs = len(centre) if _pure(centre) else 1
@@ -115,22 +130,22 @@ def curvature_of(
 
 
 def _pure(centre: Array) -> float:
-    """Return the scatter of centre runs; 0 where they agree but for rounding."""
+    """Return the pure-error sum of squares of the centre runs; 0 if they differ only by rounding."""
     pure = float(np.sum((centre - centre.mean()) ** 2)) if len(centre) > 1 else 0.0
     return pure if pure > NEGLIGIBLE * float(centre @ centre) else 0.0
 
 
-# ---- what a main effect may hide: its aliases among the two-factor interactions
+# ---- aliases of main effects with two-factor interactions
 
-# Long lists of aliases are not read: the first ones are listed, the others counted.
+# A note lists this number of factors and of aliases of each, and has the number of the others.
 _SHOWN_FACTORS, _SHOWN_ALIASES = 6, 3
 
 
 def alias_matrix(coded: Array) -> Array:
-    """Return A = (XᵀX)⁻¹XᵀZ without the row of the mean: X the main effects, Z the two-factor interactions.
+    """Return the alias matrix A = (XᵀX)⁻¹XᵀZ without the row of the mean, (k, k(k − 1)/2).
 
-    Row i, column jk is the weight of interaction jk in the estimate of main effect i. The columns
-    run as `itertools.combinations` of the factors.
+    X has the columns of the mean and the main effects, Z those of the two-factor interactions in the order of
+    `itertools.combinations`. A_ij is the weight of interaction j in the estimate of main effect i.
     """
     n, k = coded.shape
     main = np.column_stack([np.ones(n), coded])
@@ -141,7 +156,7 @@ def alias_matrix(coded: Array) -> Array:
 
 
 def aliases_note(coded: Array, names: Sequence[str]) -> Note:
-    """Return the two-factor interactions that are aliased with main effects."""
+    """Return a note on two-factor interactions that are aliased with main effects."""
     weights, pairs = np.abs(alias_matrix(coded)), [f"{a}:{b}" for a, b in combinations(names, 2)]
     largest, design = float(weights.max(initial=0.0)), f"In this design with {len(coded)} runs"
     if not pairs:

@@ -1,8 +1,9 @@
-"""Designs of two levels: full factorials, their regular fractions with the defining relation, Plackett–Burman.
+"""Two-level designs: full factorials, regular fractions and Plackett–Burman designs.
 
-A run of a fraction is a full factorial in the first letters; each further factor is a product of those, its
-generator. The products of generators that are constant over all runs are the words of the defining relation;
-the shortest word is the resolution. Minimum aberration: fewest shortest words.
+In a regular fraction the first factors, denoted by letters, form a full factorial; the column of each further factor is
+the product of some of these, its generator. A product of columns that is constant over all runs is a word of the
+defining relation. The length of the shortest word is the resolution; a design of minimum aberration has the fewest
+words of this length.
 
 Sources: G. E. P. Box and J. S. Hunter, The 2^(k−p) Fractional Factorial Designs, Technometrics 3 (1961),
 311–351; J. Chen, D. X. Sun and C. F. J. Wu, A Catalogue of Two-Level and Three-Level Fractional Factorial
@@ -23,7 +24,7 @@ from stemcal.errors import UsageError
 _LETTERS = "ABCDEFGHJKLMNOPQ"  # I is the identity
 _MOST_FACTORS = 12
 
-# Minimum aberration generators of the added factors: runs → factors → words.
+# Generators of the added factors for minimum aberration, by number of runs and number of factors.
 _ODD = ("ABC", "ABD", "ACD", "BCD", "ABE", "ACE", "BCE", "ADE", "BDE", "CDE", "ABCDE")
 _16 = ("ABC", "BCD", "ACD", "ABD", "ABCD", "AB", "AC", "AD", "BC", "BD", "CD")
 GENERATORS: dict[int, dict[int, tuple[str, ...]]] = {
@@ -56,7 +57,7 @@ GENERATORS: dict[int, dict[int, tuple[str, ...]]] = {
 
 @dataclass(frozen=True)
 class Fraction:
-    """A 2^(k−p) fraction: `k` factors in `runs` runs; `generators` define the added factors."""
+    """A 2^(k−p) fractional factorial: `k` factors in `runs` runs; the `generators` define the p added factors."""
 
     k: int
     runs: int
@@ -64,25 +65,25 @@ class Fraction:
 
     @property
     def basic(self) -> int:
-        """Number of factors that run through a full factorial."""
+        """Number of factors that form a full factorial."""
         return self.k - len(self.generators)
 
     def design(self) -> Array:
-        """Return the (runs, k) levels ±1, the first factor changing fastest."""
+        """Return the levels ±1 of all runs, (runs, k), the first factor changing fastest."""
         base = full_factorial(self.basic)
         added = [np.prod(base[:, [_LETTERS.index(c) for c in word]], axis=1) for word in self.generators]
         return np.column_stack([base, *added])
 
     @property
     def resolution(self) -> int | None:
-        """Return the length of the shortest word; None for a full factorial."""
-        whole = [{*word, _LETTERS[self.basic + i]} for i, word in enumerate(self.generators)]
-        words = (reduce(xor, some) for r in range(1, len(whole) + 1) for some in combinations(whole, r))
+        """The resolution, the length of the shortest word; None for a full factorial."""
+        generating = [{*word, _LETTERS[self.basic + i]} for i, word in enumerate(self.generators)]
+        words = (reduce(xor, some) for r in range(1, len(generating) + 1) for some in combinations(generating, r))
         return min(map(len, words), default=None)
 
 
 def full_factorial(k: int) -> Array:
-    """Return every combination of the levels −1 and +1, the first factor fastest."""
+    """Return all combinations of the levels −1 and +1, (2^k, k), the first factor changing fastest."""
     if not 1 <= k <= _MOST_FACTORS:
         raise UsageError(f"full factorial: {k} factors are not supported; use 1 to {_MOST_FACTORS} factors")
     from pyDOE3 import ff2n
@@ -91,7 +92,7 @@ def full_factorial(k: int) -> Array:
 
 
 def fraction(k: int, runs: int | None = None, resolution: int = 4) -> Fraction:
-    """Choose the fraction of minimum aberration: in `runs` runs, or the smallest of at least `resolution`."""
+    """Return the fraction of minimum aberration with `runs` runs, or the smallest with at least this `resolution`."""
     sizes = [runs] if runs is not None else sorted({2**k, *GENERATORS}) if k <= 12 else sorted(GENERATORS)
     for size in sizes:
         chosen = _fraction(k, size)
@@ -113,16 +114,17 @@ def _fraction(k: int, runs: int) -> Fraction | None:
     return None if words is None else Fraction(k, runs, words)
 
 
-# In 4 and 8 runs main effects are aliased fully with two-factor interactions, and 12 runs are half as many again as 8.
+# For 5 to 7 factors 12 runs are used instead of 8, in which main effects are fully aliased with interactions.
 _USUAL, _FEW = 12, 5
 
 
 def plackett_burman(k: int, runs: int | None = None) -> Array:
-    """Build a Plackett–Burman design, (N, k): main effects of k ≤ N − 1 factors in N runs, N − 1 a prime.
+    """Return a Plackett–Burman design, (N, k): main effects of k ≤ N − 1 factors in N runs, with N − 1 a prime.
 
-    N is the smallest usual number of runs unless `runs` is given. The columns are balanced and mutually orthogonal. A
-    generator is shifted around and a row of all −1 added; it is + at 0 and at the squares modulo N − 1, which gives the
-    printed ones: ``++-+++---+-`` for 12 runs, ``++--++++-+-+----++-`` for 20, ``+++++-+-++--++--+-+----`` for 24.
+    N is `runs`, by default the smallest suitable number. The columns are balanced and mutually orthogonal. The rows are
+    the cyclic shifts of a generator, and a row of −1. The generator is +1 at 0 and at the squares modulo N − 1, and
+    equals the published ones: ``++-+++---+-`` for 12 runs, ``++--++++-+-+----++-`` for 20, ``+++++-+-++--++--+-+----``
+    for 24.
     """
     if k < 1:
         raise UsageError(f"screen.design: the number of factors is {k}; list at least one factor")
@@ -139,7 +141,6 @@ def plackett_burman(k: int, runs: int | None = None) -> Array:
 
 
 def _smallest(k: int) -> int:
-    """Return the usual size: from five factors on 12 runs, in which no main effect is all of an interaction."""
     n = 4 * (k // 4 + 1) if k < _FEW else max(_USUAL, 4 * (k // 4 + 1))
     while not _is_prime(n - 1):
         n += 4

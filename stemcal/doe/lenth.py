@@ -1,8 +1,8 @@
-"""Lenth's method: significant effects without enough degrees of freedom for an error.
+"""Lenth's method: find significant effects in a design without degrees of freedom for an estimate of the error.
 
-Most effects are taken to be chance; their pseudo standard error PSE represents the error of all. One effect is
-significant beyond the margin of error ME = t(1 − α/2; m/3)·PSE, as one of m effects beyond the simultaneous margin
-SME = t(γ; m/3)·PSE with γ = (1 + (1 − α)^(1/m))/2.
+Most of the m effects are assumed to be inactive; the pseudo standard error PSE estimates the standard error of an
+effect from these. A single effect is significant at level α if it exceeds the margin of error ME = t(1 − α/2; m/3)·PSE.
+The simultaneous margin of error SME = t(γ; m/3)·PSE with γ = (1 + (1 − α)^(1/m))/2 allows for the m comparisons.
 
 Source: R. V. Lenth, Technometrics 31 (1989), 469–473.
 """
@@ -14,12 +14,12 @@ import numpy as np
 from stemcal.doe.coding import Array
 from stemcal.doe.regression.least_squares import t_quantile
 
-FEWEST = 3  # effects
+FEWEST = 3  # number of effects that the method requires
 
 
 @dataclass(frozen=True)
 class Lenth:
-    """Pseudo standard error, margin of error and simultaneous margin of error; None below three effects."""
+    """Pseudo standard error, margin of error and simultaneous margin of error; None with fewer than three effects."""
 
     pse: float | None
     me: float | None
@@ -27,7 +27,9 @@ class Lenth:
 
 
 def lenth(effects: Array, alpha: float = 0.05) -> Lenth:
-    """Return PSE = 1.5·median of the |c| < 2.5·s₀, s₀ = 1.5·median|c|, and its margins.
+    """Compute Lenth's margins for `effects` cⱼ at significance level `alpha`.
+
+    PSE = 1.5·median of all |cⱼ| < 2.5·s₀, with s₀ = 1.5·median |cⱼ|.
 
     >>> lenth(np.array([1.0, -1.0, 2.0, -2.0, 3.0, 30.0, -40.0])).pse
     3.0

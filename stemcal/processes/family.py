@@ -21,9 +21,7 @@ def end_family(pid: int, politely: bool = False) -> None:
     """
     signalled: set[psutil.Process] = set()
     deadline = time.monotonic() + GRACE_S
-    while (
-        alive := {process for process in signalled | _family(pid) if _runs(process)}
-    ) and time.monotonic() < deadline:
+    while (alive := set(filter(_runs, signalled | _family(pid)))) and time.monotonic() < deadline:
         for process in alive - signalled:
             with suppress(psutil.Error):
                 process.terminate() if politely else process.kill()

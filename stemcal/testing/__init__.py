@@ -1,6 +1,6 @@
-"""Checks for stages, kinds of solvers, designs and laboratory tests of any package; built-in ones pass them too.
+"""Checks of stages, solver kinds, designs and laboratory tests, for other packages; the built-in ones pass them too.
 
-Without pytest ``check_design(Doehlert())`` runs all checks and raises one `ChecksFailed`. With pytest::
+Without pytest, ``check_design(Doehlert())`` runs all checks of a design and raises one `ChecksFailed`. With pytest::
 
     @parametrize_with_checks([Doehlert(), (Spring(), "spring.yaml")])
     def test_checks(check):
@@ -41,12 +41,18 @@ KINDS: dict[type, tuple[Callable[..., Any], tuple[Callable[[Any], None], ...]]] 
 
 
 class ChecksFailed(AssertionError):
-    """Raised with the names of the failed checks and their reasons."""
+    """Some checks failed; the message has their names and reasons."""
 
 
 @dataclass(frozen=True)
 class Check:
-    """One check of one object: calling it raises an error if the object fails."""
+    """One check of one object; calling it raises an error if the object fails.
+
+    name      name of the check
+    of        name of the object
+    run       the check, a function of `subject`
+    subject   the object with the study that uses it
+    """
 
     name: str
     of: str
@@ -64,13 +70,13 @@ class Check:
 def checks_of(thing: object, study: AnyStudy | None = None) -> list[Check]:
     """Return the checks of an object: a `SurfaceDesign`, `SolverKind`, `Stage` or `LaboratoryKind`.
 
-    The study, or the path of its spec, uses the object and is small enough to run several times; designs need none. For
-    a stage, its solver should be fast; for a laboratory test, it should contain a test of that kind.
+    `study`, a study or the path of its spec, must use the object and be small, because it is run several times; a
+    design needs no study. For a stage, its solver should be fast; for a laboratory test, it must contain such a test.
     """
     for kind, (at_work, functions) in KINDS.items():
         if isinstance(thing, kind):
             subject, of = at_work(thing, study), str(getattr(thing, "name", ""))
-            return [Check(one.__name__.removeprefix("_"), of, one, subject) for one in functions]
+            return [Check(function.__name__.removeprefix("_"), of, function, subject) for function in functions]
     message = f"{thing!r:.60} is not one of {', '.join(kind.__name__ for kind in KINDS)}; pass an instance, not a class"
     raise UsageError(message)
 
@@ -92,36 +98,36 @@ def check_design(design: SurfaceDesign) -> None:
 
 
 def check_solver(kind: SolverKind, study: AnyStudy) -> None:
-    """Run all checks of a kind of solver on a study that uses it."""
+    """Run all checks of a solver kind on a study that uses it; raise `ChecksFailed` if any fails."""
     _check(kind, study)
 
 
 def check_stage(stage: Stage[Any], study: AnyStudy) -> None:
-    """Run all checks of an installed stage on a study that uses it."""
+    """Run all checks of an installed stage on a study that uses it; raise `ChecksFailed` if any fails."""
     _check(stage, study)
 
 
 def check_laboratory_test(kind: LaboratoryKind, study: AnyStudy) -> None:
-    """Run all checks of an installed laboratory test on a study that contains one of its kind."""
+    """Run all checks of an installed kind of laboratory test on a study with such a test; raise `ChecksFailed`."""
     _check(kind, study)
 
 
 def parametrize_with_checks(
     objects: Iterable[object], expected_failures: Mapping[str, str] | None = None, slow: Collection[str] = ()
 ) -> pytest.MarkDecorator:
-    """Return a decorator that calls a test function with each check of each object as `check`.
+    """Return a pytest decorator that calls a test function once for each check, with the argument `check`.
 
-    objects             objects, or pairs of an object and its study, as in `checks_of`
-    expected_failures   reasons by name of a check, as ``object-check``, or ``object`` for all its checks
-    slow                checks, named in the same way, that are marked `slow`
+    objects             the objects to check, or pairs of an object and its study, as in `checks_of`
+    expected_failures   reasons why checks must fail, by ``check``, ``object-check``, or ``object`` for all its checks
+    slow                checks, named in the same way, to be marked `slow`
     """
     import pytest
 
-    expected, given = expected_failures or {}, []
-    for one in objects:
-        for check in checks_of(*one) if isinstance(one, tuple) else checks_of(one):
+    expected, parameters = expected_failures or {}, []
+    for thing in objects:
+        for check in checks_of(*thing) if isinstance(thing, tuple) else checks_of(thing):
             reason = expected.get(check.name) or expected.get(str(check)) or expected.get(check.of)
             marks = [pytest.mark.xfail(reason=reason, strict=True)] if reason else []
             marks += [pytest.mark.slow] if {check.name, check.of, str(check)}.intersection(slow) else []
-            given.append(pytest.param(check, marks=marks, id=str(check)))
-    return pytest.mark.parametrize("check", given)
+            parameters.append(pytest.param(check, marks=marks, id=str(check)))
+    return pytest.mark.parametrize("check", parameters)

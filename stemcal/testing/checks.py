@@ -1,4 +1,7 @@
-"""The checks by kind of object; each is a function of the object in use and raises an error if the object fails."""
+"""The checks of designs, solver kinds and laboratory tests; each raises an error if the object fails.
+
+A check is a function of an `AtWork`: the object together with the study that uses it.
+"""
 
 import json
 import math
@@ -33,20 +36,20 @@ from stemcal.study.reading import load_study
 from stemcal.study.types.field_types import Length
 from stemcal.study.types.solver_kind import SolverKind
 
-_MOST, _FEW = 10, 4  # factors of a design; of one that is made several times
+_MOST, _FEW = 10, 4  # largest number of factors of a design to check, and of one that is computed several times
 _ROUNDING = 1e-9
-_COARSE = 3.0  # length of the elements of a laboratory test over the usual one
+_COARSE = 3.0  # ratio of the element size in the checked laboratory test to the usual one
 
 
 def require(holds: bool, message: str) -> None:
-    """Raise `AssertionError` with the message unless a condition is true, even if Python skips assertions."""
+    """Raise `AssertionError` with the message unless `holds`, even if Python runs without assertions (``-O``)."""
     if not holds:
         raise AssertionError(message)
 
 
 @contextmanager
 def apart(study: Study) -> Iterator[Path]:
-    """Work in an empty folder and require that no file remains there or in the folder of the spec."""
+    """Yield an empty study folder; require that the block leaves no file in the working folder or beside the spec."""
     before, spec_folder = Path.cwd(), study.source.resolve().parent
     with TemporaryDirectory() as there, TemporaryDirectory() as place:
         files = set(spec_folder.rglob("*")) if study.source.is_file() else None
@@ -61,14 +64,14 @@ def apart(study: Study) -> Iterator[Path]:
 
 
 class AtWork:
-    """An object and a study that uses it, read from its spec on first use."""
+    """An object to check, and a study that uses it."""
 
     def __init__(self, thing: Any, study: Study | str | Path | None = None) -> None:
         self.thing, self._study = thing, study
 
     @cached_property
     def study(self) -> Study:
-        """The study."""
+        """The study, read from its spec on first use."""
         if self._study is None:
             raise UsageError(f"{type(self.thing).__name__}: no study was passed; pass a study that uses this object")
         return self._study if isinstance(self._study, Study) else load_study(self._study)
@@ -78,28 +81,28 @@ class AtWork:
 
 
 class DesignAtWork(AtWork):
-    """A design and its points for each number of factors that it supports."""
+    """A design, with its points for each number of factors that it supports."""
 
     thing: SurfaceDesign
 
     def points(self, k: int, centre_points: int = 3) -> Array:
-        """Return the points for k factors."""
+        """Return the coded points for k factors, (runs, k)."""
         return self.thing.runs(k, SurfaceOptions(self.thing.name, centre_points))
 
     @cached_property
     def each(self) -> dict[int, Array]:
-        """The points by the number of factors, up to ten."""
+        """The points for each number of factors up to ten."""
         low, high = self.thing.factors
         return {k: self.points(k) for k in range(low, min(high, _MOST) + 1)}
 
     @property
     def few(self) -> dict[int, Array]:
-        """The designs of few factors, which are quick to repeat."""
+        """The points for small numbers of factors, which are quick to compute again."""
         return {k: points for k, points in self.each.items() if k <= _FEW}
 
 
 def _points_are_finite_for_each_number_of_factors(at: DesignAtWork) -> None:
-    """A design has points for each number of factors that it declares; others from 1 to 10 raise `UsageError`."""
+    """The points are finite for each number of factors that the design declares; others raise `UsageError`."""
     for k in range(1, _MOST + 1):
         with suppress(*([] if k in at.each else [UsageError])):
             points = at.each[k] if k in at.each else at.points(k)
@@ -115,14 +118,14 @@ def _same_points_again(at: DesignAtWork) -> None:
 
 
 def _every_term_can_be_estimated(at: DesignAtWork) -> None:
-    """The runs determine the (k + 1)(k + 2)/2 terms of a quadratic."""
+    """The runs determine all (k + 1)(k + 2)/2 coefficients of a full quadratic."""
     for k, points in at.each.items():
         terms, rank = (k + 1) * (k + 2) // 2, int(np.linalg.matrix_rank(term_columns(points)))
         require(rank == terms, f"only {rank} of {terms} terms can be estimated from {len(points)} runs of {k} factors")
 
 
 def _levels_are_balanced(at: DesignAtWork) -> None:
-    """The mean level of each factor is 0, unless the design declares otherwise."""
+    """The mean coded level of each factor is 0, unless the design declares that it is not `balanced`."""
     for k, points in at.each.items() if at.thing.balanced else ():
         off = float(np.abs(points.mean(axis=0)).max())
         message = f"in the design for {k} factors, the mean coded level of a factor is {off:.3g} instead of 0"
@@ -130,7 +133,7 @@ def _levels_are_balanced(at: DesignAtWork) -> None:
 
 
 def _points_are_within_reach(at: DesignAtWork) -> None:
-    """No level is beyond `reach`, and no point beyond `radius` and the corners."""
+    """No coded level exceeds `reach`, and no point is farther from the centre than `radius` and the corners, √k."""
     for k, points in at.each.items():
         options = SurfaceOptions(at.thing.name, 3)
         reach, radius = at.thing.reach(k, options), max(at.thing.radius(k, options), k**0.5)
@@ -151,7 +154,7 @@ OF_DESIGNS: tuple[Callable[[DesignAtWork], None], ...] = (
 
 
 class SolverAtWork(AtWork):
-    """A kind of solver, its solver of a study, and two requests with their answers."""
+    """A solver kind, its solver for a study, and two requested runs with their outcomes."""
 
     thing: SolverKind
 
@@ -163,43 +166,43 @@ class SolverAtWork(AtWork):
 
     @cached_property
     def requests(self) -> list[Request]:
-        """The middle of the ranges, and the same with the first factor at its low level."""
+        """Two runs: all factors at mid-range, and the same with the first factor at its low level."""
         middle = Request("rsm", 0, self.study.midlevels(), self.study.targets.calibrate_at)
         first = self.study.factors[0]
         return [middle, replace(middle, row=1, levels={**middle.levels, first.name: first.low})]
 
     def key(self, request: Request) -> str:
-        """Return the name of the record of a run."""
+        """Return the key of the record of a run."""
         return Run.of(self.solver, request).key
 
     def answers(self, place: Path, requests: list[Request]) -> list[Outcome]:
-        """Answer requests in a folder, whether they fail or not."""
+        """Perform the requested runs in a folder; return their outcomes, including failures."""
         with StudyFolder(place) as folder:
             return answer_all(requests, self.solver, folder, HERE, quorum=0.0)
 
     @cached_property
     def answered(self) -> list[Outcome]:
-        """The answers to both requests at once."""
+        """The outcomes of both requests, performed together."""
         with apart(self.study) as place:
             return self.answers(place, self.requests)
 
 
 def _kind_is_declared(at: AtWork) -> None:
-    """The key `kind` of the options has the name of the kind as its default, and specs can name it."""
+    """The default of the option `kind` is the name of the object, which specs can therefore use."""
     default = at.thing.options.model_fields["kind"].default
     message = f"the name is {at.thing.name!r}, but the default of the `kind` key is {default!r}"
     require(default == at.thing.name, message)
 
 
 def _solver_is_picklable(at: SolverAtWork) -> None:
-    """A pickled solver has the same identity, made of JSON values."""
+    """The identity of a solver consists of JSON values and is the same after pickling."""
     solvers = (at.solver, pickle.loads(pickle.dumps(at.solver)))
-    here, there = (json.dumps(one.identity(at.requests[0]), sort_keys=True, allow_nan=False) for one in solvers)
+    here, there = (json.dumps(solver.identity(at.requests[0]), sort_keys=True, allow_nan=False) for solver in solvers)
     require(here == there, "the identity of the solver changes when the solver is pickled")
 
 
 def _identity_changes_with_each_factor(at: SolverAtWork) -> None:
-    """Runs with other levels or at another condition do not share a record."""
+    """Runs with different levels or at different conditions have different records."""
     middle = at.requests[0]
     for factor in at.study.factors:
         other = replace(middle, levels={**middle.levels, factor.name: factor.low})
@@ -211,27 +214,27 @@ def _identity_changes_with_each_factor(at: SolverAtWork) -> None:
 
 
 def _every_response_is_answered(at: SolverAtWork) -> None:
-    """An answer has a finite number for each response of the study."""
+    """A run returns a finite number for each response of the study."""
     for answer in () if at.solver.asks_people else at.answered:
         require(answer.ok, f"the run with all factors at mid-range failed: {answer.reason}: {answer.message}")
         values = [answer.response, *(answer.of(named.name) for named in at.solver.naming.others)]
         message = f"some responses are not finite numbers: {values}"
-        require(all(one is not None and math.isfinite(one) for one in values), message)
+        require(all(value is not None and math.isfinite(value) for value in values), message)
 
 
 def _interrupted_runs_equal_uninterrupted_ones(at: SolverAtWork) -> None:
-    """The same request has the same answer, whether both requests are answered together or one after the other."""
+    """The responses are the same whether both runs are performed together or one after the other."""
     if not at.solver.asks_people:
         with apart(at.study) as place:
             at.answers(place, at.requests[:1])
             second = at.answers(place, at.requests)
-        both = [[(one.response, one.responses) for one in some] for some in (at.answered, second)]
+        both = [[(run.response, run.responses) for run in outcomes] for outcomes in (at.answered, second)]
         differing = f"an uninterrupted and an interrupted run: {both[0]} and {both[1]}"
         require(both[0] == both[1], f"the responses differ between {differing}")
 
 
 def _nan_is_a_failed_run(at: SolverAtWork) -> None:
-    """A NaN level gives a failed run with a reason, not an answer that is NaN."""
+    """A run with NaN levels fails with a reason, instead of returning NaN."""
     middle = at.requests[0]
     if not at.solver.asks_people:
         with apart(at.study) as place:
@@ -253,14 +256,14 @@ OF_SOLVERS: tuple[Callable[[SolverAtWork], None], ...] = (
 
 
 class LaboratoryAtWork(AtWork):
-    """A kind of laboratory test, and a test of it on a coarse mesh."""
+    """A kind of laboratory test, and a test of this kind with a coarse mesh."""
 
     thing: LaboratoryKind
 
     @cached_property
     def section(self) -> LaboratorySection:
-        """The section of the first test of the kind."""
-        section = next((one for one in self.study.tests if one.kind == self.thing.name), None)
+        """The section of the spec for the first test of this kind, with larger elements unless it sets their size."""
+        section = next((test for test in self.study.tests if test.kind == self.thing.name), None)
         if section is None:
             raise UsageError(f"{self.study.name}: the study has no test of kind {self.thing.name}")
         if not isinstance(section, PieceSection) or section.element_size is not None:
@@ -269,14 +272,14 @@ class LaboratoryAtWork(AtWork):
         return section.model_copy(update={"element_size": coarse})
 
     def test(self, **levels: float) -> Any:
-        """Return the test at the middle of the ranges, except for the given levels."""
+        """Return the test with all factors at mid-range, except for these `levels`."""
         return test_of(self.study, self.section, {**self.study.midlevels(), **levels}, self.study.targets.calibrate_at)
 
 
 def _identity_of_test_changes_with_each_factor(at: LaboratoryAtWork) -> None:
-    """A test is picklable; its identity consists of JSON values and changes with each level."""
+    """The identity of a test consists of JSON values, is the same after pickling, and changes with each factor."""
     test = at.test()
-    identities = [json.dumps(identity(at.section, one)) for one in (test, pickle.loads(pickle.dumps(test)))]
+    identities = [json.dumps(identity(at.section, copy)) for copy in (test, pickle.loads(pickle.dumps(test)))]
     require(identities[0] == identities[1], "the identity of the test changes when the test is pickled")
     for factor in at.study.factors:
         other = json.dumps(identity(at.section, at.test(**{factor.name: factor.low})))
@@ -295,7 +298,7 @@ def _model_is_sound(at: LaboratoryAtWork) -> None:
 
 
 def _responses_are_positive_and_repeatable(at: LaboratoryAtWork) -> None:
-    """Each usual response is a positive number that is repeated bit for bit, and no file remains."""
+    """Each usual response is positive, is the same bit for bit in a second run, and no file is left behind."""
     with apart(at.study):
         responses, again = (perform_or_fail(at.test()).responses for _ in range(2))
     for name in at.section.usual:

@@ -1,4 +1,4 @@
-"""The checks of stages; each is a function of the stage in use and raises an error if the stage fails."""
+"""The checks of stages; each is a function of a `StageAtWork` and raises an error if the stage fails."""
 
 import json
 import pickle
@@ -20,40 +20,40 @@ from stemcal.stages.work import HERE
 from stemcal.testing.checks import AtWork, apart, require
 
 _STATISTICS = frozenset({"F", "p", "Lenth t", "Coded", "Value", "Sum of squares", "Mean square"})
-"""Headings of numbers without a unit: ratios, and squares of a response, whose unit is not printed."""
+"""Headings of columns without a unit: ratios, and squares of a response, whose unit is not printed."""
 
 
 class StageAtWork(AtWork):
-    """A stage, run in a folder after the stages that it needs."""
+    """A stage, which is run in a folder after the stages that it needs."""
 
     thing: Stage[Any]
 
     def make(self, place: Path, watch: Callable[[Progress], None] = lambda _progress: None) -> StudyFolder:
-        """Run the stage and the stages that it needs in a folder."""
+        """Run the stage in a folder, after the stages that it needs; return the study folder."""
         order, folder = [self.thing], StudyFolder(place)
         while (before := order[0].needs(self.study)) is not None:
             order.insert(0, stage_called(before))
-        for one in order:
-            if one is self.thing or not (place / f"{one.name}.json").is_file():
-                one.making()(self.study, folder, HERE, watch)
+        for stage in order:
+            if stage is self.thing or not (place / f"{stage.name}.json").is_file():
+                stage.making()(self.study, folder, HERE, watch)
         return folder
 
     @cached_property
     def made(self) -> tuple[TemporaryDirectory[str], StudyFolder, Any]:
-        """A folder in which the stage was run, and its result."""
-        kept = TemporaryDirectory()
+        """The stage after a run: the temporary folder, the study folder in it, and the result."""
+        temporary = TemporaryDirectory()
         with apart(self.study):
-            folder = self.make(Path(kept.name))
-        return kept, folder, read_result(folder, self.thing.result())
+            folder = self.make(Path(temporary.name))
+        return temporary, folder, read_result(folder, self.thing.result())
 
     def files(self, place: Path) -> Mapping[str, bytes]:
-        """Return the contents of the files that the stage leaves."""
+        """Return the contents of the files that the stage writes."""
         names = [f"{self.thing.name}.json", *(f"{name}.csv" for name in self.made[2].tables())]
         return {name: (place / name).read_bytes() for name in names}
 
 
 def _stage_is_declared(at: StageAtWork) -> None:
-    """A stage has a name, equal to that of its result, a title and a help text."""
+    """A stage has a title, a help text, and the same name as its result."""
     require(bool(at.thing.name and at.thing.title and at.thing.help), "the name, title or help of the stage is missing")
     name = at.thing.result().name
     message = f"the name of the stage is {at.thing.name!r}, but the name of its result is {name!r}"
@@ -62,7 +62,7 @@ def _stage_is_declared(at: StageAtWork) -> None:
 
 
 def _result_is_its_file(at: StageAtWork) -> None:
-    """Result → file → result → file gives the same bytes, and a result is picklable."""
+    """Reading a result from its file and writing it again gives the same bytes; a result can be pickled."""
     _, folder, result = at.made
     file = json.dumps(folder.read_stage(at.thing.name))
     require(json.dumps(result.to_json()) == file, "the result changes when it is read and written again")
@@ -70,7 +70,7 @@ def _result_is_its_file(at: StageAtWork) -> None:
 
 
 def _interrupted_stage_equals_uninterrupted_one(at: StageAtWork) -> None:
-    """A stage leaves the same bytes whether or not it is interrupted after its first run."""
+    """A stage writes the same bytes whether or not it is interrupted after its first run."""
 
     def interrupt(progress: Progress) -> None:
         if progress.stage == at.thing.name and progress.done > progress.cached:
@@ -80,19 +80,19 @@ def _interrupted_stage_equals_uninterrupted_one(at: StageAtWork) -> None:
         with suppress(KeyboardInterrupt):
             at.make(place, interrupt)
         at.make(place)
-        found, known = at.files(place), at.files(at.made[1].path)
-        differing = [name for name in known if known[name] != found[name]]
+        resumed, uninterrupted = at.files(place), at.files(at.made[1].path)
+        differing = [name for name in uninterrupted if uninterrupted[name] != resumed[name]]
     names = ", ".join(differing)
     require(not differing, f"these files differ between an interrupted and an uninterrupted run: {names}")
 
 
 def _stage_is_stale_when_an_input_changes(at: StageAtWork) -> None:
-    """A finished stage is up to date, and out of date after a change of a factor range or a number in its section."""
+    """A finished stage is up to date; a change of a factor range or of a number in its section makes it out of date."""
     first, *rest = at.study.factors
     wider = first.model_copy(update={"high": first.high + 0.125 * (first.high - first.low)})
     studies = [at.study.model_copy(update={"factors": (wider, *rest)})]
     if (own := at.study.further.get(at.thing.name)) is not None:
-        numbers = {name: one for name, one in own if isinstance(one, int | float) and not isinstance(one, bool)}
+        numbers = {key: value for key, value in own if isinstance(value, int | float) and not isinstance(value, bool)}
         for name, value in numbers.items():
             changed = own.model_copy(update={name: value + 1})
             studies.append(at.study.model_copy(update={"further": {**at.study.further, at.thing.name: changed}}))
@@ -102,11 +102,11 @@ def _stage_is_stale_when_an_input_changes(at: StageAtWork) -> None:
 
 
 def _tables_have_titles_and_units(at: StageAtWork) -> None:
-    """Every table has a title; a number has a unit in its heading or in a column, unless it is a count or a ratio."""
+    """Each table has a title, and each number a unit in its heading or row, unless it is a count or a ratio."""
     result = at.made[2]
     for table in at.thing.showing().tables(result, names_of(result)):
         require(bool(table.title), "a table has no title")
-        has_units = any(row[0] in at.study.names for row in table.rows)  # a factor's, in each row
+        has_units = any(row[0] in at.study.names for row in table.rows)  # a row for each factor, with its unit
         for place, column in enumerate(table.columns):
             values = [row[place] for row in table.rows]
             counts = all(isinstance(value, int | str | None) for value in values)
@@ -118,7 +118,7 @@ def _tables_have_titles_and_units(at: StageAtWork) -> None:
 
 
 def _stage_is_shown(at: StageAtWork) -> None:
-    """The sentences of a stage are texts, its tables can be written and its figures can be drawn."""
+    """The outcome of a stage consists of sentences, its tables can be formatted and its figures can be drawn."""
     _, folder, result = at.made
     showing, names = at.thing.showing(), names_of(result)
     assert isinstance(showing, Showing)

@@ -1,1 +1,1 @@
-"""Where a surface, or several, give what was measured, and how well that fixes the factors."""
+"""Calibration: factor settings at which surfaces predict the measured responses, and their confidence intervals."""

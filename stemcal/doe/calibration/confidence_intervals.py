@@ -1,7 +1,8 @@
-"""What a fit leaves possible: intervals of the factors, directions that nothing fixes, and observations at odds.
+"""Confidence intervals of the factors by profile likelihood, undetermined directions, and contradictory observations.
 
-The profile of factor j is the least rise of D over the other factors with xⱼ = v; its 95 % interval has all v whose
-rise is at most `Tangents.allowed`. An end at the edge of the region is the region's, not what the data allow.
+The profile of factor j at v is the least D over all x with xⱼ = v, minus the least D of all (see `likelihood`). The
+95 % interval contains all v with a profile of at most `Tangents.allowed`. An interval that ends at the edge of the
+region is limited by the region, not by the data.
 """
 
 from collections.abc import Sequence
@@ -14,24 +15,25 @@ from stemcal.doe.calibration.likelihood import LEVEL, Fit
 from stemcal.doe.calibration.region import Objective, Region, extremes, height, optimise, search_from, squared_distance
 from stemcal.doe.coding import Array
 
-_GRID, _FREE = 25, 0.5
-"""`_FREE` is the share of its range from which a factor counts as free: data that only halve a range show little."""
-_CLOUD, _SEEDS = 9, 3
-_SMALL_PART = 0.05
-_NEAR = 0.01  # of the range, within which an end is the limit
-_WIDER, _INSIDE = 1.5, 0.95  # times the region; part of the rise allowed that an end has if the data determine it
-_SLACK = 1e-6  # coded: at its ends a region is a point, which rounding must not lose
-_FLAT = 0.75  # of the chord of the region that the interval along a direction fills
-_GOOD_TO = 0.03  # an exact mean would leave no direction flat: for this question only it has this relative error
-_KEPT = 1e-6
+_GRID, _FREE = 25, 0.5  # values of a factor in its profile; fraction of its range from which it counts as undetermined
+_CLOUD, _SEEDS = 9, 3  # 2^9 points fill the region; number of searches from the best of them
+_SMALL_PART = 0.05  # smaller components of a direction, relative to the largest, are left out
+_NEAR = 0.01  # an end within this fraction of the range from its limit is at the limit
+_WIDER, _INSIDE = 1.5, 0.95  # see `Profile.bounded`: widening of the region; fraction of the allowed rise at an end
+_SLACK = 1e-6  # coded: at its extreme value of xⱼ a region is a single point, which rounding must not exclude
+_FLAT = 0.75  # a direction is undetermined if its interval has this fraction of the width of the region
+_GOOD_TO = 0.03  # relative error of exact means when directions are judged; otherwise none would be undetermined
+_KEPT = 1e-6  # tolerance of constraints
 
 
 @dataclass(frozen=True, eq=False)
 class Profile:
-    """One factor's profile: `rise` over a grid of coded `values`; the interval from `low` to `high`.
+    """The profile of one factor: `rise` of D over a grid of coded `values`.
 
-    `bounded`: for each end, whether the data determine it. Otherwise the region does: the end is its limit, or a region
-    wider by half would have the end in its interval, since another factor is at a limit there.
+    allowed     the rise at the ends of the 95 % interval from `low` to `high`
+    bounded     for each end, whether the data determine it. If not, the end is the limit of the factor, or another
+                factor is at its limit there: in a region wider by half, the end would be inside the interval
+    share       width of the interval as a fraction of the range
     """
 
     factor: str
@@ -45,7 +47,7 @@ class Profile:
 
     @property
     def free(self) -> bool:
-        """Whether the data leave the factor free over most of the region."""
+        """Whether the interval covers most of the range, so that the data do not determine the factor."""
         return self.share >= _FREE
 
 
@@ -74,13 +76,13 @@ def _profile(fit: Fit, j: int, name: str, wider: Fit) -> Profile:
         return fit.rise(_held_at(fit, j, v, fit.best, cloud)) - allowed
 
     def crossing(inside: int, outside: int) -> float:
-        if beyond(values[inside]) > 0.0:  # its point was found from a neighbour only
+        if beyond(values[inside]) > 0.0:  # the walk found a lower D for it than this search
             return float(values[inside])
         return float(brentq(beyond, values[inside], values[outside], xtol=1e-6))
 
     kept = np.flatnonzero(rise <= allowed)
     first, final = int(kept[0]), int(kept[-1])
-    while first > 0 and beyond(values[first - 1]) <= 0.0:  # the walk ended in a worse valley
+    while first > 0 and beyond(values[first - 1]) <= 0.0:  # the walk had ended in a local minimum
         first -= 1
     while final < len(values) - 1 and beyond(values[final + 1]) <= 0.0:
         final += 1
@@ -97,7 +99,7 @@ def _profile(fit: Fit, j: int, name: str, wider: Fit) -> Profile:
 
 
 def _held_at(fit: Fit, j: int, value: float, start: Array, cloud: Array) -> Array:
-    """Return the point of least D with xⱼ = value; `start` is the point of a neighbour."""
+    """Return the point with the least D and xⱼ = value; the search starts from `start` and from points of the cloud."""
     region = fit.region
     if region.k == 1:
         return np.array([value])
@@ -111,7 +113,7 @@ def _held_at(fit: Fit, j: int, value: float, start: Array, cloud: Array) -> Arra
     whole, others = fit.objective, np.arange(region.k) != j
 
     def among(points: Array) -> Array:
-        """Return the points with xⱼ added; faster than `np.insert` by an order."""
+        """Return the points with xⱼ inserted; ten times as fast as `np.insert`."""
         whole_points = np.full((*points.shape[:-1], region.k), value)
         whole_points[..., others] = points
         return whole_points
@@ -124,18 +126,21 @@ def _held_at(fit: Fit, j: int, value: float, start: Array, cloud: Array) -> Arra
     return among(optimise(held, seeds, rest)[0])
 
 
-# ---- directions that the data leave free
+# ---- directions in the space of the factors that the data do not determine
 
 
 def loose_directions(fit: Fit) -> tuple[Array, Array]:
-    """Return coded unit vectors, (directions, factors), along which nothing changes to first order, and the loosest."""
+    """Return the directions in which no observation changes to first order, and the one with the least change.
+
+    The directions are unit vectors in coded units, (directions, factors) and (factors,).
+    """
     scale = np.sqrt(np.diagonal(fit.draws, axis1=1, axis2=2).T @ fit.weights)
     _, sizes, rows = np.linalg.svd(fit.tangents.slopes / scale[:, None])
     return np.asarray(rows[int(np.sum(sizes > 1e-8 * sizes.max(initial=0.0))) :]), np.asarray(rows[-1])
 
 
 def moved_together(direction: Array) -> list[float]:
-    """Scale a direction so that its largest part is 1, parts below a twentieth left out.
+    """Scale a direction such that its largest component is 1; components below 0.05 become zero.
 
     >>> moved_together(np.array([-0.2, 0.4, 0.01]))
     [-0.5, 1.0, 0.0]
@@ -145,9 +150,10 @@ def moved_together(direction: Array) -> list[float]:
 
 
 def _flat_directions(fit: Fit) -> Array:
-    """Return unit vectors (coded) along which the data leave the solution free over the region, (directions, factors).
+    """Return coded unit vectors of directions in which the interval fills most of the region, (directions, factors).
 
-    Near the solution D rises by λ t² over a step t along an eigenvector of JᵀWJ: its interval is 2√(c/λ) long.
+    At a distance t from the solution along an eigenvector of JᵀWJ with eigenvalue λ, D is higher by λt². The interval
+    is therefore 2√(c/λ) long.
     """
     certainty, vectors = np.linalg.eigh(_scattered(fit).tangents.information)
     allowed = np.array([fit.tangents.allowed(v) for v in vectors.T])
@@ -156,11 +162,11 @@ def _flat_directions(fit: Fit) -> Array:
 
 
 def settled(fit: Fit, within: Region | None = None) -> tuple[Fit, Array]:
-    """Return the fit with its solution, and the directions that it leaves flat.
+    """Return the fit with its final solution, and the undetermined directions (see `_flat_directions`).
 
-    In a flat valley the solution is the point nearest to the centre among those that the data cannot distinguish from
-    the least misfit, moved across the flat directions to the floor of the valley: the least misfit is an accident
-    there. `within` is a part of the region that the solution is sought in.
+    If there are undetermined directions, the point of least D is accidental. The solution is then the point nearest to
+    the centre whose D is within the confidence limit, moved at right angles to these directions to the least D.
+    `within` is the part of the region for the solution, by default the whole.
     """
     region = within or fit.region
     if within is not None:
@@ -175,12 +181,12 @@ def settled(fit: Fit, within: Region | None = None) -> tuple[Fit, Array]:
     nearest = min((_least_under(distance, x, region, below(known, most)) for x in starts), key=distance.value)
     along = {"type": "eq", "fun": lambda z: flat @ (z - nearest), "jac": lambda z: flat}
     floor = replace(fit, best=_least_under(known.objective, nearest, region, along))
-    there = _flat_directions(floor)  # the valley may be bent
+    there = _flat_directions(floor)  # the directions at the new point, where they may differ
     return floor, there if len(there) == len(flat) else flat
 
 
 def _scattered(fit: Fit) -> Fit:
-    """Return the fit, of exact means with a standard deviation of 3 % each."""
+    """Return the fit; if the means have no scatter, with a standard deviation of 3 % for each."""
     if fit.errors.scatter != "surface":
         return fit
     more = np.append((_GOOD_TO * fit.measured) ** 2, np.zeros(len(fit.priors)))
@@ -188,7 +194,7 @@ def _scattered(fit: Fit) -> Fit:
 
 
 def _chord(region: Region, direction: Array) -> float:
-    """Return the length of the chord of a region through its point nearest to the centre."""
+    """Return the width of a region in a direction, along the line through the point nearest to its centre."""
     rise = np.concatenate([direction, -direction])
     room = np.maximum(np.concatenate([region.high - region.middle, region.middle - region.low]), 0.0)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -198,23 +204,26 @@ def _chord(region: Region, direction: Array) -> float:
 
 
 def below(fit: Fit, most: float) -> dict[str, Any]:
-    """Return D ≤ most as SLSQP takes it, of order one."""
+    """Return the constraint D ≤ most for SLSQP, divided by `most` to be of order one."""
     scale = max(most, 1e-300)
     return {"type": "ineq", "fun": lambda z: 1.0 - fit.value(z) / scale, "jac": lambda z: -fit.gradient(z) / scale}
 
 
 def _least_under(objective: Objective, start: Array, region: Region, rule: dict[str, Any]) -> Array:
-    """Return the end point of SLSQP under a rule, from a point that keeps it; its start if the end is no better."""
+    """Minimise an objective under a constraint from a point that satisfies it; return the start if that is better."""
     z = search_from(start, objective, region, rule, _KEPT)
     return start if z is None or objective.value(z) > objective.value(start) else z
 
 
-# ---- observations at odds
+# ---- contradictory observations
 
 
 @dataclass(frozen=True)
 class _Contradiction:
-    """The distance of observation `index` from the prediction of the others, in standard errors, with probability p."""
+    """Observation `index` contradicts the others: its distance from their prediction in standard errors, and p-value.
+
+    allowed   the interval that the other observations predict for it
+    """
 
     index: int
     standard_errors: float
@@ -223,11 +232,11 @@ class _Contradiction:
 
 
 def contradiction(fit: Fit) -> _Contradiction | None:
-    """Return the observation that the others contradict most; None where they agree at `LEVEL`.
+    """Return the observation that contradicts the others most; None if all agree at the significance level `LEVEL`.
 
-    With degrees of freedom left the misfit decides whether they agree. Without any each mean is judged by itself: to
-    leave it out lowers D by T, for values that agree χ²(1). A mean beyond what its own surface reaches counts as the
-    nearest value within reach.
+    With degrees of freedom left, the p-value of the misfit decides whether they agree. Without any, each mean is tested
+    separately: leaving it out lowers D by T, which has the distribution χ²(1) if it agrees. A mean that its own surface
+    cannot reach is replaced by the nearest value that it can.
     """
     from scipy.special import chdtrc
 
@@ -249,7 +258,10 @@ def contradiction(fit: Fit) -> _Contradiction | None:
 
 
 def left_out(fit: Fit, groups: Sequence[object]) -> list[float]:
-    """Return the error (%) of each observation, predicted by the fit to the other groups; empty with one group."""
+    """Cross-validate: return the error (%) of each observation, predicted by the fit without its group.
+
+    Empty if there is only one group.
+    """
     errors = np.zeros(len(groups))
     for members in _members(groups):
         errors[members] = fit.errors_percent(fit.ignoring(*members).best)[members]
@@ -257,7 +269,7 @@ def left_out(fit: Fit, groups: Sequence[object]) -> list[float]:
 
 
 def left_out_intervals(fit: Fit, groups: Sequence[object]) -> list[tuple[float, float]]:
-    """Return the 95 % interval of each observation, of ŷᵢ and the mean, from the fit to the other groups."""
+    """Return the 95 % prediction interval of each measured mean by the fit without its group, with both errors."""
     ends = np.zeros((len(groups), 2))
     for members in _members(groups):
         others = fit.without(*members)
@@ -271,13 +283,13 @@ def left_out_intervals(fit: Fit, groups: Sequence[object]) -> list[tuple[float, 
 
 
 def _members(groups: Sequence[object]) -> list[list[int]]:
-    """Return the places of each group, none if there is only one."""
+    """Return the indices of the members of each group; empty if there is only one group."""
     labels = list(dict.fromkeys(groups))
     return [[i for i, other in enumerate(groups) if other == label] for label in labels] if len(labels) > 1 else []
 
 
 def _allowed(fit: Fit, others: Fit, i: int) -> tuple[float, float]:
-    """Return the least and greatest ŷᵢ over the points that the other observations allow."""
+    """Return the 95 % interval of ŷᵢ: its least and greatest value over the points that the `others` allow."""
     surface, slope = fit.observations[i].surface, fit.slopes(others.best)[i]
     rule = below(others, most := others.least + others.tangents.allowed(slope))
     cloud = fit.region.cloud(_CLOUD)
@@ -291,13 +303,13 @@ def _allowed(fit: Fit, others: Fit, i: int) -> tuple[float, float]:
 
 
 def missed_observations(fit: Fit) -> list[int]:
-    """Return the observations that their own surface misses everywhere in the region by more than their scatter."""
+    """Return the indices of observations that their own surface reaches nowhere in the region within their errors."""
     variance = 1.0 / np.array([fit.weights @ (1.0 / fit.draws[:, i, i]) for i in range(len(fit.observations))])
     allowed = np.array([fit.tangents.allowed(slope) for slope in fit.tangents.slopes[: len(fit.observations)]])
     return np.flatnonzero((fit.measured - _reached(fit)) ** 2 > allowed * variance).tolist()
 
 
 def _reached(fit: Fit) -> Array:
-    """Return the value nearest to each measured one that its own surface takes in the region."""
+    """Return for each observation the value of its surface in the region that is nearest to the measured mean."""
     ends = [[float(o.surface.predict(end)[0]) for end in extremes(o.surface, fit.region)] for o in fit.observations]
     return np.asarray(np.clip(fit.measured, *np.array(ends).T))

@@ -1,4 +1,4 @@
-"""Where one surface takes one measured value: all its points, the range of each factor over them, one chosen point."""
+"""The level set {x : ŷ(x) = target} of one surface: the range of each factor over it, and one chosen solution."""
 
 from dataclasses import dataclass, replace
 
@@ -12,12 +12,16 @@ from stemcal.doe.regression.surface import Surface
 from stemcal.errors import TargetUnreachable, UsageError
 
 Interval = tuple[float, float]
-_CLOUD, _PARTNERS = 11, 4
+_CLOUD = 11  # 2^11 points fill the region
+_PARTNERS = 4  # number of distant points with which each point is connected by a line
 
 
 @dataclass(frozen=True)
 class Assessment:
-    """The response predicted at one point (coded) with 95 % intervals, None for those of a saturated fit."""
+    """The predicted response at one coded point with 95 % intervals, which are None for a saturated fit.
+
+    inside   whether the point is within the experimental region
+    """
 
     coded: tuple[float, ...]
     coded_radius: float
@@ -29,7 +33,12 @@ class Assessment:
 
 @dataclass(frozen=True)
 class Calibration:
-    """A solution and, over {ŷ(x) = target}, the coded `ranges` of the factors; `reachable` are the ends of ŷ."""
+    """The solution of ŷ(x) = target.
+
+    point       the solution chosen by `rule`
+    ranges      coded range of each factor over all solutions
+    reachable   smallest and largest ŷ in the region
+    """
 
     point: Assessment
     ranges: tuple[Interval, ...]
@@ -39,7 +48,7 @@ class Calibration:
 
 @dataclass(frozen=True, eq=False)
 class _LevelSet:
-    """The points x of a region where the surface takes the target value, with some of them to start from, `seeds`."""
+    """All points x of a region with ŷ(x) = target; `seeds` are some of them, from which searches start."""
 
     surface: Surface
     target: float
@@ -47,8 +56,8 @@ class _LevelSet:
     seeds: Array
 
     def best(self, objective: Objective) -> list[Array]:
-        """Return local optima over the set, best first."""
-        # ŷ(x) = target as SLSQP takes it, brought to order one by the size of the surface's variation
+        """Return local optima of an objective over the set, best first."""
+        # the constraint ŷ(x) = target for SLSQP, divided by the largest coefficient to be of order one
         surface, scale = self.surface, max(float(np.abs(self.surface.beta[1:]).max(initial=0.0)), 1e-300)
         level = {
             "type": "eq",
@@ -67,11 +76,11 @@ def solve_target(
     rule: str = "least_coded_distance",
     unit: str = " N",
 ) -> Calibration:
-    """Select one point of {x : ŷ(x) = target} and describe the whole set.
+    """Solve ŷ(x) = target: choose one solution, and find the range of each factor over all solutions.
 
-    `low` and `high` (k,) are the coded ends of the factor ranges; beyond `radius`, that of the design sphere, the
-    surface extrapolates. The `rule` is ``least_coded_distance`` or ``others_at_centre``. Raise `TargetUnreachable` if ŷ
-    misses the target everywhere in the region; `unit` is written behind its numbers.
+    `low` and `high` (k,) are the coded ends of the factor ranges, `radius` that of the sphere within which the surface
+    is valid. The `rule` is ``least_coded_distance`` or ``others_at_centre``. Raises `TargetUnreachable`, with the
+    `unit` in its message, if ŷ reaches the target nowhere in the region.
     """
     rules = {
         "least_coded_distance": lambda solutions: solutions.best(squared_distance()),
@@ -98,7 +107,11 @@ def assess_point(
     high: ArrayLike | None = None,
     radius: float | None = None,
 ) -> Assessment:
-    """Predict at one coded point; `inside` is False outside the box, the sphere or (no radius) the outermost run."""
+    """Predict the response at one coded point.
+
+    The point is `inside` if it is in the box from `low` to `high` and within `radius`, by default that of the outermost
+    run.
+    """
     x = np.asarray(coded, dtype=float)
     distance = float(np.linalg.norm(x))
     reach = surface.design_radius if radius is None else radius
@@ -120,15 +133,18 @@ def _interval(ends: Array) -> Interval | None:
 
 
 def _level_points(surface: Surface, target: float, region: Region, ends: tuple[Array, Array]) -> Array:
-    """Scatter points over {ŷ(x) = target}: one lies between any two with ŷ on either side, as the region is convex."""
+    """Return points of the level set, spread over it: one on each line between a point below and one above the target.
+
+    These lines are inside the region, because it is convex.
+    """
     cloud = np.vstack([*ends, region.cloud(_CLOUD)])
     gap = surface.predict(cloud) - target
     below, above = cloud[gap <= 0.0], cloud[gap > 0.0]
-    if len(below) == 0 or len(above) == 0:  # the target is an extreme of the surface itself
+    if len(below) == 0 or len(above) == 0:  # the target is the smallest or largest ŷ
         return cloud[[int(np.argmin(np.abs(gap)))]]
     from scipy.spatial import cKDTree
 
-    # each point with its nearest on the other side, and with a few far away
+    # each point is connected with the nearest point on the other side, and with a few distant ones
     starts, stops = [below, above], [above[cKDTree(above).query(below)[1]], below[cKDTree(below).query(above)[1]]]
     longest = max(len(below), len(above))
     for shift in range(_PARTNERS):
@@ -138,12 +154,15 @@ def _level_points(surface: Surface, target: float, region: Region, ends: tuple[A
 
 
 def _crossings(surface: Surface, target: float, starts: Array, stops: Array) -> Array:
-    """Solve ŷ(a + s·(b − a)) = target for s in [0, 1]: q₂s² + q₁s + q₀ = 0 from its values at 0, ½, 1."""
+    """Return the points with ŷ = target on the lines from starts a to stops b, x = a + s·(b − a) with s from 0 to 1.
+
+    Along a line ŷ − target is the quadratic q₂s² + q₁s + q₀, which follows from its values at s = 0, ½ and 1.
+    """
     y0 = surface.predict(starts) - target
     y1 = surface.predict(stops) - target
     half = surface.predict(0.5 * (starts + stops)) - target
     q2, q1, q0 = 2.0 * (y0 + y1 - 2.0 * half), 4.0 * half - 3.0 * y0 - y1, y0
-    # Stable root formula; y0 and y1 differ in sign, so exactly one root is between.
+    # numerically stable formula; y0 and y1 differ in sign, so exactly one root is between 0 and 1
     root = np.sqrt(np.maximum(q1**2 - 4.0 * q2 * q0, 0.0))
     w = -0.5 * (q1 + np.where(q1 >= 0.0, root, -root))
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -155,7 +174,10 @@ def _crossings(surface: Surface, target: float, starts: Array, stops: Array) -> 
 
 
 def _others_at_centre(solutions: _LevelSet) -> list[Array]:
-    """Solve for the leading factor, others at 0; solutions keep box and constraints but may leave the sphere."""
+    """Return solutions with all factors at 0 except the one with the largest linear coefficient, nearest first.
+
+    They are inside the box but may be outside the sphere.
+    """
     surface, region, j = solutions.surface, solutions.region, solutions.surface.leading
     line = np.zeros((3, region.k))
     line[:, j] = (-1.0, 0.0, 1.0)

@@ -1,23 +1,24 @@
-"""One fit: the parameters at which surfaces predict what was measured, and how far these may be off.
+"""The joint fit: factor settings x at which surfaces predict all measured means, and the uncertainty of x.
 
-Every measured mean is an observation, ȳ = ŷ(x) + errors: of its specimens and of its surface. A prior is one
-more observation, of variance 1: z = (v − μ)/σ of the value v. The covariance V of the errors is not known;
-`observations` draws it. With r = ȳ − ŷ(x) the likelihood is the average of normal densities over the draws,
+Each measured mean is an observation ȳ = ŷ(x) + errors of its specimens and of its surface. A normal prior of a factor
+with value v is one more observation z = (v − μ)/σ of variance 1. The covariance V of the errors is unknown; the module
+`observations` draws a sample of it. With r = ȳ − ŷ(x) the likelihood is the average of normal densities over the draws,
 
     L(x) = mean of |V|^(−1/2) exp(−rᵀV⁻¹r/2)
 
-which for one mean of n specimens is Student's t, and for a known standard deviation the normal density. Draws count by
-their evidence, the integral of this over x on the tangents at the solution, unless the data contradict all of them.
-Their mean precision W = E[V⁻¹] gives
+For one mean of n specimens this is Student's t distribution, for a known standard deviation the normal one. The weight
+of a draw is its evidence, the integral of its density over x for linearised surfaces; if the data contradict all draws,
+the weights are equal. With the weighted mean W = E[V⁻¹] follow
 
-    solution     the least D(x) = rᵀWr, of one force the points where it is 0
-    interval     of factor j: all v with min D(x: xⱼ = v) − min D ≤ c, a profile likelihood
-    c            such that for straight surfaces the interval has 95 % of the mixture of normal distributions of xⱼ
-                 that the draws give: 1.96² of a known scatter, t² of an estimated one
-    misfit       p = the mean over the draws of P(χ²(df) > min D)
+    solution   the x with the least D(x) = rᵀWr; for a single force, the points with D = 0
+    interval   profile likelihood of factor j: all values v with min D(x : xⱼ = v) − min D ≤ c
+    c          chosen such that for linearised surfaces the interval contains 95 % of the mixture, over the draws, of
+               the normal distributions of xⱼ: 1.96² for a known scatter, t² for an estimated one
+    misfit     p-value, the mean of P(χ²(df) > min D) over the draws
 
-A rise of D counts by the error of the surfaces where it is: a quadratic is less certain away from its runs. Sources:
-D. J. Venzon and S. H. Moolgavkar, Applied Statistics 37 (1988) 87; A. Gelman and others, Bayesian Data Analysis, 3.
+An increase of D at x is divided by the ratio of error variances at x and at the solution, because a quadratic is less
+certain away from its runs. Sources: D. J. Venzon and S. H. Moolgavkar, Applied Statistics 37 (1988) 87; A. Gelman and
+others, Bayesian Data Analysis, 3rd ed.
 """
 
 from __future__ import annotations
@@ -34,14 +35,14 @@ from stemcal.doe.coding import Array
 from stemcal.doe.regression.section import SeveralSurfaces
 from stemcal.errors import UsageError
 
-LEVEL = 0.05
-_CLOUD, _SETTLED = 11, 3
-_NOTHING = 1e-9  # of the largest certainty of a direction: below it nothing is known along it
+LEVEL = 0.05  # significance level
+_CLOUD, _SETTLED = 11, 3  # 2^11 points fill the region; number of fits, in which the weights of the draws converge
+_NOTHING = 1e-9  # a direction with less than this fraction of the largest information is undetermined
 
 
 @dataclass(frozen=True)
 class Prior:
-    """The normal prior of factor `j`, whose value is centre + half_step·xⱼ; `mean` and `sd` are in its unit."""
+    """Normal prior of the value v = centre + half_step·xⱼ of factor `j`: mean μ and standard deviation σ = `sd`."""
 
     j: int
     mean: float
@@ -50,13 +51,20 @@ class Prior:
     half_step: float
 
     def z(self, points: Array) -> Array:
-        """Return z at (m, k) coded points."""
+        """Return z = (v − μ)/σ at coded points (m, k), (m,)."""
         return np.asarray((self.centre + self.half_step * points[:, self.j] - self.mean) / self.sd)
 
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """A fit made by `fit`: `best`, coded; `draws` of V there, priors last, their `weights` and mean inverse."""
+    """Result of `fit`.
+
+    best        coded solution x (k,)
+    errors      draws of the errors of specimens and surfaces, from which V follows at any x
+    draws       draws of V at the solution (draws, m, m), the rows of priors last
+    weights     weights of the draws, sum 1
+    precision   W, the weighted mean of V⁻¹
+    """
 
     observations: tuple[Observation, ...]
     priors: tuple[Prior, ...]
@@ -71,21 +79,21 @@ class Fit:
 
     @cached_property
     def measured(self) -> Array:
-        """The measured means."""
+        """The measured means ȳ."""
         return np.array([o.measured for o in self.observations])
 
     @cached_property
     def surfaces(self) -> SeveralSurfaces:
-        """The surface of each observation."""
+        """The surfaces of all observations."""
         return SeveralSurfaces([o.surface for o in self.observations])
 
     @property
     def df(self) -> int:
-        """Observations and priors beyond those that fix the factors."""
+        """Degrees of freedom: number of observations and priors minus number of factors."""
         return len(self.observations) + len(self.priors) - self.region.k
 
     def predict(self, points: Array) -> Array:
-        """Return ŷ, (points, observations)."""
+        """Return ŷ of all observations at coded points, (points, observations)."""
         return self.surfaces.predict(points)
 
     def errors_percent(self, x: Array) -> Array:
@@ -93,7 +101,7 @@ class Fit:
         return np.asarray(100.0 * (self.measured - self.predict(x)[0]) / self.measured)
 
     def gaps(self, points: Array) -> Array:
-        """Return r at (points, k), with −z of the priors behind it."""
+        """Return r = ȳ − ŷ at coded points, followed by −z of the priors, (points, observations and priors)."""
         of_data = self.measured - self.predict(points)
         return np.column_stack([of_data, *(-prior.z(points) for prior in self.priors)]) if self.priors else of_data
 
@@ -110,7 +118,7 @@ class Fit:
     # ---- the misfit
 
     def many(self, points: Array) -> Array:
-        """Return D at (points, k)."""
+        """Return D at coded points (points, k)."""
         gaps = self.gaps(points)
         return np.asarray(((gaps @ self.precision) * gaps).sum(axis=1))
 
@@ -129,7 +137,7 @@ class Fit:
 
     @cached_property
     def objective(self) -> Objective:
-        """D, brought to order one, as something to make small."""
+        """D as an objective, divided by its median over the region to be of order one."""
         scale = max(float(np.median(self.many(self.region.cloud(9)))), 1e-300)
         return Objective(
             lambda x: self.value(x) / scale,
@@ -138,7 +146,7 @@ class Fit:
         )
 
     def rise(self, x: Array) -> float:
-        """Return the excess of D over its least value, that of the observations by the error of the surfaces at x."""
+        """Return D(x) − min D; the part of the observations is divided by `looseness`, the ratio of error variances."""
         here, best = self.gaps(x[None])[0], self.gaps(self.best[None])[0]
         m = len(self.observations)
 
@@ -149,18 +157,19 @@ class Fit:
         return max(excess(slice(m)) / self.looseness(x) + excess(slice(m, None)), 0.0)
 
     def looseness(self, x: Array) -> float:
-        """Return the variance of the observations at x over that at the solution, their mean: at least 0.1."""
+        """Return the ratio of the error variance at x to that at the solution, averaged over observations; ≥ 0.1."""
         return max(float(np.mean(1.0 + self._share * (self._spread(x) / self._spread(self.best) - 1.0))), 0.1)
 
     @cached_property
     def _share(self) -> Array:
-        """The part of the surface in the variance of each observation."""
+        """The fraction of the error variance of each observation that is due to the surface."""
         m = len(self.observations)
         whole = np.diagonal(self.draws, axis1=1, axis2=2)[:, :m]
-        own = np.diagonal(self.errors.laboratory, axis1=1, axis2=2)
-        return np.asarray(self.weights @ (1.0 - own / whole))
+        laboratory = np.diagonal(self.errors.laboratory, axis1=1, axis2=2)
+        return np.asarray(self.weights @ (1.0 - laboratory / whole))
 
     def _spread(self, x: Array) -> Array:
+        """Return the relative error variance of the surface of each observation at x, of which only ratios are used."""
         spread = np.ones(len(self.observations))
         for mine, contrasts, common, separate, chance in self.errors.surfaces:
             k, n = contrasts.leverages(x)
@@ -168,7 +177,7 @@ class Fit:
         return spread
 
     def log_likelihood(self, points: Array) -> Array:
-        """Return the log of the likelihood at (points, k), up to a constant, with the density of the priors."""
+        """Return ln L at coded points (points, k), including the priors, up to a constant."""
         gaps, m = self.gaps(points)[:, : len(self.observations)], len(self.observations)
         draws = self.draws[:, :m, :m]
         squares = np.einsum("pi,sij,pj->ps", gaps, np.linalg.inv(draws), gaps, optimize=True)
@@ -183,25 +192,29 @@ class Fit:
 
     @cached_property
     def tangents(self) -> Tangents:
-        """The fit on the tangents at the solution."""
+        """The fit with surfaces linearised at the solution."""
         return Tangents(self.slopes(self.best), self.gaps(self.best[None])[0], self.draws, self.precision, self.weights)
 
     @cached_property
     def p_value(self) -> float | None:
-        """Probability of a misfit at least as large; None if the misfit determines the scatter or df is zero."""
+        """The p-value of the misfit, see above; None if the scatter is estimated from the misfit, or df is zero."""
         from scipy.special import chdtrc
 
         if self.errors.scatter != "misfit":
             return None if self.df < 1 else float(np.mean(chdtrc(self.df, self.tangents.misfits)))
         if not self.priors:
             return None
-        data = fit(self.observations, self.region)  # only the data determine the scatter: p of the rise by the priors
+        # the scatter is estimated from the data alone, so the p-value is that of the increase of D due to the priors
+        data = fit(self.observations, self.region)
         rise = self.tangents.misfits - data.tangents.misfits
         return float(data.weights @ chdtrc(len(self.priors), np.maximum(rise, 0.0)))
 
     @property
     def evidence(self) -> Array:
-        """Weights of the draws by the gaps; equal where these contradict them: a wrong model is no sign of scatter."""
+        """Weights of the draws: their evidence, or equal weights if the data contradict all draws.
+
+        Otherwise a wrong model would be mistaken for a large scatter.
+        """
         from scipy.special import chdtrc
 
         p = float(np.mean(chdtrc(max(self.df, 1), self.tangents.misfits)))
@@ -215,9 +228,10 @@ class Fit:
         return np.asarray(np.linalg.inv(self.draws))
 
     def ignoring(self, *ignored: int) -> Fit:
-        """Return the fit in which observations have no weight; solution and D are those of `without`, at less cost.
+        """Return the fit in which these observations have no weight; solution and D equal those of `without`.
 
-        With the others a and the ignored b, (V_aa)⁻¹ = Λ_aa − Λ_ab Λ_bb⁻¹ Λ_ba, Λ = V⁻¹ (Schur complement).
+        This is faster: with Λ = V⁻¹, the ignored observations b and the others a, the inverse is a Schur complement,
+        (V_aa)⁻¹ = Λ_aa − Λ_ab Λ_bb⁻¹ Λ_ba.
         """
         b = list(ignored)
         across, own = self.inverses[:, :, b], self.inverses[:, b][:, :, b]
@@ -229,7 +243,7 @@ class Fit:
         return replace(others, best=optimise(others.objective, self.region.cloud(_CLOUD), self.region)[0])
 
     def without(self, *left_out: int) -> Fit:
-        """Return the fit to the other observations, by the same draws."""
+        """Return the fit to all observations except these, with the same draws."""
         kept = [i for i in range(len(self.observations)) if i not in left_out]
         rows = [*kept, *range(len(self.observations), len(self.draws[0]))]
         place = {i: new for new, i in enumerate(kept)}
@@ -250,7 +264,7 @@ class Fit:
 
 @dataclass(frozen=True, eq=False)
 class Tangents:
-    """A fit with straight surfaces: slopes J, gaps r, draws of V with weights, mean precision W."""
+    """A fit with linearised surfaces: slopes J = −∂r/∂x, gaps r, draws of V and their weights, mean precision W."""
 
     slopes: Array
     gaps: Array
@@ -260,18 +274,18 @@ class Tangents:
 
     @cached_property
     def basis(self) -> Array:
-        """Unit vectors along which something is known, (factors, directions)."""
+        """Unit vectors of the directions about which the data contain information, (factors, directions)."""
         values, vectors = np.linalg.eigh(self.information)
         return np.asarray(vectors[:, values > _NOTHING * max(values.max(initial=0.0), 1e-300)])
 
     @property
     def information(self) -> Array:
-        """JᵀWJ."""
+        """The information matrix JᵀWJ, (factors, factors)."""
         return np.asarray(self.slopes.T @ self.precision @ self.slopes)
 
     @cached_property
     def _each(self) -> tuple[Array, Array, Array, Array]:
-        """Of each draw: covariance and step of the estimate along the basis, D there, log of the evidence."""
+        """For each draw: covariance of the estimate in the basis, step to it from `best`, least D, ln(evidence)."""
         j, inverse = self.slopes @ self.basis, np.linalg.inv(self.draws)
         info = j.T @ inverse @ j
         covariance = np.linalg.inv(info)
@@ -283,20 +297,20 @@ class Tangents:
 
     @property
     def evidence(self) -> Array:
-        """Weights of the draws by what the gaps say of them, sum 1."""
+        """Weights of the draws by their evidence, sum 1."""
         log = self._each[3]
         weights = np.exp(log - log.max())
         return np.asarray(weights / weights.sum())
 
     @cached_property
     def misfits(self) -> Array:
-        """D of each draw at the solution; on the edge of a region it is not the least of the straight surfaces."""
+        """D of each draw at the solution, which at the edge of a region is more than the least D in `_each`."""
         b = self.basis.T @ self.slopes.T @ self.precision @ self.gaps
         beyond = float(b @ np.linalg.solve(self.basis.T @ self.information @ self.basis, b))
         return np.asarray(np.maximum(self._each[2] + beyond, 0.0))
 
     def allowed(self, direction: Array, level: float = 0.95) -> float:
-        """Return c: the rise of D at the ends of what the mixture of the draws allows along a direction."""
+        """Return c for an interval along a direction: the increase of D at the ends of its `level` interval."""
         from scipy.optimize import brentq
         from scipy.special import ndtr, ndtri
 
@@ -319,7 +333,7 @@ class Tangents:
 
 
 def fit(observations: Sequence[Observation], region: Region, priors: Sequence[Prior] = ()) -> Fit:
-    """Fit observations and priors within a region; raise `UsageError` if the surfaces are not over the same factors."""
+    """Fit observations and priors within a region; raise `UsageError` unless all surfaces have the same factors."""
     if len({o.surface.names for o in observations}) != 1:
         raise UsageError(
             "joint fit: the surfaces are missing or have different factors; pass surfaces with the same factors"

@@ -1,24 +1,25 @@
-"""What was measured, each mean with its surface, and draws of the errors of all means together.
+"""Observations, each a measured mean with its surface, and draws of their errors for the joint fit.
 
-A standard deviation of a few specimens is not known, and neither is the error of a surface. A fit averages its
-likelihood over what they may be. Each unknown is drawn at the midpoints of equal shares of its distribution, in an
-independent order (M. D. McKay and others, Technometrics 21 (1979) 239).
+The variances of the errors are estimated from few specimens and few runs. Therefore the fit averages its likelihood
+over a sample of their possible values, a Latin hypercube: each unknown is drawn at the midpoints of equal parts of its
+distribution, in a random order (M. D. McKay and others, Technometrics 21 (1979) 239).
 
 Specimens
-    (n − 1) s²/σ² has the distribution χ²(n − 1). The relative variances of several conditions are alike but not equal:
-    σᵢ² ~ d₀ τ²/χ²(d₀), so that s²/τ² ~ F(n − 1, d₀), with τ and d₀ from all of them (G. K. Smyth, Stat. Appl. Genet.
-    Mol. Biol. 3 (2004) 3). ln σᵢ varies by about 1/√(2 d₀): 0 to `_MOST_APART`, all equally likely beforehand.
+    (n − 1) s²/σ² has the distribution χ²(n − 1). The relative variances of several conditions are similar but not
+    equal: σᵢ² ~ d₀ τ²/χ²(d₀), so that s²/τ² ~ F(n − 1, d₀), with τ and d₀ estimated from all conditions (G. K. Smyth,
+    Stat. Appl. Genet. Mol. Biol. 3 (2004) 3). The standard deviation of ln σᵢ, about 1/√(2 d₀), has a uniform prior
+    from 0 to `_MOST_APART`.
 
 Surfaces
-    A surface misses the mean response at any point by c + u, relative to the mean of its runs: c the same at all
-    conditions, u separate, with variances σ_c² and σ_u². With Q a basis of what the terms X cannot follow, QᵀX = 0,
-    the runs say z = Qᵀy of it, cov z = σ_c² QᵢᵀQⱼ + [i = j](σ_u² 1 + σ_E² Qᵀ R⁻¹ Q), σ_E² the scatter of a run and R
-    the runs of each point. ln σ_c and ln σ_u are even between `FINEST` and `COARSEST` beforehand. Without residual
-    degrees of freedom that is all that is known.
+    The error of a surface at any point, relative to the mean of its runs, is c + u: c is common to all conditions, u
+    separate, with variances σ_c² and σ_u². Let Q be a basis of the space orthogonal to the terms X, QᵀX = 0. The
+    contrasts z = Qᵀy of the runs have cov z = σ_c² QᵢᵀQⱼ + [i = j](σ_u² 1 + σ_E² Qᵀ R⁻¹ Q), with σ_E² the variance of
+    a single run and R the number of runs at each point. ln σ_c and ln σ_u have uniform priors between `FINEST` and
+    `COARSEST`; without residual degrees of freedom these are also the posterior distributions.
 
 Sections of one surface over factors and conditions
-    Its errors at several conditions are correlated by the weights aᵢ of the runs in its predictions: the covariance is
-    σ_u²([i = j] + aᵢᵀaⱼ) + σ_E² aᵢᵀR⁻¹aⱼ, σ_c = 0. Of a surface of ln y they are relative to ŷ.
+    The errors of the sections are correlated. With aᵢ the weights of the runs in the prediction of section i, their
+    covariance is σ_u²([i = j] + aᵢᵀaⱼ) + σ_E² aᵢᵀR⁻¹aⱼ, and σ_c = 0. For a surface of ln y it is relative to ŷ.
 """
 
 from __future__ import annotations
@@ -39,16 +40,18 @@ from stemcal.vocabulary import FIRST
 
 _DRAWS = 512
 FINEST, COARSEST = 1e-4, 0.1
-"""No response is known better than the first part of itself; a surface is not off by more than the second, unless its
-runs show more."""
+"""Bounds of the relative error of a surface; the upper one is raised if its runs show a larger error."""
 _MOST_APART = 1.0
-_STEPS, _SHAPES = 48, 8
-_COMMON_SHAPE = 1e6  # d₀ of conditions that scatter equally; also degrees of freedom of what is known
-_WIDTH = 6.0  # of the grid of ln τ² to either side
+_STEPS, _SHAPES = 48, 8  # grid points of ln σ, and of d₀
+_COMMON_SHAPE = 1e6  # d₀ if all conditions have the same variance; also the degrees of freedom of a known variance
+_WIDTH = 6.0  # half-width of the grid of ln τ²
 
 
 class Uniforms:
-    """Columns of (draws,) numbers between 0 and 1, each evenly spread, in its own order; equal every time."""
+    """Generates columns of a Latin hypercube: (draws,) numbers evenly spread between 0 and 1 in a random order.
+
+    The seed is fixed, so that results are reproducible.
+    """
 
     def __init__(self, draws: int = _DRAWS) -> None:
         self._random, self.draws = np.random.default_rng(20_251), draws
@@ -64,7 +67,7 @@ def _chi_squared(u: Array, df: float) -> Array:
 
 
 def variances(squared: Array, df: Array, uniform: Uniforms) -> Array:
-    """Draw variances σᵢ², (draws, m), from estimates s² (NaN: none) with `df` degrees of freedom (infinite: known)."""
+    """Draw variances σᵢ², (draws, m), given estimates s² (NaN: none) with `df` degrees of freedom (inf: exact)."""
     uncertain = np.isfinite(squared) & (squared > 0.0)
     known = (uncertain & np.isinf(df)) | (squared == 0.0)
     counted = np.where(uncertain, np.minimum(df, _COMMON_SHAPE), 0.0)
@@ -80,7 +83,7 @@ def variances(squared: Array, df: Array, uniform: Uniforms) -> Array:
 
 
 def _alike(s2: Array, df: Array, uniform: Uniforms) -> tuple[Array, Array]:
-    """Return draws of d₀ and τ²: p ∝ Π f(s²/τ²; df, d₀)/τ² over a grid, ln τ even beforehand."""
+    """Draw d₀ and τ² on a grid from the posterior p ∝ Π f(s²/τ²; df, d₀)/τ², f the F density; ln τ is uniform."""
     from scipy.special import betaln
 
     apart = np.linspace(0.0, _MOST_APART, _SHAPES)
@@ -94,7 +97,7 @@ def _alike(s2: Array, df: Array, uniform: Uniforms) -> tuple[Array, Array]:
 
 
 def _drawn(log_density: Array, uniform: Uniforms) -> tuple[Array, Array]:
-    """Return draws of the places on a grid, (rows, columns)."""
+    """Draw grid points with probabilities exp(`log_density`); return their row and column indices, (draws,) each."""
     p = np.exp(log_density - log_density.max()).ravel()
     places = np.searchsorted(np.cumsum(p) / p.sum(), uniform()).clip(max=p.size - 1)
     rows, columns = np.unravel_index(places, log_density.shape)
@@ -103,11 +106,15 @@ def _drawn(log_density: Array, uniform: Uniforms) -> tuple[Array, Array]:
 
 @dataclass(frozen=True, eq=False)
 class Contrasts:
-    """What the runs of surfaces of one response say of its error; all relative to the means of the runs.
+    """Information on the errors of m surfaces of one response from their runs, relative to the mean response.
 
-    `maps` (m, points, terms) give φᵀβ̂ of each surface from the means of its points; `runs` (m, points) are the runs
-    of a point, 0 where there is none. `z` are all contrasts, `common` their covariance by σ_c², `noise` their
-    variances by the scatter of a run. `pure` and `pure_df` are the variance of repeated runs of each surface, relative.
+    maps            (m, points, terms): a = maps·φ are the weights of the design points in the prediction at φ
+    runs            (m, points): number of runs at each design point
+    scale           mean response of each surface, to which everything is relative
+    z               all contrasts Qᵀy
+    common, noise   covariance of z for σ_c² = 1; variance of z for σ_E² = 1
+    pure, pure_df   pure-error variance of each surface and its degrees of freedom
+    sections        the sections, if all are sections of one surface
     """
 
     maps: Array
@@ -122,7 +129,7 @@ class Contrasts:
 
     @classmethod
     def of(cls, surfaces: Sequence[AnySurface]) -> Contrasts:
-        """Compare each surface with its runs; sections of one surface have the same runs."""
+        """Compute the contrasts of surfaces of one response, or of sections of one surface, which share its runs."""
         sections = tuple(s for s in surfaces if isinstance(s, Section))
         if not sections:
             return cls._of_each([s for s in surfaces if isinstance(s, Surface)])
@@ -161,19 +168,19 @@ class Contrasts:
         return cls(maps, runs, scale, np.concatenate(z), together.T @ together, np.concatenate(noise), pure, pure_df)
 
     def only(self, kept: Sequence[int]) -> Contrasts:
-        """Return what the same runs say of some of the surfaces."""
+        """Return the weights and scales of some of the surfaces, with the contrasts of all."""
         parts = {name: getattr(self, name)[kept] for name in ("maps", "runs", "scale")}
         return replace(self, **parts, sections=tuple(self.sections[i] for i in kept) if self.sections else ())
 
     def by_chance(self, uniform: Uniforms) -> Array:
-        """Return draws of σ_E², the scatter of single runs, (draws, m); zero where no run was repeated."""
+        """Draw σ_E², the variance of a single run, (draws, m); zero without pure error."""
         if not np.any(self.pure > 0.0):
             return np.zeros((uniform.draws, len(self.scale)))
         drawn = variances(np.where(self.pure_df > 0.0, self.pure, np.nan), self.pure_df, uniform)
         return np.repeat(drawn, len(self.sections), axis=1) if self.sections else drawn
 
     def missed(self, chance: Array, uniform: Uniforms) -> tuple[Array, Array]:
-        """Return draws of σ_c² and σ_u², (draws,) each; a single surface has no common part."""
+        """Draw σ_c² and σ_u², (draws,) each, given draws of σ_E²; a single surface has σ_c = 0."""
         values, vectors = np.linalg.eigh(self.common)
         z2 = (vectors.T @ self.z) ** 2
         typical = float(np.median(chance.mean(axis=1)))
@@ -188,19 +195,19 @@ class Contrasts:
         return common[c] * np.exp(shift * (uniform() - 0.5)), separate[u] * np.exp(shift * (uniform() - 0.5))
 
     def leverages(self, point: Array) -> tuple[Array, Array]:
-        """Return Kᵢⱼ = 1 + aᵢᵀaⱼ, Nᵢ = aᵢᵀR⁻¹aᵢ, a the weights of φᵀβ̂: cov = σ_c² K + σ_u² diag K + σ_E² diag N."""
+        """Return Kᵢⱼ = 1 + aᵢᵀaⱼ and Nᵢ = aᵢᵀR⁻¹aᵢ at a point: cov = σ_c² K + σ_u² diag K + σ_E² diag N."""
         a = self._weights(point)
         return 1.0 + a @ a.T, (a**2 / np.maximum(self.runs, 1.0)).sum(axis=1)
 
     def _weights(self, point: Array) -> Array:
-        """Return the weights a of the points of the runs in each prediction, (m, points)."""
+        """Return the weights a of the design points in the prediction of each surface at a point, (m, points)."""
         if not self.sections:
             return np.asarray(self.maps @ term_columns(point)[0])
         each = np.vstack([term_columns(section.place.z(point)) for section in self.sections])
         return np.asarray(np.einsum("mpt,mt->mp", self.maps, each))
 
     def covariance(self, point: Array, common: Array, separate: Array, chance: Array) -> Array:
-        """Return draws of the covariance of the errors at a point, (draws, m, m)."""
+        """Return the covariance of the errors of the surfaces at a point for each draw, (draws, m, m)."""
         k, n = self.leverages(point)
         diagonal, scale = np.arange(len(k)), self.scale
         if self.sections:
@@ -216,15 +223,17 @@ class Contrasts:
 
 
 Scatter = Literal["measured", "pooled", "misfit", "surface"]
-_WIDEST = 1.0  # relative scatter above which a laboratory measures nothing
+_WIDEST = 1.0  # largest relative standard deviation of a mean that is estimated from the misfit
 
 
 @dataclass(frozen=True, eq=False)
 class Observation:
-    """A measured mean with the surface that predicts it; `kind` is what was measured.
+    """A measured mean with the surface that predicts it.
 
-    Without `n` the standard deviation `sd` counts as known. Observations of the same `specimens`, by their name, have
-    one covariance matrix, in which they are uncorrelated.
+    sd, n       standard deviation and number of specimens; without `n` the standard deviation is taken as known
+    kind        name of the response that was measured
+    specimens   name of the specimens. Observations of the same specimens have one unknown covariance matrix, whose
+                estimate is diagonal
     """
 
     surface: AnySurface
@@ -237,7 +246,13 @@ class Observation:
 
 @dataclass(frozen=True, eq=False)
 class Errors:
-    """Draws of the errors: `laboratory` (draws, m, m), and those of the surfaces of each kind with their contrasts."""
+    """Draws of the errors of m observations.
+
+    laboratory   covariance of the measured means, (draws, m, m)
+    surfaces     for each kind of response: indices of its observations, contrasts, draws of σ_c², σ_u² and σ_E²
+    scatter      source of the scatter of the means: measured for each, pooled, estimated from the misfit, or none, so
+                 that only the error of the surface is left
+    """
 
     laboratory: Array
     surfaces: tuple[tuple[NDArray[np.intp], Contrasts, Array, Array, Array], ...]
@@ -245,11 +260,11 @@ class Errors:
 
     @property
     def surface_error_known(self) -> bool:
-        """Whether the surfaces of every kind have residual degrees of freedom, or were shown exact by none."""
+        """Whether the surfaces of each kind have residual degrees of freedom, from which their errors are estimated."""
         return all(len(contrasts.z) > 0 for _, contrasts, *_ in self.surfaces)
 
     def at(self, x: Array) -> Array:
-        """Return draws of V at a point, (draws, m, m)."""
+        """Return the covariance V of the errors at a point for each draw, (draws, m, m)."""
         covariance = self.laboratory.copy()
         for mine, contrasts, common, separate, chance in self.surfaces:
             covariance[:, mine[:, None], mine] += contrasts.covariance(x, common, separate, chance)
@@ -257,7 +272,10 @@ class Errors:
 
 
 def errors_of(observations: Sequence[Observation], spare: int) -> Errors:
-    """Draw the errors of observations; with `spare` more of them than factors they determine an unknown scatter."""
+    """Draw the errors of observations; `spare` is their number minus that of the factors.
+
+    If no standard deviation was measured and `spare` > 0, the scatter is estimated from the misfit.
+    """
     uniform, m = Uniforms(), len(observations)
     measured = np.array([o.measured for o in observations])
     n = np.array([o.n or 1 for o in observations])
@@ -294,11 +312,12 @@ def errors_of(observations: Sequence[Observation], spare: int) -> Errors:
 
 
 def _of_specimens(observations: Sequence[Observation], factors: float, uniform: Uniforms) -> Array:
-    """Return draws of the covariance matrix of the means of p responses of the same n specimens, (draws, p, p).
+    """Draw the covariance matrix of the means of p responses measured on the same n specimens, (draws, p, p).
 
-    Σ⁻¹ has a Wishart distribution about S⁻¹ of n − 2 − p + 2k degrees of freedom, k ≤ p the factors that the means
-    determine: then their intervals are those of C. R. Rao, Proc. Fifth Berkeley Symp. 1 (1967) 355, with Student's t of
-    n − 1 − p + k. By M. S. Bartlett (Proc. R. Soc. Edinb. 53 (1933) 260) it is S^(−1/2) A Aᵀ S^(−1/2), A triangular.
+    Σ⁻¹ has a Wishart distribution with scale matrix S⁻¹ and n − 2 − p + 2k degrees of freedom, if the means determine
+    k ≤ p `factors`. The intervals of the factors then equal those of C. R. Rao (Proc. Fifth Berkeley Symp. 1 (1967)
+    355), with Student's t for n − 1 − p + k degrees of freedom. A draw is S^(−1/2) A Aᵀ S^(−1/2) with a triangular
+    matrix A of normal and χ variables (M. S. Bartlett, Proc. R. Soc. Edinb. 53 (1933) 260).
     """
     from scipy.special import ndtri
 

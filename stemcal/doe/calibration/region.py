@@ -1,4 +1,4 @@
-"""The region a solution may come from, a coded box, cut by a sphere if there is one; and searches in it."""
+"""The region of possible solutions, a box in coded units that a sphere may limit further, and optimisation in it."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from stemcal.doe.regression.section import AnySurface
 from stemcal.errors import UsageError
 
 _ROUNDING = 1e-9
-# Corners of a box double with each factor; beyond this many they add nothing to the spread points.
+# A box with more corners than this (2^k) has none of them in its cloud of points.
 _MOST_CORNERS = 256
-# 2^11 points fill a region of up to five factors closely enough to find every branch of a quadratic.
+# 2^11 points fill a region of up to five factors closely enough to find each branch of a quadratic.
 _CLOUD = 11
-# Local searches start from this many of the best points, no two closer than the spacing (coded units).
+# Number of local searches, which start from the best points with at least this spacing (coded units).
 _STARTS, _SPACING = 8, 0.25
 
 
 @dataclass(frozen=True, eq=False)
 class Region:
-    """All x with low ≤ x ≤ high, and ‖x‖ ≤ radius if one is given. It is convex."""
+    """The convex region of all coded x with low ≤ x ≤ high and, unless the radius is None, ‖x‖ ≤ radius."""
 
     low: Array
     high: Array
@@ -44,40 +44,44 @@ class Region:
 
     @property
     def middle(self) -> Array:
-        """The point of the region nearest to the centre."""
+        """The point of the region that is nearest to the centre of the design, x = 0."""
         return np.asarray(np.clip(0.0, self.low, self.high))
 
     def contains(self, points: Array, tolerance: float = _ROUNDING) -> NDArray[np.bool_]:
-        """Return for each of (m, k) points whether it is inside."""
+        """Return a mask of the points (m, k) that are inside, (m,)."""
         inside = np.all((points >= self.low - tolerance) & (points <= self.high + tolerance), axis=1)
         if self.radius is not None:
             inside &= np.linalg.norm(points, axis=1) <= self.radius + tolerance
         return np.asarray(inside)
 
     def widened(self, times: float) -> Region:
-        """Return the region with all widths, and the radius, that many times as large, about the same middle."""
+        """Return a larger region with the same middle: all widths and the radius are multiplied by `times`."""
         more = 0.5 * (times - 1.0) * np.subtract(*self.bounds()[::-1])
         low, high = self.bounds()
         return Region(low - more, high + more, None if self.radius is None else times * self.radius)
 
     def bounds(self) -> tuple[Array, Array]:
-        """Return the smallest box around the region's reach along each axis."""
+        """Return the lower and upper ends of a box around the region: the box itself, cut at ± the radius."""
         reach = np.inf if self.radius is None else self.radius
         return np.maximum(self.low, -reach), np.minimum(self.high, reach)
 
     def nearest(self, point: Array) -> Array:
-        """Draw a point into the region: into the box, then along the ray to the point nearest the centre."""
+        """Move a point into the region: first into the box, then on the line towards `middle` onto the sphere."""
         inside = np.clip(point, self.low, self.high)
         if self.radius is None or np.linalg.norm(inside) <= self.radius:
             return np.asarray(inside)
         anchor = self.middle
-        way = inside - anchor
-        # |anchor + s·way| = radius: a quadratic in s with one root between 0 and 1
-        a, b, c = float(way @ way), float(anchor @ way), float(anchor @ anchor) - self.radius**2
-        return np.asarray(anchor + (-b + np.sqrt(b * b - a * c)) / a * way)
+        line = inside - anchor
+        # |anchor + s·line| = radius: a quadratic equation in s with one root between 0 and 1
+        a, b, c = float(line @ line), float(anchor @ line), float(anchor @ anchor) - self.radius**2
+        return np.asarray(anchor + (-b + np.sqrt(b * b - a * c)) / a * line)
 
     def cloud(self, log2_points: int) -> Array:
-        """Fill the region and its boundary: spread points, corners, axes, drawn in to the sphere."""
+        """Return points (m, k) that fill the region and its boundary.
+
+        They are a Sobol sequence of 2^`log2_points` points, corners and ends of the axes; points outside the sphere are
+        moved onto it.
+        """
         from scipy.stats.qmc import Sobol
 
         low, high = self.bounds()
@@ -94,7 +98,7 @@ class Region:
 
 @dataclass(frozen=True, eq=False)
 class Objective:
-    """What to make small, for one point of (k,), and its gradient; `many` is the same for (m, k) points."""
+    """A function to be minimised: its value and gradient at one point (k,), and its values at `many` points (m, k)."""
 
     value: Callable[[Array], float]
     gradient: Callable[[Array], Array]
@@ -102,14 +106,14 @@ class Objective:
 
 
 def coordinate(j: int, sign: float, k: int) -> Objective:
-    """Make sign·xⱼ small."""
+    """Return the objective sign·xⱼ."""
     direction = np.zeros(k)
     direction[j] = sign
     return Objective(lambda x: sign * float(x[j]), lambda x: direction, lambda points: sign * points[:, j])
 
 
 def height(surface: AnySurface, sign: float) -> Objective:
-    """Make sign·ŷ small."""
+    """Return the objective sign·ŷ(x)."""
     return Objective(
         lambda x: sign * float(surface.predict(x)[0]),
         lambda x: sign * surface.gradient(x),
@@ -118,19 +122,19 @@ def height(surface: AnySurface, sign: float) -> Objective:
 
 
 def squared_distance() -> Objective:
-    """Make the squared coded distance to the centre small."""
+    """Return the objective ‖x‖², the squared coded distance from the centre."""
     return Objective(lambda x: float(x @ x), lambda x: 2.0 * x, lambda points: np.sum(points**2, axis=1))
 
 
 def extremes(surface: AnySurface, region: Region) -> tuple[Array, Array]:
-    """Return the points of the region where ŷ is least and greatest."""
+    """Return the points of the region with the smallest and the largest ŷ."""
     cloud = region.cloud(_CLOUD)
     lowest = optimise(height(surface, 1.0), cloud, region)[0]
     return lowest, optimise(height(surface, -1.0), cloud, region)[0]
 
 
 def optimise(objective: Objective, seeds: Array, region: Region, rule: dict[str, Any] | None = None) -> list[Array]:
-    """Search from several `seeds` (m, k), under a `rule` as SLSQP takes it; return distinct optima, best first."""
+    """Minimise from several `seeds` (m, k) under a constraint `rule` of SLSQP; return distinct optima, best first."""
     starts = _distinct(seeds[np.argsort(objective.many(seeds), kind="stable")], _SPACING)[:_STARTS]
     ends = [search_from(start, objective, region, rule) for start in starts]
     optima = [*starts[:1], *(point for point in ends if point is not None)]
@@ -140,19 +144,18 @@ def optimise(objective: Objective, seeds: Array, region: Region, rule: dict[str,
 
 
 def _distinct(points: Array, spacing: float) -> Array:
-    """Keep the first of every bunch of points, in order."""
+    """Return up to `_STARTS` of the points, the first ones with at least this spacing."""
     kept: list[Array] = []
-    left = points
-    while len(left) and len(kept) < _STARTS:
-        kept.append(left[0])
-        left = left[np.linalg.norm(left - left[0], axis=1) > spacing]
+    while len(points) and len(kept) < _STARTS:
+        kept.append(points[0])
+        points = points[np.linalg.norm(points - points[0], axis=1) > spacing]
     return np.array(kept)
 
 
 def search_from(
     start: Array, objective: Objective, region: Region, rule: dict[str, Any] | None = None, kept: float = 1e-7
 ) -> Array | None:
-    """Run SLSQP from a point; None if it ends outside the region, or breaks a rule by more than `kept`."""
+    """Minimise with SLSQP from a point; None if it ends outside the region or violates the rule by more than `kept`."""
     from scipy.optimize import minimize
 
     low, high = region.bounds()
@@ -171,5 +174,5 @@ def search_from(
     point: Array = np.clip(np.asarray(result.x, dtype=float), low, high)
     if not np.all(np.isfinite(point)) or not region.contains(point[None, :], 1e-7)[0]:
         return None
-    room = np.atleast_1d(rule["fun"](point)) if rule else np.zeros(1)
-    return point if np.all((-np.abs(room) if rule and rule["type"] == "eq" else room) >= -kept) else None
+    value = np.atleast_1d(rule["fun"](point)) if rule else np.zeros(1)
+    return point if np.all((-np.abs(value) if rule and rule["type"] == "eq" else value) >= -kept) else None

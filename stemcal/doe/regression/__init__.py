@@ -1,1 +1,1 @@
-"""Least squares, and the quadratic surface that rests on it."""
+"""Least squares, and the response surface fitted with it: a full quadratic model, its ANOVA and its reduction."""

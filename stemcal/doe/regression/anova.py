@@ -1,8 +1,7 @@
-"""Analysis of variance of a fitted quadratic, the influence of each run, and what the fit is worth.
+"""Analysis of variance of a fitted quadratic model, diagnostics of each run, and statistics of the quality of the fit.
 
-The table has Model, terms, Residual, Lack of fit, Pure error and Cor total. The influence is in closed form:
-statsmodels' `OLSInfluence`, which the tests hold it against, fits again without each run for its studentised residuals,
-a hundred times as long for 20 runs and two thousand times for 148.
+The diagnostics are in closed form. The tests compare them with `OLSInfluence` of statsmodels, which repeats the fit
+without each run and takes a hundred times as long for 20 runs, two thousand times for 148.
 """
 
 from collections.abc import Iterator, Sequence
@@ -17,7 +16,7 @@ from stemcal.storage.rows import Rows
 
 @dataclass(frozen=True)
 class AnovaRow:
-    """One line of the table; f, p and the mean square are None where they have no value."""
+    """One line of the ANOVA table; a quantity that does not apply to the line is None."""
 
     source: str
     sum_of_squares: float
@@ -30,7 +29,10 @@ class AnovaRow:
 
 @dataclass(frozen=True)
 class LackOfFit:
-    """The residual split into what replicates scatter (pure error) and what the quadratic misses."""
+    """The residual sum of squares, divided into lack of fit and the pure error of replicates, with the F test.
+
+    deterministic   whether all replicates have the same response, so that there is no pure error
+    """
 
     sum_of_squares: float
     df: int
@@ -42,7 +44,7 @@ class LackOfFit:
 
 
 def lack_of_fit(coded: Array, fit: LeastSquares) -> LackOfFit:
-    """Split the residual over repeats; no test of a deterministic solver (pure-error SS ≤ 1e-12 of the total)."""
+    """Divide the residual into lack of fit and pure error; a deterministic solver has no pure error and no test."""
     group = same_points(coded)
     counts = np.bincount(group)
     means = np.bincount(group, weights=fit.response) / counts
@@ -57,7 +59,7 @@ def lack_of_fit(coded: Array, fit: LeastSquares) -> LackOfFit:
 
 
 def _anova_table(fit: LeastSquares, terms: Sequence[str], split: LackOfFit) -> tuple[AnovaRow, ...]:
-    """Tabulate type III sums of squares of the coded columns against the residual."""
+    """Return the ANOVA table: model, terms (partial sums of squares), residual, lack of fit, pure error, Cor total."""
     error = None if fit.exact else fit.mean_square
 
     def row(source: str, ss: float, df: int, f: float | None = None, p: float | None = None) -> AnovaRow:
@@ -77,13 +79,12 @@ def _anova_table(fit: LeastSquares, terms: Sequence[str], split: LackOfFit) -> t
     )
 
 
-# A run of leverage 1 is always fitted exactly: it has no residual to judge.
-_FULL_LEVERAGE = 1.0 - 1e-9
+_FULL_LEVERAGE = 1.0 - 1e-9  # a run with leverage 1 is always fitted exactly, so its residual has no meaning
 
 
 @dataclass(frozen=True)
 class RunDiagnostics:
-    """Fit and influence of the `run`, counted from 1; `studentised` is the externally studentised residual."""
+    """Diagnostics of one run (number from 1); `studentised` is the externally studentised residual (R-student)."""
 
     run: int
     response: float
@@ -95,7 +96,6 @@ class RunDiagnostics:
 
 
 def _run_diagnostics(fit: LeastSquares, rows: Sequence[int]) -> Iterator[RunDiagnostics]:
-    """Diagnose each run; `rows` are the run numbers of the fitted rows."""
     p, s2, residual_ss, df = fit.matrix.shape[1], fit.mean_square, fit.residual_ss, fit.df
     fitted, exact = (fit.response - fit.residuals).tolist(), fit.exact
     columns = fit.response.tolist(), fitted, fit.residuals.tolist(), fit.leverage.tolist()
@@ -103,7 +103,7 @@ def _run_diagnostics(fit: LeastSquares, rows: Sequence[int]) -> Iterator[RunDiag
         studentised = cooks = None
         if s2 is not None and not exact and h < _FULL_LEVERAGE:
             free = 1.0 - h
-            # e/(s₍ᵢ₎·√(1 − h)), s₍ᵢ₎² the residual variance without run i
+            # R-student e/(s₍ᵢ₎·√(1 − h)), with s₍ᵢ₎² the residual mean square of the fit without run i
             variance = (residual_ss - e**2 / free) / (df - 1) if df > 1 else 0.0
             studentised = e / (variance * free) ** 0.5 if variance > 0.0 else None
             cooks = e**2 * h / (p * s2 * free**2)  # e²·h/(p·s²·(1 − h)²)
@@ -111,7 +111,7 @@ def _run_diagnostics(fit: LeastSquares, rows: Sequence[int]) -> Iterator[RunDiag
 
 
 def _press(fit: LeastSquares) -> float | None:
-    """Σ (e / (1 − h))²: what each run misses if predicted by the others; without those of leverage 1."""
+    """Return the PRESS statistic Σ(e/(1 − h))², the prediction errors of runs left out; without runs of leverage 1."""
     judged = fit.leverage < _FULL_LEVERAGE
     if fit.df == 0 or not judged.any():
         return None
@@ -120,7 +120,7 @@ def _press(fit: LeastSquares) -> float | None:
 
 @dataclass(frozen=True)
 class Coefficient:
-    """One coded coefficient with its 95 % interval and variance inflation factor."""
+    """A coefficient in coded units with its 95 % confidence interval and variance inflation factor."""
 
     term: str
     value: float
@@ -132,7 +132,7 @@ class Coefficient:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FitStatistics:
-    """The coefficients of a fitted quadratic with its analysis of variance, and the worth of the fit."""
+    """The coefficients of a fitted quadratic model, its analysis of variance, and statistics of the quality of fit."""
 
     coefficients: Rows[Coefficient]
     anova: Rows[AnovaRow]
@@ -148,8 +148,7 @@ class FitStatistics:
 
 
 def _coefficients_of(fit: LeastSquares, terms: Sequence[str]) -> tuple[Coefficient, ...]:
-    """Return the coefficients with standard errors and 95 % intervals from the residual."""
-    # VIF = Σ(x − x̄)²·(XᵀX)⁻¹ⱼⱼ; 1 of a column orthogonal to all others
+    # VIF = Σ(x − x̄)²·(XᵀX)⁻¹ⱼⱼ; 1 for a column that is orthogonal to all others
     inflation = np.sum((fit.matrix - np.mean(fit.matrix, axis=0)) ** 2, axis=0) * np.diag(fit.unscaled_covariance)
     errors = None if fit.mean_square is None else np.sqrt(fit.mean_square * np.diag(fit.unscaled_covariance))
     t = t_quantile(0.95, fit.df) if fit.df else 0.0
@@ -166,13 +165,12 @@ def statistics_of(
 ) -> FitStatistics:
     """Return the statistics of a fit; `rows` are the run numbers of the fitted rows."""
     n, p = fit.matrix.shape
-    missed, s2 = _press(fit), fit.mean_square
+    press, s2 = _press(fit), fit.mean_square
 
-    def explained(missed: float | None) -> float | None:
-        """1 − missed/SS of the corrected total."""
-        return None if missed is None or fit.flat else 1.0 - missed / fit.total_ss
+    def explained(unexplained: float | None) -> float | None:
+        return None if unexplained is None or fit.flat else 1.0 - unexplained / fit.total_ss
 
-    precision = None  # (max ŷ − min ŷ)/√(p·s²/n): signal over noise at the design points
+    precision = None  # adequate precision: signal-to-noise ratio (max ŷ − min ŷ)/√(p·s²/n) over the design points
     if s2 is not None and not fit.exact:
         precision = float(np.ptp(fit.matrix @ fit.coefficients) / np.sqrt(p * s2 / n))
     return FitStatistics(
@@ -181,9 +179,9 @@ def statistics_of(
         r2=explained(fit.residual_ss),
         # 1 − s²/(SS/(n − 1))
         adjusted_r2=1.0 - s2 * (n - 1) / fit.total_ss if s2 is not None and not fit.flat else None,
-        predicted_r2=explained(missed),
+        predicted_r2=explained(press),
         adequate_precision=precision,
-        press=missed,
+        press=press,
         cv_percent=None if s2 is None or fit.mean == 0.0 else 100.0 * float(np.sqrt(s2)) / fit.mean,
         lack_of_fit_testable=split.f is not None,
         runs_failed=runs_failed,

@@ -1,7 +1,7 @@
-"""Fewer terms: backward elimination of a quadratic that keeps hierarchy.
+"""Backward elimination of terms from a quadratic model, which stays hierarchical.
 
-A product or square stays only with the linear terms it is made of, so that the model means the same in every
-coding. Source: J. L. Peixoto, The American Statistician 44 (1990), 26–30.
+An interaction or square is kept only together with its linear terms. Then the model does not depend on the coding of
+the factors. Source: J. L. Peixoto, The American Statistician 44 (1990), 26–30.
 """
 
 from collections.abc import Sequence
@@ -19,7 +19,7 @@ from stemcal.vocabulary import Wording
 
 @dataclass(frozen=True)
 class ReductionStep:
-    """One term removed, with the p of its F test."""
+    """A removed term and the p-value of its F test."""
 
     term: str
     p: float
@@ -28,7 +28,10 @@ class ReductionStep:
 def reduce_surface(
     coded: ArrayLike, response: ArrayLike, names: Sequence[str], alpha: float = 0.1, written: Wording = Wording()
 ) -> tuple[Surface, tuple[ReductionStep, ...]]:
-    """Remove the weakest term while p > alpha; `UsageError` if the runs cannot estimate the full quadratic."""
+    """Fit the quadratic model and remove the least significant term as long as its p > alpha.
+
+    Returns the reduced surface and the removed terms. Raises `UsageError` if the runs cannot estimate the full model.
+    """
     points, y, chosen = np.asarray(coded, dtype=float), np.asarray(response, dtype=float), list(term_names(names))
     present = np.isfinite(y) & ~copies_of(points, y)
     columns = term_columns(points[present])
@@ -52,6 +55,6 @@ def reduce_surface(
 
 
 def _removable(chosen: Sequence[str]) -> list[int]:
-    """Return the places of the terms that no other chosen term is made of."""
+    """Return the indices of the terms that are not a part of another term, as a linear term is of its interactions."""
     needed = {"1"}.union(*(term.removesuffix("^2").split(":") for term in chosen if ":" in term or "^2" in term))
     return [i for i, term in enumerate(chosen) if term not in needed]

@@ -12,7 +12,8 @@ import numpy as np
 from stemcal.doe.coding import Coding
 from stemcal.doe.regression.surface import Surface
 
-# An axis whose curvature is below this share of the largest is a ridge: the stationary point slides along it.
+# The surface has a ridge along an axis if its curvature is below this fraction of the largest: the stationary point is
+# then poorly determined along the axis.
 _RIDGE = 0.1
 _SINGULAR, _ROUNDING = 1e-10, 1e-13
 
@@ -21,7 +22,14 @@ Kind = Literal["plane", "maximum", "minimum", "saddle"]
 
 @dataclass(frozen=True)
 class CanonicalForm:
-    """x_s = −½B⁻¹b, None if B is singular; eigenvalues of B, largest first, with axes; a `ridge` is nearly level."""
+    """Stationary point x_s = −½B⁻¹b and principal axes of a surface.
+
+    coded, natural       x_s in coded and natural units; None if B is singular
+    predicted            ŷ at x_s
+    inside               whether x_s is within the design region
+    kind, ridge          shape of the surface; whether it is nearly constant along an axis
+    eigenvalues, axes    eigenvalues of B, the largest first, and unit vectors of the axes in coded units
+    """
 
     coded: dict[str, float] | None
     natural: dict[str, float] | None
@@ -35,19 +43,20 @@ class CanonicalForm:
 
     @property
     def called(self) -> str:
-        """Its kind in words."""
+        """The shape of the surface in words."""
         kind = "saddle point" if self.kind == "saddle" else self.kind
         return f"{kind} with a ridge" if self.ridge and kind != "plane" else kind
 
 
 def canonical_analysis(surface: Surface, coding: Coding) -> CanonicalForm:
-    """Find the stationary point and the principal axes of a surface."""
+    """Return the stationary point and the principal axes of a surface."""
     k, beta = len(surface.names), surface.beta
     b, b_matrix = beta[1 : k + 1], np.diag(beta[len(beta) - k :]).astype(float)
     for place, (i, j) in enumerate(combinations(range(k), 2)):
         b_matrix[i, j] = b_matrix[j, i] = 0.5 * beta[1 + k + place]
     values, axes = np.linalg.eigh(b_matrix)
     values, axes = values[::-1], axes[:, ::-1]
+    # the largest component of each axis is made positive
     axes = axes * np.where(axes[np.argmax(np.abs(axes), axis=0), range(len(b))] < 0.0, -1.0, 1.0)
     largest = float(np.abs(values).max())
     if largest <= _ROUNDING * float(np.abs(surface.beta).max()):

@@ -1,9 +1,9 @@
-"""Least squares for effects and surfaces alike: one fit and what both read off it; runs that are copies of others.
+"""Least squares for main effects and response surfaces, and the detection of copied runs.
 
-A solver that computes gives its answer again however often it is asked: runs of one point that agree exactly are one
-answer, and count once. Counted as replicates, copies would add degrees of freedom of pure error without an error: six
-equal centre runs of a composite of two factors turn 3 residual degrees of freedom into 8, and intervals with a nominal
-coverage of 95 % cover two thirds.
+A deterministic solver returns the same response each time, so runs at the same point with exactly the same response are
+copies and count as one run. If they counted as replicates, they would add degrees of freedom for pure error but no
+error: six equal centre runs in a composite design of two factors would raise the residual degrees of freedom from 3 to
+8, and intervals with a nominal coverage of 95 % would cover only two thirds.
 """
 
 from collections.abc import Sequence
@@ -15,17 +15,20 @@ from numpy.typing import NDArray
 from stemcal.doe.coding import Array
 from stemcal.errors import RunsFailed, UsageError
 
-# Sums of squares below this share of the total are rounding, not variation.
+# A sum of squares below this fraction of the total sum of squares is due to rounding.
 NEGLIGIBLE = 1e-12
-# And below this share of Σy² they are the last bits of the numbers themselves.
+# A sum of squares below this fraction of Σy² is below the precision of floating-point numbers.
 ROUNDING = 1e-24
 
 
 @dataclass(frozen=True, eq=False)
 class LeastSquares:
-    """y = X·β + residual, with X = `matrix` (n, p) of full column rank; Σ residual² is least.
+    """The least-squares fit y = X·β + e.
 
-    `unscaled_covariance` is (XᵀX)⁻¹, which times s² is the covariance of β; `leverage` the diagonal of X(XᵀX)⁻¹Xᵀ.
+    matrix, response      X (n, p) of full column rank, and y (n,)
+    coefficients          β (p,)
+    unscaled_covariance   (XᵀX)⁻¹; multiplied by s² it is the covariance of β
+    residuals, leverage   e (n,), and the diagonal of X(XᵀX)⁻¹Xᵀ (n,)
     """
 
     matrix: Array
@@ -47,37 +50,37 @@ class LeastSquares:
 
     @property
     def total_ss(self) -> float:
-        """Corrected total: Σ (y − ȳ)²."""
+        """Total sum of squares, corrected for the mean: Σ(y − ȳ)²."""
         return float(np.sum((self.response - self.mean) ** 2))
 
     @property
     def residual_ss(self) -> float:
-        """Σ residual²; exactly zero for a saturated fit."""
+        """Residual sum of squares Σe²; exactly zero for a saturated fit."""
         return float(self.residuals @ self.residuals) if self.df else 0.0
 
     @property
     def flat(self) -> bool:
-        """Whether every response is the same, but for rounding."""
+        """Whether all responses are the same, except for rounding."""
         return self.total_ss <= ROUNDING * float(np.sum(self.response**2))
 
     @property
     def exact(self) -> bool:
-        """Whether the residual is nothing but rounding."""
+        """Whether all residuals are zero, except for rounding."""
         return self.flat or self.residual_ss <= NEGLIGIBLE * self.total_ss
 
     @property
     def mean_square(self) -> float | None:
-        """s² = residual SS / df, or None when no degree of freedom is left."""
+        """Residual mean square s² = residual SS/df; None without residual degrees of freedom."""
         return self.residual_ss / self.df if self.df else None
 
     @property
     def partial_ss(self) -> Array:
-        """Type III sum of squares of each column: βⱼ² / (XᵀX)⁻¹ⱼⱼ."""
+        """Partial (type III) sum of squares of each column: βⱼ²/(XᵀX)⁻¹ⱼⱼ."""
         return np.asarray(self.coefficients**2 / np.diag(self.unscaled_covariance))
 
 
 def fit_least_squares(matrix: Array, response: Array) -> LeastSquares:
-    """Fit by QR; the columns must be independent (see `require_estimable`)."""
+    """Fit X β = y by QR decomposition; the columns of X must be linearly independent (see `require_estimable`)."""
     q, r = np.linalg.qr(matrix)  # X = QR
     beta = np.linalg.solve(r, q.T @ response)  # Rβ = Qᵀy
     covariance = np.linalg.inv(r.T @ r)  # (XᵀX)⁻¹ = (RᵀR)⁻¹
@@ -86,16 +89,16 @@ def fit_least_squares(matrix: Array, response: Array) -> LeastSquares:
 
 
 def not_estimable(matrix: Array, terms: Sequence[str]) -> list[str]:
-    """Name the terms whose columns depend on other columns."""
+    """Return the terms whose columns depend linearly on other columns."""
     scale = np.linalg.norm(matrix, axis=0)
-    r = np.linalg.qr(matrix / np.where(scale > 0.0, scale, 1.0), mode="r")  # its null space is that of X, n × n is not
+    r = np.linalg.qr(matrix / np.where(scale > 0.0, scale, 1.0), mode="r")  # R is small and has the null space of X
     _, singular, rows = np.linalg.svd(r)
     null_space = rows[int(np.sum(singular > 1e-9 * singular[0])) :]
     return [term for term, part in zip(terms, null_space.T, strict=True) if np.any(np.abs(part) > 1e-7)]
 
 
 def require_estimable(matrix: Array, terms: Sequence[str], n_failed: int, what: str) -> None:
-    """Raise `RunsFailed` if terms cannot be estimated because runs are missing, `UsageError` if none is missing."""
+    """Raise `RunsFailed`, or `UsageError` if no run failed, unless all terms can be estimated; `what` is the model."""
     n, p = matrix.shape
     lost = list(terms) if n == 0 else not_estimable(matrix, terms)
     if not lost:
@@ -112,12 +115,12 @@ def require_estimable(matrix: Array, terms: Sequence[str], n_failed: int, what: 
 
 
 def stars(p: float | None) -> str:
-    """Mark a p-value as the tables of the field do: ``**`` below 0.01, ``*`` below 0.05."""
+    """Return the stars of significance of a p-value: ``**`` below 0.01, ``*`` below 0.05."""
     return "" if p is None or p >= 0.05 else "**" if p < 0.01 else "*"
 
 
 def f_test(mean_square: float, df: int, error: float | None, error_df: int) -> tuple[float, float] | None:
-    """F = MS/MSE and its p-value, or None where there is no error to test against."""
+    """Return F = MS/MSE, with MSE = `error`, and its p-value; None without an error mean square to test against."""
     if not error or error_df < 1 or df < 1:
         return None
     from scipy.special import fdtrc
@@ -127,24 +130,23 @@ def f_test(mean_square: float, df: int, error: float | None, error_df: int) -> t
 
 
 def t_quantile(level: float, df: float) -> float:
-    """Half-width factor of a two-sided interval: t with P(|T| ≤ t) = level."""
+    """Return the two-sided quantile of Student's t distribution: t with P(|T| ≤ t) = level."""
     from scipy.special import stdtrit
 
     return float(stdtrit(df, 0.5 + 0.5 * level))
 
 
-# Design points closer than this in coded units are the same point.
-_SAME_POINT = 1e-6
+_SAME_POINT = 1e-6  # runs that differ by less in all coded factors are at the same design point
 
 
 def same_points(coded: Array) -> NDArray[np.int64]:
-    """Return the number of the distinct point of each of (n, k) runs; (n,)."""
+    """Return the index of the distinct design point of each run, (n,), for the coded runs (n, k)."""
     _, group = np.unique(np.round(coded / _SAME_POINT).astype(np.int64), axis=0, return_inverse=True)
     return np.asarray(group.reshape(-1), dtype=np.int64)
 
 
 def copies_of(coded: Array, response: Array) -> NDArray[np.bool_]:
-    """Return for each run whether it only repeats an earlier one; none does if any two runs of a point differ."""
+    """Return a mask of the runs that are copies of earlier ones; none is if any two runs at the same point differ."""
     present, copies = np.isfinite(response), np.zeros(len(response), dtype=bool)
     y = response[present]
     if not y.size:

@@ -1,11 +1,11 @@
-"""A surface of a response over factors and a condition, and its section at one condition.
+"""A response surface over factors and a condition, such as the stem diameter, and its section at one condition.
 
-The surface is a quadratic in z: the coded factors, the coded condition last. Its response is y or ln y. At one
-condition it is a function of the factors x alone.
+The surface is a quadratic in z, the coded factors followed by the coded condition. It describes y or ln y. At a fixed
+condition it is a function of the coded factors x alone.
 
-A factor p that is a power of the condition d acts only through its value p·(d/a)^e. Where the exponent e is a factor
-too, z has no coordinate for it: all runs have the exponent e₀ at coded 0, and z contains the p that has the same value
-at d with that exponent,
+A factor p may grow with a power of the condition d: the model then uses the value p·(d/a)^e. If the exponent e is a
+factor too, z has no coordinate for e. All runs have the exponent e₀ (coded 0), and a point with another exponent is
+represented by the p that gives the same value with e₀:
 
     z_p = (p·(d/a)^(e − e₀) − centre)/half_step.
 """
@@ -25,9 +25,9 @@ from stemcal.doe.regression.surface import Surface, fit_surface
 
 @dataclass(frozen=True)
 class Place:
-    """A condition, coded, where the surface over factors and conditions is seen; points are (m, k) coded factors.
+    """The coded condition of a section; it converts points x (m, k) in coded factors to coordinates z of the surface.
 
-    `growing` has, of each factor that grows, by their places, its exponent and ln(d/a) of the condition.
+    `growing` maps the index of each factor that grows with the condition to the index of its exponent and ln(d/a).
     """
 
     coding: Coding
@@ -36,9 +36,9 @@ class Place:
 
     @cached_property
     def coordinates(self) -> tuple[list[int], Array, Array, list[int]]:
-        """Of each coordinate z = (start + x)·exp(rate·x_e) − start its factor, start, rate and the exponent's factor e.
+        """For each coordinate zⱼ = (startⱼ + xⱼ)·exp(rateⱼ·x_e) − startⱼ: the indices j, start, rate, the indices e.
 
-        Exponents are no coordinates; those of other factors are the factors themselves, with rate 0.
+        Exponents are not coordinates. A factor that does not grow has zⱼ = xⱼ: start and rate are 0.
         """
         half, grows = self.coding.half_step, self.growing
         factors = [j for j in range(len(half)) if j not in {exponent for exponent, _ in grows.values()}]
@@ -47,23 +47,29 @@ class Place:
         return factors, start, rate, [grows[j][0] if j in grows else j for j in factors]
 
     def z(self, points: ArrayLike) -> Array:
-        """Return the coordinates of points on the surface, (m, factors without exponents + 1)."""
+        """Return the coordinates z of points x, (m, number of factors without exponents + 1); the condition is last."""
         x, (factors, start, rate, exponents) = np.atleast_2d(np.asarray(points, dtype=float)), self.coordinates
-        moved = (start + x[:, factors]) * np.exp(rate * x[:, exponents]) - start
-        return np.column_stack([moved, np.full(len(x), self.condition)])
+        coded = (start + x[:, factors]) * np.exp(rate * x[:, exponents]) - start
+        return np.column_stack([coded, np.full(len(x), self.condition)])
 
     def slopes(self, x: Array) -> Array:
-        """Return ∂z/∂x at one point without the condition, (factors without exponents, k)."""
+        """Return ∂z/∂x at one point, without the row of the condition, (number of factors without exponents, k)."""
         factors, start, rate, exponents = self.coordinates
-        found, rows, growth = np.zeros((len(factors), len(x))), range(len(factors)), np.exp(rate * x[exponents])
-        found[rows, factors] = growth
-        found[rows, exponents] += (start + x[factors]) * growth * rate
-        return found
+        jacobian, rows, growth = np.zeros((len(factors), len(x))), range(len(factors)), np.exp(rate * x[exponents])
+        jacobian[rows, factors] = growth
+        jacobian[rows, exponents] += (start + x[factors]) * growth * rate
+        return jacobian
 
 
 @dataclass(frozen=True, eq=False)
 class Section:
-    """The surface `whole`, of y or ln y, at one place, as y: points are (m, k) coded, answers (m,) or (m, 2)."""
+    """The section of a surface over factors and conditions at one condition, a surface of y over the factors.
+
+    whole       the surface of y, or of ln y if `logarithm`
+    place       the condition
+
+    Methods take coded points (m, k) and return values of y, (m,), or intervals, (m, 2).
+    """
 
     whole: Surface
     place: Place
@@ -71,12 +77,12 @@ class Section:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The factors."""
+        """The names of the factors."""
         return self.place.coding.names
 
     @property
     def df(self) -> int:
-        """The residual degrees of freedom of the surface."""
+        """Residual degrees of freedom of the whole surface."""
         return self.whole.df
 
     @property
@@ -85,29 +91,29 @@ class Section:
         return self.whole.design_radius
 
     def predict(self, coded: ArrayLike) -> Array:
-        """Evaluate ŷ."""
+        """Return the predicted response ŷ."""
         return self._response(self.whole.predict(self.place.z(coded)))
 
     def gradient(self, coded: ArrayLike) -> Array:
-        """Differentiate ŷ at one point; returns (k,)."""
+        """Return ∂ŷ/∂x at one point, (k,)."""
         x = np.asarray(coded, dtype=float)
         z = self.place.z(x)[0]
         slope = self.whole.gradient(z)[:-1] @ self.place.slopes(x)
         return np.asarray(slope * np.exp(self.whole.predict(z)[0]) if self.logarithm else slope)
 
     def mean_interval(self, coded: ArrayLike, level: float = 0.95) -> Array:
-        """Interval of the mean response."""
+        """Return the confidence interval of the mean response."""
         return self._response(self.whole.mean_interval(self.place.z(coded), level))
 
     def prediction_interval(self, coded: ArrayLike, level: float = 0.95) -> Array:
-        """Interval of one further run."""
+        """Return the prediction interval for one further run."""
         return self._response(self.whole.prediction_interval(self.place.z(coded), level))
 
     def _response(self, values: Array) -> Array:
         return np.asarray(np.exp(values)) if self.logarithm else values
 
     def moved(self, coded: Array, response: float) -> Section:
-        """Return the section through a response at a point: ŷ, or ln ŷ, moved by the difference."""
+        """Return a copy that passes through a response at a point: a constant is added to ŷ, or to ln ŷ."""
         beta = self.whole.beta.copy()
         value = np.log(response) if self.logarithm else response
         beta[0] += float(value - self.whole.predict(self.place.z(coded))[0])
@@ -118,7 +124,7 @@ AnySurface = Surface | Section
 
 
 class SeveralSurfaces:
-    """Several surfaces over the same factors, evaluated together."""
+    """Several surfaces over the same factors, evaluated together for speed."""
 
     def __init__(self, each: Sequence[AnySurface]) -> None:
         self._each = each
@@ -126,46 +132,50 @@ class SeveralSurfaces:
         self._beta = np.array(quadratics) if len(quadratics) == len(each) else None
 
     def predict(self, points: Array) -> Array:
-        """Return ŷ, (points, surfaces)."""
+        """Return ŷ of all surfaces at coded points, (points, surfaces)."""
         if self._beta is not None:
             return np.asarray(term_columns(points) @ self._beta.T)
         return np.column_stack([surface.predict(points) for surface in self._each])
 
     def slopes(self, x: Array) -> Array:
-        """Return ∂ŷ/∂x at one point, (surfaces, factors)."""
+        """Return ∂ŷ/∂x of all surfaces at one point, (surfaces, factors)."""
         if self._beta is not None:
             return np.asarray(self._beta @ term_gradient(x))
         return np.array([surface.gradient(x) for surface in self._each])
 
 
-# ---- whether the surface follows the response over the condition
+# ---- lack of fit over the condition: would terms of third and fourth order improve the surface?
 
 _BENT_PERCENT, _BENT_P = 0.5, 0.1
 
 
 @dataclass(frozen=True)
 class Bend:
-    """Root mean square, `percent` of the response, that terms of d³ and d⁴ would remove, and p of their F test."""
+    """Improvement of the fit by the terms z_d³ and z_d⁴ of the condition d.
+
+    percent   root mean square of the residual that the terms remove, in percent of the mean response
+    p         p-value of their F test
+    """
 
     percent: float
     p: float
 
     @property
     def found(self) -> bool:
-        """Whether the response bends over the condition as no quadratic does, by more than chance."""
+        """Whether a quadratic in the condition misses the response significantly, and by more than a half percent."""
         return self.percent > _BENT_PERCENT and self.p < _BENT_P
 
 
 def bend_freedom(terms: Array, d: Array) -> int:
-    """Return the degrees of freedom left by z_d³, z_d⁴ and other terms (n, p); 0 if these are not estimable."""
+    """Return the residual degrees of freedom after adding z_d³ and z_d⁴ to the terms (n, p); 0 if not estimable."""
     more = np.column_stack([terms, d**3, d**4])
     return len(d) - more.shape[1] if np.linalg.matrix_rank(more) == more.shape[1] else 0
 
 
 def bend_of(whole: Surface, logarithm: bool) -> Bend | None:
-    """Return what a quadratic in the condition misses; None with fewer than five levels, or too few runs, to see it.
+    """Test the terms z_d³ and z_d⁴ of the condition; None with fewer than five conditions, or too few runs.
 
-    F = ((SS − SS₂)/2)/(SS₂/(n − p − 2)), SS and SS₂ the residuals without and with z_d³ and z_d⁴.
+    F = ((SS − SS₂)/2)/(SS₂/(n − p − 2)), with SS and SS₂ the residual sums of squares without and with these terms.
     """
     from scipy.special import fdtrc
 
@@ -184,32 +194,33 @@ def bend_of(whole: Surface, logarithm: bool) -> Bend | None:
     return Bend(100.0 * (removed / len(d)) ** 0.5 / size, float(fdtrc(2.0, df, f)))
 
 
-# ---- the response or its logarithm
+# ---- choice between the response and its logarithm
 
-_ALONE = 0.9  # leverage of the one centre run of a spherical design
+_ALONE = 0.9  # a run with a higher leverage, such as a single centre run, nearly determines a coefficient alone
 
 
 def fit_whole(
     coded: ArrayLike, response: Array, names: Sequence[str], terms: Sequence[str] | None, logarithm: bool
 ) -> Surface:
-    """Fit a surface over factors and conditions to a response, or to its logarithm: then the error is relative."""
-    found = fit_surface(coded, np.log(response) if logarithm else response, names, terms)
-    return replace(found, cv_percent=relative_percent(found)) if logarithm else found
+    """Fit a surface over factors and conditions to a response, or to its logarithm, whose error is relative."""
+    surface = fit_surface(coded, np.log(response) if logarithm else response, names, terms)
+    return replace(surface, cv_percent=relative_percent(surface)) if logarithm else surface
 
 
 def relative_percent(logarithm: Surface) -> float | None:
-    """Return 100·s of a surface of ln y, which corresponds to the coefficient of variation of one of y."""
+    """Return 100·s of a surface of ln y, which corresponds to the coefficient of variation of y in percent."""
     return None if logarithm.mean_square is None else 100.0 * logarithm.mean_square**0.5
 
 
 def left_out_percent(surface: Surface, logarithm: bool) -> float | None:
-    """Return the root mean square of 100·(y − ŷ)/y over the runs, each predicted without it.
+    """Return the root mean square of 100·(y − ŷ₍ᵢ₎)/y, with ŷ₍ᵢ₎ the prediction of run i by a fit without this run.
 
-    y − ŷ₍ᵢ₎ = e/(1 − h), of ln y ln(y/ŷ₍ᵢ₎). Runs that alone determine a coefficient (h near 1) are left aside.
+    y − ŷ₍ᵢ₎ = e/(1 − h); for a surface of ln y this is ln(y/ŷ₍ᵢ₎). Runs with a leverage h near 1 are left out, because
+    they nearly determine a coefficient alone.
     """
     rows = [row for row in surface.runs_diagnostics if row.leverage < _ALONE]
     if surface.df < 1 or not rows:
         return None
-    missed = np.array([row.residual / (1.0 - row.leverage) for row in rows])
-    relative = 1.0 - np.exp(-missed) if logarithm else missed / np.array([row.response for row in rows])
+    errors = np.array([row.residual / (1.0 - row.leverage) for row in rows])
+    relative = 1.0 - np.exp(-errors) if logarithm else errors / np.array([row.response for row in rows])
     return float(100.0 * np.sqrt(np.mean(relative**2)))

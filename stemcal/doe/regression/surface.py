@@ -1,4 +1,4 @@
-"""The response surface: a full quadratic in coded units, with its ANOVA, intervals and diagnostics."""
+"""The response surface: a full quadratic model in coded units with ANOVA, intervals and diagnostics."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -21,18 +21,23 @@ from stemcal.notes import Note
 from stemcal.vocabulary import Wording
 
 ROUGH_PERCENT = 3.0
-"""Of the mean response: most responses rough by 5 % are above, those rough by 1 % never (docs/reference/verdict.md)."""
+"""A response counts as rough if its standard deviation about a smooth surface is above this percentage of the mean.
 
-_ROUNDING = 1e-12  # a smaller correlation is none
+Of responses that are rough by 5 % most are above this limit, of those rough by 1 % none (docs/reference/verdict.md).
+"""
+
+_ROUNDING = 1e-12  # a smaller correlation is due to rounding
 
 
 @dataclass(frozen=True, eq=False)
 class Surface(FitStatistics):
-    """A fitted quadratic. Points are (m, k) arrays in coded units; answers are (m,) or (m, 2) arrays.
+    """A fitted quadratic model. Methods take coded points (m, k) and return values (m,) or intervals (m, 2).
 
-    `beta` and `unscaled_covariance` cover every term of the full quadratic, with zeros where the fit has no such term.
-    `mean_square` with `df`, the residual's, is the error behind every interval. `copies` is the number of runs that
-    only repeat others of a deterministic solver, not in `design` and `response`; then the fit is `deterministic`.
+    design, response            coded runs (n, k) and responses (n,) of the fit, without failed runs and copies
+    beta, unscaled_covariance   of all terms of the full quadratic, zero for terms that were not fitted
+    mean_square, df             residual mean square s² and its degrees of freedom, the basis of all intervals
+    copies                      number of runs that are exact copies of others, left out of the fit
+    deterministic               whether there are copies, because the solver is deterministic
     """
 
     names: tuple[str, ...]
@@ -48,12 +53,12 @@ class Surface(FitStatistics):
 
     @property
     def terms(self) -> tuple[str, ...]:
-        """The terms that were fitted, the mean among them."""
+        """The terms that were fitted, including the mean."""
         return tuple(coefficient.term for coefficient in self.coefficients)
 
     @property
     def covariance(self) -> tuple[tuple[float, ...], ...] | None:
-        """Covariance of the coefficients, s²(XᵀX)⁻¹, in their order; None without a degree of freedom."""
+        """Covariance s²(XᵀX)⁻¹ of the fitted coefficients; None without residual degrees of freedom."""
         if self.mean_square is None:
             return None
         kept = [term_names(self.names).index(term) for term in self.terms]
@@ -73,10 +78,11 @@ class Surface(FitStatistics):
 
     @property
     def own_scatter(self) -> float:
-        """Variance of a run about the mean response in units of s²: the chance that the response is rough.
+        """Variance of a single run about the mean response in units of s²; below 1 for a deterministic solver.
 
-        A run of a smooth deterministic solver is the response itself. It is rough where σ is above c = `ROUGH_PERCENT`,
-        by P(χ²(ν) < ν·(s/c)²) where s with ν degrees of freedom is the only estimate of σ (p(σ) ∝ 1/σ).
+        A run of a deterministic solver scatters only if the response is rough, that is if σ exceeds c = `ROUGH_PERCENT`
+        of the mean. The variance is therefore the probability of this, P(σ > c) = P(χ²(ν) < ν·(s/c)²), for the estimate
+        s with ν degrees of freedom and the prior p(σ) ∝ 1/σ.
         """
         from scipy.special import chdtr
 
@@ -85,28 +91,28 @@ class Surface(FitStatistics):
         return float(chdtr(self.df, self.df * (self.cv_percent / ROUGH_PERCENT) ** 2))
 
     def predict(self, coded: ArrayLike) -> Array:
-        """Evaluate ŷ."""
+        """Return the predicted response ŷ = φᵀβ, with φ the terms at the point."""
         return np.asarray(term_columns(coded) @ self.beta)
 
     def gradient(self, coded: ArrayLike) -> Array:
-        """Differentiate ŷ at one point; returns (k,)."""
+        """Return ∂ŷ/∂x at one point, (k,)."""
         return np.asarray(self.beta @ term_gradient(coded))
 
     def unscaled_variance(self, coded: ArrayLike) -> Array:
-        """Return φᵀ(XᵀX)⁻¹φ, the variance of ŷ in units of s²."""
+        """Return φᵀ(XᵀX)⁻¹φ, the variance of the prediction ŷ in units of s²."""
         phi = term_columns(coded)
         return np.asarray(np.einsum("ij,jk,ik->i", phi, self.unscaled_covariance, phi))
 
     def mean_interval(self, coded: ArrayLike, level: float = 0.95) -> Array:
-        """Interval of the mean response: ŷ ± t·s·√(φᵀ(XᵀX)⁻¹φ)."""
+        """Return the confidence interval of the mean response: ŷ ± t·s·√(φᵀ(XᵀX)⁻¹φ)."""
         return self._interval(coded, level, 0.0)
 
     def prediction_interval(self, coded: ArrayLike, level: float = 0.95) -> Array:
-        """Interval of one further run: ŷ ± t·s·√(own + φᵀ(XᵀX)⁻¹φ), own = `own_scatter`, from 0 to 1."""
+        """Return the prediction interval for one further run: ŷ ± t·s·√(`own_scatter` + φᵀ(XᵀX)⁻¹φ)."""
         return self._interval(coded, level, self.own_scatter)
 
     def moved(self, coded: ArrayLike, response: float) -> "Surface":
-        """Return the surface moved up or down to a response at a point."""
+        """Return a copy that passes through a response at a point: a constant is added to ŷ."""
         beta = self.beta.copy()
         beta[0] += response - float(self.predict(coded)[0])
         return replace(self, beta=beta)
@@ -126,10 +132,11 @@ def fit_surface(
     terms: Sequence[str] | None = None,
     written: Wording = Wording(),
 ) -> Surface:
-    """Fit y = β₀ + Σβᵢxᵢ + Σβᵢⱼxᵢxⱼ + Σβᵢᵢxᵢ² by least squares, or some of its `terms` (see `term_names`) and the mean.
+    """Fit y = β₀ + Σβᵢxᵢ + Σβᵢⱼxᵢxⱼ + Σβᵢᵢxᵢ² by least squares, or only some of its `terms` (see `term_names`).
 
-    `coded` (n, k) are the design points; the response (n,) is NaN for a failed run, which is left out; notes name it as
-    it is `written`. Raise `RunsFailed` or `UsageError` if the runs at hand, or the design, cannot estimate every term.
+    `coded` (n, k) are the design points; the response (n,) is NaN for failed runs, which are left out. `written` has
+    the names and units for the notes. Raises `RunsFailed`, or `UsageError` if no run failed, if a term cannot be
+    estimated.
     """
     points, y = np.asarray(coded, dtype=float), np.asarray(response, dtype=float)
     if points.ndim != 2 or points.shape != (y.size, len(names)):
@@ -171,18 +178,18 @@ def _kept(names: Sequence[str], terms: Sequence[str] | None) -> list[int]:
     return [i for i, term in enumerate(known) if i == 0 or term in terms]
 
 
-# Rules of thumb: a ratio of 4 makes a surface usable, a Cook's distance of 1 one run too strong, a variance
-# inflation of 10 a coefficient too entangled with others.
+# Common rules: the adequate precision should be above 4, Cook's distance of a run below 1, and variance inflation
+# factors below 10.
 _ADEQUATE, _INFLUENTIAL, _ENTANGLED = 4.0, 1.0, 10.0
 
 
 def flat_response(consequence: str) -> Note:
-    """Return the warning that every run gave the same response."""
+    """Return a warning that all runs have the same response, and its `consequence`."""
     return Note("flat_response", "warning", f"All runs have the same response, so {consequence}.")
 
 
 def _surface_notes(surface: Surface, fit: LeastSquares, split: LackOfFit, written: Wording) -> Iterator[Note]:
-    """Yield notes on the reliability of the fit: its statistics, runs and failures."""
+    """Yield notes on the reliability of the fit: failed runs, collinearity, lack of fit, influential runs."""
     failed, copies, precision = surface.runs_failed, surface.copies, surface.adequate_precision
     largest = max((row.vif for row in surface.coefficients if row.vif is not None), default=1.0)
     if failed:
@@ -214,8 +221,8 @@ def _surface_notes(surface: Surface, fit: LeastSquares, split: LackOfFit, writte
         yield Note("mostly_noise", "warning", f"{text}, so the response surface mainly represents noise.")
     for run in surface.runs_diagnostics:
         if run.cooks_distance is not None and run.cooks_distance > _INFLUENTIAL:
-            called = f"Run {run.run} ({written.quantity(run.response, 'g')})"
-            text = f"{called} strongly influences the response surface (Cook's distance {run.cooks_distance:.2f})."
+            named = f"Run {run.run} ({written.quantity(run.response, 'g')})"
+            text = f"{named} strongly influences the response surface (Cook's distance {run.cooks_distance:.2f})."
             yield Note("influential_run", "caution", text)
 
 
