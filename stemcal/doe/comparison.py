@@ -24,21 +24,16 @@ from stemcal.vocabulary import CUTTING, Vocabulary, Wording
 
 @dataclass(frozen=True)
 class ValidationRow:
-    """Measured and simulated response at one condition; the simulated value and the error are None if the run failed.
-
-    role               whether the measured value was used in the fit
-    sd, n              standard deviation and number of specimens of the measured mean
-    left_out_percent   error of a fitted condition if it is predicted by a fit to the other conditions
-    """
+    """Measured and simulated response at one condition; simulated value and error are None if the run failed."""
 
     condition: float
     measured: float
     simulated: float | None
     error_percent: float | None
     role: Literal["fitted", "held_out"]
-    sd: float | None = None
-    n: int | None = None
-    left_out_percent: float | None = absent()
+    sd: float | None = None  # standard deviation of the specimens
+    n: int | None = None  # number of specimens
+    left_out_percent: float | None = absent()  # error of a fitted condition predicted by a fit to the others
 
 
 @dataclass(frozen=True)
@@ -164,16 +159,11 @@ Force = tuple[float, float, float | None]
 
 @dataclass(frozen=True)
 class Formula:
-    """The power law F = a·dᵇ as a rival of the model.
-
-    exponent                 b
-    worst_held_out_percent   largest error at diameters that were not used in the fit
-    standard_error_percent   largest standard error of the measured means there
-    """
+    """The power law F = a·dᵇ, to be compared with the model."""
 
     exponent: float
-    worst_held_out_percent: float
-    standard_error_percent: float | None = absent()
+    worst_held_out_percent: float  # largest error at diameters that were not used in the fit
+    standard_error_percent: float | None = absent()  # largest standard error of the measured means there
 
     def better(self, model_percent: float) -> Better:
         """Return which prediction is better, the largest error of the model being `model_percent`.

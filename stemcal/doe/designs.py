@@ -117,15 +117,11 @@ class SurfaceOptions:
 
 
 class SurfaceDesign(Checked):
-    """Base class of designs for a response surface, in coded units.
-
-    factors    smallest and largest number of factors
-    balanced   whether the mean coded level of each factor is 0
-    """
+    """Base class of designs for a response surface, in coded units."""
 
     name: ClassVar[str] = ""
-    factors: ClassVar[tuple[int, int]] = (2, 100)
-    balanced: ClassVar[bool] = True
+    factors: ClassVar[tuple[int, int]] = (2, 100)  # smallest and largest number of factors
+    balanced: ClassVar[bool] = True  # whether the mean coded level of each factor is 0
 
     def points(self, k: int, options: SurfaceOptions) -> Array:
         """Return the runs (n, k)."""

@@ -15,21 +15,16 @@ from stemcal.notes import Note
 
 @dataclass(frozen=True)
 class Effect:
-    """The main effect of a factor: change of the mean response from its low to its high level, with tests.
-
-    contribution_percent   sum of squares in percent of the total sum of squares
-    f, p                   F ratio and p-value against the residual; None without a residual
-    lenth_t                effect divided by Lenth's pseudo standard error
-    """
+    """The main effect of a factor: change of the mean response from its low to its high level, with tests."""
 
     factor: str
     symbol: str
     effect: float
-    contribution_percent: float
+    contribution_percent: float  # sum of squares in percent of the total sum of squares
     sum_of_squares: float
-    f: float | None
+    f: float | None  # F ratio against the residual; None without a residual
     p: float | None
-    lenth_t: float | None
+    lenth_t: float | None  # effect divided by Lenth's pseudo standard error
 
 
 @dataclass(frozen=True)
@@ -42,24 +37,17 @@ class Residual:
 
 @dataclass(frozen=True)
 class Curvature:
-    """Test of curvature: does the response at the centre differ from the plane through the corner runs?
+    """Test of curvature: does the response at the centre differ from the plane through the corner runs?"""
 
-    corners          response at the centre predicted by the corner runs
-    centre           mean response of the `runs` centre runs
-    difference       corners − centre, with its sum of squares and F test
-    df               residual degrees of freedom of the F test
-    curved           whether p < α
-    """
-
-    corners: float
-    centre: float
-    runs: int
-    difference: float
+    corners: float  # response at the centre predicted by the corner runs
+    centre: float  # mean response of the centre runs
+    runs: int  # number of centre runs
+    difference: float  # corners − centre
     sum_of_squares: float
     f: float | None
     p: float | None
-    df: int
-    curved: bool
+    df: int  # residual degrees of freedom of the F test
+    curved: bool  # whether p < α
 
 
 def is_beyond_margin(effect: Effect, margins: Lenth) -> bool:

@@ -24,23 +24,16 @@ _ROUNDED = ("x", "y", "width", "height", "transform")
 
 @dataclass(frozen=True)
 class Plot:
-    """A figure with its caption, and the function `make` that draws it.
-
-    section   heading on the page
-    on_page   whether the page shows it
-    wide      whether it uses the full width of the page
-    detail    whether the page shows it folded
-    claims    whether it is shown only if the study is calibrated
-    """
+    """A figure with its caption, and the function `make` that draws it."""
 
     name: str
-    section: str
+    section: str  # name of the stage, or "runs"
     caption: str
     make: Callable[[], Figure]
     on_page: bool = True
-    wide: bool = False
-    detail: bool = False
-    claims: bool = False
+    wide: bool = False  # whether it uses the full width of the page
+    detail: bool = False  # whether the page shows it folded
+    claims: bool = False  # whether it is shown only if the study is calibrated
 
     @cached_property
     def figure(self) -> Figure:

@@ -39,18 +39,12 @@ class Finished(Protocol):
 
 @dataclass(frozen=True)
 class Setting:
-    """Everything besides its own result that a stage needs to show it.
-
-    study     the study
-    results   the results of all finished stages
-    holds     whether the verdict is that the study is calibrated
-    frame     converts the data of the profiler to HTML for a notebook
-    """
+    """Everything besides its own result that a stage needs to show it."""
 
     study: Study
-    results: Finished
-    holds: bool = True
-    frame: Callable[[Mapping[str, Any]], str] = str
+    results: Finished  # results of all finished stages
+    holds: bool = True  # whether the verdict is that the study is calibrated
+    frame: Callable[[Mapping[str, Any]], str] = str  # converts the data of the profiler to HTML for a notebook
 
     @cached_property
     def labels(self) -> dict[str, str]:

@@ -11,7 +11,6 @@ class _Lossy(io.TextIOWrapper):
     """A text stream that discards all text after the first failed write."""
 
     def write(self, text: str) -> int:
-        """Write or discard a text."""
         try:
             return super().write(text)
         except OSError:
@@ -19,7 +18,6 @@ class _Lossy(io.TextIOWrapper):
             return len(text)
 
     def flush(self) -> None:
-        """Flush or discard the buffered text."""
         try:
             super().flush()
         except OSError:

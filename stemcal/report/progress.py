@@ -144,5 +144,4 @@ class _Bar(Watcher):
         self.bars.update(self.tasks[stage], completed=progress.done, total=total, tail=tail)
 
     def busy(self, what: str, stage: str = "") -> None:
-        """Add a bar for a step or stage."""
         self.tasks[stage] = self.bars.add_task(what, total=None, tail="")

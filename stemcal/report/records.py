@@ -46,16 +46,12 @@ class Details:
 
 @dataclass(frozen=True)
 class _RunRecord:
-    """The record of a run.
-
-    provenance    machine, program versions and times of the computation
-    at_solution   whether the stem was cut with the calibrated parameters, so that the page shows the run
-    """
+    """The record of a run."""
 
     key: str
     details: Details
-    provenance: Mapping[str, Any] = field(default_factory=dict)
-    at_solution: bool = False
+    provenance: Mapping[str, Any] = field(default_factory=dict)  # machine, program versions and times
+    at_solution: bool = False  # whether a stem was cut with the calibrated parameters: the page shows such runs
 
 
 Records = Mapping[str, _RunRecord]

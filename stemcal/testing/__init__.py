@@ -46,18 +46,12 @@ class ChecksFailed(AssertionError):
 
 @dataclass(frozen=True)
 class Check:
-    """One check of one object; calling it raises an error if the object fails.
-
-    name      name of the check
-    of        name of the object
-    run       the check, a function of `subject`
-    subject   the object with the study that uses it
-    """
+    """One check of one object; calling it raises an error if the object fails."""
 
     name: str
-    of: str
+    of: str  # name of the object
     run: Callable[[Any], None]
-    subject: Any
+    subject: Any  # the object with the study that uses it (`AtWork`)
 
     def __call__(self) -> None:
         """Run the check."""

@@ -118,7 +118,6 @@ def _same_points_again(at: DesignAtWork) -> None:
 
 
 def _every_term_can_be_estimated(at: DesignAtWork) -> None:
-    """The runs determine all (k + 1)(k + 2)/2 coefficients of a full quadratic."""
     for k, points in at.each.items():
         terms, rank = (k + 1) * (k + 2) // 2, int(np.linalg.matrix_rank(term_columns(points)))
         require(rank == terms, f"only {rank} of {terms} terms can be estimated from {len(points)} runs of {k} factors")
@@ -195,14 +194,12 @@ def _kind_is_declared(at: AtWork) -> None:
 
 
 def _solver_is_picklable(at: SolverAtWork) -> None:
-    """The identity of a solver consists of JSON values and is the same after pickling."""
     solvers = (at.solver, pickle.loads(pickle.dumps(at.solver)))
     here, there = (json.dumps(solver.identity(at.requests[0]), sort_keys=True, allow_nan=False) for solver in solvers)
     require(here == there, "the identity of the solver changes when the solver is pickled")
 
 
 def _identity_changes_with_each_factor(at: SolverAtWork) -> None:
-    """Runs with different levels or at different conditions have different records."""
     middle = at.requests[0]
     for factor in at.study.factors:
         other = replace(middle, levels={**middle.levels, factor.name: factor.low})
@@ -214,7 +211,6 @@ def _identity_changes_with_each_factor(at: SolverAtWork) -> None:
 
 
 def _every_response_is_answered(at: SolverAtWork) -> None:
-    """A run returns a finite number for each response of the study."""
     for answer in () if at.solver.asks_people else at.answered:
         require(answer.ok, f"the run with all factors at mid-range failed: {answer.reason}: {answer.message}")
         values = [answer.response, *(answer.of(named.name) for named in at.solver.naming.others)]
@@ -234,7 +230,6 @@ def _interrupted_runs_equal_uninterrupted_ones(at: SolverAtWork) -> None:
 
 
 def _nan_is_a_failed_run(at: SolverAtWork) -> None:
-    """A run with NaN levels fails with a reason, instead of returning NaN."""
     middle = at.requests[0]
     if not at.solver.asks_people:
         with apart(at.study) as place:

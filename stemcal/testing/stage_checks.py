@@ -53,7 +53,6 @@ class StageAtWork(AtWork):
 
 
 def _stage_is_declared(at: StageAtWork) -> None:
-    """A stage has a title, a help text, and the same name as its result."""
     require(bool(at.thing.name and at.thing.title and at.thing.help), "the name, title or help of the stage is missing")
     name = at.thing.result().name
     message = f"the name of the stage is {at.thing.name!r}, but the name of its result is {name!r}"

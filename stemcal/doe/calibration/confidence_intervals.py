@@ -28,22 +28,20 @@ _KEPT = 1e-6  # tolerance of constraints
 
 @dataclass(frozen=True, eq=False)
 class Profile:
-    """The profile of one factor: `rise` of D over a grid of coded `values`.
+    """The profile of one factor, and its 95 % interval from `low` to `high`.
 
-    allowed     the rise at the ends of the 95 % interval from `low` to `high`
-    bounded     for each end, whether the data determine it. If not, the end is the limit of the factor, or another
-                factor is at its limit there: in a region wider by half, the end would be inside the interval
-    share       width of the interval as a fraction of the range
+    `bounded` states for each end whether the data determine it. If not, the end is the limit of the factor, or another
+    factor is at its limit there: in a region wider by half, the end would be inside the interval.
     """
 
     factor: str
-    values: Array
-    rise: Array
-    allowed: float
+    values: Array  # coded values of the factor
+    rise: Array  # the profile at these values
+    allowed: float  # the profile at the ends of the interval
     low: float
     high: float
     bounded: tuple[bool, bool]
-    share: float
+    share: float  # width of the interval as a fraction of the range
 
     @property
     def free(self) -> bool:
@@ -220,15 +218,12 @@ def _least_under(objective: Objective, start: Array, region: Region, rule: dict[
 
 @dataclass(frozen=True)
 class _Contradiction:
-    """Observation `index` contradicts the others: its distance from their prediction in standard errors, and p-value.
-
-    allowed   the interval that the other observations predict for it
-    """
+    """An observation that contradicts the others: its index, distance from their prediction, and p-value."""
 
     index: int
     standard_errors: float
     p: float
-    allowed: tuple[float, float]
+    allowed: tuple[float, float]  # the interval that the other observations predict
 
 
 def contradiction(fit: Fit) -> _Contradiction | None:

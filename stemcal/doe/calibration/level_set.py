@@ -18,31 +18,23 @@ _PARTNERS = 4  # number of distant points with which each point is connected by 
 
 @dataclass(frozen=True)
 class Assessment:
-    """The predicted response at one coded point with 95 % intervals, which are None for a saturated fit.
-
-    inside   whether the point is within the experimental region
-    """
+    """The predicted response at one coded point with 95 % intervals, which are None for a saturated fit."""
 
     coded: tuple[float, ...]
     coded_radius: float
     response: float
     mean_interval: Interval | None
     prediction_interval: Interval | None
-    inside: bool
+    inside: bool  # whether the point is within the experimental region
 
 
 @dataclass(frozen=True)
 class Calibration:
-    """The solution of ŷ(x) = target.
+    """The solution of ŷ(x) = target."""
 
-    point       the solution chosen by `rule`
-    ranges      coded range of each factor over all solutions
-    reachable   smallest and largest ŷ in the region
-    """
-
-    point: Assessment
-    ranges: tuple[Interval, ...]
-    reachable: Interval
+    point: Assessment  # the solution chosen by `rule`
+    ranges: tuple[Interval, ...]  # coded range of each factor over all solutions
+    reachable: Interval  # smallest and largest ŷ in the region
     rule: str
 
 

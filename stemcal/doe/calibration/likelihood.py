@@ -57,23 +57,16 @@ class Prior:
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """Result of `fit`.
-
-    best        coded solution x (k,)
-    errors      draws of the errors of specimens and surfaces, from which V follows at any x
-    draws       draws of V at the solution (draws, m, m), the rows of priors last
-    weights     weights of the draws, sum 1
-    precision   W, the weighted mean of V⁻¹
-    """
+    """The result of `fit`."""
 
     observations: tuple[Observation, ...]
     priors: tuple[Prior, ...]
     region: Region
-    errors: Errors
-    draws: Array
-    weights: Array
-    precision: Array
-    best: Array
+    errors: Errors  # draws of the errors of specimens and surfaces, from which V follows at any x
+    draws: Array  # draws of V at the solution (draws, m, m), the rows of priors last
+    weights: Array  # weights of the draws, sum 1
+    precision: Array  # W, the weighted mean of V⁻¹
+    best: Array  # coded solution x (k,)
 
     # ---- residuals and their slopes
 

@@ -106,26 +106,17 @@ def _drawn(log_density: Array, uniform: Uniforms) -> tuple[Array, Array]:
 
 @dataclass(frozen=True, eq=False)
 class Contrasts:
-    """Information on the errors of m surfaces of one response from their runs, relative to the mean response.
+    """Information on the errors of m surfaces of one response from their runs, relative to the mean response."""
 
-    maps            (m, points, terms): a = maps·φ are the weights of the design points in the prediction at φ
-    runs            (m, points): number of runs at each design point
-    scale           mean response of each surface, to which everything is relative
-    z               all contrasts Qᵀy
-    common, noise   covariance of z for σ_c² = 1; variance of z for σ_E² = 1
-    pure, pure_df   pure-error variance of each surface and its degrees of freedom
-    sections        the sections, if all are sections of one surface
-    """
-
-    maps: Array
-    runs: Array
-    scale: Array
-    z: Array
-    common: Array
-    noise: Array
-    pure: Array
+    maps: Array  # (m, points, terms): a = maps·φ are the weights of the design points in the prediction at φ
+    runs: Array  # (m, points): number of runs at each design point
+    scale: Array  # mean response of each surface, to which everything is relative
+    z: Array  # all contrasts Qᵀy
+    common: Array  # covariance of z for σ_c² = 1
+    noise: Array  # variances of z for σ_E² = 1
+    pure: Array  # pure-error variance of each surface
     pure_df: Array
-    sections: tuple[Section, ...] = ()
+    sections: tuple[Section, ...] = ()  # the sections, if all are sections of one surface
 
     @classmethod
     def of(cls, surfaces: Sequence[AnySurface]) -> Contrasts:
@@ -230,17 +221,14 @@ _WIDEST = 1.0  # largest relative standard deviation of a mean that is estimated
 class Observation:
     """A measured mean with the surface that predicts it.
 
-    sd, n       standard deviation and number of specimens; without `n` the standard deviation is taken as known
-    kind        name of the response that was measured
-    specimens   name of the specimens. Observations of the same specimens have one unknown covariance matrix, whose
-                estimate is diagonal
+    Observations of the same `specimens` (a name) have one unknown covariance matrix, whose estimate is diagonal.
     """
 
     surface: AnySurface
     measured: float
-    sd: float | None = None
-    n: int | None = None
-    kind: str = FIRST
+    sd: float | None = None  # standard deviation of the specimens
+    n: int | None = None  # number of specimens; if None, the standard deviation is taken as known
+    kind: str = FIRST  # name of the response that was measured
     specimens: str = ""
 
 
@@ -248,13 +236,11 @@ class Observation:
 class Errors:
     """Draws of the errors of m observations.
 
-    laboratory   covariance of the measured means, (draws, m, m)
-    surfaces     for each kind of response: indices of its observations, contrasts, draws of σ_c², σ_u² and σ_E²
-    scatter      source of the scatter of the means: measured for each, pooled, estimated from the misfit, or none, so
-                 that only the error of the surface is left
+    `surfaces` has for each kind of response the indices of its observations, the contrasts, and draws of σ_c², σ_u² and
+    σ_E². The `scatter` of the means is measured for each, pooled, estimated from the misfit, or unknown (``surface``).
     """
 
-    laboratory: Array
+    laboratory: Array  # covariance of the measured means, (draws, m, m)
     surfaces: tuple[tuple[NDArray[np.intp], Contrasts, Array, Array, Array], ...]
     scatter: Scatter
 

@@ -29,10 +29,7 @@ class AnovaRow:
 
 @dataclass(frozen=True)
 class LackOfFit:
-    """The residual sum of squares, divided into lack of fit and the pure error of replicates, with the F test.
-
-    deterministic   whether all replicates have the same response, so that there is no pure error
-    """
+    """The residual sum of squares, divided into lack of fit and the pure error of replicates, with the F test."""
 
     sum_of_squares: float
     df: int
@@ -40,7 +37,7 @@ class LackOfFit:
     pure_df: int
     f: float | None
     p: float | None
-    deterministic: bool
+    deterministic: bool  # whether all replicates have the same response, so that there is no pure error
 
 
 def lack_of_fit(coded: Array, fit: LeastSquares) -> LackOfFit:

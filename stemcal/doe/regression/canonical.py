@@ -22,24 +22,17 @@ Kind = Literal["plane", "maximum", "minimum", "saddle"]
 
 @dataclass(frozen=True)
 class CanonicalForm:
-    """Stationary point x_s = −½B⁻¹b and principal axes of a surface.
+    """Stationary point x_s = −½B⁻¹b and principal axes of a surface; x_s is None if B is singular."""
 
-    coded, natural       x_s in coded and natural units; None if B is singular
-    predicted            ŷ at x_s
-    inside               whether x_s is within the design region
-    kind, ridge          shape of the surface; whether it is nearly constant along an axis
-    eigenvalues, axes    eigenvalues of B, the largest first, and unit vectors of the axes in coded units
-    """
-
-    coded: dict[str, float] | None
+    coded: dict[str, float] | None  # x_s in coded units
     natural: dict[str, float] | None
-    predicted: float | None
+    predicted: float | None  # ŷ at x_s
     coded_radius: float | None
-    inside: bool
+    inside: bool  # whether x_s is within the design region
     kind: Kind
-    ridge: bool
-    eigenvalues: tuple[float, ...]
-    axes: tuple[dict[str, float], ...]
+    ridge: bool  # whether the surface is nearly constant along an axis
+    eigenvalues: tuple[float, ...]  # of B, the largest first
+    axes: tuple[dict[str, float], ...]  # unit vectors in coded units
 
     @property
     def called(self) -> str:

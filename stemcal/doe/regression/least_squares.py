@@ -23,20 +23,14 @@ ROUNDING = 1e-24
 
 @dataclass(frozen=True, eq=False)
 class LeastSquares:
-    """The least-squares fit y = X·β + e.
+    """The least-squares fit y = X·β + e of n runs with p coefficients."""
 
-    matrix, response      X (n, p) of full column rank, and y (n,)
-    coefficients          β (p,)
-    unscaled_covariance   (XᵀX)⁻¹; multiplied by s² it is the covariance of β
-    residuals, leverage   e (n,), and the diagonal of X(XᵀX)⁻¹Xᵀ (n,)
-    """
-
-    matrix: Array
-    response: Array
-    coefficients: Array
-    unscaled_covariance: Array
-    residuals: Array
-    leverage: Array
+    matrix: Array  # X (n, p), of full column rank
+    response: Array  # y (n,)
+    coefficients: Array  # β (p,)
+    unscaled_covariance: Array  # (XᵀX)⁻¹; multiplied by s² it is the covariance of β
+    residuals: Array  # e (n,)
+    leverage: Array  # diagonal of X(XᵀX)⁻¹Xᵀ (n,)
 
     @property
     def df(self) -> int:

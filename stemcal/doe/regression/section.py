@@ -65,15 +65,12 @@ class Place:
 class Section:
     """The section of a surface over factors and conditions at one condition, a surface of y over the factors.
 
-    whole       the surface of y, or of ln y if `logarithm`
-    place       the condition
-
     Methods take coded points (m, k) and return values of y, (m,), or intervals, (m, 2).
     """
 
     whole: Surface
     place: Place
-    logarithm: bool
+    logarithm: bool  # whether the whole surface is one of ln y
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -151,14 +148,10 @@ _BENT_PERCENT, _BENT_P = 0.5, 0.1
 
 @dataclass(frozen=True)
 class Bend:
-    """Improvement of the fit by the terms z_d³ and z_d⁴ of the condition d.
+    """Improvement of the fit by the terms z_d³ and z_d⁴ of the condition d."""
 
-    percent   root mean square of the residual that the terms remove, in percent of the mean response
-    p         p-value of their F test
-    """
-
-    percent: float
-    p: float
+    percent: float  # root mean square of the part of the response that the terms explain, in percent of its mean
+    p: float  # p-value of their F test
 
     @property
     def found(self) -> bool:

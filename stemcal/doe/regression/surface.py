@@ -33,23 +33,19 @@ _ROUNDING = 1e-12  # a smaller correlation is due to rounding
 class Surface(FitStatistics):
     """A fitted quadratic model. Methods take coded points (m, k) and return values (m,) or intervals (m, 2).
 
-    design, response            coded runs (n, k) and responses (n,) of the fit, without failed runs and copies
-    beta, unscaled_covariance   of all terms of the full quadratic, zero for terms that were not fitted
-    mean_square, df             residual mean square s² and its degrees of freedom, the basis of all intervals
-    copies                      number of runs that are exact copies of others, left out of the fit
-    deterministic               whether there are copies, because the solver is deterministic
+    `beta` and `unscaled_covariance` contain all terms of the full quadratic, with zeros for terms that were not fitted.
     """
 
     names: tuple[str, ...]
     notes: tuple[Note, ...]
-    design: Array
+    design: Array  # coded runs (n, k) of the fit, without failed runs and copies
     beta: Array
     unscaled_covariance: Array
-    mean_square: float | None
+    mean_square: float | None  # residual mean square s², the basis of all intervals
     df: int
     response: Array
-    copies: int = 0
-    deterministic: bool = False
+    copies: int = 0  # number of runs that are exact copies of others, left out of the fit
+    deterministic: bool = False  # whether there are copies, which only a deterministic solver returns
 
     @property
     def terms(self) -> tuple[str, ...]:
