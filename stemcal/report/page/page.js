@@ -1,5 +1,5 @@
 // The page's script: profiler and contours of the fitted surfaces, settings, values in figures, tables, copying.
-// Names and units of the study are only ever set as text or properties; markup is made of numbers alone.
+// Names and units of the study are set only as text or properties; generated markup contains only numbers.
 (() => {
 const $ = (query, from = document) => from.querySelector(query);
 const all = (query, from = document) => [...from.querySelectorAll(query)];
@@ -14,7 +14,7 @@ const span = ends => ends.map(end => short(end)).join(" to ");
 const headed = ({ label, unit }) => label + (unit && "," + unit);
 const clamp = (value, low, high) => Math.min(Math.max(value, low), high);
 
-// ---- copying, as text or as CSV that no spreadsheet executes
+// ---- copying, as text or as CSV without cells that a spreadsheet would run as formulas
 
 const copy = async (event, text) => {
   const pressed = event.currentTarget;
@@ -42,7 +42,7 @@ for (const node of all("[data-copy]")) {
   node.onclick = event => copy(event, node.dataset.copy);
 }
 
-// ---- tables: a click on a heading sorts, a button copies
+// ---- tables: a click on a heading sorts the rows, a button copies them
 
 const compare = (a, b) => {
   const [x, y] = [a, b].map(text => parseFloat(text.replace("−", "-").replace(/^[^\d.-]+/, "")));
@@ -105,7 +105,7 @@ const product = (a, b) => {
   for (let i = 0; i < a.length; i++) sum += a[i] * b[i];
   return sum;
 };
-// A surface over factors and conditions: its coordinates at one condition; exponents are in those of what grows.
+// Coordinates z of a surface over factors and conditions at one condition (see `Place.coordinates` in section.py).
 const coordinates = ({ factors, start, rate, exponents, condition }, x) => [...factors.map((j, i) => (
   (start[i] + x[j]) * Math.exp(rate[i] * x[exponents[i]]) - start[i])), condition];
 const predict = ({ beta, covariance, own, t, place }, x) => {
@@ -134,7 +134,7 @@ const ticks = (low, high, most) => {
   const first = Math.ceil(low / step - 1e-9), last = Math.floor(high / step + 1e-9);
   return Array.from({ length: last - first + 1 }, (_, i) => (first + i) * step);
 };
-// Texts cost most of a frame: those that stay are not written again.
+// Drawing text takes most of the time, so unchanged text is not drawn again.
 const put = (node, text) => { if (node.drawn !== text) node.innerHTML = node.drawn = text; };
 const frame = (x, y) => {
   const [left, right, bottom, top] = [...x.ends, ...y.ends];
@@ -144,13 +144,13 @@ const frame = (x, y) => {
     across.map(([at, text]) => write(at, bottom + 16, "middle", text)).join("") +
     up.map(([at, text]) => write(left - 6, at + 4, "end", text)).join("");
 };
-// Where a field is positive: its areas and their border, cell by cell, straight between the corners of a cell.
+// Areas where a field is positive, and their borders, interpolated linearly in each cell of the grid.
 const positive = (field, x, y) => {
   let area = "", border = "";
   for (let j = 0; j + 1 < y.length; j++) {
     const lower = field[j], upper = field[j + 1];
     const box = (from, to) => [[x[from], y[j]], [x[to], y[j]], [x[to], y[j + 1]], [x[from], y[j + 1]]];
-    // From `begin` on the cells of this row are whole.
+    // All cells of this row from `begin` to i are completely positive.
     for (let i = 0, begin = 0; i + 1 < x.length; i++) {
       const count = (lower[i] > 0) + (lower[i + 1] > 0) + (upper[i + 1] > 0) + (upper[i] > 0), whole = count === 4;
       const end = whole ? i + 1 : i;
@@ -182,17 +182,17 @@ const drag = (svg, act) => {
 // ---- the profiler
 
 const allowed = ({ center, half }, level) => Math.abs(level - center) <= 100 * half;
-// The settings in the address of the page: without what is no setting of this study, or so large that it overflows.
+// The settings in the address of the page; values that do not suit this study, or would overflow, are ignored.
 const addressed = (address, factors, count) => {
-  const given = new URLSearchParams(address), of = given.get("of");
+  const query = new URLSearchParams(address), of = query.get("of");
   const levels = text => {
-    const found = (text ?? "").split(",").map(part => part.trim() ? Number(part) : NaN);
-    return found.length === factors.length && found.every((level, i) => allowed(factors[i], level)) && found;
+    const values = (text ?? "").split(",").map(part => part.trim() ? Number(part) : NaN);
+    return values.length === factors.length && values.every((level, i) => allowed(factors[i], level)) && values;
   };
-  const keep = given.getAll("keep").slice(0, 100).map(text => [
+  const keep = query.getAll("keep").slice(0, 100).map(text => [
     text.replace(/^[^|]*\|/, "").slice(0, 100), levels(text.split("|")[0])]);
-  return { at: levels(given.get("at")), of: /^\d{1,3}$/.test(of) && of < count ? +of : null,
-    keep: keep.filter(one => one[1]) };
+  return { at: levels(query.get("at")), of: /^\d{1,3}$/.test(of) && of < count ? +of : null,
+    keep: keep.filter(([, values]) => values) };
 };
 
 const profiler = (home, { factors, surfaces, radius, called, holds, first, kept, against }) => {
@@ -211,9 +211,9 @@ const profiler = (home, { factors, surfaces, radius, called, holds, first, kept,
   const levelAt = ({ ends: [a, b], from, to }, place) => clamp(from + (place - a) / (b - a) * (to - from), from, to);
   const squares = (x, but, from = []) => (
     x.reduce((sum, coded, j) => sum + (but.includes(j) ? 0 : (coded - (from[j] ?? 0)) ** 2), 0));
-  // A run counts less the farther its other factors are from the setting: exp(−d²), d in coded units.
+  // Opacity of a run: exp(−d²), with d the coded distance of its other factors from the setting.
   const near = (run, x, but) => Math.max(0.08, Math.exp(-squares(x, but, run)));
-  // How far the others let some factors be from the centre: √(radius² − Σx²).
+  // Largest coded distance of some factors from the centre, given the others x: √(radius² − Σx²).
   const reach = (x, but) => Math.sqrt(Math.max(0, radius ** 2 - squares(x, but)));
 
   const cards = surfaces.map((surface, i) => {
@@ -236,7 +236,7 @@ const profiler = (home, { factors, surfaces, radius, called, holds, first, kept,
     part(".panels").append(box);
     return { axis, typed, slider, svg };
   });
-  // What the axis of a response spans: runs, the measured value, and the curves through the calibrated point.
+  // Range of the axis of a response: runs, measured value, and the curves through the calibrated point.
   const spans = surfaces.map(surface => {
     const { measured, sd, runs } = surface, ends = factors.flatMap((factor, i) => (
       factor.ends.map(end => predict(surface, code(calibrated.with(i, end))).y)));
