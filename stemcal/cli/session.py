@@ -83,20 +83,20 @@ class Session:
                     raise
 
     def foresee(self, stage: str | None = None) -> None:
-        """Refuse what this machine's memory cannot hold, of all stages or of one; warn of what takes days."""
+        """Raise if the memory is not sufficient for all stages or one stage; warn if they take very long."""
         from stemcal.solvers import make_solver
         from stemcal.stages.fresh import finished
         from stemcal.stages.stage import stage_called
 
         if finished(self.study, self.folder, stage):
             return
-        from stemcal.overview.foresight import demand_of, left_to_run, warnings_before
+        from stemcal.overview.foresight import demand_left, warnings_before
         from stemcal.runs.executors.local import LocalExecutor
 
         here = isinstance(self.executor, LocalExecutor)
         solver = make_solver(self.study if stage is None else stage_called(stage).seen(self.study))
-        left = left_to_run(self.study, self.folder, solver, stage)
-        for sentence in warnings_before(demand_of(left, solver), self.executor.workers, here):
+        demand = demand_left(self.study, self.folder, solver, stage)
+        for sentence in warnings_before(demand, self.executor.workers, here):
             warn(sentence)
 
 

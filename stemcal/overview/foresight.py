@@ -1,4 +1,4 @@
-"""Before a study begins: time and memory of its runs, and what its designs and solver need."""
+"""Estimate the time and memory of a study before it begins, and check its solver for likely mistakes."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
@@ -14,36 +14,39 @@ from stemcal.solvers.protocol import Request, Solver
 from stemcal.stages.ledger import asked, missing
 from stemcal.study.model.study import Study
 
-_MOST_HOURS = 48.0  # a command with longer runs starts with a warning
+_MOST_HOURS = 48.0  # a command whose runs take longer starts with a warning
 
 
 @dataclass(frozen=True)
 class Demand:
-    """Number of runs, seconds of one core for all of them, bytes of memory for the largest."""
+    """Number of runs, computing time of all of them on one core (s), and memory of the largest (bytes)."""
 
     runs: int
     seconds: float
     memory: float
 
 
-def left_to_run(study: Study, folder: StudyFolder, solver: Solver, stage: str | None = None) -> list[Request]:
-    """Return the runs left of all stages or of one; one that decides its runs one by one counts with one of them."""
+def demand_left(study: Study, folder: StudyFolder, solver: Solver, stage: str | None = None) -> Demand:
+    """Return the demand of the remaining runs of all stages, or of one stage.
+
+    If the runs of that stage are not known in advance, the demand is that of one run.
+    """
     wanted = [part for part in asked(study, solver, folder) if stage in (None, part.stage)]
     if stage is not None and not wanted:
-        return [Request(stage, 0, study.midlevels(), study.targets.calibrate_at)]
-    return [run for part in wanted for run in missing(part, study, solver, folder)]
+        return demand_of([Request(stage, 0, study.midlevels(), study.targets.calibrate_at)], solver)
+    return demand_of((run for part in wanted for run in missing(part, study, solver, folder)), solver)
 
 
 def demand_of_one(study: Study, conditions: Iterable[float]) -> Demand:
-    """Return time and memory of one virtual shear test at the largest of some diameters; None for other solvers."""
+    """Return the demand of the most costly virtual shear test at some diameters (mm); zero for other solvers."""
     if not study.kind.simulates_stems:
         return Demand(0, 0.0, 0.0)
-    each = [demand_of([Request("simulate", 0, study.midlevels(), d)], make_solver(study)) for d in conditions]
-    return Demand(1, max(demand.seconds for demand in each), max(demand.memory for demand in each))
+    demands = [demand_of([Request("simulate", 0, study.midlevels(), d)], make_solver(study)) for d in conditions]
+    return Demand(1, max(demand.seconds for demand in demands), max(demand.memory for demand in demands))
 
 
 def demand_of(requests: Iterable[Request], solver: Solver) -> Demand:
-    """Return time and memory of these runs; None if the solver has no estimate."""
+    """Return the demand of these runs; runs for which the solver has no estimate are not included."""
     runs = [] if solver.immediate else list(requests)
     seconds = [second for run in runs if (second := solver.cost_estimate(run)) is not None]
     memory = [bytes_ for run in runs if (bytes_ := solver.memory_estimate(run)) is not None]
@@ -51,7 +54,7 @@ def demand_of(requests: Iterable[Request], solver: Solver) -> Demand:
 
 
 def excess(demand: Demand, workers: int, memory: float | None) -> list[Note]:
-    """Return notes on what is more than this machine's memory (bytes; None: does not count), or than `_MOST_HOURS`."""
+    """Return notes on a demand for more than `memory` (bytes; None if it is not limited), or than `_MOST_HOURS`."""
     notes, at_a_time = [], max(1, min(workers, demand.runs))
     if memory is not None and at_a_time * demand.memory > memory:
         text, fitting = f"One run needs about {in_bytes(demand.memory)} of memory", int(memory // demand.memory)
@@ -70,7 +73,10 @@ def excess(demand: Demand, workers: int, memory: float | None) -> list[Note]:
 
 
 def warnings_before(demand: Demand, workers: int, here: bool = True) -> list[str]:
-    """Return warnings of what takes days; raise `UsageError` for more memory than this machine has, if it computes."""
+    """Return warnings about long computing times; raise `UsageError` if the memory of this machine is not sufficient.
+
+    The memory is not checked if the runs are not computed `here`.
+    """
     notes = excess(demand, workers, machine_memory() if here else None)
     if impossible := [str(note) for note in notes if note.severity == "error"]:
         raise UsageError(" ".join(impossible))
@@ -78,11 +84,12 @@ def warnings_before(demand: Demand, workers: int, here: bool = True) -> list[str
 
 
 _LEAST_STROKE = 0.35
-"""Of the diameter: stems that fracture have their maximum at 0.06 to 0.1 of it, that fold first at 0.2 to 0.35."""
+"""Recommended stroke as a share of the diameter. The maximum force of stems that fracture at once is at 0.06 to 0.1 of
+the diameter, that of stems that fold first at 0.2 to 0.35."""
 
 
 def beforehand(study: Study) -> Iterator[Note]:
-    """Yield notes on the solver; none is a mistake."""
+    """Yield notes on settings of the solver that are valid but may cause wrong results."""
     thickest = max((target.condition for target in study.targets.means), default=study.specimen.outer_diameter)
     cuts = study.kind.simulates_stems and study.naming.is_cutting
     if cuts and (stroke := study.loading.stroke_at(thickest)) < _LEAST_STROKE * thickest:
@@ -101,7 +108,7 @@ def beforehand(study: Study) -> Iterator[Note]:
 
 
 def lasting(study: Study, travel: float, diameter: float) -> Remedy:
-    """Return the remedy that gives the blade a travel at a stem diameter (mm)."""
+    """Return the remedy with which the blade reaches a travel (mm) at a stem diameter (mm)."""
     longer = study.loading.longer(travel / study.loading.stroke_at(diameter))
     if longer.stroke is None:
         step = 10.0 ** (floor(log10(longer.duration)) - 1)

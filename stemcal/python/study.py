@@ -9,7 +9,7 @@ from pydantic import Field
 from stemcal.by_hand.entering import AskAndTell
 from stemcal.errors import UsageError
 from stemcal.formats import did_you_mean
-from stemcal.overview.foresight import Demand, demand_of, demand_of_one, left_to_run, warnings_before
+from stemcal.overview.foresight import Demand, demand_left, demand_of_one, warnings_before
 from stemcal.python.results import Simulated, StudyResults
 from stemcal.report.progress import notebook_watch
 from stemcal.runs.executors.local import LocalExecutor
@@ -58,9 +58,7 @@ def calibrate(
     study, workers = _study(study), checked(_Workers, workers, "workers")
     folder = StudyFolder(place_of(study.name, out))
     with LocalExecutor(workers, study.solver.run_limit) as executor, notebook_watch(progress, study.naming) as watch:
-        solver = make_solver(study)
-        demand = demand_of(left_to_run(study, folder, solver), solver)
-        _warn_before(demand, executor.workers)
+        _warn_before(demand_left(study, folder, make_solver(study)), executor.workers)
         make_all(study, folder, executor, watch)
     folder.remember_spec(study.source)
     return StudyResults(study, folder)

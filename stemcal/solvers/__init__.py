@@ -1,4 +1,4 @@
-"""What answers "these levels, this diameter, which force?"."""
+"""The solvers: each returns the response at given factor levels and a given diameter."""
 
 from __future__ import annotations
 
@@ -12,6 +12,6 @@ if TYPE_CHECKING:
 
 
 def make_solver(study: Study) -> Solver:
-    """Return the solver that the spec names."""
+    """Return the solver of a study, as specified in the `solver` section of its spec."""
     solver: Solver = kind_of(study.solver).make(study)
     return solver

@@ -1,4 +1,4 @@
-"""The cost of a run: its computing time on one core, estimated from its mesh before anything is computed."""
+"""Estimate the computing time of a test on one core from its mesh, before the simulation."""
 
 from dataclasses import replace
 from functools import lru_cache
@@ -12,19 +12,20 @@ from stemcal.fem.material import Material
 from stemcal.laboratory.build import LaboratoryTest, integration
 from stemcal.solvers.laboratory_runs import AnyTest
 
-# What a step takes on one core of a small machine, s, and an element in it; and the travel, of the diameter, at which a
-# stem usually is broken, and cut through. For estimates only.
-_STEP, _ELEMENT, _UNTIL_BROKEN, _UNTIL_SEVERED = 60.0e-6, 0.14e-6, 0.09, 0.5
+# Computing time of a step, and of each element in it, on one core of a small machine, s.
+_STEP, _ELEMENT = 60.0e-6, 0.14e-6
+# Travel at which stems usually fracture and are cut through, as a share of the diameter.
+_UNTIL_BROKEN, _UNTIL_SEVERED = 0.09, 0.5
 
 
 def seconds(test: AnyTest) -> float:
-    """Return the steps that the smallest element asks for, times what a step usually takes; inf if countless."""
+    """Return the number of time steps of the smallest element times the time per step (s); inf if a step is zero."""
     steps, elements = _laboratory_steps(test) if isinstance(test, LaboratoryTest) else _cutting_steps(test)
     return float(steps * (_STEP + _ELEMENT * elements))
 
 
 def _cutting_steps(test: ShearTest) -> tuple[float, float]:
-    """Return the steps of a cut until the stem usually is broken, and its elements."""
+    """Return the number of steps until the stem usually fractures (or is cut through), and the number of elements."""
     how, material = test.discretisation, test.material
     size = mesh_size(test.stem, how)
     speed = (material.p_wave_modulus / (how.integration.mass_scaling * material.density)) ** 0.5
@@ -38,8 +39,8 @@ def _cutting_steps(test: ShearTest) -> tuple[float, float]:
 
 
 def _laboratory_steps(test: LaboratoryTest) -> tuple[float, float]:
-    """Return the steps of a laboratory test, and its elements."""
-    elements, smallest = _mesh_size(replace(test, material=_ANY))  # the same at all levels
+    """Return the number of steps and the number of elements of a laboratory test."""
+    elements, smallest = _mesh_size(replace(test, material=_ANY))  # the mesh is the same for all materials
     how, material = integration(test), test.material
     speed = (material.p_wave_modulus / (how.mass_scaling * material.density)) ** 0.5
     return test.loading.duration * speed / (how.safety * smallest), elements
@@ -50,6 +51,6 @@ _ANY = Material(density=1.0e-9, elastic_modulus=1000.0, poisson_ratio=0.3)
 
 @lru_cache(maxsize=64)
 def _mesh_size(test: LaboratoryTest) -> tuple[int, float]:
-    """Return the number of elements of a test's mesh, and the edge of a cube as large as the smallest."""
+    """Return the number of elements of a mesh, and the edge (mm) of a cube with the volume of the smallest element."""
     volumes = test.kind.mesh(test.stem, test.discretisation).volumes()
     return len(volumes), float(np.cbrt(volumes.min()))

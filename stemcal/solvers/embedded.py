@@ -1,4 +1,4 @@
-"""The embedded finite element solver: a study's levels become a virtual shear test."""
+"""The embedded finite element solver, and the virtual tests of a study at given levels."""
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
@@ -41,36 +41,36 @@ from stemcal.study.model.shear_test import DAMPING, GAP
 from stemcal.study.model.study import Study
 from stemcal.study.types.field_types import Length
 
-# Of the history, what pictures of a run are made from.
+# Columns of the history from which pictures of a run are drawn.
 _PICTURED = frozenset({"travel", "kinetic", "internal", "hourglass", "eroded", "contact", "external"})
-# What a process takes before it has a mesh, bytes.
+# Memory of a process without a mesh, bytes.
 _PROCESS = 250.0e6
 
 
 @dataclass(frozen=True)
 class Embedded(Solver):
-    """Answers requests by explicit finite element simulation; same request, same bits."""
+    """Answers requests by explicit finite element simulation; equal requests have bit-identical answers."""
 
     of_spec_alone = True
 
     study: Study
     drawn: bool = True
-    """Whether the mesh positions of replicates are drawn at random, separately for each set of levels."""
+    """Whether the mesh positions of replicates have a random offset, which differs between sets of levels."""
 
     def prepare(self) -> None:
-        """Compile the kernels before workers load them, unless the cache has them."""
+        """Compile the kernels, unless the cache contains them, so that the workers need not compile."""
         compile_once(self.study.is_layered)
 
     def get_ready(self) -> None:
-        """Load the kernels into this process, or compile them where no cache has them."""
+        """Load the kernels into this process, or compile them if the cache does not contain them."""
         warm(self.study.is_layered)
 
     def preparing(self) -> bool:
-        """Check for kernels that must be compiled."""
+        """Whether the kernels must be compiled."""
         return not is_compiled(self.study.is_layered)
 
     def identity(self, request: Request) -> dict[str, Any]:
-        """Return the shear tests as plain values, and the revision of the code that runs them."""
+        """Return the inputs of the tests as plain values, and the revision of the code that simulates them."""
         tests = self._laboratory_tests(request)
         laboratory = [{"name": section.name, **identity(section, test)} for section, test in tests]
         return {
@@ -83,7 +83,7 @@ class Embedded(Solver):
         }
 
     def solve(self, request: Request) -> Answer:
-        """Run the virtual shear test that a request asks for, and the laboratory tests next to it."""
+        """Run the virtual shear test of a request, and the laboratory tests measured at its diameter."""
         try:
             test, modes = self._test(request), self.study.targets.modes_at(request.condition)
             film = Film() if request.pictured else None
@@ -105,31 +105,31 @@ class Embedded(Solver):
         return Answer("ok", response=result.peak_force, details=details)
 
     def cost_estimate(self, request: Request) -> float:
-        """Return roughly how many seconds a request takes on one core."""
+        """Return the approximate seconds of a request on one core."""
         return sum(self.cost_by_test(request).values())
 
     def cost_by_test(self, request: Request) -> dict[str, float]:
-        """Return the seconds of each test of a run."""
+        """Return the approximate seconds of each test of a run on one core, by the name of the test."""
         further = {section.name: seconds(test) for section, test in self._laboratory_tests(request)}
         return {"cutting": seconds(self._test(request)), **further}
 
     def memory_estimate(self, request: Request) -> float:
-        """Return roughly how many bytes a process needs for a request."""
-        cuts = [test for _, test in self._laboratory_tests(request) if isinstance(test, ShearTest)]
-        meshes = [mesh_size(one.stem, one.discretisation) for one in (self._test(request), *cuts)]
-        return _PROCESS + max(mesh.memory for mesh in meshes)
+        """Return the approximate memory that a process needs for a request, bytes."""
+        further = (test for _, test in self._laboratory_tests(request) if isinstance(test, ShearTest))
+        cuts = (self._test(request), *further)
+        return _PROCESS + max(mesh_size(test.stem, test.discretisation).memory for test in cuts)
 
     def settings_that_matter(self, diameter: float) -> dict[str, str]:
-        """Return what the force depends on beside the factors: lengths of the model and layers, the failure strain."""
+        """Return the settings on which the force depends besides the factors: lengths, replicates, failure strain."""
         study, options = self.study, _options(self.study)
         lengths = {
             "element_size": options.element_size,
             "edge_spread": study.blade.edge_spread,
             "internal_length": study.material.internal_length,
         }
-        # as the spec has them, a share of the diameter also in mm
-        mm = {name: "" if one.divisor is None else f" ({one.at(diameter):.3g} mm)" for name, one in lengths.items()}
-        settings = {name: f"{length}{mm[name]}" for name, length in lengths.items()}
+        # as written in the spec; a share of the diameter also in mm
+        in_mm = {key: "" if s.divisor is None else f" ({s.at(diameter):.3g} mm)" for key, s in lengths.items()}
+        settings = {name: f"{length}{in_mm[name]}" for name, length in lengths.items()}
         for section, layer in zip(study.layers[:-1], layers_at(study, {}, diameter), strict=False):
             if (name := f"{section.name}_thickness") not in study.names:
                 settings[name] = f"{layer.thickness:.3g} mm"
@@ -142,25 +142,29 @@ class Embedded(Solver):
         return {**settings, "failure_strain": f"{study.parameters({}, diameter)['failure_strain']:g}"}
 
     def _laboratory_tests(self, request: Request) -> list[tuple[LaboratorySection, AnyTest]]:
-        """Return the laboratory tests of a run; the mesh of a further cut is where the first has it."""
-        wanted = measured_at(self.study, request.condition)
-        each = [(one, test_of(self.study, one, request.levels, request.condition)) for one in wanted]
-        return [(one, self._placed(test, request) if isinstance(test, ShearTest) else test) for one, test in each]
+        """Return the laboratory tests of a run; further cuts have the same mesh position as the first."""
+        sections = measured_at(self.study, request.condition)
+        tests = [test_of(self.study, section, request.levels, request.condition) for section in sections]
+        placed_tests = [self._placed(test, request) if isinstance(test, ShearTest) else test for test in tests]
+        return list(zip(sections, placed_tests, strict=True))
 
     def _test(self, request: Request) -> ShearTest:
         return self._placed(shear_test(self.study, request.levels, request.condition), request)
 
     def _placed(self, test: ShearTest, request: Request) -> ShearTest:
-        """Return the test with its mesh where a replicate has it."""
+        """Return the test with the mesh shifted for its replicate, by 0 to ½ of an element; unchanged without one."""
         if not request.replicate:
             return test
-        drawn = seed_of(Request("", 0, request.levels, request.condition)) / MOST_SEED if self.drawn else 0.5
-        times = max(self.study.solver.repeats, request.replicate)  # a record may be of a study with more than this one
-        return placed(test, (request.replicate - 1 + drawn) / (2 * times))
+        offset = seed_of(Request("", 0, request.levels, request.condition)) / MOST_SEED if self.drawn else 0.5
+        count = max(self.study.solver.repeats, request.replicate)  # a record may be of a study with more replicates
+        return placed(test, (request.replicate - 1 + offset) / (2 * count))
 
 
 def meshed_as(study: Study, element_size: float) -> Study:
-    """Return the study with elements of another size, mm, their own number through the wall and the same added mass."""
+    """Return the study with another element size (mm).
+
+    The time step and the number of elements through the wall are adapted to the size.
+    """
     options, size = _options(study), Length(float(f"{element_size:g}"))
     diameter = study.targets.calibrate_at
     ratio = size.at(diameter) / options.element_size.at(diameter)
@@ -181,27 +185,26 @@ def simulate_levels(
 ) -> CuttingResult:
     """Run one virtual shear test of a study, or the laboratory test of a section.
 
-    Factors without a level (unit of the spec) are at mid-level; the diameter (mm) is that of the specimen by default;
-    `frames` is a folder for about 50 frames to be looked at in ParaView. The warnings of a laboratory test are those
-    that concern what was measured in it, all where nothing was.
+    levels     factor values in the units of the spec; factors without a value are at mid-level
+    diameter   mm; by default that of the specimen
+    frames     folder for about 50 frames in ParaView format
+
+    The warnings of a laboratory test are those that concern the measured responses, or all if none was measured.
     """
     warm(study.is_layered)
     diameter = study.stem_at(levels, study.specimen.outer_diameter if diameter is None else diameter)
+    test = shear_test(study, levels, diameter) if section is None else test_of(study, section, levels, diameter)
+    every = max(1, test.discretisation.integration.outputs // 50)
+    writer = None if frames is None else FrameWriter(frames, every)
     if section is None:
-        sheared = shear_test(study, levels, diameter)
-        return shear(sheared, _frame_writer(frames, sheared))
-    test = test_of(study, section, levels, diameter)
-    result = perform_or_fail(test, _frame_writer(frames, test)).giving(section.responses)
+        assert isinstance(test, ShearTest)
+        return shear(test, writer)
+    result = perform_or_fail(test, writer).giving(section.responses)
     return replace(result, warnings=tuple(relevant_warnings(result, section.measured or tuple(result.responses))))
 
 
-def _frame_writer(folder: Path | None, test: AnyTest) -> FrameWriter | None:
-    """Return the writer of about 50 frames of a test into a folder; None without a folder."""
-    return None if folder is None else FrameWriter(folder, max(1, test.discretisation.integration.outputs // 50))
-
-
 def test_of(study: Study, section: LaboratorySection, levels: Mapping[str, float], diameter: float) -> AnyTest:
-    """Return a test in addition to the study's shear test: a further one, or one of another kind."""
+    """Return the test of a section under `tests` in the spec: a further cut, or a laboratory test of a piece."""
     if isinstance(section, PieceSection):
         return laboratory_test(section, shear_test(study, levels, diameter))
     diameter = study.stem_at(levels, diameter)
@@ -209,12 +212,12 @@ def test_of(study: Study, section: LaboratorySection, levels: Mapping[str, float
 
 
 def shear_test(study: Study, levels: Mapping[str, float], diameter: float) -> ShearTest:
-    """Return the shear test of a study at given levels (units of the spec) and stem diameter (mm)."""
+    """Return the shear test of a study at given levels (in the units of the spec) and stem diameter (mm)."""
     return _shear_test(study.at(levels), levels, study.stem_at(levels, diameter))
 
 
 def _shear_test(study: Study, levels: Mapping[str, float], diameter: float) -> ShearTest:
-    """Return the shear test of a study whose sections are final; the material is at the levels."""
+    """Return the shear test of a study whose sections are already at the levels; they determine the material here."""
     blade, contact = study.blade, study.contact
     *outer, inner = layers_at(study, levels, diameter)
     thicknesses = tuple(layer.thickness for layer in outer)
@@ -274,7 +277,7 @@ def _discretisation(study: Study, diameter: float) -> Discretisation:
 
 
 def pictured(result: CuttingResult, film: Film) -> dict[str, Any]:
-    """Return the data for pictures of a run: energies over travel (mJ), thinned, its end and the way to it."""
+    """Return the data for pictures of a run: energies (mJ) over travel, the final shape, and frames of the cut."""
     keep = kept_rows(len(result.history.time))
     rows = {name: values for name, values in vars(result.history).items() if name in _PICTURED}
     energies = {name: [round(float(v), 6) for v in values[keep]] for name, values in rows.items()}

@@ -1,4 +1,4 @@
-"""What a shear test looked like on its way: some frames of the body, small enough for a run's record."""
+"""Frames of the deforming stem during a shear test, packed so that they fit into the record of a run."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -14,13 +14,13 @@ from stemcal.fem.state import State
 
 Array = NDArray[np.float64]
 FRAMES = 24
-LARGEST = 10_000  # nodes; of a finer body only the end is kept
-_STEPS = 2000  # from zero to the largest value: what no picture shows is not kept
+LARGEST = 10_000  # nodes; of a finer mesh, only the final state is stored
+_STEPS = 2000  # steps from zero to the largest value; a picture does not show smaller differences
 
 
 @dataclass(frozen=True)
 class Frame:
-    """Body and tools at one moment: blade travel in mm, force on the blade in N."""
+    """Stem and tools at one time, with the blade travel in mm and the force on the blade in N."""
 
     travel: float
     force: float
@@ -29,7 +29,7 @@ class Frame:
 
 @dataclass(frozen=True)
 class _Moment:
-    """The stored data of one output: time in s, nodes (N, 3) in mm, which elements remain and their strain."""
+    """State of the stem at an output: time (s), nodes (N, 3) in mm, mask of the remaining elements, plastic strains."""
 
     time: float
     nodes: Array
@@ -38,14 +38,17 @@ class _Moment:
 
 
 class Film:
-    """Called at a simulation's outputs, keeps start, end and `FRAMES` more: of too many every other is dropped."""
+    """Records the start, the end and at most `FRAMES` more states; called at each output of a simulation.
+
+    Whenever there are too many states, every other one is dropped.
+    """
 
     def __init__(self) -> None:
         self.every, self.seen = 1, 0
         self.moments: list[_Moment] = []
 
     def __call__(self, time: float, state: State) -> None:
-        """Keep the state if it is its turn."""
+        """Record the state of every n-th output."""
         if self.seen % self.every == 0:
             standing = state.topology.standing.astype(bool)
             strain = state.lanes.gathered(state.body.state[:, PLASTIC_STRAIN])
@@ -56,15 +59,19 @@ class Film:
         self.seen += 1
 
     def packed(self, result: CuttingResult) -> dict[str, Any]:
-        """Return the frames as JSON values, to be read with the shape that the test ended in; {} if it is too fine."""
+        """Return the frames as JSON values, relative to the final shape of the test; {} if the mesh is too fine."""
         shape, history = result.shape, result.history
         if shape is None or not self.moments or len(shape.nodes) > LARGEST:
             return {}
         moments, end = self.moments, float(history.time[-1])
-        if moments[-1].time < end:  # between two frames, where the stem broke
+        if moments[-1].time < end:  # the stem broke between two frames
             moments = [*moments, _Moment(end, shape.nodes, shape.standing, shape.plastic_strain)]
         times = [moment.time for moment in moments]
-        moved = [_held(moment.nodes - shape.reference, shape.hexes[moment.standing]) for moment in moments]
+        moved = []
+        for moment in moments:
+            attached = np.zeros(len(shape.nodes), bool)
+            attached[shape.hexes[moment.standing].ravel()] = True  # loose nodes fly far away and are not drawn
+            moved.append(np.where(attached[:, None], moment.nodes - shape.reference, 0.0))
         return {
             "travel": _at(times, history.time, history.travel),
             "force": _at(times, history.time, history.force_filtered),
@@ -76,7 +83,7 @@ class Film:
 
 
 def frames_of(shape: Shape, packed: Mapping[str, Any]) -> list[Frame]:
-    """Return the frames that `Film.packed` made; `shape` is how the test ended."""
+    """Return the frames in the output of `Film.packed`; `shape` is the final shape of the test."""
     count, elements = len(packed["travel"]), len(shape.hexes)
     bits = unpacked_text(packed["standing"], "|u1").reshape(count, -1)
     standing = np.unpackbits(bits, axis=1)[:, :elements].astype(bool)
@@ -91,7 +98,7 @@ def frames_of(shape: Shape, packed: Mapping[str, Any]) -> list[Frame]:
                 nodes=shape.reference + moved[k],
                 standing=standing[k],
                 plastic_strain=strains[k],
-                # the blade, the first of them, higher; the supports are fixed
+                # the blade, which is the first tool, was higher at this time; the supports are fixed
                 tools=(shape.tools[0] + [0.0, packed["stroke"] - packed["travel"][k]], *shape.tools[1:]),
             ),
         )
@@ -99,19 +106,12 @@ def frames_of(shape: Shape, packed: Mapping[str, Any]) -> list[Frame]:
     ]
 
 
-def _held(moved: Array, hexes: NDArray[np.int32]) -> Array:
-    """Return displacements with zero where no element holds the node: loose nodes fly far and show nowhere."""
-    held = np.zeros(len(moved), bool)
-    held[hexes.ravel()] = True
-    return np.where(held[:, None], moved, 0.0)
-
-
 def _at(times: list[float], known: Array, values: Array) -> list[float]:
     return [round(float(value), 4) for value in np.interp(times, known, values)]
 
 
 def _quantised(values: Array) -> dict[str, Any]:
-    """Return values (frame, …) in steps, each frame as its difference from the one before, and what a step is."""
+    """Return values (frame, …) as whole numbers of steps: the differences from the previous frame, and the step."""
     step = float(np.abs(values).max(initial=0.0)) / _STEPS or 1.0
     counts = np.round(values / step)
     return {"step": step, "counts": packed_text(np.diff(counts, axis=0, prepend=np.zeros_like(counts[:1])), "<i2")}

@@ -1,4 +1,4 @@
-"""The source files that a Python file imports from given folders, found without running any of them."""
+"""Find the source files that a Python file imports from some folders, without running them."""
 
 import ast
 from collections.abc import Iterator, Sequence
@@ -9,9 +9,9 @@ _COMPILED = ("so", "*.so", "pyd", "*.pyd")  # modules such as law.cpython-312-x8
 
 
 def imported_files(file: Path, roots: Sequence[Path]) -> list[Path]:
-    """Return the files of all modules below `roots` that a file imports, directly or through others, sorted.
+    """Return the files of all modules below `roots` that a file imports, directly or indirectly, sorted.
 
-    Imports inside functions count, and a package with the `__init__.py` of each level. Names that are computed are not
+    Imports inside functions and the `__init__.py` of each package are included. Imports by a computed name are not
     found.
     """
     imported: set[Path] = set()
@@ -39,13 +39,13 @@ def _imported_by(file: Path, roots: Sequence[Path]) -> Iterator[Path]:
             for alias in node.names:
                 yield from _files_of(f"{node.module or ''}.{alias.name}".lstrip("."), folders)
         elif isinstance(node, ast.Call) and getattr(node.func, "attr", getattr(node.func, "id", "")) in _DYNAMIC:
-            names = [one.value for one in node.args[:1] if isinstance(one, ast.Constant) and isinstance(one.value, str)]
-            for name in names:
-                yield from _files_of(name.lstrip("."), [file.parent, *roots])
+            for name in node.args[:1]:
+                if isinstance(name, ast.Constant) and isinstance(name.value, str):
+                    yield from _files_of(name.value.lstrip("."), [file.parent, *roots])
 
 
 def _files_of(name: str, folders: Sequence[Path]) -> Iterator[Path]:
-    """Yield the files that Python runs for a dotted name: of each part the module, or the package with its module."""
+    """Yield the files that Python runs to import a dotted name: a module or the `__init__.py` for each part of it."""
     for folder in folders:
         place = folder
         for part in name.split("."):

@@ -1,4 +1,4 @@
-"""What a run keeps of its force over the travel: a curve of a few hundred points, and its scores on measured modes."""
+"""The force–travel curve in the record of a run: at most 200 points, and its scores on measured curve modes."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,16 +8,16 @@ from stemcal.measured.curve_modes import CurveModes
 from stemcal.study.model.measured_targets import named_modes
 
 Array = NDArray[np.float64]
-_KEPT = 200  # rows at most
+_KEPT = 200  # most rows of a curve in a record
 
 
 def kept_rows(count: int) -> NDArray[np.int64]:
-    """Return the rows of a history of `count` that a record keeps: the first, the last, evenly between."""
+    """Return the indices of the stored rows of a history of `count` rows, evenly spaced from the first to the last."""
     return np.unique(np.linspace(0, count - 1, _KEPT).round().astype(np.int64))
 
 
 def kept_curve(travel: Array, force: Array) -> dict[str, list[float]]:
-    """Return the points of the force (N) over the travel (mm) that a record keeps."""
+    """Return the stored points of a curve of force (N) over travel (mm)."""
     rows = kept_rows(len(travel))
     return {
         "travel": [round(float(value), 6) for value in travel[rows]],
@@ -26,16 +26,16 @@ def kept_curve(travel: Array, force: Array) -> dict[str, list[float]]:
 
 
 def curve_scores(modes: CurveModes | None, travel: Array, force: Array, broke: float | None = None) -> dict[str, float]:
-    """Return the score of a simulated curve (mm, N) on each mode of those measured, by the name of the response.
+    """Return the scores of a simulated curve (mm, N) on the measured modes, by the names of their responses.
 
-    What follows the travel at which the stem `broke` (mm) counts for nothing. Without modes there are no scores. Raises
-    `SimulationFailed` if the force stays below the preload that measured curves begin with, or has no rise.
+    The curve is scored up to the travel at which the stem `broke` (mm). Without modes, the result is empty. Raises
+    `SimulationFailed` if the force does not exceed the preload of the measured curves, or has no rise.
     """
     if modes is None:
         return {}
     end = len(travel) if broke is None else int(np.searchsorted(travel, broke))
     try:
-        found = modes.scores(travel[:end], force[:end])
+        scores = modes.scores(travel[:end], force[:end])
     except UsageError as error:
         raise SimulationFailed("no_curve", str(error)) from error
-    return {named.name: score for named, score in zip(named_modes([modes]), found, strict=True)}
+    return {response.name: score for response, score in zip(named_modes([modes]), scores, strict=True)}

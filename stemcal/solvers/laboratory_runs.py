@@ -1,4 +1,4 @@
-"""The laboratory tests that a spec lists: virtual ones of the material and the stem of a shear test."""
+"""Virtual laboratory tests, listed under `tests` in a spec, of the stem and the material of the shear test."""
 
 from collections.abc import Sequence
 from dataclasses import asdict, replace
@@ -17,12 +17,12 @@ from stemcal.responses import known_response, packages_of
 from stemcal.study.model.laboratory_kind import TESTS, LaboratorySection, PieceSection
 from stemcal.study.model.study import Study
 
-# Of a virtual test: points of its history, the share of the loading that force and strain rate are smoothed over.
+# Points of the history of a test, and the share of the test duration over which force and strain rate are smoothed.
 _OUTPUTS, _SMOOTHED = 400, 0.01
 
-# A run whose energy balance is off by more than this is no answer, percent; of laboratory tests until the break.
+# Largest error in the energy balance of a valid run, percent; in laboratory tests until the break.
 _WORST_DRIFT = 5.0
-# Nor is one whose contact has created more than this share of the tool's work, percent (`CuttingResult`).
+# Least energy of the contact in a valid run, percent of the tool's work; less than zero if the contact creates energy.
 _LEAST_CONTACT = -1.0
 _HOURGLASS = 0.03
 
@@ -30,17 +30,17 @@ AnyTest = LaboratoryTest | ShearTest
 
 
 def measured_at(study: Study, diameter: float) -> tuple[LaboratorySection, ...]:
-    """Return the further tests of a run: those measured at the diameter, all measured ones where values are fitted."""
+    """Return the further tests of a run: those measured at its diameter, or all measured ones if it is fitted."""
     fitted = [study.targets.calibrate_at, *(target.condition for target in study.joint_targets)]
     everywhere = any(abs(diameter - at) < 1e-6 for at in fitted)
     return tuple(test for test in study.tests if (test.targets if everywhere else test.means_at(diameter)))
 
 
 def laboratory_test(section: PieceSection, sheared: ShearTest) -> LaboratoryTest:
-    """Return a test of a piece of the stem that a shear test cuts."""
+    """Return the test of a section, on a piece of the stem of a shear test."""
     diameter, how = sheared.stem.outer_diameter, sheared.discretisation
     duration = section.stroke_at(diameter) / section.speed
-    kind_of_test = TESTS.named(section.kind)  # of another package too: a worker process has read no spec
+    kind_of_test = TESTS.named(section.kind)  # loads the kinds of other packages: a worker process has read no spec
     assert kind_of_test is not None, section.kind
     kind = kind_of_test.make(section, diameter)
     return LaboratoryTest(
@@ -67,19 +67,19 @@ def laboratory_test(section: PieceSection, sheared: ShearTest) -> LaboratoryTest
 
 
 def identity(section: LaboratorySection, test: AnyTest) -> dict[str, Any]:
-    """Return everything that determines the responses of a test, as JSON values."""
-    known = {"kind": section.kind, "revision": laboratory.REVISION, "measured": list(section.measured)}
+    """Return all data that determine the responses of a test, as JSON values."""
+    kind = {"kind": section.kind, "revision": laboratory.REVISION, "measured": list(section.measured)}
     if package := TESTS.version_of(section.kind):
-        known["package"] = package
+        kind["package"] = package
     cut = {} if isinstance(test, LaboratoryTest) else {"cutting": cutting.REVISION}
-    return {**known, **packages_of(section.measured), **cut, **determining(test)}
+    return {**kind, **packages_of(section.measured), **cut, **determining(test)}
 
 
 def determining(test: LaboratoryTest | ShearTest) -> dict[str, Any]:
-    """Return the inputs that determine the answer of a test: all but the number of threads."""
+    """Return the inputs of a test that determine its result, which are all except the number of threads."""
     plain = asdict(test)
     del plain["discretisation"]["integration"]["threads"]
-    if not test.outer:  # of one isotropic layer, as of before there were others
+    if not test.outer:  # so that records from before there were layers remain valid
         del plain["outer"], plain["stem"]["layers"]
         if test.material.transverse is None:
             del plain["material"]["transverse"]
@@ -87,7 +87,7 @@ def determining(test: LaboratoryTest | ShearTest) -> dict[str, Any]:
 
 
 def perform_or_fail(test: AnyTest, inspect: Inspect | None = None) -> LaboratoryResult:
-    """Perform a test, see `laboratory.perform`; of one that cannot be trusted a failure is made."""
+    """Perform a test by `laboratory.perform`; raise `SimulationFailed` if the result is not reliable."""
     result = laboratory.perform(test, inspect) if isinstance(test, LaboratoryTest) else laboratory.cut(test, inspect)
     if (failure := distrusted(result)) is not None:
         raise failure
@@ -95,7 +95,7 @@ def perform_or_fail(test: AnyTest, inspect: Inspect | None = None) -> Laboratory
 
 
 def distrusted(result: CuttingResult) -> SimulationFailed | None:
-    """Return the reason for which a run is no answer: energy lost or created in the calculation."""
+    """Return the failure of a run whose energy balance has too large an error; None if the run is reliable."""
     if result.energy_drift_percent > _WORST_DRIFT:
         message = f"the error in the energy balance is {result.energy_drift_percent:.1f} %"
         return SimulationFailed("energy_drift", message)
@@ -106,9 +106,9 @@ def distrusted(result: CuttingResult) -> SimulationFailed | None:
 
 
 def perform_all(tests: Sequence[tuple[LaboratorySection, AnyTest]]) -> tuple[dict[str, float], list[Note]]:
-    """Perform tests one after the other; return their responses by the study's names, and their warnings.
+    """Perform tests in sequence; return their responses by the names in the study, and their warnings.
 
-    Raises `SimulationFailed` if one fails, or ends before it has given what was measured.
+    Raises `SimulationFailed` if a test fails, or ends before a measured response can be determined.
     """
     responses: dict[str, float] = {}
     warnings: list[Note] = []
@@ -127,7 +127,7 @@ def perform_all(tests: Sequence[tuple[LaboratorySection, AnyTest]]) -> tuple[dic
 
 
 def relevant_warnings(result: LaboratoryResult, measured: Sequence[str]) -> list[Note]:
-    """Return the warnings of a test that concern what was measured: a slope needs nothing that comes after it."""
+    """Return the warnings that concern the measured responses; a slope does not depend on the later part of a curve."""
     needs_maximum = not all(known_response(name).before_maximum for name in measured)
     later = () if needs_maximum else ("maximum_not_passed", "buckles")
     return [warning for warning in result.warnings if warning.kind not in later]

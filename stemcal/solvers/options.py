@@ -1,4 +1,4 @@
-"""The keys of each kind of solver: the embedded one, any program, decks, a Python class."""
+"""The keys of the `solver` section in a spec for each kind of solver."""
 
 from typing import Annotated, Any, Literal, Self
 
@@ -11,11 +11,11 @@ from stemcal.study.types.solver_kind import ElementCounts, SolverOptions
 from stemcal.version import __version__
 from stemcal.vocabulary import FIRST
 
-# The stem counts as fractured once elements have failed and the force has dropped by this share of it.
+# The stem counts as fractured once elements have failed and the force has dropped by this share of its maximum.
 BREAK_DROP = 0.5
-# Up to this speed of the blade, 100 mm/min, added mass and time step are those of the spec, mm/s.
+# Blade speed (mm/s; 100 mm/min) up to which the mass scaling and the time step are those of the spec.
 _SLOW = 100.0 / 60.0
-# Keys that the embedded solver and the decks of other programs have in common.
+# Keys that the embedded solver and the decks of other programs share.
 ThroughWall = Annotated[
     Annotated[Whole, Field(ge=1, le=50)] | None,
     Field(
@@ -100,11 +100,11 @@ class EmbeddedSolver(SolverOptions):
         return None
 
     def at_speed(self, speed: float) -> Self:
-        """Return the options for a blade of this speed (mm/s): unchanged up to 100 mm/min, in proportion above.
+        """Return the options for a blade speed (mm/s): unchanged up to 100 mm/min, scaled above it.
 
-        Inertia grows as ρV²: added mass that is harmless there must go as V⁻², time step and filter as V⁻¹, so that
-        they keep their share of the travel. From 0.17 m/s on nothing is left of a mass scaling of 1e4: the mass is the
-        true one.
+        Inertia forces are proportional to ρV². So that their effect does not increase, the mass scaling decreases as
+        V⁻²; from 0.17 m/s, a mass scaling of 1e4 is reduced to 1. The time step and the filter window decrease as V⁻¹,
+        so that the blade travel during them is constant.
         """
         slower = min(1.0, _SLOW / speed)
         return self.model_copy(
@@ -117,7 +117,7 @@ class EmbeddedSolver(SolverOptions):
 
 
 MOST_FILES = 100
-# A pattern can search for ever; Python cannot be interrupted in it.
+# Time for reading a result, s. A regular expression may search for ever, and Python cannot be interrupted meanwhile.
 _READING_S = 10.0
 
 
@@ -144,7 +144,7 @@ class ProgramOptions(SolverOptions):
 
     @property
     def run_limit(self) -> float | None:
-        """The limit of the whole run: that of the program, with time to end it and to read its result."""
+        """Time limit of the whole run (s): that of the program, with time to end it and to read its result."""
         return 1.01 * self.time_limit + _READING_S
 
     @property
@@ -152,10 +152,10 @@ class ProgramOptions(SolverOptions):
         return self.environment.get("VERSION", "")
 
 
-def _by_response(given: Any) -> Any:
-    """Return readers by response: a single one is that of `FIRST`."""
-    several = isinstance(given, dict) and all(isinstance(one, dict | ResultReader) for one in given.values())
-    return given if several else {FIRST: given}
+def _by_response(result: Any) -> Any:
+    """Return the readers by the names of responses; a single reader is that of the first response."""
+    several = isinstance(result, dict) and all(isinstance(reader, dict | ResultReader) for reader in result.values())
+    return result if several else {FIRST: result}
 
 
 class CommandSolver(ProgramOptions):
@@ -193,7 +193,7 @@ class CommandSolver(ProgramOptions):
         return message, "add `along: TRAVEL` and `reduction: max` to `result`, or fit only the force"
 
     def sign_remedy(self, response: str) -> Remedy:
-        """Return the factor −1; of a curve below zero the maximum of the force is its minimum."""
+        """Return the remedy for a response of wrong sign: a factor of −1, and the minimum instead of the maximum."""
         name = response if response in self.result else FIRST
         if (reader := self.result.get(name)) is None:
             return super().sign_remedy(response)
@@ -246,12 +246,12 @@ class DeckSolver(ProgramOptions):
 
     @property
     def outputs(self) -> int:
-        """Points of the force history."""
+        """Number of points in the force history."""
         return 500
 
     @property
     def law(self) -> str:
-        """The rate law, chosen or by default."""
+        """The rate law of the spec, or the default of the program."""
         return self.rate_law or ("cowper_symonds" if self.program == "lsdyna" else "paper")
 
     @property

@@ -1,4 +1,4 @@
-"""A run of a program from beginning to end: its folder, its inputs, the process or processes, what it leaves."""
+"""Solvers that run a program: make the run folder, write the input files, run the program, read the result."""
 
 import hashlib
 import shutil
@@ -32,7 +32,12 @@ OUTPUT = "program-output.txt"
 
 @dataclass(frozen=True)
 class Inputs:
-    """Files that a run needs, each with the hash it had when the study was read; `named` ones are not copied."""
+    """The input files of a run, each with its hash at the time when the study was read.
+
+    templates   files in which placeholders are replaced
+    files       files that are copied unchanged
+    named       files that the command uses where they are, such as scripts
+    """
 
     templates: Mapping[Path, str]
     files: Mapping[Path, str]
@@ -49,7 +54,10 @@ class Inputs:
         return copied | {f"command {number}: {path.name}": self.named[path] for number, path in enumerate(self.named)}
 
     def write(self, folder: Path, values: Mapping[str, str]) -> None:
-        """Put the files into a run folder, templates filled; raise `SimulationFailed` if one has changed since."""
+        """Write the files to a run folder, with the placeholders replaced by `values`.
+
+        Raises `SimulationFailed` if a file has changed since the study was read.
+        """
         for path, sha256 in {**self.templates, **self.files, **self.named}.items():
             if not path.is_file() or file_hash(path) != sha256:
                 raise SimulationFailed("input_changed", f"{path.name} has changed since the study was started")
@@ -69,7 +77,7 @@ def file_hash(path: Path) -> str:
 
 
 def run_folder(place: Path | None, identity: Mapping[str, Any]) -> Path:
-    """Make an empty folder: below `place`, named by the run's key, or among the temporary files."""
+    """Make an empty folder for a run: below `place`, named by the record key, or among the temporary files."""
     if place is None:
         return Path(tempfile.mkdtemp(prefix="stemcal-run-"))
     folder = make_folder(place) / key_of(identity)
@@ -78,15 +86,14 @@ def run_folder(place: Path | None, identity: Mapping[str, Any]) -> Path:
     return folder
 
 
-# Characters of a program's last output that a record keeps.
-_KEPT_OUTPUT = 2000
+_KEPT_OUTPUT = 2000  # characters of the output of a failed program that are stored in the record
 
 
 @dataclass(frozen=True)
 class Program(Solver, ABC, Generic[O]):
-    """Answers requests by running a program in its own folder, made in `place` or among the temporary files.
+    """Base class of solvers that run a program in a separate folder, below `place` or among the temporary files.
 
-    A kind of program defines its input files, how a run is written and made, and what else determines an answer.
+    A subclass defines the input files, how they are written and run, and the other data that determine an answer.
     """
 
     study: Study
@@ -100,7 +107,7 @@ class Program(Solver, ABC, Generic[O]):
 
     @property
     def options(self) -> O:
-        """The keys of the program in the spec."""
+        """The `solver` section of the spec."""
         return cast(O, self.study.solver)
 
     def placed(self, place: Path) -> Self:
@@ -109,10 +116,10 @@ class Program(Solver, ABC, Generic[O]):
 
     @abstractmethod
     def prepare(self) -> None:
-        """Refuse to begin if the program is not there."""
+        """Raise `UsageError` if the program is not installed."""
 
     def identity(self, request: Request) -> dict[str, Any]:
-        """Return everything that determines the answer: the files' content, how the program runs and is read."""
+        """Return all data that determine the answer: content of the files, command, environment, result readers."""
         options = self.options
         return {
             "solver": self.study.solver.kind,
@@ -127,7 +134,7 @@ class Program(Solver, ABC, Generic[O]):
         }
 
     def solve(self, request: Request) -> Answer:
-        """Run the program for a request; its folder is kept if it fails."""
+        """Run the program for a request; keep the run folder if the run fails."""
         folder = run_folder(self.place, self.identity(request))
         try:
             self._write(folder, request)
@@ -135,7 +142,7 @@ class Program(Solver, ABC, Generic[O]):
             return Answer("failed", reason=failure.reason, message=f"{failure} ({folder})")
         answer = self._run(folder, request)
         if answer.ok:
-            shutil.rmtree(folder, ignore_errors=True)  # what another program still holds open stays (Windows)
+            shutil.rmtree(folder, ignore_errors=True)  # Windows cannot delete files that another program has open
         return answer
 
     @abstractmethod
@@ -152,7 +159,7 @@ class Program(Solver, ABC, Generic[O]):
 
 
 def executable(program: str, folder: Path, key: str = "command") -> str:
-    """Return the full path of a program: one on PATH, or, if it is written with a folder, one next to the spec."""
+    """Return the full path of a program, which is on PATH or, if its name contains a slash, relative to `folder`."""
     by_path = "/" in program or "\\" in program
     path = shutil.which(str(folder / program) if by_path else program)
     if path is None:
@@ -162,14 +169,14 @@ def executable(program: str, folder: Path, key: str = "command") -> str:
     return str(Path(path).absolute())
 
 
-# Ends of the names of scripts: unlike an installed program, one changes with the study, wherever it is stored.
+# Extensions of scripts. Unlike an installed program, a script may be changed during a study.
 _SCRIPTS = frozenset({".py", ".sh", ".bat", ".cmd", ".ps1", ".pl", ".rb", ".m", ".r", ".jl", ".tcl", ".js", ".lua"})
 
 
 def scripts_in(command: Sequence[str], folder: Path) -> list[Path]:
-    """Return the files that a command names by a path: scripts, with what Python imports below, and files in `folder`.
+    """Return the files in a command whose content affects a run: scripts, the modules they import, files in `folder`.
 
-    The program may be written relative to `folder`; other paths are absolute, since a run has its own folder.
+    The program may be relative to `folder`; other paths are absolute, since each run has a separate folder.
     """
     program, *arguments = command or ("",)
     places = [folder / program] if "/" in program or "\\" in program else []
@@ -177,7 +184,7 @@ def scripts_in(command: Sequence[str], folder: Path) -> list[Path]:
     places += [path for path in map(Path, texts) if path.is_absolute()]
     files: list[Path] = []
     for path in places:
-        with suppress(OSError, ValueError):  # no name of a file on this system
+        with suppress(OSError, ValueError):  # the argument is no valid file name on this system
             if path.is_file() and (path.suffix.lower() in _SCRIPTS or path.resolve().is_relative_to(folder)):
                 files += [path, *imported_files(path, [path.parent])]
     return list(dict.fromkeys(files))
@@ -191,7 +198,7 @@ def run_command(
     values: Mapping[str, str],
     read: Callable[[Ended], Answer],
 ) -> Answer:
-    """Run a command of a spec in the folder `place`, its placeholders filled with `values`; see `run_in`."""
+    """Run a command of a spec by `run_in`; `values` replace its placeholders, `place` is the folder of the spec."""
     program, *arguments = command
     filled = [fill(argument.encode(), values).decode() for argument in arguments]
     return run_in(folder, [executable(program, place), *filled], options, read)
@@ -204,7 +211,10 @@ def run_in(
     read: Callable[[Ended], Answer],
     seconds: float | None = None,
 ) -> Answer:
-    """Run a command for `seconds` (or the time limit) and return what `read(ended)` makes of it, or why it failed."""
+    """Run a command in a folder, at most for `seconds` (by default the time limit of the spec).
+
+    Return the answer of `read(ended)`, or a failed answer with the reason.
+    """
     try:
         ended = run_program(command, folder, options.environment, options.time_limit if seconds is None else seconds)
     except OSError as error:
@@ -223,7 +233,7 @@ def run_in(
 
 
 def code_is_zero(ended: Ended) -> None:
-    """Raise `SimulationFailed` if a program ended with another code than 0."""
+    """Raise `SimulationFailed` if the exit code of a program is not 0."""
     if ended.code < 0:
         raise SimulationFailed("exit_code", f"the program was terminated by signal {-ended.code}")
     if ended.code != 0:
@@ -234,7 +244,7 @@ def code_is_zero(ended: Ended) -> None:
 # ---- any program: templates in, a number out, or one for each response
 
 
-_UNUSED = {"ends_with"}  # without it a record has no such entry
+_UNUSED = {"ends_with"}  # keys that are left out of a record if the spec does not contain them
 
 
 @dataclass(frozen=True)
@@ -242,7 +252,7 @@ class Command(Program[CommandSolver]):
     """Answers requests by any program; see `solvers.options.CommandSolver`."""
 
     def prepare(self) -> None:
-        """Refuse to begin if the program is not there."""
+        """Raise `UsageError` if the program is not installed."""
         executable(self.options.command[0], self.study.source.parent)
 
     def _inputs(self) -> Inputs:
@@ -253,7 +263,7 @@ class Command(Program[CommandSolver]):
         options = self.options
         drawn = {"seed": seed_of(request)} if request.replicate else {}
         readers = options.result.items()
-        result = {name: one.model_dump(mode="json", exclude=_UNUSED - one.model_fields_set) for name, one in readers}
+        result = {name: r.model_dump(mode="json", exclude=_UNUSED - r.model_fields_set) for name, r in readers}
         return {"command": list(options.command), "result": result, **drawn}
 
     def _write(self, folder: Path, request: Request) -> None:

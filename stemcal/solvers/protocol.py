@@ -1,4 +1,4 @@
-"""The interface of a solver: it returns the response at given levels and a given diameter or other condition."""
+"""The interface of a solver: it returns the response at given factor levels and a given diameter (or condition)."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -11,13 +11,15 @@ from stemcal.vocabulary import CUTTING, Vocabulary
 
 @dataclass(frozen=True)
 class Request:
-    """One requested run: the stage that requests it, and the row of the stage's design, from 0.
+    """A requested run.
 
+    stage       name of the stage that requests the run
+    row         number of the run in the design of the stage, from 0
     levels      value of every factor in the units of the spec
     condition   outer diameter of the stem, mm, or the condition declared by the study, in its unit
-    pictured    whether the answer should contain the data for pictures of the run, if the solver can
-    replicate   number of this simulation of the same levels, from 1; 0 if there is only one. A numbered run is random:
-                its answer also depends on its stage and row.
+    pictured    whether the solver should store data for pictures of the run, if it can
+    replicate   number of the simulation at the same levels, from 1; 0 for a deterministic solver. The answer to a
+                numbered run is random and also depends on stage and row.
     """
 
     stage: str
@@ -28,21 +30,22 @@ class Request:
     replicate: int = 0
 
     def as_record(self) -> dict[str, Any]:
-        """Return it as stored in a record: the replicate only if there are several."""
+        """Return the request as stored in a record, without `replicate` if it is 0."""
         fields = {**vars(self), "levels": dict(self.levels), "replicate": self.replicate or None}
         return {name: value for name, value in fields.items() if value is not None}
 
 
-NOT_RUN = "not_run"  # the reason of a run that could not be done by hand
+NOT_RUN = "not_run"  # reason of a failed manual run
 MOST_MESSAGE = 5000  # characters
-RESPONSES = "responses"  # among the details of an answer: further responses by name
+RESPONSES = "responses"  # entry of the details of an answer with the other responses by name
 
 
 @dataclass(frozen=True)
 class Answer:
-    """The outcome of a request: a force in N, or a status and the reason why there is none.
+    """The answer to a request: status ``ok`` with a response, or ``failed`` with a reason and a message.
 
-    If the study declares responses, `response` is the first of them, in its unit; details contain the others.
+    The response is the force in N or, if the study declares responses, the first of them in its unit. The details
+    contain the other responses.
     """
 
     status: str
@@ -53,57 +56,57 @@ class Answer:
 
     @property
     def ok(self) -> bool:
-        """Whether the force may be used in an analysis."""
+        """Whether the run succeeded, so that its response may be used in an analysis."""
         return self.status == "ok"
 
     def readable(self) -> Self:
-        """Return it without control characters in its texts, which may come from a program, at limited length."""
+        """Return the answer with texts of limited length and without control characters, which a program may print."""
         more = "…" * (len(self.message) > MOST_MESSAGE)
         return replace(self, reason=in_a_line(self.reason)[:100], message=visible(self.message[:MOST_MESSAGE]) + more)
 
 
 class Solver:
-    """One way to answer requests, by `identity` and `solve` of a subclass; pickled to worker processes."""
+    """Base class of solvers. Subclasses define `identity` and `solve`. A solver is pickled for worker processes."""
 
     immediate: ClassVar[bool] = False
     """Whether the solver answers faster than a worker process can start."""
     asks_people: ClassVar[bool] = False
-    """Whether the runs are performed by hand. Their results are entered as records, unless it `has_result`."""
+    """Whether people perform the runs and enter the results as records, except those for which it `has_result`."""
     of_spec_alone: ClassVar[bool] = False
     """Whether the answers depend only on the spec and on the stemcal code."""
 
     def identity(self, request: Request) -> dict[str, Any]:
-        """Return everything that determines the answer, as JSON values; equal identities share one record."""
+        """Return all data that determine the answer, as JSON values; requests with equal identities share a record."""
         raise NotImplementedError
 
     def solve(self, request: Request) -> Answer:
-        """Answer one request, also for a failed simulation; raise `Waiting` for a run by hand that is not done yet."""
+        """Answer one request, even if the simulation fails; raise `Waiting` for a manual run that is not done yet."""
         raise NotImplementedError
 
     def prepare(self) -> None:
-        """Do the work that all workers would otherwise repeat (compile, check a licence), before they start."""
+        """Do the work that each worker would otherwise repeat, such as compiling, before the workers start."""
 
     def get_ready(self) -> None:
-        """Prepare this process for its first run; this time does not count towards a time limit."""
+        """Prepare the current process for its first run; this time does not count towards the time limit."""
 
     def placed(self, _folder: Path) -> Self:
-        """Return the solver with a folder of the study for the files of its runs."""
+        """Return the solver with a folder for the files of its runs."""
         return self
 
     def given_design(self, _stage: str) -> list[dict[str, float]] | None:
-        """Return the rows of levels that it can answer for a stage; None if it can answer any."""
+        """Return the design of a stage (levels of each row) that a file contains; None if there is no such file."""
         return None
 
     def has_result(self, _request: Request) -> bool:
-        """Whether it has the answer to a request without a run."""
+        """Whether the answer to a request is known without a run."""
         return False
 
     def given(self, _stage: str) -> list[Any]:
-        """Return the inputs of its known answers of a stage, as JSON values."""
+        """Return the data of a stage that a file contains (levels and known answers), as JSON values."""
         return []
 
     def write_inputs(self, _place: Path, _name: str, _request: Request) -> None:
-        """Write the input files of a run by hand into a folder with this name."""
+        """Write the input files of a manual run to the folder `name` below `place`."""
 
     def cost_estimate(self, _request: Request) -> float | None:
         """Return the approximate seconds of a run on one core; None if unknown."""
@@ -118,11 +121,11 @@ class Solver:
         return None
 
     def preparing(self) -> bool:
-        """Check for a long `prepare`."""
+        """Whether `prepare` will take a long time."""
         return False
 
     def settings_that_matter(self, _condition: float) -> dict[str, str] | None:
-        """Return the settings at a stem diameter on which calibrated values depend, by name; None if there are none."""
+        """Return the settings, by name, on which values calibrated at a diameter depend; None if there are none."""
         return None
 
     @property

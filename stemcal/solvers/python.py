@@ -1,4 +1,4 @@
-"""A class in a Python file next to the spec as a solver."""
+"""A solver that calls a class in a Python file next to the spec."""
 
 import importlib.util
 import inspect
@@ -25,10 +25,10 @@ from stemcal.study.model.study import Study
 
 @dataclass(frozen=True)
 class PythonClass(Solver):
-    """Answers requests by the class of a file.
+    """Answers requests by calling a class in a Python file.
 
-    `code` is the hash of the file when the study was read, `inputs` has those of the modules that it imports from the
-    folders of file and spec, and of its data files, by path.
+    code     hash of the file when the study was read
+    inputs   hashes, by path, of its data files and of the modules that it imports from the folders of file and spec
     """
 
     study: Study
@@ -37,22 +37,22 @@ class PythonClass(Solver):
 
     @classmethod
     def of(cls, study: Study) -> Self:
-        """Record the current content of the file and of its inputs."""
+        """Return the solver of a study, with the hashes of the current content of its files."""
         assert isinstance(study.solver, PythonSolver)
         file = study.solver.file
         traced = [file, *study.solver.files]
-        inputs = {found for path in traced for found in imported_files(path, [path.parent, *_roots(study)])}
+        inputs = {module for path in traced for module in imported_files(path, [path.parent, *_roots(study)])}
         inputs = (inputs | set(study.solver.files)) - {file}
         return cls(study, file_hash(file), {path: file_hash(path) for path in sorted(inputs)})
 
     @property
     def options(self) -> PythonSolver:
-        """The section of the spec."""
+        """The `solver` section of the spec."""
         assert isinstance(self.study.solver, PythonSolver)
         return self.study.solver
 
     def prepare(self) -> None:
-        """Refuse to begin if the class cannot be loaded; it is loaded in a separate process, which writes no files."""
+        """Raise `UsageError` if the class cannot be loaded in a separate process, which writes no files."""
         try:
             computed_apart(self._try, self.options.time_limit, {"PYTHONDONTWRITEBYTECODE": "1"})
         except ChildDied as problem:
@@ -63,12 +63,12 @@ class PythonClass(Solver):
             raise UsageError(f"solver.file {self.options.file.name}: {problem}") from None
 
     def get_ready(self) -> None:
-        """Load the class; `solve` reports why it cannot be loaded."""
+        """Load the class; if this fails, `solve` reports the reason."""
         with suppress(UsageError, SimulationFailed):
             self._load()
 
     def identity(self, request: Request) -> dict[str, Any]:
-        """Return the code, its inputs, the class, levels, condition and seed."""
+        """Return all data that determine the answer: file hashes, class, levels, condition and seed."""
         inputs = {self._name(path): sha256 for path, sha256 in self.inputs.items()}
         return {
             "solver": "python",
@@ -82,18 +82,18 @@ class PythonClass(Solver):
         }
 
     def solve(self, request: Request) -> Answer:
-        """Call `solve` of the class; what it raises is why the run failed."""
+        """Call the method `solve` of the class; if it raises an exception, the run fails with its message."""
         try:
             for path, sha256 in {self.options.file: self.code, **self.inputs}.items():
                 if not path.is_file() or file_hash(path) != sha256:
                     raise SimulationFailed("input_changed", f"{path.name} has changed since the study was started")
-            made, before = self._load()
+            user_solver, modules_before = self._load()
             seed = (seed_of(request),) if self.options.replicates else ()
             with contained(), _importing_from(_roots(self.study)):
-                returned = made.solve(dict(request.levels), request.condition, *seed)
-            self._require_known(before)
+                returned = user_solver.solve(dict(request.levels), request.condition, *seed)
+            self._require_traced(modules_before)
             responses = (self.naming.response, *self.naming.others)
-            values = {named.name: _number(returned, named.name) for named in responses}
+            values = {response.name: _number(returned, response.name) for response in responses}
         except SimulationFailed as failure:
             return Answer("failed", reason=failure.reason, message=str(failure))
         except (ForeignError, UsageError) as error:
@@ -102,22 +102,23 @@ class PythonClass(Solver):
         return Answer("ok", first, details={RESPONSES: values} if values else {})
 
     def _load(self) -> tuple[Any, frozenset[str]]:
-        made, before = _object(self)
-        self._require_known(before)
-        return made, before
+        """Return the object of the class, and the names of the modules that were loaded before."""
+        user_solver, modules_before = _object(self)
+        self._require_traced(modules_before)
+        return user_solver, modules_before
 
     def _try(self) -> None:
         self._load()
 
     def _name(self, path: Path) -> str:
-        """Return the path from the folder of the spec, the same on every system."""
+        """Return the path relative to the folder of the spec, with slashes on every system."""
         folder = self.study.source.resolve().parent
         return path.relative_to(folder).as_posix() if path.is_relative_to(folder) else path.name
 
-    def _require_known(self, before: frozenset[str]) -> None:
-        """Refuse a module imported since `before` that was not traced: if it changed, no run would be repeated."""
+    def _require_traced(self, modules_before: frozenset[str]) -> None:
+        """Raise `SimulationFailed` if a module was imported that is not in `inputs`: its changes would be unnoticed."""
         folder = self.study.source.resolve().parent
-        for name in sys.modules.keys() - before:
+        for name in sys.modules.keys() - modules_before:
             path = Path(getattr(sys.modules[name], "__file__", None) or "")
             own = path.is_relative_to(folder) and not _is_installed(path, folder) and not name.startswith("stemcal")
             if own and path not in self.inputs:
@@ -141,7 +142,7 @@ def _roots(study: Study) -> list[Path]:
 
 
 def _is_installed(path: Path, folder: Path) -> bool:
-    """Check for a file of a Python environment below a folder."""
+    """Check whether a file is in a Python environment, even if that is below the folder."""
     places = {Path(place).resolve() for place in (sys.prefix, sys.base_prefix)} - {folder}
     below = [place for place in places if place.is_relative_to(folder)]
     return "site-packages" in path.parts or any(path.is_relative_to(place) for place in below)
@@ -149,16 +150,16 @@ def _is_installed(path: Path, folder: Path) -> bool:
 
 @dataclass(frozen=True)
 class _Loaded:
-    """The object of a class, the names of the modules loaded before it, and the folders it imports from."""
+    """An object of the user's class, the names of the modules loaded before it, and the folders it imports from."""
 
     key: Any
-    made: Any
-    before: frozenset[str]
+    user_solver: Any
+    modules_before: frozenset[str]
     roots: list[Path]
 
     def forget(self) -> None:
-        """Remove its modules: another class may have modules of the same names."""
-        for name in sys.modules.keys() - self.before:
+        """Unload the modules of the class, because those of another class may have the same names."""
+        for name in sys.modules.keys() - self.modules_before:
             path = Path(getattr(sys.modules[name], "__file__", None) or "")
             if any(path.is_relative_to(root) and not _is_installed(path, root) for root in self.roots):
                 del sys.modules[name]
@@ -169,17 +170,17 @@ _loaded: list[_Loaded] = []  # the last class of this process
 
 @contextmanager
 def _importing_from(roots: list[Path]) -> Iterator[None]:
-    """Add folders to the end of the module search path: no module of Python is replaced."""
+    """Append folders to the module search path, at its end so that they do not replace modules of Python."""
     added = [str(root) for root in roots if str(root) not in sys.path]
     sys.path += added
     try:
         yield
     finally:
-        sys.path[:] = [place for place in sys.path if place not in added]  # what the class has added stays
+        sys.path[:] = [place for place in sys.path if place not in added]  # keeps the folders that the class has added
 
 
 def _object(solver: PythonClass) -> tuple[Any, frozenset[str]]:
-    """Return the object of a class and the modules loaded before; it is made once for each state of its files."""
+    """Return the object of the class and the modules loaded before it; it is created again if a file has changed."""
     options, roots = solver.options, _roots(solver.study)
     key = (options, solver.code, tuple(solver.inputs.items()))
     if not _loaded or _loaded[-1].key != key:
@@ -188,17 +189,17 @@ def _object(solver: PythonClass) -> tuple[Any, frozenset[str]]:
         before = frozenset(sys.modules)
         try:
             with _importing_from(roots):
-                made = _made(options, solver.code)
+                user_solver = _new_object(options, solver.code)
         except UsageError:
             _Loaded(key, None, before, roots).forget()
             raise
-        _loaded.append(_Loaded(key, made, before, roots))
-    return _loaded[-1].made, _loaded[-1].before
+        _loaded.append(_Loaded(key, user_solver, before, roots))
+    return _loaded[-1].user_solver, _loaded[-1].modules_before
 
 
-def _made(options: PythonSolver, code: str) -> Any:
+def _new_object(options: PythonSolver, code: str) -> Any:
     module_name = f"stemcal_solver_{code[:12]}"
-    loader = SourceFileLoader(module_name, str(options.file))  # whatever the name of the file ends with
+    loader = SourceFileLoader(module_name, str(options.file))  # accepts any file extension
     spec = importlib.util.spec_from_file_location(module_name, options.file, loader=loader)
     assert spec is not None
     module = importlib.util.module_from_spec(spec)
@@ -206,18 +207,18 @@ def _made(options: PythonSolver, code: str) -> Any:
     try:
         with contained():
             loader.exec_module(module)
-            made = getattr(module, options.class_)()
-            can_solve = _accepts(getattr(made, "solve", None), 3 if options.replicates else 2)
+            user_solver = getattr(module, options.class_)()
+            can_solve = _accepts(getattr(user_solver, "solve", None), 3 if options.replicates else 2)
     except ForeignError as error:
         raise _cannot_be_loaded(options, str(error)) from None
     if not can_solve:
         seed = ", seed" if options.replicates else ""
         raise _cannot_be_loaded(options, f"it has no method `solve(self, levels, condition{seed})`")
-    return made
+    return user_solver
 
 
 def _accepts(function: Any, count: int) -> bool:
-    """Check that a function can be called with a number of arguments, as far as that is known."""
+    """Check that a function can be called with a number of arguments; true if its signature is unknown."""
     if not callable(function):
         return False
     with suppress(ValueError):  # compiled functions may have no signature

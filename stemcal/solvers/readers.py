@@ -1,6 +1,6 @@
-"""Read the series of numbers in a file that a program has left, JSON, CSV or text, and make one number of it.
+"""Read a series of numbers in a result file (JSON, CSV or text) of a program, and reduce it to one number.
 
-Numbers are in ASCII, with Fortran's exponents, or say that they are none.
+Numbers are written in ASCII digits, maybe with the exponents of Fortran, or as NaN, infinity or asterisks (overflow).
 """
 
 import csv
@@ -19,24 +19,24 @@ from stemcal.storage.encodings import lenient
 from stemcal.storage.plain import MIB, read_plain
 
 Array = NDArray[np.float64]
-# 1.5, -.5E+3, 1.5D-3, 1.5-101 (an exponent of three digits takes the letter's place). Unlike Python, not:
-# 1_000, digits of other scripts.
+# 1.5, -.5E+3, 1.5D-3, 1.5-101 (Fortran omits the letter before an exponent of three digits). Unlike in Python, 1_000
+# and digits of other scripts are not numbers.
 NUMBER = r"[-+]?(?:[0-9]{1,400}\.?[0-9]{0,400}|\.[0-9]{1,400})(?:[EeDd]?[-+][0-9]{1,9}|[EeDd][0-9]{1,9})?"
 _NUMBER = re.compile(rf"({NUMBER})", re.ASCII)
 _PARTS = re.compile(r"([-+]?[0-9.]+)[EeDd]?([-+]?[0-9]*)", re.ASCII)
 _NONE = re.compile(r"[-+]?(nan|inf|infinity)|\*+", re.IGNORECASE | re.ASCII)
 MAX_BYTES = 20 * MIB  # read in about a second
 LONGEST_LINE = 10_000  # characters of a line that a pattern searches
-ENDING = 10  # lines in which the text of the end is searched
+ENDING = 10  # last lines that are searched for the text of a normal end
 REDUCTIONS: dict[str, Callable[[Array], float]] = {"max": np.max, "min": np.min}
 REDUCTIONS |= {"first": lambda y: y[0], "last": lambda y: y[-1]}
 
 _Series = tuple[Sequence[float], Sequence[float] | None]
-"""Numbers, and what they are plotted along if that is known."""
+"""The numbers of a response, and the travel at each of them; None if the travel is not read."""
 
 
 def require_end(result: ResultReader, folder: Path, printed: str) -> None:
-    """Raise `SimulationFailed` (``incomplete``) if neither the file nor what was printed has the text of the end."""
+    """Raise `SimulationFailed` (``incomplete``) if neither result file nor printed output ends with `ends_with`."""
     if result.ends_with is None:
         return
     texts = (read_text(folder, result.file, MAX_BYTES), printed)
@@ -48,22 +48,23 @@ def require_end(result: ResultReader, folder: Path, printed: str) -> None:
 
 
 def still_rising(result: ResultReader, folder: Path) -> bool:
-    """Return whether the maximum of a series is its last number, so that the true maximum may be larger."""
+    """Check whether the extremum of a series is its last number, so that the true extremum may be beyond it."""
     series = _finite(_series(result, folder)[0])
-    at = {"max": np.argmax, "min": np.argmin}.get(result.reduction)
-    return at is not None and series.size > 1 and int(at(series)) == series.size - 1
+    index_of = {"max": np.argmax, "min": np.argmin}.get(result.reduction)
+    return index_of is not None and series.size > 1 and int(index_of(series)) == series.size - 1
 
 
 def read_number(result: ResultReader, folder: Path) -> float:
-    """Return the number a program has left in its run folder.
+    """Return the response that a program has written to its run folder.
 
-    Raises `SimulationFailed` if it is not there (``no_result``), cannot be read (``bad_result``) or is none (``nan``).
+    Raises `SimulationFailed` if the number is missing (``no_result``), unreadable (``bad_result``) or not finite
+    (``nan``).
     """
     return result.scale * float(REDUCTIONS[result.reduction](_finite(_series(result, folder)[0])))
 
 
 def read_curve(result: ResultReader, folder: Path) -> tuple[Array, Array]:
-    """Return the travel of a curve and its numbers; raise `SimulationFailed` as `read_number` does."""
+    """Return the travel and the response of a curve; raise `SimulationFailed` as `read_number` does."""
     numbers, along = _series(result, folder)
     y, x = _finite(numbers), np.asarray([] if along is None else along, dtype=float)
     if x.size != y.size:
@@ -84,7 +85,10 @@ def _series(result: ResultReader, folder: Path) -> _Series:
 
 
 def read_text(folder: Path, name: str, most: int = 200 * MIB) -> str:
-    """Return a file of the run folder as text; one that a link leads out of the folder is not there."""
+    """Return the text of a file in the run folder; raise `SimulationFailed` if it is missing, empty or unreadable.
+
+    A link to a file outside the folder counts as missing.
+    """
     path = folder / name
     try:
         inside = path.resolve().is_relative_to(folder.resolve())
@@ -102,31 +106,24 @@ def read_text(folder: Path, name: str, most: int = 200 * MIB) -> str:
 
 def _json(text: str, result: ResultReader) -> _Series:
     try:
-        data = json.loads(text, parse_int=float)  # a whole number of a thousand digits is infinite
+        data = json.loads(text, parse_int=float)  # a whole number of a thousand digits becomes infinite
     except (ValueError, RecursionError) as error:
         raise SimulationFailed("bad_result", f"{result.file} is not valid JSON: {str(error)[:200]}") from None
-    path = result.path or ""
-    y = _numbers(_found(data, path, result.file), path)
-    x = None if result.along is None else _numbers(_found(data, result.along, result.file), result.along)
-    return y, x
+    y = _numbers_at(data, result.path or "", result.file)
+    return y, None if result.along is None else _numbers_at(data, result.along, result.file)
 
 
-def _found(data: Any, path: str, file: str) -> Any:
+def _numbers_at(data: Any, path: str, file: str) -> list[float]:
     for step in path.split("."):
         try:
             data = data[int(step)] if isinstance(data, list) else data[step]
         except (KeyError, IndexError, ValueError, TypeError):
             raise SimulationFailed("no_result", f"{file} has no entry {path!r} ({step!r} was not found)") from None
-    return data
-
-
-def _numbers(data: Any, where: str) -> list[float]:
-    values = data if isinstance(data, list) else [data]
-    return [_number(value, where) for value in values]
+    return [_number(value, path) for value in (data if isinstance(data, list) else [data])]
 
 
 def _number(value: Any, where: str) -> float:
-    """Return a number, or NaN for none."""
+    """Return a value as a number, NaN for a missing value; raise `SimulationFailed` for any other value."""
     if value is None:
         return float("nan")
     if isinstance(value, str):
@@ -167,39 +164,39 @@ def _regex(text: str, file: str, pattern: str) -> _Series:
     if not matches:
         raise SimulationFailed("no_result", f"{file} contains no match for the pattern")
     groups = [number, "x"] if along else [number]
-    ended = dict.fromkeys((row for row, _ in matches), 0)  # where the match before in the line ends
+    previous_end = dict.fromkeys((row for row, _ in matches), 0)  # of the previous match in the line
     for row, match in matches:
         for group in groups:
-            if _is_part_of_number(match, group, ended[row]):
+            if _is_part_of_number(match, group, previous_end[row]):
                 raise SimulationFailed(
                     "bad_result",
                     f"{file}, line {row}: the pattern matches {match[group]!r}, which is only part of a number in "
                     f"{match.string.strip()[:80]!r}; extend the group to the whole number, as in (\\S+)",
                 )
-        ended[row] = match.end()
+        previous_end[row] = match.end()
     y, *x = ([_number(match[group], f"{file}, line {row}") for row, match in matches] for group in groups)
     return y, x[0] if x else None
 
 
-# What continues a number: a digit, a decimal point, an exponent (also 1.5-101 of Fortran, and × 10^3).
+# Characters that continue a number: a digit, a decimal point, an exponent (including 1.5-101 of Fortran and × 10^3).
 _CONTINUES = re.compile(r"\.?\d|\.?[eEdD][-+]?\d|\.?\s*[x×*·]\s*10\s*(\^|\*\*)|\^\d", re.ASCII)
 _FORTRAN = re.compile(r"[-+]\d{3}(?!\d)", re.ASCII)
 _BEGINS = re.compile(r"\d\.?$|\d\.?[eEdD][-+]?$", re.ASCII)
-# What may continue one, or separate it from the next: a comma or another mark between digits; a sign, a point before.
+# Characters that may be part of a number or separate two numbers: thousands separators; before it, a sign or a point.
 _MARK = "[,'’_\u00a0\u2009\u202f]"
 _AFTER = re.compile(rf"{_MARK}\d", re.ASCII)
 _BEFORE = re.compile(rf"\d{_MARK}$|[-−–.]$", re.ASCII)
-_COLUMNS = re.compile(r"\.\{\d+\}\)")  # a group of a fixed width: columns may touch
+_COLUMNS = re.compile(r"\.\{\d+\}\)")  # a group of fixed width: columns may touch
 
-# A thousand and its hundreds, apart: nothing next to them is a number, as it would be in a row of a table.
+# A number with spaces as thousands separators. No other number is next to it, unlike in a row of a table.
 _GROUPED = re.compile(r"(?<![\d.,])(?<!\d )[1-9]\d{0,2}( \d{3})+(\.\d+)?(?! ?[\d.,+-])", re.ASCII)
 
 
-def _is_part_of_number(match: re.Match[str], group: str | int, ended: int = 0) -> bool:
-    r"""Return whether a group of a match contains only part of the number in the line.
+def _is_part_of_number(match: re.Match[str], group: str | int, previous_end: int = 0) -> bool:
+    r"""Check whether a group of a match contains only part of a number in the line.
 
-    A comma, a sign or another mark next to the group is no part of the number if the pattern requires that mark,
-    or if the match before, which `ended` after the mark, has it.
+    A comma, a sign or another mark next to the group is not part of the number if the pattern requires that mark, or
+    if it is before the end of the previous match.
 
     >>> [_is_part_of_number(re.search(p, "F = -3,958.4"), 1) for p in (r"([\d.]+)", r"(3),", r"= (\S+)")]
     [True, True, False]
@@ -212,23 +209,23 @@ def _is_part_of_number(match: re.Match[str], group: str | int, ended: int = 0) -
         return False
     if _CONTINUES.match(after) or (number[0] not in "+-" and _BEGINS.search(before)):
         return True
-    for one in _GROUPED.finditer(line):
-        inside = one.start() <= start and end <= one.end()
-        before_read = one.start() == start or match.start() < start - 1
-        after_read = one.end() == end or match.end() > end + 1
+    for whole in _GROUPED.finditer(line):
+        inside = whole.start() <= start and end <= whole.end()
+        before_read = whole.start() == start or match.start() < start - 1
+        after_read = whole.end() == end or match.end() > end + 1
         if inside and not (before_read and after_read):
             return True
     if "." in number and _FORTRAN.match(after) and number[-1].isdigit():
         return True
     following = match.re.search(line, match.end())
-    at_mark = match.end() == end + 1 and _AFTER.match(after)  # the match ends at the mark between digits
+    at_mark = match.end() == end + 1 and _AFTER.match(after)  # the match ends with a thousands separator
     if at_mark and "." not in number:
         of_list = following is not None and following.start(group) == end + 1
         if not of_list or (len(number.lstrip("+-")) <= 3 and re.match(r".\d{3}(?!\d)", after)):
             return True
     marks = [end] if _AFTER.match(after) else []
-    marks += [start - 1] if start > ended and number[0] not in "+-" and _BEFORE.search(before) else []
-    # a pattern that finds the same text with another mark in its place ignores the mark
+    marks += [start - 1] if start > previous_end and number[0] not in "+-" and _BEFORE.search(before) else []
+    # if the pattern also matches with another character in place of the mark, it does not require the mark
     others = [line[:place] + "\N{SECTION SIGN}" + line[place + 1 :] for place in marks]
     if any(other.span(group) == match.span(group) for text in others for other in match.re.finditer(text)):
         return True
@@ -247,14 +244,14 @@ def _finite(numbers: Sequence[float]) -> Array:
 
 
 def required_number(text: str) -> float:
-    """Return the number that a text is; raise `SimulationFailed` if it is none."""
+    """Return a text as a number; raise `SimulationFailed` if it is not a number."""
     if (number := _number_of(text)) is None:
         raise SimulationFailed("bad_result", f"{text[:40]!r} is not a number")
     return number
 
 
 def _number_of(text: str) -> float | None:
-    """Return the number that a text is, NaN if it marks a missing value or an overflow; None for any other."""
+    """Return a text as a number, NaN for a missing value or an overflow; None if the text is neither."""
     text = text.strip()
     if _NUMBER.fullmatch(text):
         parts = _PARTS.fullmatch(text)

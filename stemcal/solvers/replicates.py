@@ -1,4 +1,4 @@
-"""Replicates and seeds: numbered simulations of the same levels, each a run with its own seed."""
+"""Replicates, the numbered simulations of the same levels, and the seed of each of them."""
 
 import hashlib
 import json
@@ -10,11 +10,11 @@ from stemcal.storage.typed import absent
 from stemcal.study.types.named import REPLICATE, SEED
 from stemcal.vocabulary import CUTTING, FIRST, Vocabulary
 
-MOST_SEED = 900_000_000  # the largest that LAMMPS takes
+MOST_SEED = 900_000_000  # the largest seed that LAMMPS accepts
 
 
 def repeated(requests: Sequence[Request], times: int) -> list[Request]:
-    """Return n numbered copies of every request; the requests themselves for 0, a deterministic program."""
+    """Return each request `times` times, numbered as replicates; for 0 (a deterministic program) unchanged."""
     if not times:
         return list(requests)
     return [replace(request, replicate=n) for request in requests for n in range(1, times + 1)]
@@ -22,19 +22,24 @@ def repeated(requests: Sequence[Request], times: int) -> list[Request]:
 
 @dataclass(frozen=True)
 class Replicates:
-    """The responses of a point's replicates that succeeded, the first and the `further`, and the keys of all."""
+    """The replicates of a point.
+
+    values    the first response of each replicate that succeeded
+    keys      the record keys of all replicates
+    further   the values of the other responses, by name
+    """
 
     values: tuple[float, ...]
     keys: tuple[str, ...]
     further: dict[str, tuple[float, ...]] | None = absent()
 
     def of(self, response: str) -> tuple[float, ...]:
-        """Return the values of a response by its name, or of the first one for `FIRST`."""
+        """Return the values of a response by its name; `FIRST` means the first response."""
         return self.values if response == FIRST else (self.further or {}).get(response, ())
 
 
 def values_of(request: Request, seed: int = 0, naming: Vocabulary = CUTTING) -> dict[str, str]:
-    """Return the text of each placeholder: the shortest text of its number; a factor's own name goes first."""
+    """Return the text that replaces each placeholder; a factor named as another placeholder has priority."""
     drawn = {SEED: str(seed), REPLICATE: str(request.replicate)}
     levels = {name: repr(float(value)) for name, value in request.levels.items()}
     at = {} if naming.condition is None else {naming.condition.name: repr(float(request.condition))}
@@ -42,7 +47,7 @@ def values_of(request: Request, seed: int = 0, naming: Vocabulary = CUTTING) -> 
 
 
 def seed_of(request: Request) -> int:
-    """Return the seed of a run, 1 to 900 000 000: another one for each stage, row, replicate, diameter and levels.
+    """Return the seed of a run, 1 to 900 000 000, which depends on stage, row, replicate, condition and levels.
 
     >>> run = Request("screen", 0, {"friction": 0.3}, 1.0, replicate=1)
     >>> seed_of(run)

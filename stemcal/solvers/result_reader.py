@@ -1,4 +1,4 @@
-"""The keys of a result that a program leaves: the file, the numbers in it, and the one that is taken."""
+"""The keys of `result` in a spec: the file that a program writes, the numbers in it, and the one that is used."""
 
 import re
 from typing import Annotated, Literal, Self
@@ -9,28 +9,28 @@ from stemcal.study.types.field_types import Frozen, Number, complain
 from stemcal.vocabulary import CUTTING, Vocabulary
 
 
-def _inside_run_folder(given: object) -> object:
-    """Refuse names that leave the run folder, on any system."""
-    if not isinstance(given, str):
-        return given
-    parts = given.replace("\\", "/").split("/")
-    if not given.strip() or "\0" in given or ":" in given or given[0] in "/\\" or ".." in parts or len(given) > 255:
-        raise complain(f"{given[:60]!r} is not a file in the run folder", "write a file name, such as out.csv")
-    return given
+def _inside_run_folder(value: object) -> object:
+    """Refuse a path that leads out of the run folder on any operating system."""
+    if not isinstance(value, str):
+        return value
+    parts = value.replace("\\", "/").split("/")
+    if not value.strip() or "\0" in value or ":" in value or value[0] in "/\\" or ".." in parts or len(value) > 255:
+        raise complain(f"{value[:60]!r} is not a file in the run folder", "write a file name, such as out.csv")
+    return value
 
 
-def _pattern(given: object, info: ValidationInfo) -> object:
-    if not isinstance(given, str):
-        return given
+def _pattern(value: object, info: ValidationInfo) -> object:
+    if not isinstance(value, str):
+        return value
     try:
-        groups = re.compile(given).groups
+        groups = re.compile(value).groups
     except (re.error, OverflowError, RecursionError) as error:
         raise complain(f"the pattern is not a valid regular expression: {error}", "correct the expression") from None
     if groups == 0:
         naming: Vocabulary = (info.context or {}).get("naming", CUTTING)
         remedy = f"write a pattern such as '{naming.response.name} = (\\S+)'"
         raise complain("the pattern has no capture group around the number", remedy)
-    return given
+    return value
 
 
 RunFile = Annotated[
@@ -71,9 +71,9 @@ class ResultReader(Frozen):
 
     @model_validator(mode="after")
     def _names_numbers_once(self) -> Self:
-        given = [name for name in ("column", "path", "pattern") if getattr(self, name) is not None]
-        if len(given) != 1:
-            wrong = f"has {' and '.join(given)}" if given else "does not specify which numbers to read"
+        keys = [name for name in ("column", "path", "pattern") if getattr(self, name) is not None]
+        if len(keys) != 1:
+            wrong = f"has {' and '.join(keys)}" if keys else "does not specify which numbers to read"
             remedy = "use exactly one of `column: …` (CSV), `path: …` (JSON) and `pattern: …` (text)"
             raise complain(f"the reader {wrong}", remedy)
         if self.pattern is not None and self.along is not None:

@@ -1,4 +1,7 @@
-"""What must hold for the keys of one kind of solver: templates, results, decks, elements."""
+"""Rules that check the `solver` section of a spec for each kind of solver: templates, results, decks, elements.
+
+Each rule yields its violations as findings; its docstring states the rule.
+"""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -15,14 +18,14 @@ from stemcal.vocabulary import FIRST, FORCE
 
 _MOST_UNKNOWN = 20
 _RESERVED = {"program-output.txt"}
-# More elements across a stem would be thousands of millions in it.
+# Elements across the diameter; with more of them, the stem would have thousands of millions of elements.
 _MOST_ACROSS = 1000.0
-# Of the diameter: between two supports stems are in two parts after 0.35 to 0.65 of it.
+# Least stroke of a whole cut as a share of the diameter. Stems between two supports are in two parts at 0.35 to 0.65.
 _LEAST_CUT = 1.0 / 3.0
 
 
 def _elements_fit_stem(draft: Draft, solver: EmbeddedSolver) -> Iterator[Finding]:
-    """An element is smaller than the radius of the thinnest stem, and no mesh has more elements than can be counted."""
+    """An element must be smaller than the radius of the thinnest stem, and the number of elements must be plausible."""
     if not draft.diameters:
         return
     thinnest, thickest = min(draft.diameters.values()), max(draft.diameters.values())
@@ -35,7 +38,7 @@ def _elements_fit_stem(draft: Draft, solver: EmbeddedSolver) -> Iterator[Finding
 
 
 class _Templated(Protocol):
-    """Options of a solver that fills in templates."""
+    """Options of a solver with template files."""
 
     @property
     def templates(self) -> tuple[Path, ...]: ...
@@ -45,7 +48,7 @@ class _Templated(Protocol):
 
 
 def _texts(solver: _Templated) -> Iterator[tuple[NodePath, str, bytes | OSError]]:
-    """Yield place, name and content of each template, or why it cannot be read; then of the command's arguments."""
+    """Yield the place in the spec, file name and content (or error) of each template, then of each command argument."""
     for index, path in enumerate(solver.templates):
         try:
             yield ("solver", "templates", index), path.name, template_bytes(path)
@@ -56,7 +59,7 @@ def _texts(solver: _Templated) -> Iterator[tuple[NodePath, str, bytes | OSError]
 
 
 def _placeholders_are_known(draft: Draft, solver: _Templated) -> Iterator[Finding]:
-    """Templates and arguments name factors of the study or the diameter, nothing else."""
+    """Each placeholder in templates and arguments must be a factor, the condition, the seed or the replicate."""
     condition = draft.naming.condition
     known = (*draft.names, *([] if condition is None else [condition.name]), *CHANCE)
     for node, file, content in _texts(solver):
@@ -72,9 +75,9 @@ def _placeholders_are_known(draft: Draft, solver: _Templated) -> Iterator[Findin
 
 
 def _placeholders_are_used(draft: Draft, solver: CommandSolver) -> Iterator[Finding]:
-    """Every factor is in a template or an argument; one that does not has no effect."""
+    """Each factor must be a placeholder in a template or an argument; otherwise it has no effect."""
     contents = [content for _, _, content in _texts(solver)]
-    used = {name for one in contents if not isinstance(one, OSError) for _, name in placeholders(one)}
+    used = {name for text in contents if not isinstance(text, OSError) for _, name in placeholders(text)}
     if any(isinstance(content, OSError) for content in contents):
         return
     for index, factor in draft.factors.items():
@@ -84,17 +87,17 @@ def _placeholders_are_used(draft: Draft, solver: CommandSolver) -> Iterator[Find
 
 
 def _chance_is_declared(draft: Draft, solver: _Templated) -> Iterator[Finding]:
-    """A program that takes a seed, or is asked several times over, is not called deterministic."""
+    """Only a stochastic program, which has the key `replicates`, may use the seed or the replicate."""
     for node, _, content in () if solver.repeats else _texts(solver):
-        found = [] if isinstance(content, OSError) else [name for _, name in placeholders(content)]
-        for name in dict.fromkeys(found):
+        names = [] if isinstance(content, OSError) else [name for _, name in placeholders(content)]
+        for name in dict.fromkeys(names):
             if name in CHANCE and name not in draft.names:
                 message = f"{{{{{name}}}}} is allowed only for a stochastic program"
                 yield Finding(node, message, "write `replicates: 1` under `solver`")
 
 
 def _run_files_differ(_draft: Draft, solver: _Templated) -> Iterator[Finding]:
-    """The files of a run have different names, also where case does not count; what is read the program has written."""
+    """Files of a run must have different names, even if case is ignored, and must not be named as the result file."""
     readers = solver.result.values() if isinstance(solver, CommandSolver) else ()
     seen, read = set(_RESERVED), {reader.file.lower() for reader in readers}
     for key in ("templates", "files"):
@@ -109,7 +112,7 @@ def _run_files_differ(_draft: Draft, solver: _Templated) -> Iterator[Finding]:
 
 
 def _every_response_is_read(draft: Draft, solver: CommandSolver) -> Iterator[Finding]:
-    """A program leaves each response; a single reader serves a single one."""
+    """Each response must have a reader; a reader without a name is allowed if there is only one response."""
     names, path = [response.name for response in draft.naming.responses], ("solver", "result")
     if draft.naming.response == FORCE:
         scores = named_modes(draft.study.targets.modes.values())
@@ -118,8 +121,8 @@ def _every_response_is_read(draft: Draft, solver: CommandSolver) -> Iterator[Fin
         yield Finding(("solver",), "'result' is missing", "add a line `result: …`")
     elif FIRST in readers:
         if len(names) > 1:
-            each = " and ".join(f"`{name}: {{file: …}}`" for name in names[:2])
-            remedy = f"write one reader for each response, such as {each}"
+            examples = " and ".join(f"`{name}: {{file: …}}`" for name in names[:2])
+            remedy = f"write one reader for each response, such as {examples}"
             yield Finding(path, f"one reader cannot return {len(names)} responses", remedy)
         return
     for name in readers:
@@ -147,14 +150,14 @@ def _command_names_deck(_draft: Draft, solver: DeckSolver) -> Iterator[Finding]:
 
 
 def _keys_are_of_the_program(_draft: Draft, solver: DeckSolver) -> Iterator[Finding]:
-    """A deck's solver has no keys of the other program."""
+    """The key `command` is for LS-DYNA only, the key `home` for OpenRadioss only."""
     key, other = ("home", "openradioss") if solver.program == "lsdyna" else ("command", "lsdyna")
     if key in solver.model_fields_set:
         yield Finding(("solver", key), f"this key applies only to `program: {other}`", "remove this key")
 
 
 def _openradioss_hardens_isotropically(draft: Draft, solver: DeckSolver) -> Iterator[Finding]:
-    """The card that OpenRadioss deletes elements by has no hardening parameter."""
+    """The hardening parameter cannot be a factor for OpenRadioss: its material card with element deletion lacks it."""
     for index, factor in draft.factors.items():
         if factor.name == "hardening_parameter" and solver.program == "openradioss":
             message = "the parameter has no effect because the OpenRadioss deck uses isotropic hardening"
@@ -163,7 +166,7 @@ def _openradioss_hardens_isotropically(draft: Draft, solver: DeckSolver) -> Iter
 
 
 def _whole_cut_can_part(draft: Draft, solver: EmbeddedSolver) -> Iterator[Finding]:
-    """A whole cut has nodes under the edge, the lengths that parting needs, and a stroke that is enough."""
+    """A whole cut requires nodes under the edge, two lengths for the parting of the stem, and a sufficient stroke."""
     study = draft.study
     if study.supports.kind != "span" and solver.edge_over == "elements":
         message = f"`supports.kind: {study.supports.kind}` requires a row of nodes under the edge"
@@ -192,22 +195,17 @@ OF_TEMPLATES = (_placeholders_are_known, _chance_is_declared, _run_files_differ)
 OF_COMMAND = (*OF_TEMPLATES, _placeholders_are_used, _every_response_is_read)
 
 
-def _written(value: str | float) -> str:
-    """Return an angle with its unit, a word as it is."""
-    return value if isinstance(value, str) else f"{value:g} deg"
-
-
 def _deck_ends_at_the_first_fracture(draft: Draft, _solver: DeckSolver) -> Iterator[Finding]:
-    """A deck has two supports, and deletes elements until the stem fractures."""
+    """A deck has two supports and a blade without sliding, and the test in it ends at the first fracture."""
     study = draft.study
     for key, value, usual in (
         (("supports", "kind"), study.supports.kind, "span"),
         (("loading", "until"), study.loading.until, "first_fracture"),
-        (("blade", "sliding_angle"), study.blade.sliding_angle, 0.0),
+        (("blade", "sliding_angle"), f"{study.blade.sliding_angle:g} deg", "0 deg"),
     ):
         if value != usual:
-            message = f"`{key[1]}: {_written(value)}` is not available in a deck"
-            yield Finding(key, message, f"write `{key[1]}: {_written(usual)}`, or use `solver: {{kind: embedded}}`")
+            message = f"`{key[1]}: {value}` is not available in a deck"
+            yield Finding(key, message, f"write `{key[1]}: {usual}`, or use `solver: {{kind: embedded}}`")
 
 
 _OF_PROGRAM = (_command_names_deck, _keys_are_of_the_program, _openradioss_hardens_isotropically)
