@@ -1,4 +1,4 @@
-"""The climb between screening and surface: active factors stepped together towards the target."""
+"""The stage climb: steepest ascent of the significant factors between screening and response surface."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 class Climb(Stage[Any]):
-    """Steps along the slope that the screening found; the best one centres the design of the surface."""
+    """Steps of steepest ascent; the best step is the centre of the design of the surface."""
 
     name, title, reads = "climb", "Climb", ("climb", "rsm", "targets")
     one_by_one = True

@@ -1,8 +1,8 @@
-"""The climb between screening and surface: active factors stepped together towards the target.
+"""The analysis of the stage climb: steepest ascent between screening and response surface.
 
-The first-order model of a two-level screening, F = F₀ + Σ bⱼxⱼ with bⱼ half the effect, rises fastest along b (Box and
-Wilson, J. R. Stat. Soc. B 13 (1951) 1–45). A study that wants one force walks up or down that line until the force has
-passed the target.
+The first-order model of a two-level screening, F = F₀ + Σ bⱼxⱼ with bⱼ half the effect, increases fastest along b (Box
+and Wilson, J. R. Stat. Soc. B 13 (1951) 1–45). As the target is one value of the response, the steps follow this line
+up or down until the response has passed the target.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -27,13 +27,12 @@ from stemcal.storage.rows import Rows
 from stemcal.study.model.study import Study
 from stemcal.vocabulary import Wording
 
-# Of each range, how much the design of the surface covers around the best step.
-_SHARE = 0.5
+_SHARE = 0.5  # of each range, covered by the design of the surface about the best step
 
 
 @a_stage(ClimbResult)
 def climb(work: Work, head: Head) -> ClimbResult:
-    """Step the active factors together towards the target, and centre the surface's design on the best step."""
+    """Step the significant factors together towards the target, and centre the next design on the best step."""
     study, before, simulate = work.study, work.result(ScreenResult), work.simulating("climb")
     names, chosen = surface_factors(study, work.solver, before)
     target = study.calibration_target.response
@@ -69,7 +68,7 @@ def _notes(rows: Sequence[ClimbRow], best: ClimbRow, reached: bool, names: Wordi
 
 
 def _walk(study: Study, names: list[str], screened: ScreenResult, simulate: SimulateAt) -> list[ClimbRow]:
-    """Simulate the centre, then step along the slope until the response has passed the target."""
+    """Simulate the centre, and then step by step until the response has passed the target."""
     target = study.calibration_target.response
     rows = _rows(study, names, [[0.0] * len(names)], simulate)
     start = rows[0].outcome
@@ -84,7 +83,7 @@ def _walk(study: Study, names: list[str], screened: ScreenResult, simulate: Simu
 
 
 def _leap(study: Study, names: list[str], screened: ScreenResult, simulate: SimulateAt) -> list[ClimbRow]:
-    """Simulate the whole path together; the mean of the screening is what a plane has at its centre."""
+    """Simulate all steps at once; the mean response of the screening decides whether to increase the response."""
     known = [run.response for run in screened.design.runs if run.response is not None]
     rise = sum(known) / len(known) < study.calibration_target.response
     rows = _rows(study, names, _path(study, names, screened, rise), simulate)
@@ -96,7 +95,7 @@ def _leap(study: Study, names: list[str], screened: ScreenResult, simulate: Simu
 def _rows(
     study: Study, names: list[str], points: Iterable[Sequence[float]], simulate: SimulateAt, first: int = 0
 ) -> list[ClimbRow]:
-    """Simulate coded points together; `first` is the step of the first one."""
+    """Simulate coded points at once; `first` is the step number of the first point."""
     coded = [dict(zip(names, map(float, point), strict=True)) for point in points]
     factors = [study.factor(name) for name in names]
     varied = [{f.name: float(f"{f.centre + f.half_range * point[f.name]:.12g}") for f in factors} for point in coded]
@@ -109,7 +108,7 @@ def _rows(
 
 
 def _around(study: Study, name: str, level: float, k: int) -> CodedScale:
-    """Return the coding of a design that reaches over a share of the range about a level, inside the range."""
+    """Return the coding of a design that covers a share of the range about a level, inside the range."""
     factor, reach = study.factor(name), study.of(RsmOptions).reach(k)
     span = _SHARE * factor.half_range
     center = min(max(level, factor.low + span), factor.high - span)
@@ -117,7 +116,7 @@ def _around(study: Study, name: str, level: float, k: int) -> CodedScale:
 
 
 def later(study: Study) -> Later | None:
-    """Return the usual and the largest number of steps."""
+    """Return the usual rounds of runs, and a note with the largest number of steps."""
     if (options := study.given(ClimbOptions)) is None:
         return None
     when = "simultaneously" if options.at_once else "one after another"
@@ -131,9 +130,9 @@ def _path(study: Study, names: list[str], screened: ScreenResult, rise: bool) ->
 
 
 def ascent_path(effects: ArrayLike, steps: int, rise: bool) -> Array:
-    """Return (steps + 1, k) coded points from the centre to where the strongest factor meets its range.
+    """Return the coded points, (steps + 1, k), from the centre to where the strongest factor reaches its limit.
 
-    `effects` (k,) are mean(high) − mean(low); `rise` if the target is above the force at the centre.
+    `effects` (k,) are mean(high) − mean(low); `rise` if the target is above the response at the centre.
 
     >>> ascent_path([40.0, -20.0], 2, rise=True).tolist()
     [[0.0, -0.0], [0.5, -0.25], [1.0, -0.5]]
@@ -150,7 +149,7 @@ def ascent_path(effects: ArrayLike, steps: int, rise: bool) -> Array:
 
 
 def passed(responses: Sequence[float | None], target: float) -> bool:
-    """Check for forces on both sides of the target.
+    """Check that there are responses on both sides of the target.
 
     >>> passed([100.0, None, 150.0], 159.2), passed([100.0, 150.0, 165.0], 159.2)
     (False, True)
@@ -160,6 +159,6 @@ def passed(responses: Sequence[float | None], target: float) -> bool:
 
 
 def nearest_step(responses: Sequence[float | None], target: float) -> int:
-    """Return the index of the force nearest to the target; failed steps are passed over."""
+    """Return the index of the response nearest to the target; failed steps are skipped."""
     known = [i for i, response in enumerate(responses) if response is not None]
     return min(known, key=lambda i: abs((responses[i] or 0.0) - target))

@@ -1,4 +1,4 @@
-"""The section of the climb: steps between screening and surface."""
+"""The `climb` section."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class ClimbOptions(Frozen):
 
 
 def _follows_a_slope(draft: Draft) -> Iterator[Finding]:
-    """Without a screening there is no slope to climb along."""
+    """Check that a study with steepest ascent has a screening."""
     if not draft.study.of(ScreenOptions).wanted and draft.study.given(ClimbOptions) is not None:
         message = "steepest ascent requires a screening, which this study does not have"
         yield Finding(("climb",), message, "remove `screen.design: none`")

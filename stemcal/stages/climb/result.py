@@ -1,4 +1,4 @@
-"""The result of a climb: every step towards the target, and the coding of a design centred on the best one."""
+"""The result of the stage climb: all steps, and the coding of a design centred on the best one."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ from stemcal.storage.typed import Spread, inline
 
 @dataclass(frozen=True)
 class ClimbRow(Spread):
-    """One step: where it was, its error against the target and what came of it."""
+    """One step: its levels, its error relative to the target, and the outcome of its run."""
 
     step: int
     levels: dict[str, float]
@@ -25,7 +25,7 @@ class ClimbRow(Spread):
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class ClimbResult(StageResult):
-    """The steps towards the target, the best one, and the coding of a design centred on it."""
+    """The steps towards the target, the best step, and the coding of a design centred on it."""
 
     name: ClassVar[str] = "climb"
     shown = ("solution",)

@@ -1,4 +1,4 @@
-"""How a climb is shown: how near it came to the target, and every step."""
+"""Sentences and tables of steepest ascent."""
 
 from stemcal.drawing.columns import ERROR, levels, simulated
 from stemcal.drawing.showing import Showing
@@ -9,7 +9,7 @@ from stemcal.vocabulary import Wording
 
 
 class ClimbShowing(Showing[ClimbResult]):
-    """The words and tables of a climb."""
+    """Sentences and tables of steepest ascent."""
 
     def outcome(self, result: ClimbResult, names: Wording) -> list[str]:
         moved = "was changed" if len(result.names) == 1 else "were changed together"

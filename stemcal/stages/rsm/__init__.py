@@ -1,4 +1,4 @@
-"""The response surface, the stage rsm: a quadratic in the factors that matter, fitted to the runs of a design."""
+"""The stage rsm: a quadratic response surface in the selected factors, fitted to the runs of a design."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ class Rsm(Stage[Any]):
         return bool(self.options(study).wanted)
 
     def needs(self, study: Study) -> str | None:
-        """Return a climb if there is one, else the screening; a surface of named factors needs neither."""
+        """Return the climb if the study has one, else the screening; None if the spec names the factors."""
         if stage_called("climb").asked_for(study):
             return "climb"
         return "screen" if isinstance(self.options(study).factors, str) else None
 
     def inputs(self, study: Study) -> Mapping[str, object]:
-        """Return another package's design, where a joint fit has it run as well, and what it fits there."""
+        """Return the version of another package's design, and the fitted conditions and responses of a joint fit."""
         from stemcal.doe.designs import SURFACES
 
         joint, package = study.joint_targets, SURFACES.version_of(self.options(study).design)

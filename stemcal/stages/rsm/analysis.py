@@ -1,4 +1,4 @@
-"""The response surface as a stage: its design run, its terms fitted."""
+"""The analysis of the stage rsm: run the design and fit the surface."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
@@ -36,13 +36,13 @@ from stemcal.study.model.measured_targets import Target
 from stemcal.study.model.study import Study
 from stemcal.vocabulary import FIRST, Wording
 
-_USUAL_FACTORS = 3  # that a screening keeps
+_USUAL_FACTORS = 3  # assumed number of factors that a screening selects
 _KEPT_P = 0.1  # terms with a larger p are removed
 
 
 @a_stage(RsmResult)
 def rsm(work: Work, head: Head) -> RsmResult:
-    """Run the design of the surface over the factors that matter and fit it."""
+    """Run the design over the selected factors and fit the response surface."""
     study, solver = work.study, work.solver
     names, coding, chosen = _factors(study, solver, _read_before(study, solver, work.folder))
     design = study_design(study, solver, names, coding)
@@ -96,7 +96,7 @@ def _notes(result: RsmResult) -> Iterator[Note]:
 def _fit_terms(
     study: Study, design: Design, runs: Sequence[DesignRun], axis: ConditionAxis | None
 ) -> tuple[Surface, tuple[ReductionStep, ...] | None]:
-    """Fit the surface to runs as the spec chooses; returns it, and the terms removed if some were to be."""
+    """Fit the surface as the spec specifies; return it with the removed terms, None without elimination."""
     logarithm, values = axis is not None and FIRST in axis.logarithms, np.array([run.number(FIRST) for run in runs])
     data, names = (design.coded, np.log(values) if logarithm else values, design.names), Wording(study.naming)
     names = Wording(study.naming.of_logarithm) if logarithm else names
@@ -106,7 +106,7 @@ def _fit_terms(
 
 
 def _read_before(study: Study, solver: Solver, folder: StudyFolder) -> StageResult | None:
-    """Return the screening, or the climb, that the surface follows; None where the spec names its factors."""
+    """Return the result of the climb or the screening before it; None if the spec names the factors."""
     before = stage_called("rsm").needs(study)
     return read_fresh(study, solver, folder, stage_called(before).result()) if before else None
 
@@ -114,7 +114,7 @@ def _read_before(study: Study, solver: Solver, folder: StudyFolder) -> StageResu
 def _factors(
     study: Study, solver: Solver, before: Any
 ) -> tuple[Sequence[str], Mapping[str, CodedScale], Sequence[Note]]:
-    """Return the factors, the coding that a climb found for them, and notes on how they were chosen."""
+    """Return the factors, the coding that a climb found for them, and notes on their selection."""
     if before is not None and before.recentred is not None:
         return tuple(before.recentred), before.recentred, ()
     names, chosen = surface_factors(study, solver, before)
@@ -122,7 +122,7 @@ def _factors(
 
 
 def foresee(study: Study, solver: Solver, folder: StudyFolder | None) -> Asked:
-    """Return the runs of the design, of an assumed number of factors as long as a screening has to choose."""
+    """Return the runs of the design; the number of factors is assumed while a screening has not selected them."""
     before, table = None, solver.given_design("rsm")
     with suppress(UsageError):
         before = None if folder is None else _read_before(study, solver, folder)
@@ -146,7 +146,7 @@ def foresee(study: Study, solver: Solver, folder: StudyFolder | None) -> Asked:
 
 
 def _at_condition(work: Work, target: Target, result: RsmResult, design: Design) -> AtCondition:
-    """Run the design at a diameter of the joint fit and fit the surfaces there, of the same terms as `result`."""
+    """Run the design at a condition of the joint fit, and fit surfaces with the same terms as `result`."""
     condition, study = target.condition, work.study
     requests = design.requests(condition)
     outcomes = work.outcomes(requests)
@@ -175,7 +175,7 @@ def _further_responses(study: Study, result: RsmResult, axis: ConditionAxis) -> 
 def study_design(
     study: Study, solver: Solver, names: Sequence[str], found: Mapping[str, CodedScale] = MappingProxyType({})
 ) -> Design:
-    """Return the design of the spec over the named factors, or the rows the solver has."""
+    """Return the design of the spec over the named factors, or the one in the table of the solver."""
     options, coding, table = study.of(RsmOptions), _coding(study, names, found), solver.given_design("rsm")
     if table is not None:
         return given_design("rsm", study, coding, table)
@@ -187,7 +187,7 @@ def study_design(
 
 
 def _coding(study: Study, names: Sequence[str], found: Mapping[str, CodedScale]) -> Coding:
-    """Return the coding of the spec, else `found` by a climb, else with the outermost runs at the ends."""
+    """Return the coding from the spec, else `found` by a climb, else with the outermost runs at the ends."""
     options, factors = study.of(RsmOptions), [study.factor(name) for name in names]
     reach = options.reach(dimensions(study, names))
     ranged = Coding.from_ranges(names, [f.low for f in factors], [f.high for f in factors], reach=reach)
@@ -199,7 +199,7 @@ def _coding(study: Study, names: Sequence[str], found: Mapping[str, CodedScale])
 
 
 def _pure_error_of(design: DesignRuns, names: Wording, by_chance: bool) -> Note | None:
-    """Return the note on the scatter of runs at the same levels; None without such runs."""
+    """Return a note on the scatter of runs at equal levels; None if there are no such runs."""
     groups: dict[tuple[float, ...], list[float]] = {}
     for run in design.runs:
         if run.response is not None:

@@ -1,4 +1,4 @@
-"""The figures of a response surface: how well it fits its runs, and itself over each pair of factors."""
+"""Figures of a response surface: its fit to the runs, and the surface over each pair of factors."""
 
 from collections import Counter
 from collections.abc import Mapping
@@ -33,10 +33,10 @@ from stemcal.vocabulary import FIRST, Wording
 _Pair = tuple[str, str]
 _Grid = tuple[Array, Array, Array]
 _NORMAL = NormalDist()
-_GRID = 41  # values of each factor
-_LONGEST, _LONGEST_IN_SPACE = 46, 28  # cells of a line of an axis' name
-_STYLES = ("--", ":", "-.", (0, (1, 1)), (0, (6, 1)), (0, (4, 1, 1, 1, 1, 1)))  # of lines of a joint fit
-_HEIGHT = "viridis"  # its lightness rises steadily with the force
+_GRID = 41  # points of the grid along each factor
+_LONGEST, _LONGEST_IN_SPACE = 46, 28  # characters in a line of an axis label
+_STYLES = ("--", ":", "-.", (0, (1, 1)), (0, (6, 1)), (0, (4, 1, 1, 1, 1, 1)))  # lines of a joint fit
+_HEIGHT = "viridis"  # colour map whose lightness increases steadily
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ class Solution:
 
 
 def rsm_plots(rsm: RsmResult, solved: Solution | None, labels: Mapping[str, str]) -> list[Plot]:
-    """Return the figures of a surface; with a solution they show it."""
+    """Return the figures of a surface, with the solution marked if there is one."""
     observed = f"Simulated {rsm.naming.response.long} of each run versus the value predicted by the response surface."
     checks = (
         "Normal probability plot of the residuals (left), residuals versus predicted values (middle) and Cook's "
@@ -88,7 +88,7 @@ def _of_pair(rsm: RsmResult, pair: _Pair, solved: Solution | None, labels: Mappi
 
 
 def observed_predicted(rsm: RsmResult) -> Figure:
-    """Return simulated forces against what the surface predicts for them."""
+    """Draw the simulated responses versus those predicted by the surface."""
     runs = [(run.response, run.coded) for run in rsm.design.runs if run.response is not None]
     observed, predicted = [response for response, _ in runs], [float(rsm.response_at(coded)) for _, coded in runs]
     if rsm.over is not None:  # runs at several conditions, of the response or its logarithm
@@ -104,10 +104,10 @@ def observed_predicted(rsm: RsmResult) -> Figure:
 
 
 def diagnostics(rsm: RsmResult) -> Figure:
-    """Return residuals and influence of each run; source: Montgomery, Design and Analysis of Experiments, ch. 10."""
+    """Draw residuals and influence of each run; source: Montgomery, Design and Analysis of Experiments, ch. 10."""
     rows = rsm.runs_diagnostics
-    residuals = [row.studentised or 0.0 for row in rows]  # None where the surface passes through the run
-    # normal scores of (i − ½)/n; a sample of the normal law is on the line
+    residuals = [row.studentised or 0.0 for row in rows]  # None if the surface passes through the run
+    # normal scores of (i − ½)/n; normally distributed residuals are on the line
     scores = [_NORMAL.inv_cdf((rank + 0.5) / len(rows)) for rank in range(len(rows))]
     with new_figure(width=6.4, height=2.4) as figure:
         normal, over, influence = figure.subplots(1, 3)
@@ -124,7 +124,7 @@ def diagnostics(rsm: RsmResult) -> Figure:
 
 
 def _section_of(rsm: RsmResult, pair: _Pair, solved: Solution | None) -> _Grid:
-    """Return natural levels of both factors and the surface in N, (_GRID, _GRID) each, others at solution or centre."""
+    """Return the grids (_GRID, _GRID) of both factors and the response; other factors at solution or centre."""
     centre = {name: scale.center for name, scale in rsm.coding.items()}
     levels = [(centre if solved is None else solved.levels)[name] for name in rsm.names]
     at = rsm.scales.by_name(rsm.scales.to_coded(levels))
@@ -136,7 +136,7 @@ def _section_of(rsm: RsmResult, pair: _Pair, solved: Solution | None) -> _Grid:
 def contours(
     rsm: RsmResult, pair: _Pair, solved: Solution | None = None, labels: Mapping[str, str] | None = None
 ) -> Figure:
-    """Return lines of equal force over two factors, the others at solution or centre; `labels` replace factor names."""
+    """Draw contours over two factors, others at solution or centre; `labels` replace factor names."""
     grid = _section_of(rsm, pair, solved)
     levels = levels_of(grid[2])
     counts = Counter((run.levels[pair[0]], run.levels[pair[1]]) for run in rsm.design.runs)
@@ -159,7 +159,7 @@ def contours(
 def relief(
     rsm: RsmResult, pair: _Pair, solved: Solution | None = None, labels: Mapping[str, str] | None = None
 ) -> Figure:
-    """Return the response as height over two factors, the others at solution (star) or centre; contours on the base."""
+    """Draw the surface over two factors, others at solution (star) or centre, with contours on the base."""
     grid = _section_of(rsm, pair, solved)
     levels = levels_of(grid[2])
     base = levels[0] - 0.35 * (levels[-1] - levels[0])
@@ -187,7 +187,7 @@ def _height(rsm: RsmResult) -> str:
 
 
 def levels_of(response: Any) -> Any:
-    """Return round levels that span all forces."""
+    """Return round contour levels that span the responses."""
     from matplotlib.ticker import MaxNLocator
 
     return MaxNLocator(nbins=10, steps=[1, 2, 2.5, 5, 10]).tick_values(float(response.min()), float(response.max()))
@@ -202,7 +202,7 @@ def _label(axes: Any, rsm: RsmResult, pair: _Pair, labels: Mapping[str, str] | N
 
 
 def _mark_target(axes: Axes, rsm: RsmResult, grid: _Grid, solved: Solution, pair: _Pair) -> None:
-    """Draw the line on which the surface meets the measured force, those of a joint fit, and the solution."""
+    """Draw the contours at the measured means, those of a joint fit included, and the solution."""
     levels = [np.full(grid[0].size, solved.levels[name]) for name in rsm.names]
     for name, values in zip(pair, grid[:2], strict=True):
         levels[rsm.names.index(name)] = values.ravel()

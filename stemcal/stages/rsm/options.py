@@ -28,18 +28,18 @@ if TYPE_CHECKING:
 
 _NONE = "none"
 WITHOUT_SURFACE: Mapping[str, object] = {"rsm": {"design": _NONE}}
-"""The change of a spec by which a study has no response surface."""
+"""Change of a spec that removes the response surface."""
 
 
 class _OfSurfaces:
-    """The JSON schema of the name of a surface's design, read from the list of designs where it is wanted."""
+    """JSON schema of the name of a design, taken from the registered designs when the schema is written."""
 
     def __get_pydantic_json_schema__(self, _schema: Any, _handler: Any) -> dict[str, Any]:
         return {"enum": [*(design.name for design in SURFACES.all), _NONE], "type": "string"}
 
 
 def _surface_design(value: Any) -> str:
-    """Return the name of a design for the surface that exists, here or in another package."""
+    """Return the name of a design for the surface; raise a validation error if no package has this design."""
     if isinstance(value, str) and (value == _NONE or SURFACES.named(value) is not None):
         return value
     others = (repr(design.name) for design in SURFACES.all)
@@ -50,17 +50,17 @@ _STRONGEST = r"strongest ([1-9][0-9]?)"
 _NAMES = {"type": "array", "items": {"type": "string"}}
 
 
-def _chosen_or_names(given: Any) -> Any:
-    if isinstance(given, list | tuple) or given == "significant":
-        return given
-    if isinstance(given, str) and re.fullmatch(_STRONGEST, " ".join(given.split())):
-        return " ".join(given.split())
+def _chosen_or_names(value: Any) -> Any:
+    if isinstance(value, list | tuple) or value == "significant":
+        return value
+    if isinstance(value, str) and re.fullmatch(_STRONGEST, " ".join(value.split())):
+        return " ".join(value.split())
     message = "the value must be `significant`, `strongest 3` or a list of factor names"
     raise complain(message, "write `factors: significant`")
 
 
 def _factors_taken(design: str) -> tuple[int, int]:
-    """Return the least and greatest number of factors of a design for the surface."""
+    """Return the smallest and largest number of factors that a design supports."""
     known = SURFACES.named(design)
     return (2, MOST_FACTORS) if known is None else known.factors
 
@@ -118,7 +118,7 @@ class RsmOptions(Frozen):
     of the factor is used."""
 
     def coded(self, name: str) -> tuple[float, float]:
-        """Return centre and half step of a factor in `coding`."""
+        """Return the centre and half step of a factor that is listed in `coding`."""
         low, high = self.coding[name]
         return float(f"{0.5 * (low + high):.12g}"), float(f"{0.5 * (high - low):.12g}")
 
@@ -129,7 +129,7 @@ class RsmOptions(Frozen):
 
     @property
     def strongest(self) -> int:
-        """How many of the strongest factors `factors` asks for; 0 for other values.
+        """Number of strongest factors that `factors` requests; 0 for other values of `factors`.
 
         >>> RsmOptions(factors="strongest 3").strongest, RsmOptions().strongest
         (3, 0)
@@ -138,7 +138,7 @@ class RsmOptions(Frozen):
         return int(strongest[1]) if strongest else 0
 
     def chosen(self) -> SurfaceOptions:
-        """Return the settings of the design for the surface."""
+        """Return the settings of the design."""
         return SurfaceOptions(self.design, self.centre_points, self.alpha, self.runs, self.extra_runs)
 
     def reach(self, k: int) -> float:
@@ -146,14 +146,14 @@ class RsmOptions(Frozen):
         return surface_design(self.design).reach(k, self.chosen())
 
     def radius(self, k: int) -> float:
-        """Return the greatest distance from the centre at which a surface of `k` factors is valid, in coded units."""
+        """Return the largest distance from the centre, in coded units, at which a surface of `k` factors is valid."""
         return surface_design(self.design).radius(k, self.chosen())
 
 
 def growing_with(study: Study, names: Sequence[str]) -> dict[str, tuple[str, float]]:
-    """Return exponent and reference diameter of each of the named factors that grows by another named factor.
+    """Return exponent and reference diameter of each named factor that grows with an exponent among the named factors.
 
-    Of the two only the value at a diameter affects the response, unless the exponent is that of several parameters.
+    The response depends on the two only through the value at a diameter, unless several parameters have the exponent.
     """
     growing = study.material.growing()
     exponents = [growth.exponent for growth in growing.values()]
@@ -165,7 +165,7 @@ def growing_with(study: Study, names: Sequence[str]) -> dict[str, tuple[str, flo
 
 
 def dimensions(study: Study, names: Sequence[str]) -> int:
-    """Return the number of coordinates of the surface of these factors."""
+    """Return the number of coordinates of a surface in these factors."""
     return len(names) + (1 - len(growing_with(study, names)) if study.of(RsmOptions).over == "conditions" else 0)
 
 
@@ -174,7 +174,7 @@ _LATIN_HYPERCUBE = "latin-hypercube"
 
 
 def _surface_factors_exist(draft: Draft) -> Iterator[Finding]:
-    """`rsm.factors` names factors of the study, each once."""
+    """Check that `rsm.factors` lists factors of the study, each once."""
     if isinstance(chosen := draft.study.of(RsmOptions).factors, str):
         return
     for index, name in enumerate(chosen):
@@ -191,7 +191,7 @@ def _surface_factors_exist(draft: Draft) -> Iterator[Finding]:
 
 
 def _factors_are_found(draft: Draft) -> Iterator[Finding]:
-    """Without a screening the spec names the surface's factors."""
+    """Check that the spec lists the factors of the surface if there is no screening."""
     chosen = draft.study.of(RsmOptions).factors
     if draft.study.of(RsmOptions).wanted and not draft.study.of(ScreenOptions).wanted and isinstance(chosen, str):
         names = ", ".join(draft.names[:3])
@@ -201,7 +201,7 @@ def _factors_are_found(draft: Draft) -> Iterator[Finding]:
 
 
 def _surface_design_takes_factors(draft: Draft) -> Iterator[Finding]:
-    """The design of the surface exists for its factors and has enough runs for a quadratic."""
+    """Check that the design supports the number of factors and has enough runs for a quadratic."""
     rsm, known = draft.study.of(RsmOptions), len(draft.names)
     if not rsm.wanted:
         return
@@ -221,7 +221,7 @@ def _surface_design_takes_factors(draft: Draft) -> Iterator[Finding]:
 
 
 def _runs_are_used(draft: Draft) -> Iterator[Finding]:
-    """`rsm.runs` is for the design whose size is free."""
+    """Check that `rsm.runs` is used only with a design that can have any number of runs."""
     rsm = draft.study.of(RsmOptions)
     if rsm.wanted and rsm.runs is not None and rsm.design != _LATIN_HYPERCUBE:
         message = f"the number of runs of the `{rsm.design}` design is determined by the number of factors"
@@ -229,7 +229,7 @@ def _runs_are_used(draft: Draft) -> Iterator[Finding]:
 
 
 def _coding_fits(draft: Draft) -> Iterator[Finding]:
-    """`rsm.coding` has keys for factors, is within their ranges and keeps the runs physical."""
+    """Check that `rsm.coding` lists factors, is within their ranges and leads to physical levels."""
     coding = draft.study.of(RsmOptions).coding
     yield from (draft.unknown_factor(("rsm", "coding", name), name) for name in coding if name not in draft.names)
     for factor in draft.factors.values():
@@ -249,7 +249,7 @@ def _coding_fits(draft: Draft) -> Iterator[Finding]:
 
 
 def _unphysical_runs(draft: Draft, factor: Factor) -> Iterator[Finding]:
-    """Find corners and, if the number of factors is certain, axial points beyond the bounds of a parameter."""
+    """Yield corners, and axial points if the number of factors is known, beyond the bounds of a parameter."""
     rsm, parameter = draft.study.of(RsmOptions), draft.kind.parameters.get(factor.name)
     if parameter is None or not units.fits(factor.unit, parameter.dimension):
         return
@@ -272,7 +272,7 @@ RsmOptions.rules = (
 
 
 def _doubts(study: Study) -> Iterator[Finding]:
-    """Question factors that no run varies, and exponents screened at their reference diameter, without effect."""
+    """Yield factors that no run varies, and exponents without effect at their reference diameter."""
     at, chosen = study.targets.calibrate_at, study.of(RsmOptions).factors
     if not study.of(RsmOptions).wanted:
         return
@@ -299,8 +299,8 @@ RsmOptions.doubts = _doubts
 
 
 def surface_factors(study: Study, solver: Solver, screened: ScreenResult) -> tuple[list[str], list[Note]]:
-    """Return the factors, the strongest first, and notes: the significant, or as many as spec or design require."""
-    rsm, given = study.of(RsmOptions), solver.given_design("rsm")
+    """Return the factors by contribution, and notes: the significant ones, or as many as spec or design require."""
+    rsm, table = study.of(RsmOptions), solver.given_design("rsm")
     if not isinstance(rsm.factors, str):
         return list(rsm.factors), []
     shares, (least, most) = screened.shares, _factors_taken(rsm.design)
@@ -316,9 +316,9 @@ def surface_factors(study: Study, solver: Solver, screened: ScreenResult) -> tup
             omitted = f"{'factor' if len(left) == 1 else 'factors'} {series(left)}"
             text += f" The response surface omits the significant {omitted}."
         notes = [Note("strongest_factors", "caution", text)]
-    if given is None:
+    if table is None:
         return chosen, notes
-    columns = [name for name in given[0] if name in study.names]
+    columns = [name for name in table[0] if name in study.names]
     if set(columns) != set(chosen):
         text = f"In the solver table, the factors are {series(columns)}, but the screening selected {series(chosen)}."
         notes = [Note("table_varies", "warning", text)]

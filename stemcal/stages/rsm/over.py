@@ -20,11 +20,11 @@ from stemcal.stages.rsm.options import RsmOptions, dimensions, growing_with
 from stemcal.study.model.study import Study
 from stemcal.vocabulary import FIRST, Wording
 
-_BEND_FREEDOM = 3  # degrees of freedom from which a test finds a bend of some percent
+_BEND_FREEDOM = 3  # degrees of freedom that a test needs to detect a bend of some percent
 
 
 def condition_axis(study: Study, names: Sequence[str]) -> ConditionAxis:
-    """Return the coding of the condition: the outermost runs are at the least and greatest condition that is fitted."""
+    """Return the coding of the condition: the outermost runs are at the lowest and highest fitted condition."""
     fitted = [target.condition for target in study.joint_targets]
     low, high, logarithmic = min(fitted), max(fitted), min(fitted) > 0.0
     if logarithmic:
@@ -36,11 +36,11 @@ def condition_axis(study: Study, names: Sequence[str]) -> ConditionAxis:
 
 
 def over_design(study: Study, coding: Coding) -> Design:
-    """Return the design over factors and condition; exponents of factors that grow are at their centre."""
+    """Return the design over factors and condition; exponents of growing parameters stay at their centre."""
     options, axis = study.of(RsmOptions), condition_axis(study, coding.names)
     held = [exponent for exponent, _ in axis.growing.values()]
     varied = [j for j, name in enumerate(coding.names) if name not in held]
-    coded = designs.surface_runs(len(varied) + 1, options.chosen()).copy()  # that of a Latin hypercube is kept
+    coded = designs.surface_runs(len(varied) + 1, options.chosen()).copy()  # a Latin hypercube is cached
     values = (axis.center + axis.half_step * coded[:, -1]).tolist()
     conditions = tuple(float(f"{exp(value) if axis.logarithmic else value:.4g}") for value in values)
     coded[:, -1] = [axis.coded(condition) for condition in conditions]
@@ -56,13 +56,13 @@ def over_design(study: Study, coding: Coding) -> Design:
 
 
 def runs_of_both(study: Study, names: Sequence[str], design: Design) -> Note | None:
-    """Return the runs of one design over all fitted conditions and of one at each; the first may miss a bend."""
+    """Return a note on the numbers of runs of one surface over all fitted conditions and of a surface at each."""
     options, conditions = study.of(RsmOptions), {target.condition for target in study.joint_targets}
     if len(conditions) < 2:
         return None
     sizes = len(names) + 1 - len(growing_with(study, names)), len(names)
     condition, text = study.naming.condition.noun if study.naming.condition is not None else "condition", ""
-    with suppress(UsageError):  # a design has its limits
+    with suppress(UsageError):  # the design does not exist for this number of factors
         one, each = (len(np.unique(designs.surface_runs(k, options.chosen()), axis=0)) for k in sizes)
         text = (
             f"One response surface over factors and {condition} (`rsm.over: conditions`) needs {counted(one, 'run')}; "
@@ -91,7 +91,7 @@ def scaled(axis: ConditionAxis, study: Study, design: Design, runs: Sequence[Des
 
 
 def notes_of(axis: ConditionAxis, names: Wording) -> Iterator[Note]:
-    """Yield how the response is transformed, and that it bends over the condition as no quadratic does."""
+    """Yield whether the surface is fitted to the response or to its logarithm."""
     plain, logged = axis.left_out_percent[FIRST]
     if plain is not None and logged is not None:
         chosen = f"the logarithm of the {names.response.long}" if FIRST in axis.logarithms else names.response.long

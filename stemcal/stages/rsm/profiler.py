@@ -1,4 +1,4 @@
-"""What the script of the profiler computes from.
+"""Data for the profiler of the report, whose script evaluates the response surfaces.
 
 It evaluates ŷ = φᵀβ with the intervals ŷ ± t·√(φᵀCφ) of the mean and ŷ ± t·√(own + φᵀCφ) of one further run, where φ
 are the terms of the full quadratic at the coded levels and C = s²(XᵀX)⁻¹.
@@ -17,19 +17,19 @@ from stemcal.study.model.study import Study
 from stemcal.vocabulary import FIRST, Wording, capital
 
 MOST = 24
-"""Surfaces that are shown; `rsm.json` has all."""
+"""Largest number of surfaces in the report; `rsm.json` contains all."""
 _NORMAL = 1.96
 
 
 def profiler_data(
     study: Study, rsm: RsmResult, values: Mapping[str, float], holds: bool, present: Mapping[str, float] | None = None
 ) -> dict[str, Any]:
-    """Return data for JSON; it begins at `values` or the centre, a band if `holds`, compared with `present`."""
+    """Return data for JSON: start at `values` or the centre, intervals if `holds`, comparison with `present` levels."""
     goal = study.goal is not None
     before = {entry.factor: entry.center for entry in rsm.factors} if present is None else present
     pairs = zip(measured_means(study), fitted_surfaces(study, rsm), strict=True)
     surfaces = [(mean, fit) for mean, fit in pairs if not mean.named.apart]
-    if goal:  # the prediction at the present cutter is in the place of a measured mean
+    if goal:  # compare with the prediction at the present cutter
         x = rsm.scales.to_coded([before[name] for name in rsm.names])
         surfaces = [(replace(mean, value=float(fit.predict(x)[0])), fit) for mean, fit in surfaces]
     calibrated = [(mean.response, mean.condition) for mean, _ in surfaces[:MOST]]
@@ -64,10 +64,10 @@ def _factor(rsm: RsmResult, entry: FactorCoding, values: Mapping[str, float]) ->
 
 
 def _surface(study: Study, mean: Measured, surface: AnySurface) -> dict[str, Any]:
-    """Return a surface with its error and runs, and what was measured; `error` is the 95 % half-width of that."""
+    """Return the data of a surface and its runs; `error` is the 95 % half-width of the measured mean."""
     fit = surface.whole if isinstance(surface, Section) else surface
     known, s2 = fit.mean_square is not None and fit.df > 0, fit.mean_square or 0.0
-    half_width = 0.0  # t·s/√n of the measured mean; with the normal quantile where n is not given
+    half_width = 0.0  # t·s/√n; with the normal quantile if n is not given
     if mean.sd is not None:
         n = mean.n or 1
         half_width = float((t_quantile(0.95, n - 1) if n > 1 else _NORMAL) * mean.sd / n**0.5)
@@ -89,7 +89,7 @@ def _surface(study: Study, mean: Measured, surface: AnySurface) -> dict[str, Any
 
 
 def _where(surface: AnySurface) -> dict[str, Any]:
-    """Return the runs; of a surface over factors and conditions, whose runs are elsewhere, how it is seen here."""
+    """Return the runs of a surface, or the place of a section on its surface over factors and conditions."""
     if not isinstance(surface, Section):
         return {"runs": [[*x, y] for x, y in zip(surface.design.tolist(), surface.response.tolist(), strict=True)]}
     factors, start, rate, exponents = surface.place.coordinates

@@ -1,4 +1,4 @@
-"""The result of a response surface: coefficients, analysis of variance, diagnostics, and the surface itself."""
+"""The result of the stage rsm: coefficients, analysis of variance, diagnostics, and the surface."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields
@@ -24,7 +24,7 @@ from stemcal.vocabulary import FIRST, Vocabulary, Wording
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class RsmResult(Surfaces, FitStatistics):
-    """The response as a quadratic in the coded factors; `covariance` is in the order of the coefficients."""
+    """The response as a quadratic in the coded factors; `covariance` is that of the coefficients, in their order."""
 
     name: ClassVar[str] = "rsm"
     shown = ("names", "r2")
@@ -42,16 +42,16 @@ class RsmResult(Surfaces, FitStatistics):
     conditions: Rows[AtCondition] = absent(Rows())
     over: ConditionAxis | None = absent()
     pure_error: Note | None = None
-    deterministic: bool = absent(False)  # equal inputs are known to give equal answers
+    deterministic: bool = absent(False)  # equal inputs give equal responses
     notes: tuple[Note, ...] = ()
 
     @property
     def regressed(self) -> Vocabulary:
-        """How the quadratic names responses: where it is of the logarithm, the first of them is that."""
+        """Names of the responses; the first is its logarithm if the surface is fitted to that."""
         return self.naming.of_logarithm if self.over is not None and FIRST in self.over.logarithms else self.naming
 
     def response_at(self, coded: Mapping[str, Any]) -> Any:
-        """Evaluate the surface at the calibration where the factors have these coded values, numbers or arrays; N."""
+        """Return the response at the calibration condition for coded values, numbers or arrays, of all factors."""
         values = np.broadcast_arrays(*(np.asarray(coded[name], dtype=float) for name in self.names))
         points = np.column_stack([value.ravel() for value in values])
         response = self.fitted.predict(points) if self.over is not None else term_columns(points) @ self.beta
@@ -59,24 +59,24 @@ class RsmResult(Surfaces, FitStatistics):
 
     @cached_property
     def beta(self) -> Array:
-        """Coefficients of every term of the full quadratic, zero where a term is not there."""
+        """Coefficients of all terms of the full quadratic; 0 for terms that are not in the model."""
         known = {row.term: row.value for row in self.coefficients}
         return np.array([known.get(term, 0.0) for term in term_names(self.axes)])
 
     def predict(self, levels: Mapping[str, float]) -> Assessment:
-        """Return the force at these levels (units of the spec; other factors are passed over) with its intervals."""
+        """Return the response with its intervals at these levels (units of the spec); other factors are ignored."""
         coded = self.scales.to_coded([levels[name] for name in self.names])
         return assess_point(self.fitted, coded, radius=self.radius)
 
     def sign_of(self, factor: str) -> Literal["+", "-"] | None:
-        """Return the sign of the slope at the centre where its 95 % interval excludes 0."""
+        """Return the sign of the slope at the centre if its 95 % interval excludes 0."""
         slope = next((row for row in self.coefficients if row.term == factor), None)
         if slope is None or slope.low is None or slope.high is None or slope.low * slope.high <= 0.0:
             return None
         return "+" if slope.value > 0.0 else "-"
 
     def drawn_between(self, name: str) -> Interval:
-        """Return the coded ends of a factor's axis: the reach of the design within its range, and all its runs."""
+        """Return the coded limits of a factor's axis in figures, which cover the design in the range and all runs."""
         reach, factor, scale = self.radius or 1.0, self.factor(name), self.coding[name]
         runs = [run.levels[name] for run in self.design.runs]
         low, high = scale.natural(-reach), scale.natural(reach)
@@ -85,7 +85,7 @@ class RsmResult(Surfaces, FitStatistics):
         return (low - scale.center) / scale.half_step, (high - scale.center) / scale.half_step
 
     def symbols(self) -> dict[str, str]:
-        """Return the symbol of every factor, its name where it has none."""
+        """Return the symbol of every factor, or its name if it has no symbol."""
         symbols, condition = {each.factor: each.symbol or each.factor for each in self.factors}, self.naming.condition
         if self.over is None or condition is None:
             return symbols

@@ -1,4 +1,4 @@
-"""How a response surface is shown: analysis of variance, coefficients, fit and shape; its design; its figures."""
+"""Sentences, tables and figures of a response surface: analysis of variance, coefficients, fit, shape."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -21,15 +21,15 @@ from stemcal.stages.rsm.result import RsmResult
 from stemcal.study.reading.messages import checked_number
 from stemcal.vocabulary import FIRST, FORCE, Variable, Wording
 
-MANY = 3  # factors beyond which columns are headed by symbols instead of names
+MANY = 3  # with more factors, columns are headed by symbols instead of names
 ONE = "1"  # the term of the constant
 
 
 class RsmShowing(Showing[RsmResult]):
-    """The words, tables and figures of a response surface."""
+    """Sentences, tables and figures of a response surface."""
 
     def outcome(self, result: RsmResult, names: Wording) -> list[str]:
-        """Return sentences on the surface and its runs; copies of a deterministic run do not count."""
+        """Return a sentence on the surface and its runs, without copies of a deterministic run."""
         responses = [run.response for run in result.design.runs if run.response is not None]
         count = len(result.runs_diagnostics)
         of = "" if result.regressed == result.naming else f" of the {result.regressed.response.long}"
@@ -50,8 +50,8 @@ class RsmShowing(Showing[RsmResult]):
         return [*first, *_further_tables(result, names), *_fits_table(result, names)]
 
     def figures(self, result: RsmResult, setting: Setting) -> list[Plot]:
-        settled = (each.settles for each in setting.results.done)  # the first lie on the surface, refined ones do not
-        levels = next((found for found in settled if found is not None), None)
+        settled = (each.settles for each in setting.results.done)  # only the first, not refined, is on the surface
+        levels = next((point for point in settled if point is not None), None)
         study = setting.study
         shown = (FIRST, study.targets.calibrate_at)
         means = zip(measured_means(study), fitted_surfaces(study, result), strict=True) if levels else ()
@@ -71,7 +71,7 @@ class RsmShowing(Showing[RsmResult]):
 
 
 class NotebookSurface(RsmResult):
-    """A surface that checks the levels of a prediction; notebooks show it as the profiler of the report."""
+    """A surface for notebooks: it checks the levels of a prediction and is displayed as the profiler of the report."""
 
     _setting: Setting
 
@@ -89,7 +89,7 @@ class NotebookSurface(RsmResult):
 
 
 def written(term: str, symbols: Mapping[str, str]) -> str:
-    """Return a term as written in an equation.
+    """Return a term in the notation of an equation.
 
     >>> written("yield_stress:failure_strain", {"yield_stress": "X4", "failure_strain": "X9"})
     'X4·X9'
@@ -151,7 +151,7 @@ def _coefficient_table(stage: RsmResult, names: Wording) -> Table:
 
 
 def _coded_condition(stage: RsmResult, names: Wording) -> Iterator[str]:
-    """Yield how the condition is coded, and at which exponent the factors that grow are."""
+    """Yield the coding of the condition, and the power laws of factors that grow with it."""
     if (axis := stage.over) is None:
         return
     symbol = stage.symbols()[axis.name]
@@ -175,7 +175,7 @@ def _fit_table(stage: RsmResult) -> Table:
 
 
 def canonical_table(stage: RsmResult, shape: CanonicalForm, names: Wording) -> Table:
-    """Return the surface along its own axes: curvature, and the direction in coded units."""
+    """Return the table of the canonical axes: curvature, and direction in coded units."""
     heads = Wording(names.naming, stage.symbols()) if len(stage.names) > MANY else names
     axes = enumerate(zip(shape.eigenvalues, shape.axes, strict=True), 1)
     columns = [
@@ -192,8 +192,8 @@ def canonical_table(stage: RsmResult, shape: CanonicalForm, names: Wording) -> T
         )
         if shape.inside:  # anywhere else the surface extrapolates
             place = ", ".join(
-                f"{names.in_text(one.factor, one.unit)} {with_unit(significant(shape.natural[one.factor]), one.unit)}"
-                for one in stage.factors
+                f"{names.in_text(f.factor, f.unit)} {with_unit(significant(shape.natural[f.factor]), f.unit)}"
+                for f in stage.factors
             )
             point += f" The predicted {names.response.long} there is {names.quantity(shape.predicted)} ({place})."
     curved = (
@@ -205,7 +205,6 @@ def canonical_table(stage: RsmResult, shape: CanonicalForm, names: Wording) -> T
 
 
 def _further_tables(stage: RsmResult, names: Wording) -> list[Table]:
-    """Return the analysis of variance and the coefficients of each further response."""
     tables, over = list[Table](), stage.over
     for part in stage.conditions:
         for name in part.responses or {}:
@@ -221,7 +220,7 @@ def _further_tables(stage: RsmResult, names: Wording) -> list[Table]:
 
 
 def _fits_table(stage: RsmResult, names: Wording) -> list[Table]:
-    """Return the statistics of each surface of a joint fit; no table for a single response."""
+    """Return a table of the statistics of all surfaces of a joint fit; no table for a single response."""
     rows = [
         {**vars(fit), "response": name, "condition": part.condition}
         for part in stage.conditions

@@ -1,4 +1,4 @@
-"""Rules of the verdict on runs and surface: chance, units, failed and few runs, reach, signs, roughness."""
+"""Rules of the verdict on runs and response surface: scatter, units, failed runs, reach, signs, roughness."""
 
 from collections import Counter, defaultdict
 from collections.abc import Iterator, Mapping, Sequence
@@ -23,12 +23,12 @@ from stemcal.storage.canonical import as_json
 from stemcal.study.model.study import Study
 from stemcal.vocabulary import FIRST
 
-# A force in kN, kgf or g besides one in N, and mass besides force: how many times the one is the other.
+# Ratios of units that are often confused: a force in N and in kN, kgf or g, a length in mm and in m.
 _UNITS = {1000.0: "kN and N, or mm and m", 9.80665: "kgf and N", 1000.0 / 9.80665: "g and N"}
-_DRAWN = frozenset({"replicate", "seed"})  # among the inputs of a run; without them those of a repeated run are equal
-_FAR, _ROOM = 3.0, 0.25
-_SIGNS = 3  # runs without which a sign may be chance
-_MANY = 0.1  # share of failed runs that is a reservation by itself
+_DRAWN = frozenset({"replicate", "seed"})  # inputs that differ between repeated runs
+_FAR, _ROOM = 3.0, 0.25  # a wrong unit is suspected beyond _FAR times the simulated range; it is widened by _ROOM
+_SIGNS = 3  # fewest runs with the same sign that are no chance
+_MANY = 0.1  # share of failed runs that is a reservation even if enough runs are left
 _RETRY = (
     "Fix the causes of the failures (listed by `stemcal status SPEC --failed`), then run `stemcal run SPEC --retry`."
 )
@@ -36,7 +36,7 @@ _RETRY = (
 
 @ranked(Rank.DATA)
 def undeclared_scatter(evidence: Evidence) -> Iterator[Note]:
-    """Yield two answers of a program to the same levels, without replicates in the spec."""
+    """Yield different responses of a program to equal inputs, without replicates in the spec."""
     study = evidence.study
     if study.solver.repeats or evidence.of(RsmResult) is not None:
         return
@@ -75,7 +75,7 @@ def reversed_sign(evidence: Evidence) -> Iterator[Note]:
 
 @ranked(Rank.DATA)
 def probable_unit(evidence: Evidence) -> Iterator[Note]:
-    """Yield measured values that are out of reach by the ratio of two units."""
+    """Yield measured values that differ from the simulated range by the ratio of two units."""
     surface, study = evidence.of(RsmResult), evidence.study
     if surface is None:
         return
@@ -97,7 +97,7 @@ def probable_unit(evidence: Evidence) -> Iterator[Note]:
 
 
 def _times(value: float, low: float, high: float) -> tuple[float, str] | None:
-    """Return the ratio of units that brings a value into a reach, widened by a quarter; None if no ratio does.
+    """Return the ratio of units that brings a value into the range `low` to `high`, and their names; None if none does.
 
     >>> _times(130.0, 0.08, 0.19), _times(130.0, 80.0, 125.0)
     ((1000.0, 'kN and N, or mm and m'), None)
@@ -113,7 +113,7 @@ def _times(value: float, low: float, high: float) -> tuple[float, str] | None:
 
 @ranked(Rank.DATA)
 def failed_runs(evidence: Evidence) -> Iterator[Note]:
-    """Yield the number of failed runs, their levels and the effect on the surface, also of an unfinished stage."""
+    """Yield failed runs, where they are, and their effect on the surface; also if no surface could be fitted."""
     surface = evidence.of(RsmResult)
     if surface is None:
         yield from _lost(evidence)
@@ -133,7 +133,7 @@ def failed_runs(evidence: Evidence) -> Iterator[Note]:
 
 @ranked(Rank.IDENTIFICATION)
 def few_runs(evidence: Evidence) -> Iterator[Note]:
-    """Yield a surface with as many coefficients as runs, none of which failed."""
+    """Yield a surface with as many coefficients as runs, although no run failed."""
     surface = evidence.of(RsmResult)
     if surface is not None and _error_unknown(evidence.study, surface) and not any(failed_runs(evidence)):
         text = (
@@ -148,7 +148,7 @@ def _error_unknown(study: Study, surface: RsmResult) -> bool:
 
 
 def _where_failed(study: Study, surface: RsmResult, failed: NDArray[np.bool_]) -> tuple[str, Remedy]:
-    """Return the levels of failed runs, and the remedy: a range without them, or these runs again and more of them."""
+    """Return the levels of failed runs, and the remedy: a range without them, or to repeat and add runs."""
     coded = np.array([[run.coded[name] for name in surface.names] for run in surface.design.runs])
     natural = surface.scales.to_natural(coded)
     bad, good = (
@@ -167,7 +167,7 @@ def _where_failed(study: Study, surface: RsmResult, failed: NDArray[np.bool_]) -
 def _beyond(
     study: Study, bad: Sequence[Mapping[str, float]], good: Sequence[Mapping[str, float]]
 ) -> tuple[str, Remedy] | None:
-    """Return the level of a factor above or below which all runs failed and no other, and the range without them."""
+    """Return the level of a factor beyond which all runs failed, and the range to set; None if there is none."""
     varied = [factor for factor in study.factors if all(factor.name in row for row in (*bad, *good))]
     for factor in varied if len(bad) > 1 and good else ():
         for side, key in ((1.0, "high"), (-1.0, "low")):
@@ -188,7 +188,7 @@ def _beyond(
 
 
 def _lost(evidence: Evidence) -> Iterator[Note]:
-    """Yield failed runs before a surface could be fitted, and conditions without any result."""
+    """Yield failed runs if no surface could be fitted, and the conditions at which all runs failed."""
     tried, failed, why = Counter[float](), Counter[float](), Counter[str]()
     levels: dict[bool, list[Mapping[str, float]]] = {True: [], False: []}
     for record in evidence.records:
@@ -228,7 +228,7 @@ def out_of_reach(evidence: Evidence) -> Iterator[Note]:
 
 
 def _reached_by_others(evidence: Evidence, surface: RsmResult, target: float) -> tuple[str, Remedy] | None:
-    """Return recorded runs on the other side of the target, and the factor to vary as well; None without either."""
+    """Return the screening runs beyond the target, and the further factor to vary; None if there are none."""
     study, names = evidence.study, evidence.names
     others = [factor for factor in study.factors if factor.name not in surface.names]
     runs: list[tuple[Mapping[str, float], float]] = []  # of the screening, at the calibration, within the ranges
@@ -266,7 +266,7 @@ def sign_against_expectation(evidence: Evidence) -> Iterator[Note]:
     against = []
     for factor in evidence.study.factors:
         signs = (result.sign_of(factor.name) for result in reversed(evidence.results.done))
-        estimated = next((sign for sign in signs if sign is not None), None)  # by the last stage that is sure of it
+        estimated = next((sign for sign in signs if sign is not None), None)  # of the last stage that is sure of it
         if factor.expected_sign and estimated not in (None, factor.expected_sign):
             against.append(factor.name)
     if against:
@@ -278,7 +278,7 @@ def sign_against_expectation(evidence: Evidence) -> Iterator[Note]:
 
 @ranked(Rank.MODEL)
 def rough_response(evidence: Evidence) -> Iterator[Note]:
-    """Yield a surface that misses its own runs, which have no scatter."""
+    """Yield a large residual of the surface although the simulation is deterministic."""
     surface = evidence.of(RsmResult)
     if surface is None:
         return

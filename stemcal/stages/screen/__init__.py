@@ -1,4 +1,4 @@
-"""The screening: which factors move the response."""
+"""The stage screen: find the factors that affect the response."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 class Screen(Stage[Any]):
-    """A design with two levels of every factor, and the effects found in it."""
+    """A two-level design in all factors, and the effects estimated from it."""
 
     name, title, reads = "screen", "Screening", ("screen",)
     help = "Identify the factors that significantly affect the response."

@@ -1,7 +1,7 @@
-"""The screening: design rows → responses → effects, and the factors that matter.
+"""The analysis of the stage screen: run the design, estimate the effects, and select the factors.
 
-One rule chooses the factors: the F test against the residual where that has three or more degrees of freedom,
-otherwise Lenth's method. The residual holds the columns without a factor, repeated runs and the scatter of centre runs.
+Factors are selected by the F test if the residual has three or more degrees of freedom, otherwise by Lenth's method.
+The residual contains the columns of the design without a factor, repeated runs and the scatter of centre runs.
 """
 
 from collections.abc import Iterator, Sequence
@@ -43,7 +43,7 @@ from stemcal.vocabulary import FIRST, Wording
 
 @a_stage(ScreenResult)
 def screen(work: Work, head: Head) -> ScreenResult:
-    """Run the screening design and find the factors that move the response."""
+    """Run the screening design and find the factors with a significant effect."""
     study, options, design = work.study, work.study.of(ScreenOptions), screening_design(work.study, work.solver)
     symbols = [factor.symbol for factor in study.factors]
     requests = design.requests(study.targets.calibrate_at)
@@ -60,7 +60,7 @@ def screen(work: Work, head: Head) -> ScreenResult:
 
 
 def screening_design(study: Study, solver: Solver) -> Design:
-    """Return the screening design over all factors, or the rows the solver has."""
+    """Return the screening design over all factors, or the one in the table of the solver."""
     factors = study.factors
     coding = Coding.from_ranges(study.names, [f.low for f in factors], [f.high for f in factors])
     table = solver.given_design("screen")
@@ -90,11 +90,11 @@ def analyse_screening(
     alpha: float = 0.05,
     written: Wording = Wording(),
 ) -> Screening:
-    """Estimate and test, at a level of significance, the main effects of a screening design.
+    """Estimate the main effects of a two-level design and test them at the level of significance `alpha`.
 
-    `coded` (n, k) has the levels −1 and +1, and 0 at centre points. The response (n,) is NaN for a failed run; then the
-    effects are least-squares estimates from the runs left, or `RunsFailed` is raised if these cannot estimate every
-    effect and its error. Notes name the response as it is `written`.
+    `coded` (n, k) has the levels −1 and +1, and 0 at centre points; `response` (n,) is NaN for a failed run. With
+    failed runs the effects are least-squares estimates; raise `RunsFailed` if the remaining runs cannot estimate all
+    effects and the error. `written` has the name and unit of the response for the notes.
     """
     whole, responses = np.asarray(coded, dtype=float), np.asarray(response, dtype=float)
     middle = centre_runs(whole)
@@ -132,7 +132,7 @@ def analyse_screening(
 def _screening_notes(
     screening: Screening, fit: LeastSquares, n_failed: int, tested: bool, alpha: float, written: Wording
 ) -> Iterator[Note]:
-    """Yield notes on the choice of the factors; `tested` if the F test makes it."""
+    """Yield notes on the selection of the factors; `tested` if the F test selects them."""
     if screening.curvature is not None:
         yield _curvature(screening.curvature, written)
     if n_failed:
@@ -166,13 +166,13 @@ def _screening_notes(
         yield Note("methods_disagree", "warning", text)
 
 
-def _curvature(found: Curvature, written: Wording) -> Note:
+def _curvature(curvature: Curvature, written: Wording) -> Note:
     means = (
-        f"At the centre, the main effects predict a {written.response.long} of {written.quantity(found.corners)}, and "
-        f"the observed mean is {written.quantity(found.centre)} ({counted(found.runs, 'run')})."
+        f"At the centre, the main effects predict a {written.response.long} of {written.quantity(curvature.corners)}, "
+        f"and the observed mean is {written.quantity(curvature.centre)} ({counted(curvature.runs, 'run')})."
     )
-    if found.f is None or found.p is None:
+    if curvature.f is None or curvature.p is None:
         return Note("curvature", "caution", f"{means} The curvature cannot be tested without an estimate of the error.")
-    significance = "significant" if found.curved else "not significant"
-    test = f"F(1, {found.df}) = {found.f:.3g}, p {signed_probability(found.p)}"
+    significance = "significant" if curvature.curved else "not significant"
+    test = f"F(1, {curvature.df}) = {curvature.f:.3g}, p {signed_probability(curvature.p)}"
     return Note("curvature", "caution", f"{means} The curvature is {significance} ({test}).")

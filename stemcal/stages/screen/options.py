@@ -1,4 +1,4 @@
-"""The section of the screening."""
+"""The `screen` section."""
 
 from typing import Annotated, Literal
 
@@ -29,5 +29,5 @@ class ScreenOptions(Frozen):
 
     @property
     def wanted(self) -> bool:
-        """Whether the study begins with a screening."""
+        """Whether the study has a screening."""
         return self.design != "none"

@@ -1,4 +1,4 @@
-"""The result of a screening: the effect of every factor, with every test of it."""
+"""The result of the stage screen: the effect of every factor with its tests."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ LEAST_DF = 3
 
 @dataclass(frozen=True, kw_only=True)
 class Screening:
-    """The effects of one response in the order of the factors, their residual, and the significant factors."""
+    """The effects on one response in the order of the factors, the residual, and the significant factors."""
 
     effects: Rows[Effect]
     significant: tuple[str, ...]
@@ -37,7 +37,7 @@ class Screening:
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class ScreenResult(StageResult, Screening):
-    """The effect of every factor with its tests; `responses` are further ones, `seen_by` makes each a result."""
+    """The screening of the first response; `responses` has those of further ones, see `seen_by`."""
 
     name: ClassVar[str] = "screen"
     shown = ("significant",)
@@ -50,24 +50,24 @@ class ScreenResult(StageResult, Screening):
 
     @property
     def all_responses(self) -> list[ScreenResult]:
-        """The screening of every response, the first one's first."""
+        """Screenings of all responses, beginning with the first."""
         return [self, *(self.seen_by(name) for name in self.responses or {})]
 
     def seen_by(self, response: str) -> ScreenResult:
-        """Return the screening of a further response as if it were the only one."""
+        """Return the screening of a further response as a result by itself."""
         further = (self.responses or {})[response]
         head = replace(self.head, naming=self.naming.with_primary(response))
         return replace(self, head=head, **vars(further), responses=None)
 
     @property
     def active_factors(self) -> tuple[str, ...]:
-        """The factors that move any response, in the order of the factors."""
+        """Factors with a significant effect on any response, in their order."""
         moved = {name for screening in self.all_responses for name in screening.significant}
         return tuple(effect.factor for effect in self.effects if effect.factor in moved)
 
     @property
     def shares(self) -> dict[str, float]:
-        """The largest contribution of each factor to any response, %."""
+        """Largest contribution of each factor to any response, %."""
         each = self.all_responses
         return {
             effect.factor: max(screening.effect(effect.factor).contribution_percent or 0.0 for screening in each)
@@ -84,7 +84,7 @@ class ScreenResult(StageResult, Screening):
 
     @property
     def limit(self) -> float | None:
-        """The size from which an effect is significant: Lenth's margin, or t₀·s, where s is its size over its t."""
+        """Smallest size of a significant effect: Lenth's margin of error, or t₀·s, s the standard error."""
         if self.by_lenth:
             return self.lenth.me
         errors = [abs(effect.effect) / effect.f**0.5 for effect in self.effects if effect.f]
@@ -92,7 +92,7 @@ class ScreenResult(StageResult, Screening):
 
     @property
     def by_lenth(self) -> bool:
-        """Whether Lenth's method chose the factors, because the residual has too few degrees of freedom or is zero."""
+        """Whether Lenth's method selected the factors, because the residual is zero or has too few df."""
         tested = self.residual.df >= LEAST_DF and any(effect.f is not None for effect in self.effects)
         return self.lenth.me is not None and not tested
 

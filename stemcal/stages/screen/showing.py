@@ -1,4 +1,4 @@
-"""How a screening is shown: the effects with every test of them, and a Pareto chart."""
+"""Sentences, tables and figures of a screening: effects with all tests, and a Pareto chart."""
 
 from collections.abc import Mapping
 from functools import partial
@@ -16,7 +16,7 @@ from stemcal.vocabulary import Wording
 
 
 class ScreenShowing(Showing[ScreenResult]):
-    """The words, tables and figures of a screening."""
+    """Sentences, tables and figures of a screening."""
 
     def outcome(self, result: ScreenResult, names: Wording) -> list[str]:
         effects, response = {effect.factor: effect for effect in result.effects}, names.response.long
@@ -27,7 +27,7 @@ class ScreenShowing(Showing[ScreenResult]):
             listed = series(f"{names.in_text(name)} ({share})" for name, share in zip(chosen, shares, strict=True))
             verb = "factor is" if len(chosen) == 1 else "factors are"
             return [count, f"For the {response}, the significant {verb} {listed}."]
-        if result.lenth.me is not None or not any(one.effect and one.p is None for one in result.effects):
+        if result.lenth.me is not None or not any(effect.effect and effect.p is None for effect in result.effects):
             return [count, f"No factor has a significant effect on the {response}."]
         return [count, f"The effects on the {response} cannot be tested without an estimate of the error."]
 
@@ -50,7 +50,7 @@ class ScreenShowing(Showing[ScreenResult]):
 
 
 def _effects_table(stage: ScreenResult, names: Wording) -> Table:
-    """Return the effects as papers print them, with F test and Lenth's t."""
+    """Return the table of effects as usual in papers, with the F test and Lenth's t."""
     effects, response, residual, lenth = stage.effects, names.response, stage.residual, stage.lenth
     rows = [{**to_json(e), "p": (e.p, stars(e.p))} for e in effects]
     empty = dict.fromkeys(("symbol", "effect", "f", "lenth_t"), "")
@@ -82,7 +82,7 @@ def _effects_table(stage: ScreenResult, names: Wording) -> Table:
 
 
 def pareto(screen: ScreenResult, labels: Mapping[str, str] | None = None) -> Figure:
-    """Return the effects by size, with the limit of significant ones; `labels` has what to write for a factor."""
+    """Draw the effects by size, and the limit of significance; `labels` replace factor names."""
     effects = sorted(screen.effects, key=lambda e: abs(e.effect))
     with new_figure(height=max(2.2, 0.9 + 0.24 * len(effects))) as figure:
         axes = figure.add_subplot()
