@@ -14,19 +14,17 @@ from stemcal.fem.kernels.spread_edge import SpreadEdge
 
 @dataclass(frozen=True)
 class Tool:
-    """A rigid tool that moves along z: a convex polygon in (x, z), swollen by a radius, drawn out along y.
+    """A rigid tool that moves along z: a convex polygon in (x, z), offset outwards by a radius, extruded along y.
 
     corners: Counter-clockwise, in the tool's own frame, mm.
-    radius: Radius of all its edges: a point is inside if it is nearer than this to the polygon, mm.
+    radius: Radius of all its edges, mm: points nearer than this to the polygon are inside the tool.
     height, speed: z of the frame's origin at the start (mm) and its velocity (mm/s).
-    edge: x of a cutting edge whose lowest line is z = 0 of the frame; its points then meet the body's faces.
+    edge: x of a cutting edge whose lowest line is at z = 0 of the frame; None for a tool without a cutting edge.
     spread: Distance from the tool within which its edge acts on the surface next to it, mm (`kernels.spread_edge`);
-        0 leaves the edge a line.
-    faces: Whether it meets the faces of the body's skin, those with crowns, anywhere (`kernels.contact.push_skin_out`),
-        or their nodes alone.
-    parts: Whether a spread edge parts the body on the plane under it (`kernels.parting`), which layers of nodes then
-        are.
-    slide: Its velocity along y, mm/s: an oblique edge slides along itself.
+        with 0 the edge acts along a line.
+    faces: Contact is with the crowned faces of the body (`kernels.contact.push_skin_out`); otherwise with nodes only.
+    parts: A spread edge separates the body on the plane under it (`kernels.parting`); the mesh has nodes on that plane.
+    slide: Velocity along y, mm/s: an oblique edge slides along itself.
     """
 
     corners: tuple[tuple[float, float], ...]
@@ -40,7 +38,7 @@ class Tool:
     slide: float = 0.0
 
     def __post_init__(self) -> None:
-        """Refuse a polygon that is not convex and counter-clockwise."""
+        """Raise `ValueError` for a polygon that is not convex and counter-clockwise."""
         points = np.asarray(self.corners)
         sides = np.roll(points, -1, axis=0) - points
         after = np.roll(sides, -1, axis=0)
@@ -50,10 +48,10 @@ class Tool:
 
 @dataclass(frozen=True)
 class Contact:
-    """Penalty contact with Coulomb friction, μ = μ_d + (μ_s − μ_d) exp(−decay·|v|).
+    """Penalty contact with Coulomb friction, μ = μ_d + (μ_s − μ_d) exp(−decay·|v|) at the sliding speed v.
 
-    `penalty` is the contact stiffness as a share of m/Δt², with each node's mass m and the stable time step Δt of the
-    start; `damping` is its share of critical damping.
+    `penalty` is the contact stiffness as a share of m/Δt², with the mass m of a node and the initial stable time step
+    Δt; `damping` is the share of critical damping.
     """
 
     static_friction: float = 0.0
@@ -63,14 +61,14 @@ class Contact:
     damping: float = 0.5
 
     def numbers(self) -> FrictionNumbers:
-        """Return the constants as the kernels see them."""
+        """Return the constants in the form that the kernels use."""
         return FrictionNumbers(self.static_friction, self.dynamic_friction, self.decay, self.penalty, self.damping)
 
 
 def with_skin(tools: ToolArrays, topology: Topology, mass: NDArray[np.float64]) -> ToolArrays:
-    """Return the tools with the faces that those meet which meet faces.
+    """Return the tools with the crowned surface faces for the tools whose contact is with faces.
 
-    A face has its share of the mass (N,) of each of its corners, which is divided among the faces around it.
+    The mass (N,) of a node is divided equally among these faces around it.
     """
     bulging = topology.crowns > (0.0 if tools.faces.any() else np.inf)
     behind, side = np.nonzero((topology.neighbours < 0) & bulging)
@@ -85,7 +83,7 @@ def with_skin(tools: ToolArrays, topology: Topology, mass: NDArray[np.float64]) 
 
 
 def tool_arrays(tools: tuple[Tool, ...], nodes: int) -> ToolArrays:
-    """Return the tools as arrays; shorter polygons repeat their last corner."""
+    """Return the tools as arrays for a body with a number of nodes; shorter polygons repeat their last corner."""
     most = max((len(tool.corners) for tool in tools), default=1)
     corners = np.zeros((len(tools), most, 2))
     for t, tool in enumerate(tools):
@@ -113,14 +111,14 @@ def tool_arrays(tools: tuple[Tool, ...], nodes: int) -> ToolArrays:
     )
 
 
-# Sample points of an edge that is a line, to each element under it.
+# Sample points per element along an edge that acts along a line.
 POINTS_PER_FACE = 4
 
 
 def edge_arrays(tools: tuple[Tool, ...], x: NDArray[np.float64], size: float) -> EdgeArrays:
-    """Return sample points along the first tool edge that is a line, four to an element of the given size.
+    """Return sample points along the first tool edge that acts along a line, four per element of a size in mm.
 
-    They lie symmetric about y = 0 and reach one element past the body.
+    The points are symmetric about y = 0 and extend one element beyond the body.
     """
     tool = next((t for t, tool in enumerate(tools) if tool.edge is not None and tool.spread == 0.0), -1)
     y = _places((x[:, 1].min() - size, x[:, 1].max() + size), size / POINTS_PER_FACE)
@@ -134,24 +132,24 @@ def edge_arrays(tools: tuple[Tool, ...], x: NDArray[np.float64], size: float) ->
     )
 
 
-# A blunt tool acts within this number of spreads of its edge; beyond it is no blade.
+# A blunt tool acts at most this number of spreads from its edge; a tool that acted farther would not be a blade.
 _FARTHEST = 4.0
-# Samples across a spread edge, and lines of them and rows along it to each length a. With 4 rows the strain under the
-# edge still grows in bursts as row after row takes hold, up to 8 % in the force at which it reaches a limit.
+# Samples across a spread edge; lines of samples and rows along the edge per spread a. With 4 rows per spread the strain
+# under the edge grows in bursts as successive rows come into contact, which changes the failure force by up to 8 %.
 _ACROSS = 24
 _LINES = 8
 _ROWS = 8
-# Length over spread of the elements on which the spread was chosen, those of the shipped study: on shorter ones the
-# bell is wider, by √(1 + 7/6 · 0.56²) at most, for its variance is at least a²/7.
+# Element length over spread in the shipped study, for which the spread was chosen. On shorter elements the bell is
+# wider, by at most √(1 + 7/6 · 0.56²) because its variance is at least a²/7 (see `_across`).
 _CHOSEN_ON = 0.56
 _WIDEST = 1.2
 
 
 def spread_edge(tools: tuple[Tool, ...], x: NDArray[np.float64], hexes: NDArray[np.int32], size: float) -> SpreadEdge:
-    """Return the rows along the first tool edge that is spread over a length, without the plane on which it parts.
+    """Return the rows along the first tool edge that is spread over a length; its cut plane (`cut`) is added later.
 
-    x: Where the nodes are, mm; a body that ends at the edge, or at y = 0, is mirrored there.
-    hexes: Corners of the elements.
+    x: Positions of the nodes (N, 3), mm; a body that ends at the edge, or at y = 0, is mirrored there.
+    hexes: Corners of the elements (E, 8).
     size: Length of the smallest elements, mm.
     """
     tool = next((t for t, tool in enumerate(tools) if tool.edge is not None and tool.spread > 0.0), -1)
@@ -204,35 +202,36 @@ def spread_edge(tools: tuple[Tool, ...], x: NDArray[np.float64], hexes: NDArray[
 
 
 def _gap_beside(tool: Tool, s: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the distance (mm) from a tool of points next to its edge by s (mm), at the height of the edge.
+    """Return the distances (mm) from a tool to the points beside its edge by s (mm), at the height of the edge.
 
-    It is |s| for an edge without angle and radius, and less next to flanks and rounding.
+    The distance is |s| for an edge without angle and radius, and less beside flanks and rounding.
     """
     corners = np.array(tool.corners)
-    gaps = [outline_distance.py_func((tool.edge or 0.0) + float(one), 0.0, corners)[0] for one in s]
+    gaps = [outline_distance.py_func((tool.edge or 0.0) + float(offset), 0.0, corners)[0] for offset in s]
     return np.maximum(np.array(gaps) - tool.radius, 0.0)
 
 
-@lru_cache(maxsize=64)  # 8000 distances in plain Python, asked three times a run, of one blade in each run of a study
+@lru_cache(maxsize=64)  # 8000 distances in plain Python, needed three times per run for the same blade
 def _reach_beside(tool: Tool) -> tuple[float, float]:
-    """Return the reach of a spread tool left and right of its edge: where the gap equals the spread."""
+    """Return the distances left and right of a spread edge, mm, at which the gap to the tool equals the spread."""
     far = tool.spread * np.linspace(0.0, _FARTHEST, 4001)
     left, right = (float(far[_gap_beside(tool, side * far) < tool.spread].max(initial=0.0)) for side in (-1.0, 1.0))
     return left, right
 
 
 def _length_beneath(x: NDArray[np.float64], reach: float) -> float:
-    """Return the length across an edge of the elements within its reach, mm, from their corners' distances (E, 8)."""
+    """Return the median extent along x (mm) of the elements within reach of an edge, from the corners' x (E, 8)."""
     near = x[(x.min(axis=1) < reach) & (x.max(axis=1) > -reach)]
     return float(np.median(np.ptp(near, axis=1))) if len(near) else 0.0
 
 
 def _across(tool: Tool, mirrored: bool, h: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return samples across a spread edge on elements of length h (mm), and the bell there.
+    """Return the sample positions across a spread edge on elements of length h (mm), and their weights.
 
-    The bell is over the distance from the tool. A force between two nodes goes to both, which adds to its variance that
-    of a hat, h²/6. For the sum to be the same on all short elements the samples are moved apart. Along the edge, where
-    what one row loses its neighbours gain, it does not matter. Of a mirrored body those on its side of the edge.
+    The weight is the bell of the distance from the tool. Linear shape functions share a force between two nodes, which
+    adds h²/6, the variance of a hat function, to that of the bell. The samples are moved apart so that the sum is the
+    same on all short elements. No correction is needed along the edge, where neighbouring rows overlap. In a mirrored
+    body only the samples on its side of the edge remain.
     """
     left, right = _reach_beside(tool)
     across = -left + (left + right) * (np.arange(_ACROSS) + 0.5) / _ACROSS
@@ -252,7 +251,7 @@ def _bell(s: NDArray[np.float64]) -> NDArray[np.float64]:
 def _lines_of_rows(
     rows: NDArray[np.float64], along: NDArray[np.float64], a: float, half: bool
 ) -> tuple[NDArray[np.int32], NDArray[np.float64], NDArray[np.float64]]:
-    """Return (R, M) the lines within `a` of each row, their distance along the edge, and −1 for images, else 1."""
+    """Return (R, M) the lines within `a` of each row, their distances along the edge, and −1 for images, else 1."""
     images = -along[::-1] if half else along[:0]
     y = np.concatenate([images, along])
     index = np.concatenate([np.arange(len(images))[::-1], np.arange(len(along))])
@@ -267,12 +266,12 @@ def _lines_of_rows(
 
 
 def _pairs(rows: int, half: bool) -> NDArray[np.int32]:
-    """Return (P, 2) the rows from the middle outwards, each with the one across it, −1 where that is an image."""
+    """Return (P, 2) each row with the one opposite in y, from the middle outwards; −1 if a mirror replaces it."""
     first = np.arange(0 if half else rows // 2, rows)
     return np.stack([first, np.full(rows, -1) if half else rows - 1 - first], axis=1).astype(np.int32)
 
 
 def _places(ends: tuple[float, float], spacing: float) -> NDArray[np.float64]:
-    """Return places that lie symmetric about 0, `spacing` apart, over what is between the ends and a little more."""
+    """Return positions `spacing` apart and symmetric about 0 that cover the interval between the ends."""
     first, last = np.floor(ends[0] / spacing), np.ceil(ends[1] / spacing)
     return np.asarray((np.arange(first, last) + 0.5) * spacing, dtype=np.float64)

@@ -1,13 +1,13 @@
-"""Where the elements of a mesh lie in the kernels' blocks, and where their corner forces go.
+"""Place the elements of a mesh in the lanes of the kernels' blocks, and assign rows to their corner forces.
 
-Elements follow one another in the lanes as long as all their corners follow one another among the nodes. Where the next
-element's corners lie a few nodes further, at the end of a row say, that number of lanes stays empty; where they lie
-elsewhere a new run begins, and where they are of another material a new block. Empty lanes read and write nodes as the
-others do, but they are dead: what they write is a zero.
+Successive elements are in successive lanes while each of their eight corner nodes increases by one. If the corner nodes
+of the next element are a few nodes further, for example at the end of a row, that number of lanes stays empty; if they
+are elsewhere, a new run begins; with another material, a new block. Empty lanes are dead elements: they read and write
+nodes as the others do, but the forces they write are zero.
 
-A large model has several parts of blocks in a row, each of which a thread can advance by itself. A run of corners that
-meets a node of an earlier part puts its forces into rows apart, and these are added, one by one and in order, when all
-parts are done. The parts are those of the mesh, not of the threads: the result has the same bits for any number.
+A large model is divided into parts of successive blocks, which threads can advance independently. A run of corners that
+shares a node with an earlier part writes its forces into separate rows, which are added in a fixed order once all parts
+are done. The parts depend on the mesh, not on the number of threads, so the result is bit-identical for any number.
 """
 
 from dataclasses import dataclass
@@ -23,22 +23,22 @@ from stemcal.fem.kernels.compile import RUN
 Array = NDArray[np.float64]
 Ints = NDArray[np.int32]
 
-# Corners this many nodes further leave lanes empty rather than begin a new run.
+# Up to this number of nodes between successive elements, lanes stay empty; beyond it a new run begins.
 _SHORT = RUN // 2
-# Least number of blocks of a part, most parts of a model.
+# Minimum number of blocks in a part, maximum number of parts.
 _BLOCKS_OF_A_PART = 512
 _PARTS = 16
 
 
 @dataclass(frozen=True)
 class Lanes:
-    """Where elements lie.
+    """The layout of the elements of a mesh in blocks.
 
-    slots: Block · `LANES` + lane of each element.
-    runs: First node of each run of corners.
-    targets: First row of the nodal forces for each of them: the same, or a row apart.
-    late: The nodes of the rows apart; these follow the N + `RUN` rows of the nodes.
-    ends: Part p is blocks ends[p]…ends[p+1]−1.
+    slots: Block · `LANES` + lane of each element (E,).
+    runs: First node of each run of corners (blocks, 8, runs of a block).
+    targets: First row of the nodal forces for each run: its first node, or a separate row.
+    late: Node of each separate row; these rows follow the N + `RUN` rows of the nodes.
+    ends: Part p has the blocks ends[p]…ends[p+1]−1.
     """
 
     slots: Ints
@@ -48,22 +48,22 @@ class Lanes:
     ends: NDArray[np.int_]
 
     def spread(self, per_element: Array, fill: float) -> Array:
-        """Return values per element as (blocks, lanes), with a value for the empty lanes."""
+        """Return values per element (E,) as (blocks, lanes), with `fill` in the empty lanes."""
         spread = np.full(len(self.runs) * LANES, fill)
         spread[self.slots] = per_element
         return spread.reshape(-1, LANES)
 
     def gathered(self, rows: Array) -> Array:
-        """Return rows of the elements' state, (blocks, lanes) or (blocks, rows, lanes), as (E,) or (E, rows)."""
+        """Return values of lanes, (blocks, lanes) or (blocks, rows, lanes), per element: (E,) or (E, rows)."""
         lanes_last = np.moveaxis(rows, -1, 1)
         return np.asarray(lanes_last.reshape(-1, *rows.shape[1:-1])[self.slots], dtype=float)
 
 
 def lay_out(hexes: Ints, nodes: int, materials: NDArray[np.int_] | None = None) -> Lanes:
-    """Lay the elements (E, 8) of a mesh, of the given materials (E,), out in blocks."""
+    """Return the layout of elements (E, 8) with materials (E,), on a number of nodes."""
     slots, heads = _slots(hexes, np.zeros(len(hexes), dtype=int) if materials is None else materials)
     count = -(-(slots[-1] + 1) // LANES) * LANES
-    # each run begins where its first element would, were all its lanes filled
+    # the first node of a run is that of its first lane, even if this lane is empty
     first = np.zeros((count // RUN, 8), dtype=np.int32)
     run = slots // RUN
     first[run] = hexes[heads] + (run * RUN - slots[heads])[:, None]
@@ -74,7 +74,7 @@ def lay_out(hexes: Ints, nodes: int, materials: NDArray[np.int_] | None = None) 
 
 
 def _slots(hexes: Ints, materials: NDArray[np.int_]) -> tuple[Ints, NDArray[np.int_]]:
-    """Return the slot of each element, and the element that heads the row of runs it is in."""
+    """Return (E,) the slot of each element, and the first element of its row of runs."""
     apart, changes = np.diff(hexes, axis=0), np.diff(materials) != 0
     near = np.all(apart == apart[:, :1], axis=1) & (apart[:, 0] >= 1) & (apart[:, 0] <= _SHORT) & ~changes
     begins = np.concatenate([[0], np.flatnonzero(~near) + 1])
@@ -84,13 +84,13 @@ def _slots(hexes: Ints, materials: NDArray[np.int_]) -> tuple[Ints, NDArray[np.i
     last = np.concatenate([begins[1:], [len(hexes)]]) - 1
     lengths = -(-(within[last] + 1) // RUN) * RUN
     starts = np.concatenate([[0], np.cumsum(lengths)[:-1]])
-    for first in 1 + row[:-1][changes]:  # the rows of runs with which another material begins
+    for first in 1 + row[:-1][changes]:  # rows of runs that begin another material
         starts[first:] += -starts[first] % LANES
     return (starts[row] + within).astype(np.int32), heads
 
 
 def _targets(runs: Ints, ends: NDArray[np.int_], nodes: int) -> tuple[Ints, Ints]:
-    """Return the first row of the nodal forces for each run of corners, and the nodes of the rows apart."""
+    """Return the first row of the nodal forces for each run of corners, and the node of each separate row."""
     owner = np.full(nodes + RUN, -1)
     targets = runs.copy()
     late: list[Ints] = []
@@ -113,8 +113,8 @@ def nodal(values: Array) -> Array:
 
 
 def nodal_zeros(count: int, kind: np.dtype[Any]) -> Any:
-    """Return zeros (`count`, 3) that lie component by component.
+    """Return zeros (`count`, 3) stored component by component.
 
-    Behind the last component there are `RUN` numbers to spare, which a run of the last nodes may reach into.
+    The memory extends `RUN` numbers beyond the last component, because a run may reach past the last node.
     """
     return np.zeros(3 * count + RUN, dtype=kind)[: 3 * count].reshape((count, 3), order="F")

@@ -1,4 +1,4 @@
-"""The plastic kinematic material (LS-DYNA's *MAT_003) and how an element resists its hourglass modes."""
+"""The plastic kinematic material (LS-DYNA's *MAT_003), the bulk viscosity and the hourglass stiffness."""
 
 from __future__ import annotations
 
@@ -14,24 +14,24 @@ from stemcal.fem.kernels.transverse import TransverseNumbers
 
 RateLaw = Literal["paper", "cowper_symonds"]
 
-# The exponent that each law puts on ε̇/C, given the parameter P.
+# Exponent of ε̇/C in each rate law, as a function of its parameter P.
 RATE_EXPONENTS = {"paper": lambda p: p, "cowper_symonds": lambda p: 1.0 / p}
 
-# Stiffness a against each hourglass pattern Γ = ±1 of the corners, as a share of (λ+2μ) V^⅓, at coefficient 1: as
-# OpenRadioss takes the coefficient of LS-DYNA's types 4 and 5 (its routine s_hg5). At 0.55 it is a cube's own bending.
+# Stiffness a of each hourglass pattern Γ = ±1 of the corners, as a share of (λ+2μ) V^⅓ at coefficient 1. OpenRadioss
+# interprets the coefficient of LS-DYNA's types 4 and 5 in this way (routine s_hg5). At 0.55, a cube has its own bending
+# stiffness.
 HOURGLASS_SHARE = 0.038
 
-# A yield stress in numbers of single precision, above which nothing yields, MPa.
+# Yield stress of a material that never yields, MPa, finite also in single precision.
 _NEVER = 1.0e30
 
 
 @dataclass(frozen=True)
 class Transverse:
-    """Properties of a material across its axis; those of `Material` are then along it.
+    """Properties of a material across its axis (L along, T across); those of `Material` are then along the axis.
 
     elastic_modulus, shear_modulus: E_T across the axis, G_LT between the axis and a direction across it, MPa.
-    poisson_ratio: ν_TT between two directions across the axis; the material's ν_LT is of widening by a pull along the
-        axis.
+    poisson_ratio: ν_TT between two directions across the axis; the material's ν_LT is for tension along the axis.
     yield_stress, shear_yield_stress: In tension across the axis, and in shear between the axis and a direction across
         it, MPa.
     """
@@ -47,8 +47,8 @@ class Transverse:
 class Material:
     """Elastic-plastic material with mixed linear hardening, rate dependence and failure.
 
-    It is isotropic, or with `transverse` only across its axis, which is the edge ζ of the elements: then E, ν, yield
-    stress, E_t and failure strain are those of tension along the axis.
+    It is isotropic, or with `transverse` transversely isotropic about the element edge ζ: then E, ν, yield stress, E_t
+    and failure strain are those of tension along this axis.
 
     density: ρ, t/mm³.
     elastic_modulus, poisson_ratio: E in MPa, ν.
@@ -57,10 +57,10 @@ class Material:
     strain_rate_c, strain_rate_p: C in 1/s and P of the rate law; C = 0 switches it off.
     failure_strain: Effective plastic strain at which an element is eroded.
     rate_law: ``cowper_symonds`` scales yield by 1 + (ε̇/C)^(1/P), ``paper`` by 1 + (ε̇/C)^P.
-    rate_filter: Time over which the plastic strain rate is smoothed before it enters the law, s. With 0 the rate is
-        that of each step by itself, in which every vibration counts.
-    internal_length: ℓ of the weight exp(−r²/ℓ²) over which the plastic strain is averaged before it is held against the
-        failure strain, mm; 0 takes each element by itself. See `kernels.nonlocal_mean`.
+    rate_filter: Time over which the plastic strain rate is smoothed before it enters the rate law, s. With 0 the rate
+        is that of the single step, which includes vibrations.
+    internal_length: ℓ of the weight exp(−r²/ℓ²) with which the plastic strain is averaged before it is compared with
+        the failure strain, mm; with 0, each element fails by its own strain. See `kernels.nonlocal_mean`.
     transverse: Properties across the axis; isotropic if None.
     """
 
@@ -80,7 +80,7 @@ class Material:
 
     @property
     def own_failure_strain(self) -> float:
-        """The strain at which an element fails by itself; none with an internal length, where mean strains decide."""
+        """Plastic strain at which a single element fails; infinite with an internal length, where the mean counts."""
         return inf if self.internal_length > 0.0 else self.failure_strain
 
     @property
@@ -100,7 +100,7 @@ class Material:
 
     @property
     def p_wave_modulus(self) -> float:
-        """λ + 2μ = K + 4/3 G, of waves across the axis where there is one, MPa."""
+        """λ + 2μ = K + 4/3 G, MPa; with an axis, the modulus C_TT of waves across it."""
         if self.transverse is not None:
             return self._moduli[1]
         return self.bulk_modulus + 4.0 / 3.0 * self.shear_modulus
@@ -111,12 +111,12 @@ class Material:
         return self.elastic_modulus * self.tangent_modulus / (self.elastic_modulus - self.tangent_modulus)
 
     def numbers(self, mass_scaling: float, viscosity: BulkViscosity) -> MaterialNumbers:
-        """Return the numbers of an isotropic material for the kernels, with the density scaled."""
+        """Return the constants of an isotropic material for the kernels, with the density scaled."""
         common = self._common(mass_scaling, viscosity)
         return MaterialNumbers(bulk=self.bulk_modulus, shear=self.shear_modulus, lame=self.lame_modulus, **common)
 
     def transverse_numbers(self, mass_scaling: float, viscosity: BulkViscosity) -> TransverseNumbers:
-        """Return the numbers of a material with an axis, or an isotropic one, for the kernels, its density scaled."""
+        """Return the constants of a transversely isotropic (or isotropic) material for the kernels, density scaled."""
         _, _, coupled, lame, across = self._moduli
         along = self._across.shear_modulus
         coupling = coupled - lame
@@ -154,7 +154,7 @@ class Material:
 
     @property
     def _across(self) -> Transverse:
-        """The properties across the axis, those of an isotropic material if it has none."""
+        """The properties across the axis; without an axis, those of the isotropic material."""
         if self.transverse is not None:
             return self.transverse
         return Transverse(
@@ -175,10 +175,10 @@ class Material:
 
     @property
     def _hill(self) -> tuple[float, float, float]:
-        """h₁, h₂, h₃ of Hill's stress from the axial yield stress over the transverse one, and over that in shear.
+        """h₁, h₂, h₃ of Hill's stress (see `kernels.transverse`) from the yield stresses.
 
-        Tension across yields at q² = (⅔ h₁ + (h₂ + h₃)/9) σ², axial shear at (2h₁ + h₂) τ², and axial tension at
-        ⅔ h₁ + 4/9 (h₂ + h₃) = 1.
+        q² is (⅔ h₁ + (h₂ + h₃)/9) σ² in tension across the axis, (2h₁ + h₂) τ² in axial shear, and
+        (⅔ h₁ + 4/9 (h₂ + h₃)) σ² = σ² in axial tension; at yield, q is the axial yield stress in each case.
         """
         across, along = self._across, min(self.yield_stress, _NEVER)
         if along == _NEVER:
@@ -190,11 +190,11 @@ class Material:
 
     @property
     def _bound(self) -> tuple[float, float, float]:
-        """λ, μ and κ of an isotropic law with κ e_a aa that is nowhere softer than this one, MPa.
+        """λ, μ and κ of a law C:e = λ tr e I + 2μ e + κ e_a aa that is at least as stiff as this one, MPa.
 
-        Shears ask for μ ≥ μ_L, μ_T. What the law has more, d, must not be negative for normal strains (e_a, e, e):
-        d_ap² ≤ d_aa d_pp with d_ap = √2 (λ − C_LT) and d_pp = 2 (λ − λ₀); of all λ the smallest bound has λ = C_LT, or
-        2λ₀ − C_LT where that is less than λ₀.
+        Shear requires μ ≥ μ_L and μ ≥ μ_T. For normal strains (e_a, e, e) the difference d of the two laws must be
+        positive semidefinite: d_ap² ≤ d_aa d_pp with d_ap = √2 (λ − C_LT) and d_pp = 2 (λ − λ₀). The smallest bound
+        has λ = C_LT, or λ = 2λ₀ − C_LT if C_LT is less than λ₀.
         """
         along, _, coupled, other, across = self._moduli
         mu = max(across, self._across.shear_modulus)
@@ -206,19 +206,19 @@ class Material:
 
 @dataclass(frozen=True)
 class Layers:
-    """Several materials in one body: element e has the one at the place of[e]."""
+    """Several materials in one body: element e has the material with the index of[e]."""
 
     materials: tuple[Material, ...]
     of: NDArray[np.int_]
 
     def each(self, values: Any) -> Any:
-        """Return values (E, …) of the elements from those of the materials."""
+        """Return values (E, …) of the elements from one value per material."""
         return np.array(list(values), dtype=float)[self.of]
 
 
 @dataclass(frozen=True)
 class BulkViscosity:
-    """Pressure that smears shocks over elements: q = ρ l (quadratic · l ε̇ᵥ² + linear · c |ε̇ᵥ|) in compression."""
+    """Bulk viscosity, which spreads shocks over elements: q = ρ l (quadratic l ε̇² + linear c |ε̇|) in compression."""
 
     linear: float = 0.06
     quadratic: float = 1.5

@@ -1,4 +1,4 @@
-"""Meshes of 8-node hexahedra: bricks and hollow cylinders, and who neighbours whom."""
+"""Meshes of 8-node hexahedra: bricks, hollow and solid cylinders, and the neighbours of each element."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Mesh:
     hexes: Ints
 
     def neighbours(self) -> Ints:
-        """Return (E, 6): the element behind each face, −1 where the face is outside."""
+        """Return (E, 6) the element on the other side of each face, −1 for a face on the surface."""
         faces = np.sort(self.hexes[:, FACES].reshape(-1, 4), axis=1)
         order = np.lexsort(faces.T[::-1])
         same = np.all(faces[order[1:]] == faces[order[:-1]], axis=1)
@@ -37,7 +37,7 @@ class Mesh:
         return behind.reshape(-1, 6)
 
     def topology(self, crowns: Array | None = None, slots: Ints | None = None) -> Topology:
-        """Return a topology with every element standing, faces flat or crowned, `slots` (E,) in sequence if None."""
+        """Return the topology before any erosion; by default faces are flat and the slots (E,) in sequence."""
         slots = np.arange(len(self.hexes), dtype=np.int32) if slots is None else slots
         crowns = np.zeros((len(self.hexes), 6)) if crowns is None else crowns
         live = np.bincount(self.hexes.ravel(), minlength=len(self.nodes)).astype(np.int32)
@@ -51,21 +51,21 @@ class Mesh:
         )
 
     def largest_extent(self) -> float:
-        """Return the greatest extent of an element along any axis, mm."""
+        """Return the largest extent of an element along a coordinate axis, mm."""
         return max(float(np.ptp(self.nodes[some], axis=1).max()) for some in self._portions())
 
     def modal_gradients(self) -> list[tuple[Any, ...]]:
-        """Return for each of x, y, z the derivatives b = ∂V/∂xₘ by the modes of the corners, tuples of arrays (E,)."""
+        """Return for x, y and z the derivatives b = ∂V/∂xₘ by the modal amplitudes of the corners, each (E,)."""
         x, y, z = _modal_sums(self.nodes, self.hexes)
         return [tuple(b / 8.0 for b in hexahedron.minors.py_func(p, q)) for p, q in ((y, z), (z, x), (x, y))]
 
     def _portions(self) -> Iterator[Ints]:
-        """Give the elements some at a time: what is worked out on the way for all of them would not fit the caches."""
+        """Yield the elements in portions whose intermediate arrays fit into the processor's caches."""
         for first in range(0, len(self.hexes), _PORTION):
             yield self.hexes[first : first + _PORTION]
 
     def moved(self, nodes: Array) -> Mesh:
-        """Return the same mesh with its nodes elsewhere."""
+        """Return the mesh with other positions of its nodes (N, 3), mm."""
         return replace(self, nodes=nodes)
 
 
@@ -93,10 +93,10 @@ def hollow_cylinder(
 
     inner, outer: Radii, mm.
     along: x of the layers of nodes, mm, increasing.
-    counts (around, through): Elements around and through the wall.
-    angles (from, to): Where the section begins and ends, from +y towards +z; a full turn closes it.
-    widths: How wide the elements around are, in proportion; all alike if None.
-    radii: Those of the nodes from `inner` to `outer`, mm; evenly spaced if None.
+    counts (around, through): Number of elements around and through the wall.
+    angles (from, to): Begin and end of the section, rad from +y towards +z; a full turn closes it.
+    widths: Relative widths of the elements around; equal if None.
+    radii: Radii of the nodes from `inner` to `outer`, mm; evenly spaced if None.
     """
     around, through = counts
     closed = abs(angles[1] - angles[0] - 2 * pi) < 1e-12
@@ -116,17 +116,17 @@ def solid_cylinder(
     turn: float = 0.0,
     beyond: Sequence[float] = (),
 ) -> Mesh:
-    """Return a solid cylinder about the x axis: a rounded square about its axis within rings of elements.
+    """Return a solid cylinder about the x axis: a core with a rounded square section within rings of elements.
 
-    Sectors that run to the axis would have elements without width there.
+    Without the core, the elements at the axis would have zero width.
 
     radius: mm.
     along: x of the layers of nodes, mm, increasing.
-    through: Rings of elements around the square.
-    widths: How wide the elements around the half y ≥ 0 are from the bottom to the top, in proportion; at least six.
-    whole: The whole section instead of that half.
-    turn: How far the section is turned about the axis, rad.
-    beyond: Radii of the nodes of further rings around that cylinder, mm, increasing.
+    through: Number of rings of elements around the core.
+    widths: Relative widths of the elements around the half y ≥ 0, from the bottom to the top; at least six.
+    whole: Mesh the whole section instead of that half.
+    turn: Rotation of the section about the axis, rad.
+    beyond: Radii of the nodes of further rings around the cylinder, mm, increasing.
     """
     points, quads = _half_disc(radius, through, widths, beyond)
     if whole:
@@ -136,17 +136,17 @@ def solid_cylinder(
 
 
 def square_of_solid(around: int) -> tuple[int, int]:
-    """Return (up, across): elements of the square in half a solid section by the number around that half."""
+    """Return the elements (up, across) of the core in half a solid section with `around` elements around that half."""
     across = around // 4
     return around - 2 * across, across
 
 
-# Radius of the square's corners over that of the cylinder, and how far its sides bulge: 0 straight, 1 an arc.
+# Core: radius of its corners over that of the cylinder, and bulge of its sides (0 straight, 1 an arc).
 SQUARE, _BULGE = 0.5, 0.4
 
 
 def _half_disc(radius: float, through: int, widths: Array, beyond: Sequence[float]) -> tuple[Array, Ints]:
-    """Return the points (y, z) of half a solid section, y ≥ 0, and its quadrilaterals."""
+    """Return the points (P, 2) in y and z of half a solid section, y ≥ 0, and its quadrilaterals (Q, 4)."""
     arc = _directions(pi * (_parts(widths) - 0.5))  # from the bottom to the top
     up, across = square_of_solid(len(widths))
     corners = arc[[across, across + up]]
@@ -160,7 +160,7 @@ def _half_disc(radius: float, through: int, widths: Array, beyond: Sequence[floa
     rings = rim + np.linspace(0.0, 1.0, through + 1)[1:, None, None] * (arc - rim)
     rings = np.concatenate([rings, (np.array(beyond) / radius)[:, None, None] * arc])
     inside = _filled(rim, up, across)
-    # the square's nodes row by row from the bottom, those of its rim where the rings begin
+    # nodes of the core row by row from the bottom; those on its rim begin the rings
     grid = np.arange((up + 1) * (across + 1), dtype=np.int32).reshape(up + 1, across + 1)
     begin = np.concatenate([grid[0], grid[1:-1, -1], grid[-1, ::-1]])
     ring = grid.size + np.arange(rings[..., 0].size, dtype=np.int32).reshape(-1, len(arc))
@@ -171,34 +171,34 @@ def _half_disc(radius: float, through: int, widths: Array, beyond: Sequence[floa
 
 
 def _filled(rim: Array, up: int, across: int) -> Array:
-    """Return a grid of points (up + 1, across + 1, 2) between the sides that a rim gives and the axis."""
+    """Return the points (up + 1, across + 1, 2) of the half core between its rim and the symmetry axis y = 0."""
     bottom, side, top = rim[: across + 1], rim[across : across + up + 1], rim[across + up :][::-1]
     heights = bottom[0, 1] + (side[:, 1] - side[0, 1]) / (side[-1, 1] - side[0, 1]) * (top[0, 1] - bottom[0, 1])
     axis = np.stack([np.zeros(up + 1), heights], axis=1)
     u, v = np.arange(across + 1) / across, np.arange(up + 1) / up
     u, v = u[None, :, None], v[:, None, None]
-    # transfinite interpolation: the two blends of opposite sides less that of the corners
+    # transfinite interpolation (Gordon and Hall 1973): blends of opposite sides less the bilinear blend of the corners
     ends = (1 - v) * ((1 - u) * bottom[0] + u * bottom[-1]) + v * ((1 - u) * top[0] + u * top[-1])
     return np.asarray((1 - v) * bottom + v * top + (1 - u) * axis[:, None] + u * side[:, None] - ends)
 
 
 def _between(first: Ints, second: Ints) -> Ints:
-    """Return the quadrilaterals (Q, 4) between lines of nodes (L, P) and the next lines (L, P)."""
+    """Return the quadrilaterals (Q, 4) between each line of nodes (L, P) and the next line (L, P)."""
     corners = (first[:, :-1], second[:, :-1], second[:, 1:], first[:, 1:])
     return np.stack([corner.ravel() for corner in corners], axis=1)
 
 
 def _with_mirror_image(points: Array, quads: Ints) -> tuple[Array, Ints]:
-    """Return a half section, y ≥ 0, and its image beyond y = 0, where they share their nodes."""
+    """Return a half section, y ≥ 0, joined with its mirror image; they share the nodes on y = 0."""
     off = np.flatnonzero(points[:, 0] > 1e-12)
     image = np.arange(len(points))
     image[off] = len(points) + np.arange(len(off))
-    beyond = image[quads][:, [0, 3, 2, 1]]  # turning the same way round
+    beyond = image[quads][:, [0, 3, 2, 1]]  # keeps the orientation
     return np.concatenate([points, points[off] * [-1.0, 1.0]]), np.concatenate([quads, beyond])
 
 
 def _drawn_out(section: Array, quads: Ints, along: Array) -> Mesh:
-    """Return points (y, z) and quadrilaterals (turning from y to z) drawn out along x, which is numbered first; mm."""
+    """Return the extrusion of a section along x; its points (y, z) are in mm, its nodes numbered along x first."""
     layers = len(along)
     nodes = np.empty((len(section), layers, 3))
     nodes[..., 0], nodes[..., 1:] = along, section[:, None]
@@ -206,25 +206,25 @@ def _drawn_out(section: Array, quads: Ints, along: Array) -> Mesh:
 
 
 def _hexes(quads: Ints, layers: int) -> Ints:
-    """Return the hexahedra between layers of nodes, each a line behind a corner of a quadrilateral."""
+    """Return the hexahedra of an extruded section whose nodes are numbered along the extrusion first."""
     first = (quads * layers)[:, None] + np.arange(layers - 1)[None, :, None]
     return np.concatenate([first, first + 1], axis=2).reshape(-1, 8).astype(np.int32)
 
 
 def _quads(rows: int, columns: int, closed: bool) -> Ints:
-    """Return the quadrilaterals of a grid of points numbered along its columns; `closed` joins the ends of a row."""
+    """Return the quadrilaterals of a grid of points numbered row by row; `closed` joins the ends of each row."""
     points = columns if closed else columns + 1
     i, j = (a.ravel() for a in np.meshgrid(np.arange(rows), np.arange(columns), indexing="ij"))
     return np.stack([(i + di) * points + (j + dj) % points for di, dj in ((0, 0), (1, 0), (1, 1), (0, 1))], axis=1)
 
 
 def _directions(turn: Array) -> Array:
-    """Return the unit vectors (…, 2) in y and z at angles from +y towards +z."""
+    """Return the unit vectors (…, 2) in y and z at angles (rad) from +y towards +z."""
     return np.stack([_exact(np.cos(turn)), _exact(np.sin(turn))], axis=-1)
 
 
 def _parts(widths: Array) -> Array:
-    """Return the boundaries of pieces of the given widths in a whole of 1."""
+    """Return the boundaries of pieces of the given relative widths in the interval from 0 to 1."""
     return np.asarray(np.concatenate([[0.0], np.cumsum(widths) / np.sum(widths)]))
 
 

@@ -1,4 +1,4 @@
-"""A finite element model: body, material, tools and its integration in time."""
+"""A finite element model: body, material, tools and the settings of its integration in time."""
 
 from dataclasses import dataclass, field
 from typing import Literal
@@ -18,17 +18,17 @@ Precision = Literal["mixed", "double"]
 
 @dataclass(frozen=True)
 class Integration:
-    """How the equations of motion are integrated.
+    """Settings of the integration of the equations of motion by central differences.
 
-    mass_scaling: Factor on the density; loading keeps its real speed, waves become slower by its root.
-    time_step: Elements that cannot take this step, s, are given mass until they can; None leaves it to the fastest of
-        them.
+    mass_scaling: Factor on the density. The loading keeps its real speed; waves become slower by the factor's root.
     safety: Share of the stable time step that is used.
-    outputs: Rows of the history.
-    threads: Cores for this one model; worth it from some ten thousand elements on. The result does not depend on it.
-    precision: ``mixed`` works out strains, stresses and hourglass forces of elements in single precision, relative to
+    outputs: Number of output intervals of the history.
+    threads: Number of cores for this model, useful above some ten thousand elements; the result does not depend on it.
+    time_step: Elements whose stable step is shorter than this, s, get additional mass. With None, the element with the
+        shortest stable step determines the step.
+    precision: ``mixed`` computes strains, stresses and hourglass forces of elements in single precision, relative to
         each element's first corner; positions, velocities, forces and sums of energy stay in double precision.
-        ``double`` is for comparison with known answers; studies are always computed with ``mixed``.
+        ``double`` is for comparison with known solutions; studies are always computed with ``mixed``.
     """
 
     mass_scaling: float = 1.0
@@ -44,14 +44,14 @@ class Model:
     """Everything that determines a simulation.
 
     mesh, material: The deformable body.
-    tools, contact: Rigid tools around it and the law between them and it.
+    tools, contact: Rigid tools and the contact law between tools and body.
     hourglass: Coefficient of the stiffness against the hourglass modes (`material.HOURGLASS_SHARE`).
-    held: Components that do not follow forces; they move with `velocity`, or are fixed.
-    velocity: Velocity at the start, mm/s; on held components at all times.
-    loads: Constant nodal forces, N.
-    crowns: How far the true surface bulges over the middle of each face along a spread edge, mm.
-    settling: Share of what velocities differ by from those at the start that is taken from them at every output, so
-        that a slow loading does not swing; its energy counts as lost with eroded nodes.
+    held: Prescribed velocity components (N, 3): these move with `velocity`, or are fixed without it.
+    velocity: Initial velocities (N, 3), mm/s; on held components they apply at all times.
+    loads: Constant nodal forces (N, 3), N.
+    crowns: Height of the true curved surface over the middle of each flat element face (E, 6), mm.
+    settling: Share of the deviation from the initial velocities that is removed at every output, to damp vibrations
+        under slow loading; the energy removed is booked with that of eroded nodes.
     """
 
     mesh: Mesh
@@ -69,7 +69,7 @@ class Model:
 
     @property
     def layers(self) -> Layers:
-        """The materials of the elements; all are of the first one where there is only one."""
+        """Materials of the elements; a single material applies to all elements."""
         if isinstance(self.material, Layers):
             return self.material
         return Layers((self.material,), np.zeros(len(self.mesh.hexes), dtype=int))

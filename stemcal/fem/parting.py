@@ -1,4 +1,4 @@
-"""The plane under the edge of a blade on which a body parts, from the mesh and the tools."""
+"""The cut plane: the plane under the edge of a blade on which a body parts, from the mesh and the tools."""
 
 from dataclasses import replace
 
@@ -15,11 +15,11 @@ Array = NDArray[np.float64]
 Ints = NDArray[np.int32]
 
 _HAIR = 1.0e-9  # mm
-# Elements nearer to the plane than half the blade's thickness and this number of internal lengths are never deleted:
-# the weight of the mean strain, exp(−r²/ℓ²), falls to 2 % there. Nor are those within half the height of the body: so
-# far the flanks crush what parts, and deleted hinges over near supports would make the force depend on the mesh.
+# Elements nearer to the plane than half the blade's thickness plus this number of internal lengths are never deleted:
+# at 2 ℓ the weight of the mean strain, exp(−r²/ℓ²), is 2 %. Elements within half the height of the body are not deleted
+# either: the flanks crush the body up to there, and deleted hinges over near supports make the force mesh-dependent.
 _LENGTHS = 2.0
-# The wedge of the flanks reaches this number of its half thickness beyond the plane, for nodes that have crossed it.
+# A flank continues beyond the plane by this number of its half thickness, for nodes that have crossed the plane.
 _BEYOND = 50.0
 
 
@@ -29,13 +29,13 @@ def parts_under(tools: tuple[Tool, ...]) -> int:
 
 
 def doubled(mesh: Mesh) -> Mesh:
-    """Return a mesh between whose layers two are at the same place without the elements of no length there."""
+    """Return a mesh without its elements of zero length, which leaves two layers of nodes at the same place."""
     extent = np.ptp(mesh.nodes[mesh.hexes][..., 0], axis=1)
     return replace(mesh, hexes=np.ascontiguousarray(mesh.hexes[extent > _HAIR]))
 
 
 def joined(mesh: Mesh, tools: tuple[Tool, ...]) -> Mesh:
-    """Return the mesh whose elements share nodes across the plane that parts, where those of `mesh` have twins."""
+    """Return the mesh whose elements share nodes across the cut plane, where those of `mesh` have twin nodes."""
     if (tool := parts_under(tools)) < 0:
         return mesh
     on = np.flatnonzero(np.abs(mesh.nodes[:, 0] - (tools[tool].edge or 0.0)) < _HAIR)
@@ -46,7 +46,7 @@ def joined(mesh: Mesh, tools: tuple[Tool, ...]) -> Mesh:
 
 
 def spared(mesh: Mesh, tools: tuple[Tool, ...], length: float) -> NDArray[np.bool_]:
-    """Return which elements (E,) are never deleted, because the body parts near them; `length` is the internal one."""
+    """Return a mask (E,) of elements near the cut plane, which are never deleted; `length` is the internal length."""
     if (tool := parts_under(tools)) < 0:
         return np.zeros(len(mesh.hexes), dtype=bool)
     half = np.ptp(np.array(tools[tool].corners)[:, 0]) / 2.0 + tools[tool].radius
@@ -55,7 +55,7 @@ def spared(mesh: Mesh, tools: tuple[Tool, ...], length: float) -> NDArray[np.boo
 
 
 def cut_plane(tools: tuple[Tool, ...], mesh: Mesh, spread: SpreadEdge) -> CutPlane:
-    """Return the plane under the first tool edge that parts the body, and room for the front under the edge's lines."""
+    """Return the plane under the first tool edge that parts the body; `spread` has the lines of samples of the edge."""
     tool, x, lines = parts_under(tools), mesh.nodes, len(spread.along)
     reach = float(np.abs(spread.across).max(initial=0.0))
     place = float(tools[tool].edge or 0.0) if tool >= 0 else np.inf
@@ -93,9 +93,9 @@ def cut_plane(tools: tuple[Tool, ...], mesh: Mesh, spread: SpreadEdge) -> CutPla
 
 
 def _columns(x: Array, side: Array, place: float, reach: float) -> tuple[Ints, Array]:
-    """Return the nodes (P, M) in lines across the plane within reach, and a layer more; and their distances from it.
+    """Return the nodes (P, M) in lines across the plane, within reach and one layer more, and the layers' x from it.
 
-    The layers of nodes are planes, and as many lie within reach on either side, if any do.
+    The layers of nodes must be planes, equally many within reach on both sides unless a mirror replaces one side.
     """
     _, line = np.unique(np.round(x[:, 1:], 7), axis=0, return_inverse=True)
     order = np.lexsort((side, x[:, 0], line.ravel()))
@@ -109,17 +109,17 @@ def _columns(x: Array, side: Array, place: float, reach: float) -> tuple[Ints, A
 
 
 def _flanks(tool: Tool) -> Array:
-    """Return the wedge without rounding through the edge's lowest line, continued beyond the plane: right and left.
+    """Return the right and the left flank (2, 5, 2) of the blade as a sharp wedge, continued beyond the plane.
 
-    A flank that is upright, that of one bevel, leans by a thousandth.
+    The wedge passes through the edge's lowest line. A vertical flank (single bevel) is inclined by 1/1000.
     """
-    corners, found = np.array(tool.corners), np.zeros((2, 5, 2))
+    corners, flanks = np.array(tool.corners), np.zeros((2, 5, 2))
     top = float(corners[:, 1].max()) + tool.radius
-    for flank, sign in zip(found, (1.0, -1.0), strict=True):
+    for flank, sign in zip(flanks, (1.0, -1.0), strict=True):
         shoulder = corners[np.argmax(sign * corners[:, 0] - 1.0e-6 * corners[:, 1])]
         run, rise = sign * (shoulder[0] - corners[0, 0]), shoulder[1] - corners[0, 1]
         half, per = (run + tool.radius, run / rise) if run > 0.0 else (1.0e-3, 1.0e-3)
         far = _BEYOND * max(half, 1.0)
         flank[:4] = (-far, -far / per), (half, half / per), (half, top + half / per), (-far, top + half / per)
         flank[4] = flank[3]
-    return found
+    return flanks

@@ -1,4 +1,4 @@
-"""The state of a model while it is integrated: how it is put together at time 0."""
+"""The state of a model during its integration, and how it is assembled at time 0."""
 
 from dataclasses import dataclass
 from math import ceil, prod
@@ -38,24 +38,24 @@ def exchange(
     materials: NDArray[np.int_] | None = None,
     spared: NDArray[np.bool_] | None = None,
 ) -> Exchange:
-    """Return the exchange that averages over an internal length; length 0 makes failure local.
+    """Return the arrays that average plastic strain over an internal length; with length 0 failure is local.
 
-    neighbours: The element behind each face, −1 where there is none.
-    failure_strain, length: The limit, and ℓ of the weight exp(−r²/ℓ²), mm; both are those of the element's material.
-    strains: The plastic strains as the blocks of elements hold them.
-    materials: The material of each element; the mean is over elements of one.
-    spared: Elements that are never deleted.
+    neighbours: The element behind each face (E, 6), −1 for none.
+    failure_strain, length: The limit, and ℓ of the weight exp(−r²/ℓ²), mm; of all elements, or of each (E,).
+    strains: Plastic strains in the blocks (blocks, lanes), for their shape.
+    materials: Material of each element (E,); the mean is over elements of the same material.
+    spared: Elements that are never deleted (E,).
     """
     elements = len(mesh.hexes)
     time = np.full((elements, 1), 0.25) * np.square(length).reshape(-1, 1)
     if materials is not None:
         neighbours = np.where(materials[neighbours] == materials[:, None], neighbours, -1)
     rate = _conductances(mesh, neighbours) / mesh.volumes()[:, None]
-    # a pass hands over at most half of what an element has: with all of it, neighbours would only change places; images
-    # count behind free faces: with other passes, so other means, on a mirror plane than without one the first element
-    # would fail in another step
+    # A pass exchanges at most half of an element's strain: with all of it, neighbours would only swap their values. A
+    # free face counts with the element's image behind it, so that a model with a mirror plane has as many passes, and
+    # so the same means, as the full model: otherwise the first element would fail in another step.
     passes = max(int(time.max() > 0.0), ceil(float((2.0 * time[:, 0] * rate.sum(axis=1)).max()) - 1e-9))
-    # behind a face without a neighbour is the element itself: no case apart then, and no index that counts back
+    # behind a face without a neighbour the index is that of the element itself, so that the kernel needs no branch
     around = np.where(neighbours < 0, np.arange(elements)[:, None], neighbours).astype(np.uint32)
     share = np.where(neighbours < 0, 0.0, rate) * time / max(passes, 1)
     means = np.zeros(elements), np.zeros(elements), np.zeros_like(strains), np.zeros(1)
@@ -64,9 +64,9 @@ def exchange(
 
 
 def _conductances(mesh: Mesh, neighbours: NDArray[np.int32]) -> Array:
-    """Return T = A·d/|d|² of each face (E, 6), A its area vector and d the way to the neighbour's centre; mm.
+    """Return T = |A·d|/|d|² of each face (E, 6), mm: A is its area vector, d the vector to the neighbour's centre.
 
-    Behind a face without a neighbour is the element's own image.
+    For a face without a neighbour the neighbour's centre is the element's mirror image.
     """
     corners = mesh.nodes[mesh.hexes]
     centres = corners.mean(axis=1)
@@ -77,17 +77,17 @@ def _conductances(mesh: Mesh, neighbours: NDArray[np.int32]) -> Array:
     return np.asarray(np.abs(np.sum(areas * way, axis=2)) / np.sum(way * way, axis=2))
 
 
-# A time step this much smaller than the first one means that the mesh has collapsed.
+# A time step below this share of the first one means that the mesh has collapsed.
 _COLLAPSE = 1.0e-4
-# Contact candidates are listed within this share of an element's size.
+# Contact candidates are listed within this share of an element's size from a tool.
 _MARGIN = 0.25
-# Elements of single precision may grow to this multiple of the extent of the largest and still resolve their corners.
+# In single precision, elements may grow to this multiple of the largest initial extent without integer overflow.
 _STRETCH = 16.0
 
 
 @dataclass
 class State:
-    """The one mutable thing: everything that changes while a model is integrated, and its kernel-side constants."""
+    """Everything that changes during the integration of a model, and the constants in the form the kernels use."""
 
     body: Body
     topology: Topology
@@ -135,11 +135,11 @@ def start(model: Model) -> State:
         exchange=exchange(
             model.mesh,
             joined(model.mesh, model.tools).neighbours() if parts_under(model.tools) >= 0 else topology.neighbours,
-            layers.each(one.failure_strain for one in layers.materials),
-            layers.each(one.internal_length for one in layers.materials),
+            layers.each(law.failure_strain for law in layers.materials),
+            layers.each(law.internal_length for law in layers.materials),
             body.state[:, block.PLASTIC_STRAIN],
             layers.of,
-            spared(model.mesh, model.tools, max(one.internal_length for one in layers.materials)),
+            spared(model.mesh, model.tools, max(law.internal_length for law in layers.materials)),
         ),
         lanes=lanes,
         clock=Clock(
@@ -163,28 +163,28 @@ def start(model: Model) -> State:
 
 
 def _is_isotropic(layers: Layers) -> bool:
-    """Check that the kernels of one isotropic material are enough for a body."""
+    """Check that a body has one isotropic material, for which simpler kernels exist."""
     return len(layers.materials) == 1 and layers.materials[0].transverse is None
 
 
 def _numbers(model: Model) -> list[Any]:
-    """Return the numbers of each material for the kernels, in double precision."""
+    """Return the constants of each material for the kernels, in double precision."""
     layers, scaling = model.layers, model.integration.mass_scaling
     form = Material.numbers if _is_isotropic(layers) else Material.transverse_numbers
-    return [form(one, scaling, model.viscosity) for one in layers.materials]
+    return [form(law, scaling, model.viscosity) for law in layers.materials]
 
 
 def _material(model: Model, lanes: Lanes) -> MaterialNumbers | LayerTable:
-    """Return the materials as the kernels see them, in the precision of the elements."""
+    """Return the materials in the form that the kernels use, in the precision of the elements."""
     numbers, precision = _numbers(model), _precision(model)
     if _is_isotropic(model.layers):
         return MaterialNumbers(*(precision.type(number) for number in numbers[0]))
-    rows = lanes.spread(model.layers.of.astype(float), 0.0).max(axis=1)  # empty lanes are of any material
+    rows = lanes.spread(model.layers.of.astype(float), 0.0).max(axis=1)  # an empty lane may have any material
     return LayerTable(rows.astype(np.int32), np.array(numbers, dtype=precision))
 
 
 def _aligned_zeros(shape: tuple[int, ...], kind: np.dtype[Any]) -> Array:
-    """Return zeros that begin on a cache line: a vector read across two lines costs twice, a quarter of the kernel."""
+    """Return zeros that begin on a cache line: vectors across two lines would make the kernel a quarter slower."""
     size = kind.itemsize * prod(shape)
     raw = np.zeros(size + block.CACHE_LINE, dtype=np.uint8)
     begin = -raw.ctypes.data % block.CACHE_LINE
@@ -192,12 +192,11 @@ def _aligned_zeros(shape: tuple[int, ...], kind: np.dtype[Any]) -> Array:
 
 
 def scratch_like(state: Array) -> Array:
-    """Return room for one block of elements whose state this is."""
+    """Return the scratch array of one block, in the precision of a state."""
     return _aligned_zeros((block.SCRATCH_ROWS * block.LANES,), state.dtype)
 
 
 def _precision(model: Model) -> np.dtype[Any]:
-    """Return the precision of the elements' state."""
     return np.dtype(np.float32 if model.integration.precision == "mixed" else np.float64)
 
 
@@ -223,7 +222,7 @@ def _body(model: Model, lanes: Lanes, topology: Topology, volumes: Array) -> Bod
     v = nodal_zeros(len(x), x.dtype) if model.velocity is None else nodal(model.velocity)
     held = np.zeros(x.shape, dtype=bool, order="F") if model.held is None else model.held.copy(order="F")
     none = np.zeros((0, 3), order="F")
-    # row by row, as an array without rows is: the kernels are then compiled once for both
+    # C order, as an array without rows has: the kernels are then compiled once for both cases
     driven = np.ascontiguousarray(np.where(held, v, 0.0)) if v[held].any() else none
     body = Body(
         x=x,
@@ -248,7 +247,6 @@ def _body(model: Model, lanes: Lanes, topology: Topology, volumes: Array) -> Bod
 
 
 def _no_pushes(nodes: int, tools: int) -> Pushes:
-    """Return arrays for the contact forces of all tools on all nodes."""
     sources = KINDS * tools
     return Pushes(
         np.zeros((sources, nodes, 3)),
@@ -259,7 +257,7 @@ def _no_pushes(nodes: int, tools: int) -> Pushes:
 
 
 def _seen(x: Array, v: Array, mesh: Mesh, kind: np.dtype[Any]) -> block.Seen:
-    """Return room for what elements of a precision see of the nodes."""
+    """Return the arrays of positions and velocities that elements of a precision read."""
     if kind == np.float64:
         return block.Seen(x, v, 1.0)
     unit = kind.type(2.0 ** (np.ceil(np.log2(_STRETCH * mesh.largest_extent())) - 31))
@@ -267,13 +265,13 @@ def _seen(x: Array, v: Array, mesh: Mesh, kind: np.dtype[Any]) -> block.Seen:
 
 
 def _element_masses(model: Model, state: Array, topology: Topology, volumes: Array) -> Array:
-    """Return ρV, t, and more where an element could not take the wanted time step: m grows as its square."""
+    """Return the element masses (E,), t: ρV, times (Δt/Δt_stable)² where the prescribed time step Δt is longer."""
     mesh, how, layers, numbers = model.mesh, model.integration, model.layers, _numbers(model)
     round_ = _precision(model).type
-    mass = layers.each(round_(one.density) for one in numbers) * volumes
+    mass = layers.each(round_(constants.density) for constants in numbers) * volumes
     if how.time_step is None:
         return np.asarray(mass)
-    steps = np.stack([element_steps(topology, mesh.nodes, state, mass, one) for one in numbers])
+    steps = np.stack([element_steps(topology, mesh.nodes, state, mass, constants) for constants in numbers])
     own = how.safety * steps[layers.of, np.arange(len(mass))]
     return np.asarray(mass * np.maximum(1.0, how.time_step / own) ** 2)
 
@@ -284,10 +282,10 @@ def _element_state(model: Model, lanes: Lanes, volumes: Array) -> Array:
     state[:, block.ALIVE] = lanes.spread(np.ones_like(volumes), 0.0)
     state[:, block.RATE_FACTOR] = 1.0
     state[:, block.VISCOUS_LENGTH] = lanes.spread(length, 1.0)
-    limits = layers.each(one.own_failure_strain for one in layers.materials)
+    limits = layers.each(law.own_failure_strain for law in layers.materials)
     state[:, block.FAILURE_STRAIN] = lanes.spread(limits, 1.0)
-    # the resistance a of elements to a modal sum Γ·u, N/mm: a = 0.038 · hourglass · (λ+2μ) V^⅓
-    moduli = layers.each(one.p_wave_modulus for one in layers.materials)
+    # hourglass stiffness of a modal sum Γ·u, N/mm: a = 0.038 · hourglass · (λ+2μ) V^⅓
+    moduli = layers.each(law.p_wave_modulus for law in layers.materials)
     stiffness = model.hourglass * (HOURGLASS_SHARE * moduli * length)
     state[:, block.HOURGLASS_STIFFNESS] = lanes.spread(stiffness, 0.0)
     return state

@@ -1,4 +1,4 @@
-"""Integrate a model in time: `simulate(model, duration)` returns its history, forces and energies over time."""
+"""Integrate a model in time: `simulate(model, duration)` returns the history of its forces and energies."""
 
 from __future__ import annotations
 
@@ -24,22 +24,22 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class History:
-    """Rows over time; energies in mJ (N·mm), forces in N.
+    """Results of a simulation in rows over time; energies in mJ (N·mm), forces in N.
 
-    time: End of each output interval, s; the first row is the start.
-    force: Mean force of the body on each tool over the interval that ends there: impulse over its length.
-    height: z of each tool, mm.
-    kinetic, internal, hourglass, eroded, external: Energies. `internal` and `hourglass` are of standing elements,
-        `eroded` what eroded elements and nodes took with them, `external` the work of tools and loads.
-    held: What of that work contact holds or has turned into heat: the surface of each tool by penalty springs and
-        damping, its edge, and the friction of both. No share of it can be negative but by numerical error.
-    deleted, parted: Eroded elements, and places of the cut plane that have parted.
-    plastic_rate: Largest smoothed plastic strain rate of the standing elements, 1/s: the rate that the rate law takes.
-    steps: Time steps taken.
-    x: Where the nodes ended.
-    state: State of the elements, as in `kernels.block`.
-    standing: Which elements are left.
-    added_mass: What scaling and the wanted time step have added to the body's mass, over its true mass.
+    time: End of each output interval (R,), s; the first row is the start.
+    force: Mean force of the body on each tool during the interval (R, T, 3): its impulse over the interval's length.
+    height: z of each tool (R, T), mm.
+    kinetic, internal, hourglass, eroded, external: Energies (R,). `internal` and `hourglass` are those of elements not
+        eroded, `eroded` is the energy removed with eroded elements and nodes, `external` the work of tools and loads.
+    held: The part of that work that contact has stored in penalty springs or dissipated (R, 3, T), by source: the
+        surface of each tool, its edge, and the friction of both. A negative value is a numerical error.
+    deleted, parted: Number of eroded elements, and of nodes of the cut plane that have parted (R,).
+    plastic_rate: Largest smoothed plastic strain rate of the elements not eroded, which the rate law uses (R,), 1/s.
+    steps: Number of time steps.
+    x: Final positions of the nodes (N, 3), mm.
+    state: Final state of the elements (E, rows), with the rows of `kernels.block`.
+    standing: Elements that are not eroded (E,).
+    added_mass: Mass added by mass scaling and the prescribed time step, over the true mass.
     """
 
     time: Array
@@ -62,38 +62,35 @@ class History:
 
     @property
     def contact(self) -> Array:
-        """All that contact holds (R,), mJ."""
+        """Energy that contact has stored or dissipated (R,), mJ."""
         return np.asarray(self.held.sum(axis=(1, 2)))
 
     @property
     def balance(self) -> Array:
-        """Kinetic + internal + hourglass + eroded + contact − external − what there was at the start, mJ."""
+        """Error of the energy balance (R,), mJ: all energies less those at the start and the external work."""
         held = self.kinetic + self.internal + self.hourglass + self.eroded + self.contact
         return np.asarray(held - held[0] - self.external)
 
     def drift_percent(self, until: int | None = None) -> float:
-        """Return the largest |balance| before row `until` as a percentage of the largest energy that went through."""
+        """Return the largest |balance| before row `until`, in % of the largest external work or kinetic energy."""
         scale = max(np.abs(self.external[:until]).max(), self.kinetic[:until].max(), 1e-30)
         return float(100.0 * np.abs(self.balance[:until]).max() / scale)
 
     def row(self, name: str) -> Array:
-        """Return one row of the elements' state as (E,), in the order of the mesh."""
+        """Return a row of the elements' state by its name in `kernels.block`, as (E,) in the order of the mesh."""
         return np.asarray(self.state[:, getattr(block, name)].copy())
-
-
-# ---- integration
 
 
 March = Callable[[float, State], int]
 
 
 class _Marching:
-    """Marches a state with `count` threads; a context manager.
+    """Advances a state with `count` threads; a context manager.
 
-    Each thread advances some of the parts of the blocks (`stemcal.fem.lanes`), which meet no row of the nodal forces in
-    common; what is between two parts is added when all threads are done, each node's rows by one thread in their order.
-    So the result has the same bits for any number of threads. They run the compiled loop side by side, without the
-    interpreter's lock, and meet in it several times a step.
+    Each thread advances some parts of the blocks (`stemcal.fem.lanes`), which write to no common row of the nodal
+    forces. Forces in separate rows are added after all threads are done, those of each node by one thread in a fixed
+    order, so the result is bit-identical for any number of threads. The threads run the compiled loop in parallel,
+    without the interpreter lock, and synchronise in it several times per step.
     """
 
     def __init__(self, state: State, count: int) -> None:
@@ -112,21 +109,21 @@ class _Marching:
             self._pool.shutdown()
 
     def __call__(self, until: float, state: State) -> int:
-        """Advance the model to time `until`; returns why it stopped."""
+        """Advance the model to time `until`; return the reason for the end, such as `REACHED`."""
         if self._pool is None:
             return int(march(until, self._shares[0], self._team, *state.parts()))
         marching = [self._pool.submit(self._take_part, until, share, state) for share in self._shares]
-        outcome, *_ = (one.result() for one in marching)
+        outcome, *_ = (future.result() for future in marching)
         return outcome
 
     def _take_part(self, until: float, share: Share, state: State) -> int:
-        """Do a thread's share, once all are there: an interrupt before that leaves no thread waiting in the loop."""
+        """Advance one thread's share after all threads have started, so that an interrupt leaves none waiting."""
         self._begin.wait()
         return int(march(until, share, self._team, *state.parts()))
 
 
 def _shares_of(state: State, count: int) -> list[Share]:
-    """Share the parts of the blocks, the chunks of nodes and the rows apart out to the threads."""
+    """Return the threads' shares of the parts of blocks, of the chunks of nodes and of the separate force rows."""
     body, ends = state.body, state.lanes.ends
     blocks = ends[np.linspace(0, len(ends) - 1, count + 1).astype(int)].tolist()
     chunks = np.linspace(0, len(state.ledger.node_sums), count + 1).astype(int).tolist()
@@ -145,16 +142,16 @@ def _shares_of(state: State, count: int) -> list[Share]:
 
 Watch = Callable[[float, Array, int], bool | None]
 Inspect = Callable[[float, State], None]
-_STRIDE = 1_000_000  # steps times elements between two checks for other requests to this process
-_LEAST = 1e-300  # s, until the first step is known
+_STRIDE = 1_000_000  # steps times elements between two checks for an interrupt
+_LEAST = 1e-300  # s, until the first time step is known
 
 
 def simulate(model: Model, duration: float, watch: Watch | None = None, inspect: Inspect | None = None) -> History:
-    """Integrate the model from rest (or its given velocity) over `duration` seconds.
+    """Integrate the model from rest (or its initial velocity) over `duration` seconds.
 
     watch: Called after every output with the time, the mean tool forces (T, 3) of the interval and the number of eroded
         elements; the simulation ends there if it returns True.
-    inspect: Called at the start and after every output with the time and the whole state, to look at, not to change.
+    inspect: Called at the start and after every output with the time and the whole state, which it must not change.
     Raises `SimulationFailed` if an element inverts, the time step collapses, or a number stops being finite.
     """
     state = start(model)
@@ -175,21 +172,21 @@ def simulate(model: Model, duration: float, watch: Watch | None = None, inspect:
 
 
 def _rows(state: State, advance: March, outputs: Array) -> Iterator[dict[str, Any]]:
-    """Advance the state from output to output and give a row of the history at each."""
+    """Advance the state from output to output; yield a row of the history at each."""
     for until in outputs:
         before, impulse = state.clock.time[0], state.ledger.impulse.copy()
         if state.topology.standing.any():
             _check(advance(until, state), state)
-        if not state.topology.standing.any():  # and no element to take the time step from
+        if not state.topology.standing.any():  # without elements there is no stable time step
             state.clock.time[0] = until
-        if state.clock.time[0] > before:  # the step before may have gone past this output as well
+        if state.clock.time[0] > before:  # the last step may have passed this output too
             yield _row(state, impulse, before)
 
 
 def _settle(model: Model, state: State) -> None:
-    """Take from the velocities a share of what they differ by from those of the start, and book its energy.
+    """Reduce the deviation of the velocities from the initial ones, v ← v + settling (v₀ − v), and book its energy.
 
-    They are those of the step just taken, from which the next stresses follow: its positions change with them.
+    The positions of the last step change with its velocities, because the next stresses follow from both.
     """
     body, slow = state.body, 0.0 if model.velocity is None else model.velocity
     before = kinetic_energy(body.v, body.mass)
@@ -201,7 +198,7 @@ def _settle(model: Model, state: State) -> None:
 
 
 def _in_strides(advance: March, state: State) -> March:
-    """Advance by the same steps in pieces of about 0.1 s, between which Ctrl-C is heard; end if the clock stops."""
+    """Return a march in pieces of about 0.1 s of computing, between which Ctrl-C acts; the time steps are the same."""
     stride = max(1, _STRIDE // len(state.topology.hexes))
 
     def advanced(until: float, state: State) -> int:
@@ -229,12 +226,12 @@ def _check(outcome: int, state: State) -> None:
 
 
 def _row(state: State, impulse_before: Array, time_before: float) -> dict[str, Any]:
-    """Return one row of the history: `History`'s fields by name."""
+    """Return one row of the history by the names of the fields of `History`."""
     rows = state.body.state
     alive = rows[:, ALIVE] > 0.0
     internal, hourglass = rows[:, INTERNAL_ENERGY].astype(float), rows[:, HOURGLASS_ENERGY].astype(float)
     ledger = state.ledger
-    # at the time of the last forces; before the first step that of the velocities
+    # the march books it at the time of the last forces; before the first step it follows from the velocities
     kinetic = ledger.kinetic[0] if state.clock.steps[0] else kinetic_energy(state.body.v, state.body.mass)
     return {
         "time": float(state.clock.time[0]),
@@ -254,17 +251,13 @@ def _row(state: State, impulse_before: Array, time_before: float) -> dict[str, A
 
 def _history(model: Model, state: State, rows: list[dict[str, Any]]) -> History:
     columns = {name: np.array([row[name] for row in rows]) for name in rows[0]}
+    volumes, layers = model.mesh.volumes(), model.layers
+    true_mass = sum(law.density * float(volumes[layers.of == i].sum()) for i, law in enumerate(layers.materials))
     return History(
         **columns,
         steps=int(state.clock.steps[0]),
         x=state.body.x,
         state=state.lanes.gathered(state.body.state),
         standing=state.topology.standing,
-        added_mass=float(state.body.element_mass.sum() / _mass(model)) - 1.0,
+        added_mass=float(state.body.element_mass.sum() / true_mass) - 1.0,
     )
-
-
-def _mass(model: Model) -> float:
-    """Return the mass of a body without scaling, t."""
-    volumes, layers = model.mesh.volumes(), model.layers
-    return sum(one.density * float(volumes[layers.of == i].sum()) for i, one in enumerate(layers.materials))

@@ -1,4 +1,4 @@
-"""Frames of a simulation for ParaView and other VTK readers: .vtu files at intervals, and a .pvd file of them."""
+"""Frames of a simulation for ParaView and other VTK readers: .vtu files at intervals, listed in a .pvd file."""
 
 import base64
 from collections.abc import Mapping
@@ -20,10 +20,10 @@ _TYPES = {"float64": "Float64", "int64": "Int64", "uint8": "UInt8"}
 
 
 class FrameWriter:
-    """Called at the outputs of a simulation, writes every `every`-th of them to `folder`, eroded elements left out.
+    """Writes every `every`-th output of a simulation to `folder`, without eroded elements; called at each output.
 
-    Points carry their displacement (mm) and velocity (mm/s), cells stress (xx, yy, zz, xy, yz, zx in MPa), von Mises
-    stress, plastic strain and the number of their element.
+    Points have a displacement (mm) and a velocity (mm/s), cells a stress (xx, yy, zz, xy, yz, zx in MPa), a von Mises
+    stress, a plastic strain and the number of their element.
     """
 
     def __init__(self, folder: Path, every: int = 1) -> None:
@@ -35,7 +35,7 @@ class FrameWriter:
         self._frames: list[tuple[float, str]] = []
 
     def __call__(self, time: float, state: State) -> None:
-        """Write a frame if it is the turn of one."""
+        """Write a frame at every `every`-th call."""
         if self._start is None:
             self._start = state.body.x.copy()
         if self._seen % self.every == 0:
@@ -65,7 +65,7 @@ class FrameWriter:
 
 
 def _von_mises(stress: Array) -> Array:
-    """Return √(3/2 s:s) of symmetric tensors (…, 6) in the order xx, yy, zz, xy, yz, zx."""
+    """Return √(3/2 s:s) with the deviator s of symmetric tensors (…, 6) in the order xx, yy, zz, xy, yz, zx."""
     mean = stress[..., :3].mean(axis=-1, keepdims=True)
     normal = np.sum((stress[..., :3] - mean) ** 2, axis=-1)
     return np.asarray(np.sqrt(1.5 * (normal + 2.0 * np.sum(stress[..., 3:] ** 2, axis=-1))))
@@ -74,7 +74,7 @@ def _von_mises(stress: Array) -> Array:
 def _write_vtu(
     path: Path, nodes: Values, hexes: Values, point_data: Mapping[str, Values], cell_data: Mapping[str, Values]
 ) -> None:
-    """Write hexahedra (VTK's order is that of `fem.mesh`), mm, with data of nodes (N,) or (N, c) and of cells alike."""
+    """Write hexahedra (in mm, corners ordered as in VTK) with data (…,) or (…, components) of nodes and of cells."""
     count = len(hexes)
     cells: dict[str, Values] = {
         "connectivity": hexes.astype(np.int64).ravel(),
@@ -95,7 +95,7 @@ def _write(path: Path, kind: str, content: str) -> None:
 
 
 def _data_array(name: str, values: Values) -> str:
-    """Return one array as base64 behind its length in bytes."""
+    """Return the XML element of an array: base64 of its length in bytes and its values."""
     values = np.ascontiguousarray(values)
     raw = values.astype(values.dtype.newbyteorder("<")).tobytes()
     text = base64.b64encode(np.uint64(len(raw)).astype("<u8").tobytes() + raw).decode("ascii")

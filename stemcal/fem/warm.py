@@ -1,4 +1,4 @@
-"""Compile the kernels ahead of use, and recover when what was compiled before cannot be read."""
+"""Compile the kernels before their first use, and rebuild the cache of compiled kernels when it is damaged."""
 
 import functools
 import gc
@@ -29,10 +29,10 @@ _LOCK = ".compiling"
 
 @functools.cache
 def warm(layered: bool = False) -> None:
-    """Load every kernel of a simulation, compiled before if no cache has it; once in a process.
+    """Load every kernel of a simulation once per process, compiling those that are not in the cache.
 
-    Those of stems with layers or fibres are others, for which only `layered` asks. A damaged cache entry makes numba
-    raise all kinds of exceptions, so any failure empties the cache and tries once more; the second failure is real.
+    Stems with layers or fibres use other kernels, selected by `layered`. A damaged cache entry makes numba raise many
+    kinds of exceptions, so any failure empties the cache and repeats the attempt once; a second failure is raised.
     """
     compile_once(layered)
     try:
@@ -45,11 +45,11 @@ def warm(layered: bool = False) -> None:
 
 
 def compile_once(layered: bool = False) -> None:
-    """Compile every kernel of a simulation into the cache, if it is not there.
+    """Compile every kernel of a simulation into the cache, unless it is there already.
 
-    Of several processes with one cache, the first compiles and the others wait for it. It does so in a process of its
-    own, so that an interrupt is heard at once and reaches nothing half made. Where no process can be started it is
-    done here, and interrupts wait.
+    Of several processes that share a cache, the first compiles and the others wait. It compiles in a child process, so
+    that an interrupt takes effect at once and leaves no incomplete cache. If no child process can be started, this
+    process compiles and defers interrupts.
     """
     if is_compiled(layered):
         return
@@ -58,7 +58,7 @@ def compile_once(layered: bool = False) -> None:
         lock.acquire()
     try:
         if not is_compiled() and not is_compiled(layered=True):
-            _empty_cache()  # there may be damaged entries of a compilation that was broken off
+            _empty_cache()  # an interrupted compilation may have left damaged entries
         if not is_compiled(layered):
             if not _compiled_elsewhere(layered):
                 _load(layered)
@@ -69,12 +69,12 @@ def compile_once(layered: bool = False) -> None:
 
 
 def _load(layered: bool) -> None:
-    with put_off():  # in the middle of LLVM's code an exception may have memory freed twice
+    with put_off():  # an exception inside LLVM's code can free memory twice
         _smallest_simulation(layered)
 
 
 def _empty_cache() -> None:
-    """Remove what is compiled, not the lock that this or another process may hold."""
+    """Remove the compiled code, but not the lock file, which this or another process may hold."""
     CACHE.mkdir(mode=0o700, parents=True, exist_ok=True)
     for path in CACHE.iterdir():
         if path.is_dir():
@@ -85,18 +85,18 @@ def _empty_cache() -> None:
 
 
 def is_compiled(layered: bool = False) -> bool:
-    """Check that the cache has every kernel for this machine, as far as possible without loading them."""
+    """Check that a marker file declares the cache complete for this machine; no kernel is loaded."""
     return _mark(layered).exists()
 
 
 def _mark(layered: bool = False) -> Path:
-    """Return the file of what compiled code is bound to next to its sources: the processor and Python."""
+    """Return the marker file of a complete cache; its name has the processor and the version of Python."""
     name = f"complete-{llvmlite.binding.get_host_cpu_name()}-{platform.python_version()}"
     return CACHE / f"{name}{'-layers' if layered else ''}"
 
 
 def _compiled_elsewhere(layered: bool) -> bool:
-    """Compile in its own process; return whether that succeeded."""
+    """Compile in a child process; return True on success."""
     try:
         child = Child()
         try:
@@ -113,9 +113,9 @@ def _compiled_elsewhere(layered: bool) -> bool:
 
 
 def _smallest_simulation(layered: bool) -> None:
-    """Take a few steps of one element with an edge pressed into it; its wanted time step calls mass scaling.
+    """Simulate a few steps of one element with an edge pressed into it and a time step that adds mass.
 
-    The garbage collector pauses: numba's many small objects cost it a seventh of the compile time.
+    The garbage collector is paused: with numba's many small objects it uses a seventh of the compile time.
     """
     wedge = Tool(corners=((0.5, 0.1), (1.0, 2.0), (0.0, 2.0)), radius=0.1, height=1.0, speed=-1.0, edge=0.5)
     law = Material(1.0e-9, 1000.0, 0.3, yield_stress=10.0)

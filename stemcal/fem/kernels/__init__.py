@@ -1,5 +1,5 @@
-"""Compiled kernels: free functions on numbers and arrays, numba only.
+"""Compiled kernels: functions of numbers and arrays, compiled by numba.
 
-`block` holds the machinery (which row of a block's scratch is what, and how numba compiles); the physics of one
-element is in `hexahedron`, `plasticity` and `hourglass` as pure functions of scalars and tuples.
+`block` defines the layout of the elements' data, `compile` how numba compiles; the physics of one element is in
+`hexahedron`, `plasticity`, `transverse` and `hourglass` as pure functions of scalars and tuples.
 """

@@ -1,12 +1,12 @@
-"""Blocks of elements: the layout of their values, and how they are filled.
+"""Blocks of elements: the layout of their data, and its transfer from and to the nodes.
 
-A block is `LANES` elements. Everything their physics touches is in two flat arrays, a scratch for what a step
-gathers and yields at the corners and the block's own state, value `row` of element `lane` at
-``values[row * LANES + lane]`` with both numbers known when compiling: in this form, and with every function inlined,
-LLVM turns a loop over the lanes into vector instructions. The states of all blocks are an array (blocks, rows, lanes).
+A block has `LANES` elements. Their data are in two flat arrays: a scratch array for values at the corners during a
+step, and the state of the block. Value `row` of element `lane` is ``values[row * LANES + lane]``, with constants for
+`row` and `LANES`: in this layout, and with every function inlined, LLVM vectorises the loops over the lanes. The states
+of all blocks are one array (blocks, rows, lanes).
 
-The lanes are filled in runs of `RUN`: elements whose corners follow one another among the nodes, so that a corner of
-all of them is a run of nodes (`llvm`), named by the first. `stemcal.fem.lanes` finds them; empty lanes are dead.
+The lanes are filled in runs of `RUN` successive elements whose corner nodes are successive too. Each corner of a run is
+then a vector of nodes, given by its first node (`llvm`). `stemcal.fem.lanes` forms the runs; empty lanes are dead.
 """
 
 from typing import Any, NamedTuple
@@ -32,7 +32,7 @@ LANES = 32  # two to eight vector registers; measured: 16 is a tenth slower, 64 
 RUNS = LANES // RUN
 count_positive, count_negative = counting(">", LANES), counting("<", LANES)
 
-# Rows of an element's state, kept between steps.
+# Rows of an element's state.
 STRESS = 0
 BACK_STRESS = 6
 PLASTIC_STRAIN = 12
@@ -40,38 +40,38 @@ HOURGLASS_FORCE = 13  # on the modal sums
 INTERNAL_ENERGY = 25
 HOURGLASS_ENERGY = 26
 ALIVE = 27
-RATE_FACTOR = 28  # within a step −Δε:Δε of an element that yields
+RATE_FACTOR = 28  # during a step, −Δε:Δε of an element that yields
 VISCOUS_PRESSURE = 29
-# What rounding has kept from the energies so far.
+# Accumulated round-off of the energies (`book`).
 INTERNAL_REMAINDER = 30
 HOURGLASS_REMAINDER = 31
 PLASTIC_RATE = 32  # smoothed
-# Rows that stay as they were at the start.
-HOURGLASS_STIFFNESS = 33  # of a modal sum over the corners
+# Constant rows.
+HOURGLASS_STIFFNESS = 33  # a, of a modal sum over the corners
 VISCOUS_LENGTH = 34
 FAILURE_STRAIN = 35
 ELEMENT_MASS = 36
 STATE_ROWS = 37
 
-# Rows of the scratch: corner coordinates and velocities (x, y, z by eight); forces take the place of the coordinates.
+# Rows of the scratch array: coordinates and velocities of the eight corners along x, y, z; forces replace coordinates.
 COORDINATES = 0
 VELOCITIES = 24
 FORCES = COORDINATES
 SCRATCH_ROWS = 48
-# What the time step needs, in the place of the corner that all are relative to.
+# Results for the time step, in the unused rows of corner 0, to which all values are relative.
 RATES = COORDINATES
 VOLUMES = VELOCITIES
 
 CACHE_LINE = 64  # bytes
-# How many blocks ahead a state is asked for.
+# Number of blocks by which a state is prefetched ahead.
 AHEAD = 2
 
 
 class Seen(NamedTuple):
-    """The nodes as elements see them: the body's own arrays, or where elements are of single precision copies.
+    """Nodal positions and velocities that elements read: the body's arrays, or copies for single precision.
 
-    What counts for an element is where its corners lie relative to each other. Positions are whole numbers of a small
-    unit, of which the last 32 bits are kept: wherever the element is, their differences are exact.
+    Elements need only the relative positions of their corners. The copies of positions are the low 32 bits of whole
+    numbers of a small unit, so the differences within an element are exact at any distance from the origin.
     """
 
     x: Any  # (N, 3) int32, or double
@@ -81,19 +81,16 @@ class Seen(NamedTuple):
 
 @inlined
 def states_of(state: Array) -> Array:
-    """Return the states of all blocks, each flat.
-
-    To be asked for once before a loop: it takes as long as a dozen elements.
-    """
+    """Return the states of all blocks, each flat; call it before a loop, since it takes as long as a dozen elements."""
     return state.reshape((state.shape[0], STATE_ROWS * LANES))
 
 
 @inlined
 def bring_near(states: Array, b: int) -> None:
-    """Have the state of block b, or of the last one, brought to the second cache.
+    """Prefetch the state of block b, or of the last block, into the second-level cache.
 
-    Its rows are read with strides that the processor does not foresee: a model that exceeds that cache would be
-    computed a quarter slower, one that does not is a few % faster without.
+    The processor does not predict the strides with which rows are read. Without the prefetch, a model larger than that
+    cache is a quarter slower, and a smaller one a few % faster.
     """
     mine = states[min(b, states.shape[0] - 1)]
     for place in range(0, STATE_ROWS * LANES, CACHE_LINE // states.itemsize):
@@ -104,7 +101,7 @@ def bring_near(states: Array, b: int) -> None:
 def fetch(scratch: Array, runs: Any, seen: Any) -> None:
     """Gather positions and velocities of a block's corners, relative to the first corner of each element.
 
-    Single precision is enough for the shape and the motion of an element, not for where it is.
+    Single precision is sufficient for these relative values, but not for absolute positions.
     """
     for r in range(0, RUNS, 2):
         read_corners(seen.x, seen.unit, runs, r, scratch, COORDINATES * LANES + r * RUN, LANES)
@@ -127,13 +124,13 @@ def living(state: Array) -> int:
 
 @inlined
 def yielding(state: Array) -> int:
-    """Return the number of elements of a block that yield in this step (see `RATE_FACTOR`)."""
+    """Return the number of elements of a block that yield in this step: `RATE_FACTOR` is then negative."""
     return int(count_negative(state, RATE_FACTOR * LANES))
 
 
 @inlined
 def held(state: Array, slot: int, row: int) -> float:
-    """Return one row of the element in a slot, block · `LANES` + lane."""
+    """Return one row of the element in a slot, block · `LANES` + lane, of states (blocks, rows, lanes)."""
     return state[slot // LANES, row, slot % LANES]
 
 
@@ -151,9 +148,9 @@ def store(values: Array, row: int, lane: int, value: float) -> None:
 
 @inlined
 def book(values: Array, row: int, remainder: int, lane: int, value: float) -> None:
-    """Add to one row of one lane, and keep in another what rounding leaves out, to be added with the next value.
+    """Add a value to one row of one lane by compensated summation, with the round-off kept in the row `remainder`.
 
-    Kahan, Comm. ACM 8, 40 (1965): in single precision many small energies would else stop to count.
+    Kahan, Comm. ACM 8, 40 (1965). In single precision, small increments of a large energy would otherwise be lost.
     """
     old = read_state(values, row * LANES + lane)
     added = value - read_state(values, remainder * LANES + lane)
@@ -164,7 +161,7 @@ def book(values: Array, row: int, remainder: int, lane: int, value: float) -> No
 
 @inlined
 def load_corners(values: Array, row: int, lane: int) -> Floats:
-    """Return eight successive rows of one lane, of which the first is that of the corner all are relative to: zero."""
+    """Return eight successive rows of one lane; the first is zero, because all values are relative to corner 0."""
     return (
         ZERO,
         read_scratch(values, (row + 1) * LANES + lane),
@@ -215,7 +212,7 @@ def store8(values: Array, row: int, lane: int, f: Floats) -> None:
 
 @inlined
 def store6(values: Array, row: int, lane: int, f: Floats, alive: float) -> None:
-    """Store a symmetric tensor of one lane, or zeros if it is not alive."""
+    """Store a symmetric tensor of one lane, or zeros if the element is not alive."""
     write_state(values, row * LANES + lane, f[0] if alive > ZERO else ZERO)
     write_state(values, (row + 1) * LANES + lane, f[1] if alive > ZERO else ZERO)
     write_state(values, (row + 2) * LANES + lane, f[2] if alive > ZERO else ZERO)

@@ -1,12 +1,12 @@
-"""Contact with rigid tools: the position of a point relative to a tool, and the force that keeps it out.
+"""Penalty contact with rigid tools: the position of a point relative to a tool, and the contact force on the point.
 
-A tool is a convex polygon in the plane (x, z), swollen by a radius and drawn out along y: a wedge with a rounded edge,
-a block with filleted corners. Its normal is that of the swollen outline, so it turns smoothly around an edge.
+A tool is a convex polygon in the plane (x, z), offset outwards by a radius and extruded along y: a wedge with a rounded
+edge, a block with filleted corners. The normal is that of the offset outline, so it turns smoothly around an edge.
 
-Force of a point with mass m at a penetration δ into a tool:
+Force on a point with mass m at a penetration δ into a tool:
 
     normal      f = max(0, kδ − c ẋₙ),   k = p m/Δt²,   c = 2 ζ √(k m)
-    tangential  a spring of the same stiffness, cut off at μ f (return mapping of Coulomb's cone)
+    tangential  a spring of the same stiffness, limited to μ f (return mapping to Coulomb's cone)
     friction    μ = μ_d + (μ_s − μ_d) exp(−DC |ẋₜ|)
 """
 
@@ -24,28 +24,28 @@ Array = NDArray[np.float64]
 
 
 class ToolArrays(NamedTuple):
-    """Rigid tools as the kernels see them; `stemcal.fem.contact.tool_arrays` makes them."""
+    """Rigid tools in the form that the kernels use; created by `stemcal.fem.contact.tool_arrays`."""
 
     corners: Array  # (T, P, 2) polygon corners (x, z) counter-clockwise, the last one repeated to fill
-    radius: Array  # (T,) how far the polygon is swollen
+    radius: Array  # (T,) outward offset of the polygon
     height: Array  # (T,) current z of the tool's own origin, changes
     speed: Array  # (T,) its velocity along z
     slide: Array  # (T,) its velocity along y
     edge: Array  # (T,) x of its edge
-    spread: Array  # (T,) distance from its edge within which its nodes are the edge's, 0 without a spread edge
-    reach: Array  # (T,) how far next to its edge it meets faces, 0 without a spread edge
+    spread: Array  # (T,) distance from its edge within which nodes touch only the spread edge, 0 without one
+    reach: Array  # (T,) distance beside its edge within which faces can touch the edge, 0 without a spread edge
     traction: Array  # (T, N, 3) friction spring of each node
     force: Array  # (T, 3) force of the stem on the tool in this step, changes
-    faces: NDArray[np.bool_]  # (T,) whether it meets the skin's faces instead of their nodes
-    skin: NDArray[np.int32]  # (F, 5) corners of the faces that bulge, and the element behind; none where nodes are met
-    crowns: Array  # (F,) how far the true surface bulges over their middle
-    skin_mass: Array  # (F, 4) what falls to them of the mass of each corner
+    faces: NDArray[np.bool_]  # (T,) contact with the faces of the skin instead of with their nodes
+    skin: NDArray[np.int32]  # (F, 5) corners of the crowned surface faces, and their element; none if `faces` is False
+    crowns: Array  # (F,) height of the true surface over the middle of these faces
+    skin_mass: Array  # (F, 4) share of these faces in the mass of each corner
     skin_traction: Array  # (T, F, SAMPLES, 3) friction springs of their samples
     sunk: Array  # (T, 2) Σ f δ and Σ f of the samples in this step, changes
 
 
 class FrictionNumbers(NamedTuple):
-    """Contact and friction constants; `stemcal.fem.contact.Contact.numbers()` makes them."""
+    """Contact and friction constants; created by `stemcal.fem.contact.Contact.numbers`."""
 
     static: float
     dynamic: float
@@ -55,19 +55,19 @@ class FrictionNumbers(NamedTuple):
 
 
 class EdgeArrays(NamedTuple):
-    """Sample points along a tool's edge, which meet the faces that no node guards."""
+    """Sample points along a tool's edge that touch element faces between the nodes."""
 
     tool: int  # index of their tool, −1 for none
     x: float  # position of the edge
-    y: Array  # (S,) the samples
-    per_face: float  # how many samples share one element's face
-    traction: Array  # (2S, 3) friction spring of each sample, on either side of the edge
-    depth: float  # deepest penetration that still counts
+    y: Array  # (S,) positions of the samples
+    per_face: float  # number of samples per element face
+    traction: Array  # (2S, 3) friction spring of each sample on either side of the edge
+    depth: float  # largest penetration that counts as contact
 
 
 @inlined
 def outline_distance(px: float, pz: float, corners: Array) -> Floats:
-    """Return the signed distance of a point from a convex polygon, and the outward normal there."""
+    """Return the signed distance of a point from a convex polygon (negative inside), and the outward normal there."""
     best, best_x, best_z = -1.0e30, 0.0, 1.0
     near, near_x, near_z = 1.0e30, 0.0, 0.0
     count = corners.shape[0]
@@ -104,7 +104,7 @@ def flank_distance(cut: Floats, n: int, px: float, pz: float) -> Floats:
 
 @inlined
 def meets_flank(cut: Floats, n: int) -> bool:
-    """Return whether a node meets the flanks as they are: all but those of the plane that have not parted."""
+    """Check that a node touches the flanks of the blade: all nodes except those of the cut plane not yet parted."""
     p = cut.number[n]
     return bool(p < 0 or cut.parted[p])
 
@@ -120,10 +120,12 @@ def friction_limit(normal_force: float, slip: float, friction: Floats) -> float:
 def contact_force(
     depth: float, n: Floats, slip_velocity: Floats, old: Floats, mass: float, dt0: float, dt: float, friction: Floats
 ) -> Floats:
-    """Return the force on a point `depth` inside a tool and its new friction spring.
+    """Return the force on a point at a penetration `depth` into a tool, and its new friction spring.
 
-    Parameters: outward normal n, velocity relative to the tool, friction spring of the last step, the point's mass,
-    the step dt0 that sets the stiffness, the current step dt.
+    n: Outward normal of the tool.
+    slip_velocity: Velocity of the point relative to the tool.
+    old: Friction spring force of the last step.
+    dt0, dt: Time step that determines the stiffness, and current time step.
     """
     k = friction.penalty * mass / (dt0 * dt0)
     c = 2.0 * friction.damping * sqrt(k * mass)
@@ -162,8 +164,8 @@ def push_nodes_out(
 ) -> None:
     """Add the contact forces of all tools on the nodes near them, ``near[t, :counts[t]]``, to `pushes`.
 
-    Those that meet the flanks of a blade beside its cut plane meet them as they are; the others are the spread edge's
-    where it is near.
+    Where a blade parts the body, nodes beside the cut plane touch its sharp flanks. Other nodes near a spread edge are
+    left to that edge (`kernels.spread`).
     """
     tool_count = tools.radius.shape[0]
     for t in range(tool_count):
@@ -174,7 +176,7 @@ def push_nodes_out(
                 gap, nx, nz = flank_distance(cut, n, px - tools.edge[t], pz)
                 depth = -gap
             elif (px - tools.edge[t]) ** 2 + pz**2 < tools.spread[t] ** 2:
-                continue  # the spread edge sees to it
+                continue  # the spread edge pushes this node
             else:
                 gap, nx, nz = outline_distance(px, pz, tools.corners[t])
                 depth = tools.radius[t] - gap
@@ -206,7 +208,7 @@ def shape_functions(xi: float, eta: float) -> Floats:
 
 @inlined
 def sum_of_squares(shape: Floats) -> float:
-    """Return Σ N²: a force shared out by N moves its own point as if it were a mass m/Σ N², m that of each node."""
+    """Return Σ N²: a point whose force is shared by N among nodes of mass m moves as a mass of m/Σ N²."""
     return shape[0] * shape[0] + shape[1] * shape[1] + shape[2] * shape[2] + shape[3] * shape[3]
 
 
@@ -216,15 +218,15 @@ def face_modes(a: float, b: float, c: float, d: float) -> Floats:
     return 0.25 * (a + b + c + d), 0.25 * (b + c - a - d), 0.25 * (c + d - a - b), 0.25 * (a + c - b - d)
 
 
-# Where a Newton step is as small as this, the next would be its square.
+# Newton's iteration ends at steps below this: it converges quadratically, so the next step is negligible.
 CLOSE = 1.0e-7
 
 
 @inlined
 def locate_in_face(px: float, py: float, fx: Floats, fy: Floats) -> Floats:
-    """Return (ξ, η) where the vertical through (px, py) meets a face given by its modes; far outside if it does not.
+    """Return (ξ, η) where the vertical through (px, py) meets a face with modes fx, fy; (9, 9) if it is vertical.
 
-    Newton steps on x(ξ,η) = px, y(ξ,η) = py, four at most; a parallelogram needs one and another that confirms it.
+    At most four Newton steps on x(ξ,η) = px, y(ξ,η) = py; a parallelogram needs one, and a second that confirms it.
     """
     xi, eta = 0.0, 0.0
     for _ in range(4):
@@ -252,14 +254,14 @@ def face_normal(fx: Floats, fy: Floats, fz: Floats, xi: float, eta: float) -> Fl
     return nx / size, ny / size, nz / size
 
 
-# Samples of a face that meets a tool as a surface: along the stem, where rollers roll on long elements, and around.
+# Samples of a face in contact with a tool: along the stem (many, because rollers roll over long elements) and around.
 ALONG, AROUND = 17, 4
 SAMPLES = ALONG * AROUND
 
 
 @inlined
 def sample_of_skin(tools: Floats, f: int, s: int, x: Array) -> Floats:
-    """Return the shape functions at sample s of a face of the skin, and x and z of the true surface over it."""
+    """Return the shape functions at sample s of face f of the skin, and x and z of the true surface over it."""
     a, b, c, d = tools.skin[f, 0], tools.skin[f, 1], tools.skin[f, 2], tools.skin[f, 3]
     fx = face_modes(x[a, 0], x[b, 0], x[c, 0], x[d, 0])
     fy = face_modes(x[a, 1], x[b, 1], x[c, 1], x[d, 1])
@@ -279,9 +281,9 @@ def push_skin_out(
 ) -> None:
     """Add the contact forces of all tools on the faces near them, ``near[t, :counts[t]]``, to `pushes`.
 
-    A face is sampled, so that it may touch anywhere: of nodes the last one in contact carries the force until the next
-    one comes, however far the tool has rolled along the skin between them. The four nodes share the force of a sample
-    by their shape functions.
+    Contact is evaluated at samples of each face. With nodes alone, the last node in contact would carry the force until
+    the tool reaches the next node, even if it rolls along the skin between them. The four nodes of a face share the
+    force of a sample according to their shape functions.
     """
     tool_count = tools.radius.shape[0]
     for t in range(tool_count):
@@ -316,8 +318,8 @@ def push_skin_out(
                         push(pushes, FRICTION * tool_count + t, node, i, shape[corner] * spring[i])
 
 
-# A face counts for the edge if its normal leans less than about 80° from the edge's direction of travel,
-# and includes samples slightly beyond its border, so that no gap opens between two faces.
+# The edge touches faces whose normal is less than about 80° from the direction opposite to its travel (n_z > 0.17). A
+# face includes samples slightly beyond its border, so that no gap opens between two faces.
 STEEPEST = 0.17
 HAIR = 1.0e-3
 
@@ -338,8 +340,8 @@ def push_faces_out(
 ) -> None:
     """Add the forces of the edge's samples on the exposed faces under it, ``faces[:count]``, to `pushes`.
 
-    A sample that is inside the body below a face pushes that face out along its normal; the four nodes share the
-    force by their shape functions, and the tool gets the opposite.
+    A sample below a face, inside the body, pushes the face along the face's normal. The four nodes share the force
+    according to their shape functions; the opposite force acts on the tool.
     """
     t, tool_count = edge.tool, tools.radius.shape[0]
     tip = tools.height[t]
@@ -369,10 +371,10 @@ def push_faces_out(
                 shape[0] * v[a, 1] + shape[1] * v[b, 1] + shape[2] * v[c, 1] + shape[3] * v[d, 1] - tools.slide[t],
                 shape[0] * v[a, 2] + shape[1] * v[b, 2] + shape[2] * v[c, 2] + shape[3] * v[d, 2] - tools.speed[t],
             )
-            # a face whose middle is under the edge stays on one side in spite of round-off
+            # the tolerance keeps a face whose middle is under the edge on the same side in spite of round-off
             slot = 2 * j + (1 if fx[0] - edge.x > HAIR * edge.depth else 0)
             old = edge.traction[slot]
-            # the face touches a tool whose outward normal is the face's inward one
+            # the tool's outward normal is opposite to the face's
             force, spring = contact_force(
                 depth, (-n[0], -n[1], -n[2]), relative, (old[0], old[1], old[2]), sample_mass, dt0, dt, friction
             )

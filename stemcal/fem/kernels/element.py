@@ -66,13 +66,16 @@ Floats = Any
 
 @inlined
 def _per_time(dt: Floats) -> Floats:
-    """Return 1/Δt, a number even for the first step, before which no time has passed; LLVM works it out once a loop."""
+    """Return 1/Δt, finite also in the first step, where Δt = 0; LLVM moves the division out of the loop."""
     return ONE / max(dt, TINY)
 
 
 @inlined
 def _bulk_viscosity(de: Floats, dt: float, length: float, material: Floats) -> Floats:
-    """Return von Neumann and Richtmyer's pressure, q = ρ l (c₂ l ε̇ᵥ² + c₁ c |ε̇ᵥ|) in compression, 0 in expansion."""
+    """Return the bulk viscosity q = ρ l (c₂ l ε̇ᵥ² + c₁ c |ε̇ᵥ|) in compression, 0 in expansion.
+
+    von Neumann and Richtmyer, J. Appl. Phys. 21, 232-237 (1950), with the usual linear term.
+    """
     closing = max(-(de[0] + de[1] + de[2]) * _per_time(dt), ZERO)
     quadratic = material.viscosity_quadratic * length * closing
     linear = material.viscosity_linear * material.sound_speed
@@ -95,7 +98,7 @@ def _acting_stress(stress: Floats, pressure: float, alive: float) -> Floats:
 
 @inlined
 def _stress_row(i: int, acting: Floats, taken: Floats, per_whole: float) -> Floats:
-    """Return row i of the acting stress less what the hourglass forces take of it."""
+    """Return row i of the acting stress less the part that the hourglass forces contribute (`taken_from_stress`)."""
     xx, yy, zz, xy, yz, zx = acting
     row = ((xx, xy, zx), (xy, yy, yz), (zx, yz, zz))[i]
     return row[0] - per_whole * taken[0], row[1] - per_whole * taken[1], row[2] - per_whole * taken[2]
@@ -106,9 +109,9 @@ def hourglass_forces(
     state: Array, lane: int, u: Floats, v: Floats, w: Floats, x: Floats, y: Floats, z: Floats,
     L: Floats, R: Floats, stress: Floats, dt: float, alive: float,
 ) -> Floats:  # fmt: skip
-    """Return the forces on the four hourglass modes, without and with their damping, and their power.
+    """Return the forces on the four hourglass modes without and with damping, and their power.
 
-    The power is that of the mean of old and new force. All are zeros if the element is not alive.
+    The power is that of the mean of old and new force. All are zero if the element is not alive.
     """
     lasting = like(alive, 1.0) if alive > ZERO else ZERO
     least = taken_by_stress(double_dot(stress, stress), load(state, VISCOUS_LENGTH, lane))
@@ -147,8 +150,8 @@ def _corner_forces(
 def element(scratch: Array, state: Array, lane: int, dt: float, material: Floats) -> None:
     """Advance one element by one step: from corner positions and velocities to corner forces and new state.
 
-    What is not alive, and may have no volume, does not move: all its numbers stay finite, and times 0 they are 0.
-    Precision is that of its state; `dt` and `material` have the same.
+    An element that is not alive may have zero volume. Its values are multiplied by 0 instead of skipped, because a
+    branch would prevent vectorisation; they stay finite. `dt` and `material` have the precision of the state.
     """
     x = modal_sums(load_corners(scratch, COORDINATES, lane))
     y = modal_sums(load_corners(scratch, COORDINATES + 8, lane))
@@ -157,7 +160,7 @@ def element(scratch: Array, state: Array, lane: int, dt: float, material: Floats
     v = modal_sums(load_corners(scratch, VELOCITIES + 8, lane))
     w = modal_sums(load_corners(scratch, VELOCITIES + 16, lane))
 
-    # how the element deforms in this step; `whole` is 64 V
+    # strain increment and rotation of this step; `whole` is 64 V
     bx, by, bz = minors(y, z), minors(z, x), minors(x, y)
     whole = contract(x, bx)
     volume = like(whole, 1.0 / 64.0) * whole
@@ -167,7 +170,7 @@ def element(scratch: Array, state: Array, lane: int, dt: float, material: Floats
     Lm = at_midstep(L, dt)
     de, R = strain_increment(Lm, dt), spin_rotation(Lm, dt)
 
-    # the stress that follows
+    # stress: rotate the old one with the material, then integrate the material law
     old, back = rotate_tensor(R, load6(state, STRESS, lane)), rotate_tensor(R, load6(state, BACK_STRESS, lane))
     factor, strain = load(state, RATE_FACTOR, lane), load(state, PLASTIC_STRAIN, lane)
     before = strain
@@ -178,14 +181,14 @@ def element(scratch: Array, state: Array, lane: int, dt: float, material: Floats
     mean_pressure = HALF * (load(state, VISCOUS_PRESSURE, lane) + pressure)
     work = HALF * (double_dot(old, de) + double_dot(stress, de)) - mean_pressure * (de[0] + de[1] + de[2])
 
-    # the forces on the corners
+    # forces on the corners
     Q, felt, power = hourglass_forces(state, lane, u, v, w, x, y, z, L, R, stress, dt, alive)
     acting = _acting_stress(stress, pressure, alive)
     store8(scratch, FORCES, lane, _corner_forces(0, acting, felt, x, y, z, bx, by, bz, per_whole))
     store8(scratch, FORCES + 8, lane, _corner_forces(1, acting, felt, x, y, z, bx, by, bz, per_whole))
     store8(scratch, FORCES + 16, lane, _corner_forces(2, acting, felt, x, y, z, bx, by, bz, per_whole))
 
-    # what the element keeps
+    # new state
     store6(state, STRESS, lane, stress, alive)
     store6(state, BACK_STRESS, lane, back, alive)
     for m in range(4):
@@ -204,14 +207,14 @@ def element(scratch: Array, state: Array, lane: int, dt: float, material: Floats
 
 @kernel
 def advance(scratch: Array, state: Array, dt: float, material: Floats) -> None:
-    """Advance the elements of one block, in a separate function because LLVM would not vectorise the loop otherwise."""
+    """Advance the elements of one block; a separate function, because otherwise LLVM does not vectorise the loop."""
     for lane in range(LANES):
         element(scratch, state, lane, dt, material)
 
 
 @inlined
 def _follow_rates(state: Array, dt: float, material: Floats) -> None:
-    """Work out the rate factors of a block's next step; most blocks do not yield, and powers take their time."""
+    """Compute the rate factors of a block for the next step, only if elements yield: powers are slow."""
     if yielding(state) > 0:
         for lane in range(LANES):
             squared = -load(state, RATE_FACTOR, lane)
@@ -222,7 +225,7 @@ def _follow_rates(state: Array, dt: float, material: Floats) -> None:
 
 @kernel
 def follow_smooth_rates(state: Array, materials: Floats) -> None:
-    """Work out the rate factors of all elements whose plastic strain rate is smoothed."""
+    """Compute the rate factors of all elements whose plastic strain rate is smoothed."""
     for b in range(state.shape[0]):
         material = of_block(materials, b)
         if material.rate_filter > ZERO and material.rate_c > ZERO:
@@ -234,7 +237,7 @@ def follow_smooth_rates(state: Array, materials: Floats) -> None:
 
 @inlined
 def run_block(scratch: Array, runs: Any, seen: Any, state: Array, dt: float, material: Floats) -> None:
-    """Advance a block from the motion of its nodes, and work out the rate factors of its next step."""
+    """Advance a block from the motion of its nodes, and compute the rate factors of its next step."""
     fetch(scratch, runs, seen)
     advance(scratch, state, dt, material)
     _follow_rates(state, dt, material)
@@ -244,10 +247,10 @@ def run_block(scratch: Array, runs: Any, seen: Any, state: Array, dt: float, mat
 def add_internal_forces(
     scratch: Array, runs: Any, targets: Any, seen: Any, state: Array, f: Array, dt: float, materials: Floats
 ) -> int:
-    """Subtract the internal forces of all elements from the nodal forces and advance the elements' state.
+    """Subtract the internal forces of all elements from the nodal forces, and advance the elements' state.
 
-    `targets`, shaped as `runs`, names the rows of `f` for each run of corners: the nodes themselves, or rows apart
-    where two parts of a large model meet (`stemcal.fem.lanes`). Returns how many elements have failed.
+    `targets`, shaped as `runs`, has the first row of `f` for each run of corners: that of its nodes, or a separate row
+    where two parts of a large model meet (`stemcal.fem.lanes`). Returns the number of elements that failed.
     """
     failed, step, states = 0, like(state[0, 0, 0], dt), states_of(state)
     for b in range(runs.shape[0]):

@@ -1,6 +1,6 @@
-"""Erosion: elements that have failed leave the topology, and nodes without elements stay fixed.
+"""Erosion: removal of failed elements from the topology, and fixing of nodes without elements.
 
-Which elements have failed is decided in `element` or, with an internal length, in `nonlocal_mean`.
+Elements are marked as failed in `element` or, with an internal length, in `nonlocal_mean`.
 """
 
 from typing import Any
@@ -17,10 +17,10 @@ Array = NDArray[np.float64]
 
 @kernel
 def erode(topology: Floats, state: Array, v: Array, mass: Array, inverse_mass: Array) -> Floats:
-    """Take the elements that have just failed out of the topology.
+    """Remove the elements that have just failed from the topology.
 
-    Returns how many there were and the kinetic energy of the nodes that lost their last element; those stay
-    fixed from now on and have no contact.
+    Returns the number of these elements, and the kinetic energy of the nodes that lost their last element. These nodes
+    are fixed from now on and have no contact.
     """
     count, energy = 0, 0.0
     for e in range(topology.standing.shape[0]):

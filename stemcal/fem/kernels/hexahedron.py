@@ -8,10 +8,10 @@ one constant, three linear and four hourglass modes. In modal form the volume is
 
     V = 8 ( [x₁,x₂,x₃] + ⅓[x₅,x₄,x₃] + ⅓[x₆,x₂,x₄] + ⅓[x₁,x₆,x₅] ),   [a,b,c] = a·(b×c),
 
-and its derivatives bₘ = ∂V/∂xₘ give the volume mean of any gradient, ⟨∂v/∂x⟩ = Σ vₘ⊗bₘ / V. The element loop works
-with the sums over the corners that make the modes, Xₘ = 8 xₘ, and saves their scaling: Bₘ = 8 bₘ, Σ Xₘ Bₘ = 64 V,
-⟨∂v/∂x⟩ = Σ Vₘ⊗Bₘ / 64 V. This is the uniform gradient of Flanagan and Belytschko (Int. J. Numer. Meth. Eng. 17,
-679-706, 1981), exact for any shape of the element, so distorted meshes pass the patch test.
+and its derivatives bₘ = ∂V/∂xₘ give the volume mean of any gradient, ⟨∂v/∂x⟩ = Σ vₘ⊗bₘ / V. The element loop uses
+unscaled sums over the corners, Xₘ = 8 xₘ, with Bₘ = 8 bₘ, Σ Xₘ Bₘ = 64 V and ⟨∂v/∂x⟩ = Σ Vₘ⊗Bₘ / 64 V. This is the
+uniform gradient of Flanagan and Belytschko (Int. J. Numer. Meth. Eng. 17, 679-706, 1981). It is exact for any shape of
+the element, so distorted meshes pass the patch test.
 
 Corners are numbered as in LS-DYNA: 1-4 around the face ζ = −1, 5-8 above them.
 """
@@ -20,7 +20,7 @@ from typing import Any
 
 from stemcal.fem.kernels.compile import HALF, ONE, QUARTER, ZERO, inlined, like
 
-# Numba infers these tuples of floats; the alias is for the reader.
+# Tuples of floats, whose types numba infers.
 Floats = Any
 
 
@@ -41,7 +41,7 @@ def modal_sums(f: Floats) -> Floats:
 
 @inlined
 def spread(m: Floats) -> Floats:
-    """Return H F, the corner forces of forces on the modal sums: the transpose of `modal_sums`."""
+    """Return H m, the corner forces of forces m on the modal sums: the transpose of `modal_sums`."""
     # undo ζ
     ss1, ss2 = m[0] - m[3], m[0] + m[3]
     ds1, ds2 = m[1] - m[5], m[1] + m[5]
@@ -56,9 +56,9 @@ def spread(m: Floats) -> Floats:
 
 @inlined
 def minors(p: Floats, q: Floats) -> Floats:
-    """Return one component of Bₘ, m = 1…6, from the modal sums p, q of the two coordinates that follow it.
+    """Return one component of Bₘ, m = 1…6, from the modal sums p, q of the other two coordinates in cyclic order.
 
-    For the x component pass (y, z), for y (z, x), for z (x, y):
+    For the x component p, q are those of (y, z), for y (z, x), for z (x, y):
 
         B₁ = X₂×X₃ + ⅓ X₆×X₅    B₄ = ⅓ (X₃×X₅ + X₆×X₂)
         B₂ = X₃×X₁ + ⅓ X₄×X₆    B₅ = ⅓ (X₄×X₃ + X₁×X₆)
@@ -79,13 +79,13 @@ def minors(p: Floats, q: Floats) -> Floats:
 
 @inlined
 def contract(m: Floats, b: Floats) -> Floats:
-    """Return Σ fₘ bₘ over the modes m = 1…6; with the element's own coordinate it is the volume (64 V of the sums)."""
+    """Return Σ fₘ bₘ over the modes m = 1…6; for a coordinate of the element it is V, or 64 V with unscaled sums."""
     return m[1] * b[0] + m[2] * b[1] + m[3] * b[2] + m[4] * b[3] + m[5] * b[4] + m[6] * b[5]
 
 
 @inlined
 def velocity_gradient(u: Floats, v: Floats, w: Floats, bx: Floats, by: Floats, bz: Floats, per_volume: float) -> Floats:
-    """Return the nine components L = Σ vₘ⊗bₘ / V, row by row (∂u/∂x, ∂u/∂y, …): 1/V given, or 1/64 V with sums."""
+    """Return L = Σ vₘ⊗bₘ / V row by row (∂u/∂x, ∂u/∂y, …); `per_volume` is 1/V, or 1/64 V with unscaled sums."""
     return (
         contract(u, bx) * per_volume,
         contract(u, by) * per_volume,
@@ -101,9 +101,9 @@ def velocity_gradient(u: Floats, v: Floats, w: Floats, bx: Floats, by: Floats, b
 
 @inlined
 def at_midstep(L: Floats, dt: float) -> Floats:
-    """Carry a gradient taken at the end of a step to its middle, L½ = L + ½dt L².
+    """Return the velocity gradient in the middle of a step from that at its end, L½ = L + ½dt L².
 
-    With it a rigid rotation by θ in one step strains the element by O(θ⁴) instead of O(θ²).
+    With L½, a rigid rotation by θ in one step causes a strain of O(θ⁴) instead of O(θ²).
     """
     h = HALF * dt
     return (
@@ -128,7 +128,7 @@ def strain_increment(L: Floats, dt: float) -> Floats:
 
 @inlined
 def spin_rotation(L: Floats, dt: float) -> Floats:
-    """Return the rotation of the step, row by row, from the spin ω = ½ dt curl v.
+    """Return the rotation R of the step, row by row, from ω = ½ dt curl v.
 
         R = I + (ω̂ + ½ω̂²) / (1 + ¼|ω|²)
 
@@ -180,9 +180,9 @@ def rotate_tensor(R: Floats, s: Floats) -> Floats:
 
 @inlined
 def modal_forces(t: Floats, hourglass: Floats, bx: Floats, by: Floats, bz: Floats) -> Floats:
-    """Return one component of the modal forces: stress row t against bₘ, and the hourglass forces on modes 4…7.
+    """Return one component of the modal forces: Fₘ = t·bₘ with the stress row t, plus Qₘ for the modes 4…7.
 
-    Fₘ = t·bₘ (+ Qₘ for the hourglass modes); a rigid translation meets no force, so F₀ = 0.
+    A rigid translation does no work, so F₀ = 0.
     """
     return (
         ZERO,

@@ -1,17 +1,17 @@
-"""Resistance of the one-point hexahedron to its four hourglass modes, m = 4…7 of `hexahedron`.
+"""Stiffness and damping of the one-point hexahedron against its four hourglass modes, m = 4…7 of `hexahedron`.
 
-A uniform strain cannot see these modes. Their rate is what is left of a modal velocity once the uniform gradient is
-taken out, and their force acts on the same combination, so that neither a rigid motion nor a uniform strain meets it.
-In the sums over the corners, eight times the amplitudes:
+These modes cause no strain at the integration point. Their rate q̇ₘ is the modal velocity without the part of the
+uniform velocity gradient L, and their force Qₘ acts on the same combination, so that it is zero for rigid motions and
+uniform strains. In sums over the corners (eight times the amplitudes; R is the rotation of the step):
 
     q̇ₘ = Vₘ − L Xₘ,     Q ← R Q + a q̇ dt
 
-Stress takes stiffness from the modes: an element's forces Vσ·B turn as its corners move. Of a cube of edge l under
-pressure p the volume has the second-order terms (4l/3)(a_ζξ b_ηζ − a_ηζ b_ζξ) in the amplitudes a, b of two patterns
-along x and y, so the forces push these apart from p = 48a/l on. Where the wedge presses harder than that, elements
-shake until they have stored enough: a must grow with the stress.
+Stress reduces the stiffness of the modes, because an element's forces Vσ·B rotate as its corners move. For a cube of
+edge l under pressure p, the volume has the second-order terms (4l/3)(a_ζξ b_ηζ − a_ηζ b_ζξ) in the amplitudes a, b of
+two patterns along x and y, so the forces amplify these patterns for p > 48a/l. Where the wedge presses harder, elements
+would vibrate with growing amplitude; a therefore increases with the stress.
 
-The force acts βΔt ahead, Q + β a q̇ Δt, and so damps what swings in these modes.
+The force is extrapolated by βΔt, Q + β a q̇ Δt, which damps vibrations in these modes.
 
 Flanagan and Belytschko, Int. J. Numer. Meth. Eng. 17, 679-706 (1981), in modal form.
 """
@@ -24,12 +24,12 @@ from stemcal.fem.kernels.compile import inlined, like
 from stemcal.fem.kernels.hexahedron import rotate_vector
 
 Floats = Any
-# How many times what a pressure takes from a cube an element resists with: the fully integrated element is stable, and
-# with less than three the patterns still grow where pressure and shear meet.
+# Least stiffness over the stiffness that a pressure removes from a cube. With factors below three, the patterns still
+# grow under combined pressure and shear.
 _TIMES = 3.0
-# β: how many steps ahead the force acts. Under stress these modes swing up by some 1e-4 a step: nothing where
-# added mass leaves 10,000 steps a test, the whole force where the true mass takes a million. A quarter damps them by
-# β(ωΔt)²/2, a hundred times that, and slow loads are not affected.
+# β, the extrapolation of the force in steps. Under stress these modes grow by some 1e-4 per step: negligible in tests
+# of 10,000 steps with added mass, but dominant in tests of a million steps with the true mass. β = 1/4 damps them by
+# β(ωΔt)²/2 per step, a hundred times that growth, and does not affect slow loads.
 DAMPING = 0.25
 
 
@@ -51,27 +51,27 @@ def modal_rate(m: int, u: Floats, v: Floats, w: Floats, x: Floats, y: Floats, z:
 
 @inlined
 def taken_by_stress(squared: float, length: float) -> Floats:
-    """Return the least a for a stress of the given σ:σ in an element of the given length: three times l|σ|/48√3."""
+    """Return the least stiffness a = 3 l|σ|/(48√3) of an element of length l, with `squared` = σ:σ."""
     return like(length, _TIMES / (48.0 * 3.0**0.5)) * length * sqrt(squared)
 
 
 @inlined
 def resist(old: Floats, rate: Floats, R: Floats, gain: float) -> Floats:
-    """Return the force Q = R Q_old + gain · q̇ on one mode; R is zero for an element that is not alive."""
+    """Return the force Q = R Q_old + gain q̇ on one mode; R is zero for an element that is not alive."""
     turned = rotate_vector(R, old)
     return turned[0] + gain * rate[0], turned[1] + gain * rate[1], turned[2] + gain * rate[2]
 
 
 @inlined
 def damped(force: Floats, rate: Floats, gain: float) -> Floats:
-    """Return Q + β a Δt q̇, `gain` being a Δt."""
+    """Return Q + β a Δt q̇, with `gain` = a Δt."""
     share = like(gain, DAMPING) * gain
     return force[0] + share * rate[0], force[1] + share * rate[1], force[2] + share * rate[2]
 
 
 @inlined
 def taken_from_stress(a: Floats, b: Floats, c: Floats, d: Floats, i: int, x: Floats, y: Floats, z: Floats) -> Floats:
-    """Return row i of Σ Qₘ⊗Xₘ: over the volume, the stress that keeps the modes orthogonal to uniform strain."""
+    """Return row i of Σ Qₘ⊗Xₘ; divided by the volume, this stress is subtracted so that Q acts on q̇ₘ alone."""
     return (
         a[i] * x[4] + b[i] * x[5] + c[i] * x[6] + d[i] * x[7],
         a[i] * y[4] + b[i] * y[5] + c[i] * y[6] + d[i] * y[7],

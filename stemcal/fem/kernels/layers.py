@@ -1,7 +1,8 @@
-"""The material of each block, and its law: one isotropic material of the whole body, or a table of others.
+"""The material of each block: one isotropic material of the whole body, or a table of several materials.
 
-A study of one isotropic material is compiled for `MaterialNumbers` alone. With layers or fibres the whole body follows
-`transverse`, of which an isotropic layer is a special case; that is compiled when a study first has them.
+A body of one isotropic material uses `MaterialNumbers` and the kernels of `plasticity`. With layers or fibres the whole
+body uses a `LayerTable` and the kernels of `transverse`, which include isotropic layers as a special case; these are
+compiled when a study first needs them.
 """
 
 from typing import Any, NamedTuple
@@ -18,14 +19,14 @@ _INLINED = {"forceinline": True, "error_model": "numpy", "fastmath": {"contract"
 
 
 class LayerTable(NamedTuple):
-    """Materials of a body: the row of each block in a table, whose columns are those of `TransverseNumbers`."""
+    """Materials of a body: the row of each block in a table whose columns are the fields of `TransverseNumbers`."""
 
     rows: Any  # (B,) int32
     table: Any  # (materials, columns)
 
 
 def of_block(material: Any, b: int) -> Any:
-    """Return the numbers of the material of block b."""
+    """Return the constants of the material of block b."""
     raise NotImplementedError
 
 
@@ -61,9 +62,9 @@ def _of_blocks(material: Any, first: Any, behind: Any) -> Any:
 
 
 def stress_after(old: Any, back: Any, de: Any, strain: Any, factor: Any, edge: Any, material: Any) -> Any:
-    """Return stress, back stress, plastic strain, trial q and static yield after a strain increment.
+    """Return stress, back stress, plastic strain, trial q and static yield stress after a strain increment.
 
-    `edge` is the element's edge ζ, the axis of a material that has one.
+    `edge` is the element's edge ζ, the axis of a transversely isotropic material.
     """
     raise NotImplementedError
 
@@ -81,9 +82,9 @@ def _stress_after(old: Any, back: Any, de: Any, strain: Any, factor: Any, edge: 
 
 
 def uniform_stiffness(B: Any, edge: Any, norm: Any, material: Any) -> Any:
-    """Return a bound of an element's stiffness to uniform strain, times its volume.
+    """Return an upper bound of an element's stiffness against uniform strain, times its volume.
 
-    `B` are the products BᵢBⱼ of its gradients (xx, yy, zz, xy, yz, zx), `norm` a bound of their norm.
+    `B` are the products BᵢBⱼ of its gradients (xx, yy, zz, xy, yz, zx), `norm` is an upper bound of their norm.
     """
     raise NotImplementedError
 

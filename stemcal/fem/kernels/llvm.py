@@ -1,7 +1,8 @@
-"""What the kernels say to LLVM in its own words: a cache line asked for, nodes read and written a run at a time.
+"""Kernel operations written directly in LLVM's intermediate language: prefetch, vector access to nodes, atomics.
 
-LLVM does not find by itself that a component of a run is one vector: it is spelled out here, in vectors of any width
-that LLVM breaks down to what the processor has; speed without them: `docs/explanation/how-it-is-tested.md`.
+LLVM does not recognise that a component of a run of nodes is one vector, so these functions load and store vectors,
+which LLVM splits to the width of the processor; for the speed without them see
+`docs/explanation/how-it-is-tested.md`.
 """
 
 from typing import Any
@@ -18,7 +19,7 @@ _YIELDS = ("sched_yield", "SwitchToThread")  # of POSIX and of Windows
 
 
 def _prefetch(_typing: Any, values: Any, place: Any) -> Any:
-    """Ask for the cache line of ``values[place]``, flat and contiguous, so that it is near when it is needed."""
+    """Prefetch the cache line of ``values[place]`` of a flat, contiguous array into the second-level cache."""
 
     def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         array = context.make_array(signature.args[0])(context, builder, arguments[0])
@@ -33,10 +34,10 @@ def _prefetch(_typing: Any, values: Any, place: Any) -> Any:
 
 
 def _read_corners(_typing: Any, nodal: Any, unit: Any, runs: Any, r: Any, values: Any, place: Any, stride: Any) -> Any:
-    """Set values of two runs, r and r + 1, at their elements' corners a = 1…7 less those at corner 0.
+    """Read nodal values of two runs, r and r + 1, at their elements' corners a = 1…7 relative to corner 0.
 
-    ``values[place + (8 i + a) stride + k] = nodal[runs[a, r] + k, i] - nodal[runs[0, r] + k, i]``, k < `RUN`, and the
-    next run behind it; times the unit where whole numbers of it are read, whose differences may pass 2³¹.
+    ``values[place + (8 i + a) stride + k] = nodal[runs[a, r] + k, i] - nodal[runs[0, r] + k, i]`` for k < `RUN`, the
+    next run behind it. Integer nodal values are multiplied by `unit` after the subtraction, which may wrap around 2³².
     """
 
     def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
@@ -90,7 +91,7 @@ def _subtract_run(_typing: Any, nodal: Any, node: Any, values: Any, place: Any, 
 
 
 def counting(relation: str, many: int) -> Any:
-    """Return a function of values and a place that counts the numbers that are > 0, or < 0, or …."""
+    """Return an intrinsic that counts how many of the next `many` numbers satisfy a relation to 0, such as ``>``."""
 
     def count(_typing: Any, values: Any, place: Any) -> Any:
         def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
@@ -105,14 +106,14 @@ def counting(relation: str, many: int) -> Any:
 
 
 def _see_place(_typing: Any, places: Any, n: Any, x: Any, unit: Any) -> Any:
-    """Set ``places[n]`` to the last 32 bits of x in whole units, a power of two; nothing where `places` is x itself."""
+    """Set ``places[n]`` to the low 32 bits of x in whole units (a power of two); nothing if `places` is x itself."""
 
     def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         places, n, x, unit = (
             _Value(context, builder, kind, value) for kind, value in zip(signature.args, arguments, strict=True)
         )
         if places.counts:
-            # next to such a number the next one is a unit away: what is added to it ends in the last bits
+            # doubles near 1.5 · 2⁵² units are one unit apart, so the sum has x in whole units in its low bits
             large = builder.fmul(builder.fpext(unit.value, _NUMBER), _NUMBER(1.5 * 2.0**52))
             bits = builder.bitcast(builder.fadd(x.value, large), ir.IntType(64))
             builder.store(builder.trunc(bits, _WORD), places.number(n.value))
@@ -122,7 +123,7 @@ def _see_place(_typing: Any, places: Any, n: Any, x: Any, unit: Any) -> Any:
 
 
 def _see_velocity(_typing: Any, velocities: Any, n: Any, v: Any) -> Any:
-    """Set ``velocities[n]`` to v in single precision; nothing where `velocities` is v itself."""
+    """Set ``velocities[n]`` to v in single precision; nothing if `velocities` is v itself."""
 
     def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         velocities, n, v = (
@@ -136,7 +137,7 @@ def _see_velocity(_typing: Any, velocities: Any, n: Any, v: Any) -> Any:
 
 
 def _add_together(_typing: Any, numbers: Any, more: Any) -> Any:
-    """Add to ``numbers[0]``, which several threads do, and return what it was; what was written before is written."""
+    """Add to ``numbers[0]`` atomically (sequentially consistent, so a memory barrier) and return its old value."""
 
     def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         array = _Value(context, builder, signature.args[0], arguments[0])
@@ -146,7 +147,7 @@ def _add_together(_typing: Any, numbers: Any, more: Any) -> Any:
 
 
 def _read_together(_typing: Any, numbers: Any) -> Any:
-    """Return ``numbers[0]`` as it is now, with acquire semantics."""
+    """Return ``numbers[0]`` by a sequentially consistent atomic read."""
 
     def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         array = _Value(context, builder, signature.args[0], arguments[0])
@@ -156,7 +157,7 @@ def _read_together(_typing: Any, numbers: Any) -> Any:
 
 
 def _give_way(_typing: Any) -> Any:
-    """Yield the processor to another waiting thread; nothing where no such function exists."""
+    """Yield the processor to another thread; nothing if the operating system has no such function."""
 
     def build(context: Any, builder: Any, _signature: Any, _arguments: Any) -> Any:
         name = next((name for name in _YIELDS if llvmlite.binding.address_of_symbol(name) is not None), None)
@@ -170,7 +171,7 @@ def _give_way(_typing: Any) -> Any:
 
 
 def _maximum(_typing: Any, a: Any, b: Any) -> Any:
-    """Return the larger of two numbers, NaN if either is: unlike `max` it goes through a loop as a vector."""
+    """Return the larger of two numbers, NaN if either is NaN; unlike `max`, LLVM vectorises it in loops."""
 
     def build(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
         form = ir.FunctionType(_NUMBER, [_NUMBER, _NUMBER])
@@ -180,7 +181,7 @@ def _maximum(_typing: Any, a: Any, b: Any) -> Any:
 
 
 def _reading(name: str) -> Any:
-    """Return an intrinsic that reads a number of the array of this name."""
+    """Return an intrinsic that reads a number of the array called `name` in `_APART`."""
 
     def read(_typing: Any, values: Any, place: Any) -> Any:
         def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
@@ -193,7 +194,7 @@ def _reading(name: str) -> Any:
 
 
 def _writing(name: str) -> Any:
-    """Return an intrinsic that writes a number to the array of this name."""
+    """Return an intrinsic that writes a number to the array called `name` in `_APART`."""
 
     def write(_typing: Any, values: Any, place: Any, value: Any) -> Any:
         def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
@@ -210,9 +211,9 @@ _APART = ("scratch", "state")  # arrays that share no memory
 
 
 def _set_apart(builder: Any, instruction: Any, name: str) -> Any:
-    """Declare to LLVM that an access to one of the arrays above meets none of the others.
+    """Declare to LLVM that the arrays above do not overlap.
 
-    It would find that out each time a loop begins, and keep a second, slow loop for the case that they do.
+    Otherwise LLVM compares their addresses before each loop, and compiles a second, slow loop for overlapping arrays.
     """
     module = builder.module
 
@@ -220,14 +221,14 @@ def _set_apart(builder: Any, instruction: Any, name: str) -> Any:
         return module.add_metadata(list(operands))
 
     domain = node(ir.MetaDataString(module, "stemcal blocks"))
-    scopes = {one: node(ir.MetaDataString(module, one), domain) for one in _APART}
+    scopes = {array: node(ir.MetaDataString(module, array), domain) for array in _APART}
     instruction.set_metadata("alias.scope", node(scopes[name]))
-    instruction.set_metadata("noalias", node(*(scope for one, scope in scopes.items() if one != name)))
+    instruction.set_metadata("noalias", node(*(scope for array, scope in scopes.items() if array != name)))
     return instruction
 
 
 class _Value:
-    """A value passed to an intrinsic; of an array, its layout."""
+    """An argument of an intrinsic; for an array, with its layout."""
 
     def __init__(self, context: Any, builder: Any, kind: Any, value: Any) -> None:
         self.value, self._builder = value, builder
@@ -237,7 +238,7 @@ class _Value:
             self.counts = isinstance(kind.dtype, types.Integer)
 
     def cast(self, kind: Any) -> Any:
-        """Return the number as another kind of integer."""
+        """Return an integer extended to another integer type."""
         return self.value if self.value.type == kind else self._builder.sext(self.value, kind)
 
     def extent(self, axis: int) -> Any:
@@ -254,15 +255,15 @@ class _Value:
 
 
 def _of_component(builder: Any, nodal: _Value, node: Any, i: int) -> Any:
-    """Return the place of component i of a node in a nodal array."""
+    """Return the index of component i of a node in the flat memory of a nodal array."""
     nodes = nodal.extent(0)
     return builder.add(node, builder.mul(nodes, nodes.type(i)))
 
 
 def _each(builder: Any, number: Any, form: Any) -> Any:
-    """Return a vector of one number."""
-    one = builder.insert_element(ir.Constant(form, ir.Undefined), number, _WORD(0))
-    return builder.shuffle_vector(one, one, ir.Constant(ir.VectorType(_WORD, form.count), [_WORD(0)] * form.count))
+    """Return a vector whose elements are all equal to `number`."""
+    first = builder.insert_element(ir.Constant(form, ir.Undefined), number, _WORD(0))
+    return builder.shuffle_vector(first, first, ir.Constant(ir.VectorType(_WORD, form.count), [_WORD(0)] * form.count))
 
 
 def _load(builder: Any, address: Any) -> Any:

@@ -1,12 +1,12 @@
 """The time loop: central differences from one output to the next.
 
-One step reads: find what has failed or parted by its mean strain, add internal forces, meet the tools (erode, look for
-contact, add contact forces), kick by contact, kick and drift, finish (book energies, move the tools and the clock).
-What fails goes before the forces of a step are added: an element whose force stayed while the contact that held it was
-gone would kick its nodes.
+A time step consists of failure and parting by the mean strain, internal forces, tools (erosion, contact search, contact
+forces), kick by contact, kick and drift of all nodes, and the end of the step (energies, motion of the tools, clock).
+Elements are marked as failed before the internal forces are added: erosion removes their contact in the same step, and
+an internal force without this contact would accelerate their nodes.
 
-Several threads may march together: each adds the internal forces of its blocks and moves its nodes, the first does the
-rest, and they meet wherever one needs what another has done.
+Several threads can share a march: each adds the internal forces of its blocks and moves its nodes, the first does the
+rest, and all threads synchronise (`meet`) where one needs the results of another.
 """
 
 from typing import Any, NamedTuple
@@ -37,15 +37,15 @@ from stemcal.fem.kernels.timestep import stable_step
 Floats = Any
 Array = NDArray[np.float64]
 
-# How many steps the time step, the mean strains and the hold of a spread edge serve before they are worked out again.
+# Number of steps after which the time step, the mean strains and the surface under a spread edge are computed again.
 STEP_LIFE = 20
-# How many the rate factors do where the rate is smoothed, over many times as long.
+# The same for rate factors of a smoothed strain rate; the smoothing time is many times as long.
 RATE_LIFE = 5
 
-# How often a thread that waits for others checks for them before it yields its core.
+# Number of checks after which a waiting thread yields its core.
 _PATIENCE = 1000
 
-# Why a march ended, or that it has not.
+# Reasons for the end of a march; GOING_ON before the end.
 GOING_ON = -1
 REACHED = 0
 INVERTED = 1
@@ -54,50 +54,50 @@ NOT_FINITE = 3
 
 
 class Body(NamedTuple):
-    """The deformable body as the kernels see it; `stemcal.fem.state.State` owns the arrays."""
+    """The deformable body in the form that the kernels use; `stemcal.fem.state.State` owns the arrays."""
 
-    x: Array  # (N, 3), with rows to spare behind the last, as those of v and f (see `stemcal.fem.lanes.nodal`)
+    x: Array  # (N, 3), with spare memory behind the last row, as v and f have (see `stemcal.fem.lanes.nodal`)
     v: Array
-    seen: Any  # x and v as elements see them (`block.Seen`)
-    f: Array  # of the elements, in their precision, and behind those the rows apart of `late`
-    pushes: Any  # of contact (`nodes.Pushes`)
+    seen: Any  # x and v in the form that elements read (`block.Seen`)
+    f: Array  # internal forces in the precision of the elements; behind the nodes the separate rows of `late`
+    pushes: Any  # contact forces (`nodes.Pushes`)
     loads: Array  # (N, 3), or (0, 3) for none
     mass: Array
     inverse_mass: Array
-    free: NDArray[np.bool_]  # (N, 3) components that nothing holds
-    driven: Array  # (N, 3) velocities of what is held, or (0, 3) if nothing held moves
+    free: NDArray[np.bool_]  # (N, 3) components that are not held
+    driven: Array  # (N, 3) velocities of held components, or (0, 3) if all of them are fixed
     runs: NDArray[np.int32]  # (B, 8, runs of a block) first node of each run of corners
-    targets: NDArray[np.int32]  # the same for the rows of f that take the forces
-    late: NDArray[np.int32]  # the nodes of the rows apart
+    targets: NDArray[np.int32]  # (B, 8, runs of a block) first row of f for each run of corners
+    late: NDArray[np.int32]  # node of each separate row of f
     state: Array
     scratch: Array
     element_mass: Array
 
 
 class Clock(NamedTuple):
-    """Time and what goes with it, each an array of one so that the march can change it."""
+    """Time and time steps; arrays of one number each, so that the march can change them."""
 
     time: Array
     step: Array  # current Δt
-    step_before: Array
-    steps: NDArray[np.int64]
-    reach: Array  # how far things may have moved since the candidates were listed
-    trouble: NDArray[np.int64]  # slot of the element that sets the step, or has broken it off
+    step_before: Array  # Δt of the step before
+    steps: NDArray[np.int64]  # number of steps
+    reach: Array  # largest possible motion since the last contact search
+    trouble: NDArray[np.int64]  # slot of the element that determines the time step, or that ended the march
 
 
 class Ledger(NamedTuple):
-    """Sums that one output interval adds to."""
+    """Sums over all steps, and energies of the last step, mJ."""
 
-    impulse: Array  # (T, 3) of the stem on each tool
-    held: Array  # (S,) what contact holds back of the tools' work, by what pushes (`nodes.Pushes`)
+    impulse: Array  # (T, 3) of the stem on each tool, N s
+    held: Array  # (S,) work of the tools that contact has stored or dissipated, by source (`nodes.Pushes`)
     external_work: Array  # (1,) of tools, loads and driven nodes
-    lost_kinetic: Array  # (1,) carried away by nodes without elements
+    lost_kinetic: Array  # (1,) removed with nodes without elements
     kinetic: Array  # (1,) of the last step
-    node_sums: Array  # (chunks, 2) of the last step, as `kick_and_drift` leaves them
+    node_sums: Array  # (chunks, 2) of the last step (`kick_and_drift`)
 
 
 class Settings(NamedTuple):
-    """Numbers that steer the march."""
+    """Constants of the march: share of the stable step, smallest step, step of the contact stiffness, search margin."""
 
     safety: float
     smallest_step: float
@@ -106,28 +106,28 @@ class Settings(NamedTuple):
 
 
 class Team(NamedTuple):
-    """The threads that march together and their shared data; `stemcal.fem.stepper` creates it."""
+    """Shared data of the threads of a march; created by `stemcal.fem.stepper`."""
 
     threads: int
-    arrived: NDArray[np.int64]  # (1,) how many wait for the rest
-    meetings: NDArray[np.int64]  # (1,) how often all have met
-    failed: NDArray[np.int64]  # (threads,) elements that have failed in the step
-    outcome: NDArray[np.int64]  # (1,) why the march ends, or GOING_ON
+    arrived: NDArray[np.int64]  # (1,) number of waiting threads
+    meetings: NDArray[np.int64]  # (1,) number of completed synchronisations
+    failed: NDArray[np.int64]  # (threads,) number of elements that failed in this step
+    outcome: NDArray[np.int64]  # (1,) reason for the end of the march, or GOING_ON
 
 
 class Share(NamedTuple):
-    """What one thread does of a step; the first one does besides what is not shared out."""
+    """The blocks and nodes that one thread advances; the first thread also does the work that is not shared."""
 
     thread: int
-    blocks: tuple[int, int]  # the first of its blocks, and the first behind
-    chunks: tuple[int, int]  # the same of the nodes
+    blocks: tuple[int, int]  # first block, and first block of the next thread
+    chunks: tuple[int, int]  # the same for chunks of nodes
     scratch: Array
-    late: NDArray[np.int32]  # of the rows apart those it adds, in rising order
+    late: NDArray[np.int32]  # the separate force rows that it adds, in ascending order
 
 
 @kernel
 def meet(team: Floats) -> None:
-    """Wait until all threads are here."""
+    """Wait until all threads have called this function (a barrier)."""
     if team.threads == 1:
         return
     before = read_together(team.meetings)
@@ -138,13 +138,13 @@ def meet(team: Floats) -> None:
         looks = 0
         while read_together(team.meetings) == before:
             looks += 1
-            if looks % _PATIENCE == 0:  # perhaps there are fewer cores than threads
+            if looks % _PATIENCE == 0:  # there may be fewer cores than threads
                 give_way()
 
 
 @kernel
 def renew_time_step(body: Floats, clock: Floats, material: Floats, settings: Floats) -> int:
-    """Work out the time step anew every `STEP_LIFE` steps; returns why the march must end, or GOING_ON."""
+    """Compute the time step every `STEP_LIFE` steps; return the reason to end the march, or GOING_ON."""
     if clock.steps[0] % STEP_LIFE != 0:
         return GOING_ON
     stable, clock.trouble[0], volume = stable_step(body, material)
@@ -156,7 +156,7 @@ def renew_time_step(body: Floats, clock: Floats, material: Floats, settings: Flo
 
 @kernel
 def fail_in_the_mean(body: Floats, topology: Floats, exchange: Floats, clock: Floats) -> bool:
-    """Every `STEP_LIFE` steps, mark as failed what has failed by its mean strain; returns whether anything has."""
+    """Every `STEP_LIFE` steps, mark the elements that fail by their mean strain; return True if there are any."""
     if exchange.passes == 0 or clock.steps[0] % STEP_LIFE != 0:
         return False
     return fail_by_mean_strain(exchange, topology, body.state)
@@ -164,10 +164,7 @@ def fail_in_the_mean(body: Floats, topology: Floats, exchange: Floats, clock: Fl
 
 @kernel
 def _add_forces_inside(share: Floats, body: Floats, clock: Floats, material: Floats) -> int:
-    """Subtract the internal forces of a share, which follow from the deformation of the step just taken.
-
-    Returns how many elements may have failed.
-    """
+    """Subtract the internal forces of a share, from the deformation in the last step; return the number of failures."""
     dt, mine = clock.step_before[0], slice(share.blocks[0], share.blocks[1])
     own = of_blocks(material, share.blocks[0], share.blocks[1])
     if clock.steps[0] % RATE_LIFE == 0:
@@ -187,7 +184,7 @@ def _look_for_contact(
     clock: Floats,
     settings: Floats,
 ) -> None:
-    """List anew what may meet a tool."""
+    """Update the lists of nodes and faces that can touch a tool."""
     list_near_skin(candidates, topology, tools, body.x, settings.margin)
     list_near_nodes(candidates, topology, tools, body.x, settings.margin)
     tool = max(edge.tool, spread.tool)
@@ -200,7 +197,7 @@ def _look_for_contact(
 
 @kernel
 def _mean_step(clock: Floats) -> float:
-    """Return the time between the middles of the step before and of this one, by which velocities are kicked."""
+    """Return the time between the middles of the last and of this step, over which velocities are kicked."""
     return 0.5 * (clock.step_before[0] + clock.step[0])
 
 
@@ -215,7 +212,7 @@ def _add_contact_forces(
     friction: Floats,
     settings: Floats,
 ) -> None:
-    """Push nodes and faces out of the tools."""
+    """Add the forces of all kinds of contact between tools and body."""
     tools.force[:, :] = 0.0
     x, v, dt0, dt, cut = body.x, body.v, settings.penalty_step, clock.step[0], spread.cut
     push_nodes_out(
@@ -234,7 +231,7 @@ def _add_contact_forces(
 
 @kernel
 def _move_tools(tools: Floats, ledger: Floats, kick: float, dt: float) -> float:
-    """Move the tools by a step and book the impulse and the work of the stem on them; returns their largest speed."""
+    """Move the tools by one step, book the stem's impulse on them and their work; return their largest speed."""
     fastest = 0.0
     for t in range(tools.speed.shape[0]):
         for i in range(3):
@@ -260,7 +257,7 @@ def meet_tools(
     friction: Floats,
     settings: Floats,
 ) -> None:
-    """Erode what has failed, if anything has, and add the contact forces."""
+    """Erode failed elements, repeat the contact search if necessary, and add the contact forces."""
     eroded, due = 0, clock.steps[0] % STEP_LIFE == 0
     if failed:
         eroded, lost = erode(topology, body.state, body.v, body.mass, body.inverse_mass)
@@ -276,9 +273,9 @@ def meet_tools(
 
 @kernel
 def _kick_by_contact(until: float, body: Floats, tools: Floats, clock: Floats, ledger: Floats) -> None:
-    """Kick what the tools push; before, if the step reaches the time `until`, book its kinetic energy.
+    """Kick the nodes in contact; before, if the step reaches the time `until`, book the kinetic energy.
 
-    That is the moment for it: all forces are there and nothing has moved.
+    Here all forces are known and no velocity has changed, as `kinetic_energy_within` requires.
     """
     kick = _mean_step(clock)
     if clock.time[0] + clock.step[0] >= until:
@@ -288,7 +285,7 @@ def _kick_by_contact(until: float, body: Floats, tools: Floats, clock: Floats, l
 
 @kernel
 def finish_step(body: Floats, tools: Floats, clock: Floats, ledger: Floats) -> int:
-    """Do what follows the motion of the nodes: books, tools, time; returns why the march must end, or GOING_ON."""
+    """Book energies, move tools and clock after the nodes; return the reason to end the march, or GOING_ON."""
     dt, kick = clock.step[0], _mean_step(clock)
     work, fastest = add_chunks(ledger.node_sums)
     leave_pushes(body, kick, tools, ledger.held)
@@ -318,7 +315,7 @@ def march(
     friction: Floats,
     settings: Floats,
 ) -> int:
-    """Advance the model to time `until`; returns why it stopped. Each thread of the team calls it with its share."""
+    """Advance the model to time `until`; return the reason for the end. Each thread calls this with its share."""
     leads, outcome, apart = share.thread == 0, GOING_ON, False
     while True:
         if leads:

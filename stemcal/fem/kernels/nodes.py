@@ -1,4 +1,4 @@
-"""Nodal part of a step: kick, hold, drift; and the sums over nodes that the energy balance needs."""
+"""Nodal part of a step: kick of velocities, drift of positions, and the sums over nodes for the energy balance."""
 
 from typing import Any, NamedTuple
 
@@ -12,36 +12,37 @@ from stemcal.fem.kernels.llvm import maximum, see_place, see_velocity
 Array = NDArray[np.float64]
 
 
-# Nodes are advanced in chunks of this many, each with its own sums, so that threads may share the chunks out and the
-# sums of all keep their bits. The data of this number of nodes stay in the first cache from component to component.
+# Number of nodes in a chunk. Each chunk has its own sums, so that the total is bit-identical for any number of threads.
+# The data of this number of nodes stay in the first-level cache from component to component.
 CHUNK = 512
 
 
-# What pushes: a tool's surface against nodes, a tool's edge against the faces under it, and the friction of either.
+# Sources of contact forces: the surface of a tool, its edge, and the friction of both.
 SURFACE, EDGE, FRICTION = 0, 1, 2
 KINDS = 3
 
 
 class Pushes(NamedTuple):
-    """The forces of contact on the nodes by what pushes, and which nodes have any: few of many.
+    """Contact forces on the nodes by source, and lists of the few nodes that have any.
 
-    Source s is kind s // T of tool s % T; arrays take no memory where nothing is written.
+    Source s is the kind s // T (`SURFACE`, `EDGE`, `FRICTION`) of tool s % T. The operating system allocates memory
+    only for the parts of the arrays that are written.
     """
 
     force: Array  # (S, N, 3)
-    nodes: NDArray[np.int32]  # (S, N) those with a force, the first `many`
+    nodes: NDArray[np.int32]  # (S, N) nodes with a force, the first `many` entries
     many: NDArray[np.int64]  # (S,)
-    listed: NDArray[np.bool_]  # (S, N) whether a node is one of them
+    listed: NDArray[np.bool_]  # (S, N) nodes in that list
 
 
 @entry
 def kick_and_drift(body: Any, kick: float, drift: float, sums: Array, begin: int, end: int) -> None:
-    """Advance velocities by `kick` and positions by `drift` in chunks begin…end−1, and set forces back to zero.
+    """Advance velocities by the time `kick` and positions by `drift` in chunks begin…end−1; set forces to zero.
 
-        v ← v + kick·(f + load)/m on free components, the others keep theirs,   x ← x + drift·v
+        v ← v + kick·(f + load)/m on free components (held ones keep their velocity),   x ← x + drift·v
 
-    Contact comes before and after (`take_pushes`, `leave_pushes`). Row c of `sums` gets chunk c's work of loads and
-    driven components, force times mean velocity times `kick`, and its largest speed.
+    Contact forces act before (`take_pushes`) and are cleared afterwards (`leave_pushes`). Row c of `sums` gets, for
+    chunk c, the work of loads and driven components (force times mean velocity times `kick`) and the largest speed.
     """
     for c in range(begin, end):
         first, last = c * CHUNK, min((c + 1) * CHUNK, body.x.shape[0])
@@ -60,7 +61,7 @@ def kick_and_drift(body: Any, kick: float, drift: float, sums: Array, begin: int
 @kernel
 def _move_component(body: Any, i: int, kick: float, drift: float, first: int, last: int) -> None:
     """Advance component i of nodes first…last−1 under the forces of the elements."""
-    mine = slice(first, last)  # counted from 0, n is never taken for one of Python's negative indices
+    mine = slice(first, last)  # with a loop from 0, numba needs no check for negative indices
     x, v, f = body.x.T[i, mine], body.v.T[i, mine], body.f.T[i, mine]
     free, inverse_mass = body.free.T[i, mine], body.inverse_mass[mine]
     places, velocities, unit = body.seen.x.T[i, mine], body.seen.v.T[i, mine], body.seen.unit
@@ -74,7 +75,6 @@ def _move_component(body: Any, i: int, kick: float, drift: float, first: int, la
 
 @inlined
 def _contact_on(pushes: Any, n: int, i: int) -> float:
-    """Return component i of the contact forces on a node."""
     force = 0.0
     for s in range(pushes.force.shape[0]):
         force += pushes.force[s, n, i]
@@ -83,17 +83,17 @@ def _contact_on(pushes: Any, n: int, i: int) -> float:
 
 @inlined
 def force_on(body: Any, n: int, i: int) -> float:
-    """Return component i of all forces on a node."""
+    """Return component i of all forces on a node: internal, contact, load."""
     force = body.f[n, i] + _contact_on(body.pushes, n, i)
     return float(force + body.loads[n, i] if body.loads.shape[0] > 0 else force)
 
 
 @kernel
 def kinetic_energy_within(body: Any, kick: float) -> float:
-    """Return ½ Σ m v⁻·v⁺ with the velocities before and after the kick that is to come.
+    """Return ½ Σ m v⁻·v⁺ with the velocities v⁻ now and v⁺ after the coming kick.
 
-    It is that at the time of the forces, and with the strain energy of that time it is what central differences
-    conserve.
+    This is the kinetic energy at the time of the forces; central differences conserve its sum with the strain energy of
+    the same time.
     """
     total = 0.0
     for n in range(body.x.shape[0]):
@@ -106,7 +106,7 @@ def kinetic_energy_within(body: Any, kick: float) -> float:
 
 @kernel
 def _power_of_holding(body: Any, first: int, last: int) -> float:
-    """Return the power of all forces on the driven components of nodes first…last−1."""
+    """Return Σ f·v of all forces on the driven components of nodes first…last−1."""
     total = 0.0
     for n in range(first, last):
         for i in range(3):
@@ -116,7 +116,6 @@ def _power_of_holding(body: Any, first: int, last: int) -> float:
 
 @kernel
 def _power_of_loads(body: Any, first: int, last: int) -> float:
-    """Return the power of the loads on nodes first…last−1."""
     total = 0.0
     for n in range(first, last):
         for i in range(3):
@@ -126,7 +125,7 @@ def _power_of_loads(body: Any, first: int, last: int) -> float:
 
 @kernel
 def _bear_loads(body: Any, kick: float, first: int, last: int) -> float:
-    """Kick nodes first…last−1 by the loads; returns the power of these before anything has kicked them."""
+    """Kick nodes first…last−1 by the loads; return the loads' power before any kick, contact's included."""
     before = 0.0
     for n in range(first, last):
         for i in range(3):
@@ -138,7 +137,7 @@ def _bear_loads(body: Any, kick: float, first: int, last: int) -> float:
 
 @inlined
 def push(pushes: Any, source: int, n: int, i: int, force: float) -> None:
-    """Add component i of a contact force on a node."""
+    """Add component i of a contact force on node n."""
     if not pushes.listed[source, n]:
         pushes.listed[source, n] = True
         pushes.nodes[source, pushes.many[source]] = n
@@ -148,10 +147,11 @@ def push(pushes: Any, source: int, n: int, i: int, force: float) -> None:
 
 @kernel
 def take_pushes(body: Any, kick: float, tools: Any, held: Array) -> None:
-    """Advance the velocities of what contact touches under its forces.
+    """Kick the nodes in contact by the contact forces.
 
-    What contact holds back, ½ kick·f·(V − v) with the tools' speed V and the velocities before, is added to `held`
-    (S,); `leave_pushes` adds the other half, with those after the kick.
+    Contact stores or dissipates the energy kick·f·(V − v) with the tool's velocity V and the mean of the nodal
+    velocities before and after all kicks. Half of it, with v before, is added to `held` (S,) here; `leave_pushes` adds
+    the other half, with v after.
     """
     pushes = body.pushes
     for s in range(pushes.force.shape[0]):
@@ -165,7 +165,7 @@ def take_pushes(body: Any, kick: float, tools: Any, held: Array) -> None:
 
 @kernel
 def _power_held(body: Any, source: int, tools: Any) -> float:
-    """Return f·(V − v) summed over what a source pushes: the power that does not reach the nodes."""
+    """Return Σ f·(V − v) over the nodes that a source pushes: the power that does not reach the nodes."""
     pushes, power, t = body.pushes, 0.0, source % tools.speed.shape[0]
     for m in range(pushes.many[source]):
         n, force = pushes.nodes[source, m], pushes.force[source]
@@ -178,7 +178,7 @@ def _power_held(body: Any, source: int, tools: Any) -> float:
 
 @kernel
 def leave_pushes(body: Any, kick: float, tools: Any, held: Array) -> None:
-    """Forget the contact forces, once what they hold back with the velocities of now is added to `held`."""
+    """Add the second half of the energy of contact to `held` (see `take_pushes`), and clear the contact forces."""
     pushes = body.pushes
     for s in range(pushes.force.shape[0]):
         held[s] += 0.5 * kick * _power_held(body, s, tools)
@@ -202,7 +202,7 @@ def _largest_speed(v: Array, first: int, last: int) -> float:
 
 @kernel
 def add_chunks(sums: Array) -> tuple[float, float]:
-    """Return over all chunks the work of loads and driven components, and the largest speed."""
+    """Return the work of loads and driven components in all chunks, and the largest speed."""
     work, fastest = 0.0, 0.0
     for c in range(sums.shape[0]):
         work += sums[c, 0]
@@ -212,7 +212,7 @@ def add_chunks(sums: Array) -> tuple[float, float]:
 
 @kernel
 def add_late_forces(body: Any, mine: Any) -> None:
-    """Add the forces in some of the rows apart, the last of all, to those of the nodes in `late`, in their order."""
+    """Add the separate force rows `mine` (the last rows of f) to those of their nodes `late`, in order."""
     f, late = body.f, body.late
     first = f.shape[0] - late.shape[0]
     for i in range(3):
@@ -224,7 +224,7 @@ def add_late_forces(body: Any, mine: Any) -> None:
 
 @entry
 def see(body: Any) -> None:
-    """Copy position and velocity of all nodes for the elements."""
+    """Copy the positions and velocities of all nodes into the form that the elements read."""
     for n in range(body.x.shape[0]):
         for i in range(3):
             see_place(body.seen.x.T[i], n, body.x[n, i], body.seen.unit)
@@ -233,7 +233,7 @@ def see(body: Any) -> None:
 
 @entry
 def kinetic_energy(v: Array, mass: Array) -> float:
-    """Return ½ Σ m v²."""
+    """Return ½ Σ m v², mJ."""
     total = 0.0
     for n in range(v.shape[0]):
         total += mass[n] * (v[n, 0] * v[n, 0] + v[n, 1] * v[n, 1] + v[n, 2] * v[n, 2])

@@ -1,21 +1,21 @@
-"""Nonlocal failure: the mean plastic strain around each element, which an internal length ℓ compares with the limit.
+"""Nonlocal failure: an element fails when the weighted mean plastic strain around it reaches the failure strain.
 
-Without an internal length an element fails by itself, in `element`, where its plastic strain reaches the failure
-strain. With an internal length ℓ what counts is the mean of the strain around it,
+Without an internal length, an element fails in `element` when its own plastic strain reaches the failure strain. With
+an internal length ℓ, the mean of the strain around it is compared with the failure strain,
 
     ε̄(x) = ∫ w ε dV,   w ~ exp(−r²/ℓ²),
 
-so that failure is a matter of a fixed piece of material and not of one element, whose size would else decide (nonlocal
-damage: Pijaudier-Cabot and Bažant, J. Eng. Mech. 113, 1512-1533, 1987). The weight is that of a substance that has
-spread for the time t = ℓ²/4 at unit diffusivity, so the mean is worked out as just that: passes of exchange between
-elements that share a face,
+so that failure depends on a fixed volume of material instead of on the size of an element (nonlocal damage:
+Pijaudier-Cabot and Bažant, J. Eng. Mech. 113, 1512-1533, 1987). This weight is the solution of the diffusion equation
+at the time t = ℓ²/4 with unit diffusivity. The mean is therefore computed by explicit diffusion in several passes, with
+exchange between elements that share a face,
 
     ε̄ₑ ← ε̄ₑ + τ/Vₑ Σ_f T_f (ε̄_n − ε̄ₑ),   T = area / distance of centres,   Σ τ = ℓ²/4.
 
-Nothing passes through free surfaces and mirror planes, nor from one material to another: the mean never looks across
-the bore, and the strain of a soft pith does not break the skin around it. It is over the body as it
-was: elements that have failed keep the strain at which they went, as in the cited theory. Without them the most
-strained material would no longer count: the mean around a gap would fall, and the more the smaller the elements are.
+Nothing is exchanged through free surfaces and mirror planes, nor between different materials: the mean does not extend
+across the bore, and the strain of a soft pith does not break the skin around it. Failed elements remain in the mean
+with their last strain, as in the cited theory. Without them the most strained material would no longer count, and the
+mean around a gap would fall, more so with smaller elements.
 """
 
 from typing import Any, NamedTuple
@@ -30,12 +30,12 @@ from stemcal.fem.kernels.llvm import maximum
 Floats = Any
 Array = NDArray[np.float64]
 
-# Means are worked out anew from this share of the failure strain on, so that no rounding hides a failure.
+# Means are computed again from this share of the failure strain on, so that round-off hides no failure.
 _ROUNDED = 1.0 - 1.0e-9
 
 
 class Exchange(NamedTuple):
-    """How plastic strain spreads over neighbours; `stemcal.fem.state.exchange` makes it."""
+    """Coefficients and results of the averaging over neighbours; created by `stemcal.fem.state.exchange`."""
 
     share: Array  # (E, 6) τ T/V across each face, 0 where there is nothing behind it
     around: NDArray[np.uint32]  # (E, 6) the element behind each face, itself where there is none
@@ -44,13 +44,13 @@ class Exchange(NamedTuple):
     spared: NDArray[np.bool_]  # (E,) elements that are never deleted, near a plane on which the body parts
     mean: Array  # (E,) the mean strain, changes
     next: Array  # (E,) scratch
-    known: Array  # (blocks, lanes) the strain that the mean was last worked out from, changes
-    spare: Array  # (1,) the least by which the mean of a standing element may grow from then until it fails, changes
+    known: Array  # (blocks, lanes) the strain from which the mean was last computed, changes
+    spare: Array  # (1,) smallest increase of a mean, since then, at which a standing element fails, changes
 
 
 @kernel
 def _spread_strains(exchange: Floats, topology: Floats, state: Array) -> None:
-    """Set the mean plastic strain around each element, and how much those that are not eroded are spared."""
+    """Compute the mean plastic strain around each element, and the smallest margin `spare` until one fails."""
     mean, after, share, around = exchange.mean, exchange.next, exchange.share, exchange.around
     slots, standing = topology.slots, topology.standing
     for e in range(mean.shape[0]):
@@ -74,9 +74,9 @@ def _spread_strains(exchange: Floats, topology: Floats, state: Array) -> None:
 
 @kernel
 def _may_have_failed(exchange: Floats, state: Array) -> bool:
-    """Return whether any mean strain can have reached the failure strain since the means were worked out.
+    """Check for a possible failure since the means were last computed, without computing them.
 
-    A mean weighs strains with shares of one: it has grown by no more than the strain that has grown most.
+    The weights of a mean add up to one, so a mean has increased by at most the largest increase of a strain.
     """
     grown = 0.0
     for b in range(state.shape[0]):
@@ -87,7 +87,7 @@ def _may_have_failed(exchange: Floats, state: Array) -> bool:
 
 @kernel
 def fail_by_mean_strain(exchange: Floats, topology: Floats, state: Array) -> bool:
-    """Mark as failed the elements whose mean strain has reached the failure strain; returns whether there are any."""
+    """Mark the elements whose mean strain has reached the failure strain as failed; return True if there are any."""
     if not _may_have_failed(exchange, state):
         return False
     _spread_strains(exchange, topology, state)

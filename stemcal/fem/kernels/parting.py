@@ -1,14 +1,15 @@
-"""Parting: how the edge of a blade separates the body on the plane under it, without deleting elements.
+"""Parting: separation of the body on the plane under the edge of a blade (the cut plane), without deleting elements.
 
-Nodes on the plane are held together until the mean plastic strain around them, as `nonlocal_mean` works it out, reaches
-the failure strain:
+Nodes on the plane are held together until the mean plastic strain around them (`nonlocal_mean`) reaches the failure
+strain:
 
-    Σ ε̄ₑ/ε_f,ₑ ≥ n   over the n faces of the plane around a node.
+    Σ ε̄ₑ/ε_f,ₑ ≥ n   over the n element faces on the plane around a node.
 
-On a mirror plane a node that parts is released; in a body on both sides of the plane each node there has a twin, and
-the two move as one until they part. Elements keep their strength, so no gap wider than the blade opens: the flanks push
-the two faces of the cut apart, as a sharp wedge that meets the nodes beside it. The edge bears on the front, the
-highest place under each of its lines where the plane still holds, which moves between nodes as the strain there rises.
+If the plane is a mirror plane, a node that parts is released. In a body on both sides of the plane, each node there has
+a twin, and the two move as one until they part. Elements keep their strength, so the gap is no wider than the blade:
+the flanks, as a sharp wedge in contact with the nodes beside it, push the two faces of the cut apart. The edge acts on
+the cut front, the highest point under each line of the edge where the plane still holds. The front moves continuously
+between nodes as the strain there increases.
 """
 
 from typing import Any, NamedTuple
@@ -25,37 +26,37 @@ Floats = Any
 Array = NDArray[np.float64]
 Ints = NDArray[np.int32]
 
-# The front of a line that has not parted at its top, where the edge bears on the skin, and of one out of reach.
+# Front of a line whose top has not parted, where the edge acts on the skin; front of a line out of reach.
 SKIN, NO_FRONT = np.inf, -np.inf
-# What is left of the failure strain at a node is at least this before it parts, and at most minus this after.
+# The remaining share of the failure strain at a node is at least this before it parts, and at most minus this after.
 _LEAST = 1.0e-6
 
 
 class CutPlane(NamedTuple):
-    """The plane under an edge and how far it has parted; `stemcal.fem.parting.cut_plane` makes it."""
+    """The plane under an edge and its parted nodes; created by `stemcal.fem.parting.cut_plane`."""
 
-    tool: int  # whose edge parts the body, −1 for none
-    nodes: Ints  # (P,) nodes of the plane on the right side of it
-    twins: Ints  # (P,) those at the same places on the left side, (0,) where a mirror is there
-    number: Ints  # (N,) which of these each node is, −1 for none
+    tool: int  # index of the tool whose edge parts the body, −1 for none
+    nodes: Ints  # (P,) nodes of the plane, of the elements on its right side
+    twins: Ints  # (P,) nodes at the same places, of the elements on the left side; (0,) if the plane is a mirror
+    number: Ints  # (N,) index of each node among `nodes` or `twins`, −1 for others
     side: Array  # (N,) 1 right of the plane, −1 left of it
     faces: Ints  # (F, 4) faces of elements on the plane, corners as `number` counts them
     behind: Ints  # (F,) their elements
     around: Array  # (P,) number of faces around each node
-    columns: Ints  # (P, M) nodes near the plane in a line across it, from left to right
+    columns: Ints  # (P, M) lines of nodes across the plane, from left to right
     layers: Array  # (M,) their distance from the plane at the start
-    flanks: Array  # (2, 5, 2) the blade as a sharp wedge, as the right side meets it and, mirrored, the left side
+    flanks: Array  # (2, 5, 2) polygons (x, z) of the blade as a sharp wedge, for the right and (mirrored) the left side
     strain: Array  # (P,) Σ ε̄/(n ε_f), changes
     parted: NDArray[np.bool_]  # (P,) changes
-    offset: Array  # (N,) depth in the flank at which each node parted, mm, changes
-    front: Array  # (L,) height of the front under each line of the edge, `SKIN` or `NO_FRONT`, changes
-    ends: Ints  # (L, 4) nodes of the plane around it, changes
-    shares: Array  # (L, 4) of these, changes
+    offset: Array  # (N,) penetration of each node into the flank when it parted, mm, changes
+    front: Array  # (L,) z of the front under each line of the edge, `SKIN` or `NO_FRONT`, changes
+    ends: Ints  # (L, 4) nodes of the plane around the front, changes
+    shares: Array  # (L, 4) weights of these nodes, changes
 
 
 @kernel
 def part(cut: Floats, exchange: Floats, body: Floats, tools: Floats) -> None:
-    """Let those nodes of the plane part around which the mean strain has reached the failure strain."""
+    """Part the nodes of the plane around which the mean strain has reached the failure strain."""
     cut.strain[:] = 0.0
     for q in range(cut.faces.shape[0]):
         e = cut.behind[q]
@@ -76,7 +77,7 @@ def part(cut: Floats, exchange: Floats, body: Floats, tools: Floats) -> None:
 
 @inlined
 def _note_depth(cut: Floats, x: Array, tools: Floats, n: int) -> None:
-    """Note how deep in the flank a node is that parts: pushed out at once it would receive energy from nowhere."""
+    """Store the penetration of a parting node into the flank: pushing it out at once would create energy."""
     cut.offset[n] = 0.0
     gap, _, _ = flank_distance(cut, n, x[n, 0] - tools.edge[cut.tool], x[n, 2] - tools.height[cut.tool])
     cut.offset[n] = max(-gap, 0.0)
@@ -86,7 +87,7 @@ def _note_depth(cut: Floats, x: Array, tools: Floats, n: int) -> None:
 def close_plane(
     cut: Floats, edge: float, x: Array, v: Array, mass: Array, pushes: Floats, dt0: float, friction: Floats
 ) -> None:
-    """Push parted nodes apart that have crossed the mirror plane, or passed through their twins."""
+    """Push back parted nodes that have crossed the mirror plane, or passed through their twins."""
     source = SURFACE * (pushes.force.shape[0] // 3) + cut.tool
     mirrored = cut.twins.shape[0] == 0
     for p in range(cut.nodes.shape[0]):
@@ -110,9 +111,9 @@ def close_plane(
 
 @kernel
 def tie(cut: Floats, mass: Array, rows: Any, forces: bool) -> None:
-    """Let two nodes that have not parted move as one, by their rows of forces or of velocities.
+    """Make unparted twin nodes move as one, by a change of their rows of forces or of velocities.
 
-    Forces are shared in proportion to the mass; the velocity is that of the common momentum.
+    The common force is shared in proportion to mass; the common velocity has the momentum of both.
     """
     for p in range(cut.twins.shape[0]):
         if not cut.parted[p]:
@@ -127,7 +128,7 @@ def tie(cut: Floats, mass: Array, rows: Any, forces: bool) -> None:
 
 @kernel
 def find_front(cut: Floats, along: Array, x: Array, tip: float, reach: float) -> None:
-    """Find under each line of the edge (y) the highest place of the plane that has not parted, where the top has."""
+    """Find the cut front under each line of the edge (y): the highest point that holds, if the top has parted."""
     for line in range(along.shape[0]):
         front, top, whole = NO_FRONT, NO_FRONT, True
         for q in range(cut.faces.shape[0]):
@@ -151,9 +152,9 @@ def find_front(cut: Floats, along: Array, x: Array, tip: float, reach: float) ->
 
 @inlined
 def _crossings(cut: Floats, q: int, y: float, x: Array) -> Floats:
-    """Return whether a face reaches over y, and where its sides cross y, the upper crossing first.
+    """Return True if a face of the plane crosses y, and the two crossings of its sides with y, the upper one first.
 
-    A crossing is its height, the corners at the ends of the side, the share of the second one, and what is left there
+    A crossing has its z, the corners at the ends of the side, the weight of the second corner, and the remaining share
     of the failure strain.
     """
     count = 0
@@ -172,6 +173,6 @@ def _crossings(cut: Floats, q: int, y: float, x: Array) -> Floats:
 
 @inlined
 def _left(cut: Floats, p: int) -> float:
-    """Return the share of the failure strain that is left at a node, negative where it has parted."""
+    """Return the remaining share of the failure strain at node p of the plane, negative after it has parted."""
     left = 1.0 - cut.strain[p]
     return float(min(left, -_LEAST) if cut.parted[p] else max(left, _LEAST))

@@ -1,4 +1,4 @@
-"""Plastic kinematic material of one element: elastic law, mixed hardening, rate factor, radial return.
+"""Plastic kinematic material of one isotropic element: elastic law, mixed hardening, rate factor, radial return.
 
 *MAT_PLASTIC_KINEMATIC of LS-DYNA (material 3), after Krieg and Key, "Implementation of a time dependent plasticity
 theory into structural computer programs" (ASME AMD 20, 1976). Stresses are symmetric tensors (xx, yy, zz, xy, yz, zx).
@@ -14,7 +14,7 @@ Floats = Any
 
 
 class MaterialNumbers(NamedTuple):
-    """The material as the kernels see it: `stemcal.fem.material.Material.numbers()` makes it."""
+    """Constants of the material for the kernels; created by `stemcal.fem.material.Material.numbers`."""
 
     bulk: float
     shear: float
@@ -81,20 +81,20 @@ def add_scaled(a: Floats, factor: float, b: Floats) -> Floats:
 
 @inlined
 def _plastic_increment(q: float, static_yield: float, rate_factor: float, material: Floats) -> Floats:
-    """Return Δεp that brings the trial stress q back to the yield surface, 0 where q is inside it; and Δεp/q.
+    """Return Δεp, which returns the trial stress q to the yield surface (0 if q is inside it), and Δεp/q.
 
     Δεp = (q − s σ₀) / (3G + (1−β)Eₚ + s β Eₚ),   σ₀ = σ_y + β Eₚ εp,   s the rate factor
     """
     beta_hardening = material.beta * material.plastic_modulus
     excess = max(q - rate_factor * static_yield, ZERO)
     slope = THREE * material.shear + (ONE - material.beta) * material.plastic_modulus + rate_factor * beta_hardening
-    per_q = excess / (slope * max(q, TINY))  # a division takes as long as twenty products
+    per_q = excess / (slope * max(q, TINY))  # one division: it takes as long as twenty products
     return per_q * q, per_q
 
 
 @inlined
 def radial_return(trial: Floats, back: Floats, plastic_strain: float, rate_factor: float, material: Floats) -> Floats:
-    """Return stress, back stress, plastic strain, trial q and static yield after the plastic correction.
+    """Return stress, back stress, plastic strain, trial q and static yield stress after the plastic correction.
 
     n = 3/2 ξ/q,   σ ← σ − 2G Δεp n,   α ← α + ⅔(1−β)Eₚ Δεp n
     """
@@ -110,16 +110,16 @@ def radial_return(trial: Floats, back: Floats, plastic_strain: float, rate_facto
 
 @inlined
 def smoothed(rate: Floats, increment: Floats, dt: Floats, time: Floats) -> Floats:
-    """Return the plastic strain rate after a step, smoothed over a time: the filter of first order, τ ṙ = ε̇ₚ − r."""
+    """Return the smoothed plastic strain rate r after a step: first-order filter τ ṙ = ε̇ₚ − r, implicit in time."""
     whole: Floats = max(time + dt, TINY)
     return rate + (increment - dt * rate) / whole
 
 
 @inlined
 def rate_factor(rate: float, c: float, exponent: float) -> Floats:
-    """Return 1 + (ε̇/C)^exponent; exponent 1/P is Cowper and Symonds' law, P the paper's. C = 0 means no rate effect.
+    """Return 1 + (ε̇/C)^exponent: exponent 1/P for Cowper and Symonds' law, P for the paper's; 1 if C = 0.
 
-    The rate is that of a step, √(ε̇:ε̇), or the plastic strain rate smoothed over a time: vibration is no rate.
+    The rate is √(ε̇:ε̇) of a step, or the smoothed plastic strain rate, which excludes vibrations.
     """
     if c <= 0.0 or rate <= 0.0:
         return ONE

@@ -1,7 +1,7 @@
-"""Which elements, faces and nodes can meet a tool soon: the topology and the lists of candidates.
+"""Contact search: the topology of the mesh, and lists of the nodes and faces that can touch a tool soon.
 
-The lists hold everything within `margin` of a tool. They stay valid until nodes and tools together may have moved by
-that margin, which the march adds up from the largest speed of every step, or until an element is eroded.
+The lists contain everything within `margin` of a tool. They remain valid until nodes and tools together may have moved
+by that margin (the march adds up the largest speed of each step times its duration), or until an element is eroded.
 """
 
 from typing import Any, NamedTuple
@@ -16,38 +16,38 @@ Floats = Any
 Array = NDArray[np.float64]
 Ints = NDArray[np.int32]
 
-# Corners of the six faces of a hexahedron, each counter-clockwise seen from outside: −ξ, +ξ, −η, +η, −ζ, +ζ.
+# Corners of the six faces of a hexahedron, −ξ, +ξ, −η, +η, −ζ, +ζ, counter-clockwise as seen from outside.
 FACES = np.array([[0, 4, 7, 3], [1, 2, 6, 5], [0, 1, 5, 4], [3, 7, 6, 2], [0, 3, 2, 1], [4, 5, 6, 7]], dtype=np.int32)
 
 
 class Topology(NamedTuple):
-    """Who touches whom; `stemcal.fem.mesh.Mesh.topology()` makes it."""
+    """Connectivity of the mesh and the elements not yet eroded; created by `stemcal.fem.mesh.Mesh.topology`."""
 
     hexes: Ints  # (E, 8)
     slots: Ints  # (E,) block · LANES + lane of the elements' state
     neighbours: Ints  # (E, 6) element behind each face, −1 outside
     standing: NDArray[np.bool_]  # (E,) elements not eroded yet, changes
-    live: Ints  # (N,) how many standing elements hold a node, changes
-    crowns: Array  # (E, 6) how far the true surface bulges over the middle of each face, mm
+    live: Ints  # (N,) number of standing elements at each node, changes
+    crowns: Array  # (E, 6) height of the true surface over the middle of each face, mm
 
 
 class Candidates(NamedTuple):
-    """What may meet a tool before the lists are made again."""
+    """Nodes and faces that may touch a tool before the next search."""
 
     nodes: Ints  # (T, N) nodes near each tool
     node_counts: Ints  # (T,)
-    skin: Ints  # (T, F) faces of the skin near each tool that meets those
+    skin: Ints  # (T, F) faces of the skin near each tool whose contact is with faces
     skin_counts: Ints  # (T,)
     covered: NDArray[np.bool_]  # (N,) nodes of such faces
     faces: Ints  # (F, 4) exposed faces under the edge
     corner_mass: Array  # (F,) mass of one corner of the element behind the face
-    crowns: Array  # (F,) bulge of the true surface over the face
+    crowns: Array  # (F,) height of the true surface over the face
     face_count: Ints  # (1,)
 
 
 @kernel
 def list_near_nodes(candidates: Floats, topology: Floats, tools: Floats, x: Array, margin: float) -> None:
-    """List for each tool the nodes of standing elements that lie within `margin` of it, unless it meets their faces."""
+    """List for each tool the nodes of standing elements within `margin`, except nodes of faces that it touches."""
     for t in range(tools.radius.shape[0]):
         count = 0
         for n in range(x.shape[0]):
@@ -62,7 +62,7 @@ def list_near_nodes(candidates: Floats, topology: Floats, tools: Floats, x: Arra
 
 @kernel
 def list_near_skin(candidates: Floats, topology: Floats, tools: Floats, x: Array, margin: float) -> None:
-    """List for each tool that meets the skin the faces within `margin` of it, and which nodes have such faces."""
+    """List the faces of the skin within `margin` of each tool whose contact is with faces; mark the skin's nodes."""
     candidates.covered[:] = False
     candidates.skin_counts[:] = 0
     for f in range(tools.skin.shape[0]):
@@ -91,9 +91,9 @@ def list_faces_under_edge(
     margin: float,
     on_plane: Ints,
 ) -> None:
-    """List the exposed faces that a tool's edge, or what it is spread over, may meet within `margin`.
+    """List the exposed faces within `margin` of a tool's edge or of the zone over which the edge is spread.
 
-    Faces whose corners are all on the cut plane (`on_plane` not negative) are none: the front is found by itself.
+    Faces with all corners on the cut plane (`on_plane` ≥ 0) are excluded: `parting.find_front` locates the cut front.
     """
     count = 0
     reach = margin + tools.reach[tool]

@@ -1,19 +1,21 @@
-"""A cutting edge whose force is spread over a length, without its own stiffness.
+"""A rigid cutting edge whose contact force is spread over a length, by constraints instead of a penalty.
 
-A line of force has no continuum limit: the strain under it grows without bound as the mesh gets finer. An edge of
-spread a meets the surface through its mean height around each place y_j along the edge, under a bell
+A line force has no continuum limit: the strain under it grows without bound as the mesh gets finer. For an edge of
+spread a, contact is a condition on the mean height H_j of the surface around positions y_j along the edge, weighted by
+a bell w. Each such condition is called a row:
 
-    H_j = Σ w(s) w(t) z(s, y_j + t),   w ~ (1 − (s/a)²)²,   s across and t along the edge, |s|, |t| < a,
+    H_j = Σ w(s) w(t) z(s, y_j + t),   w ~ (1 − (s/a)²)²,   s across and t along the edge, |s|, |t| < a.
 
-and hands its force back with the same weights. It is rigid: row j takes the force λ_j that just keeps its mean height
-from rising above the edge,
+The force λ_j of a row acts on the surface with the same weights. It is the smallest force that keeps the mean height
+from rising above the edge, which moves at the velocity V,
 
     H_j + Δt (Ḣ_j − V) ≤ max(z_edge, H_j),   λ_j ≥ 0,   one of the two with equality,
 
-with Ḣ = Σ N n·v / n_z for a surface of normal n that passes a fixed place. Rows share nodes, so they are solved
-together: one pair on either side of y = 0 after the other, for a mirror there must not be felt, and again until nothing
-changes, from the forces of the step before (projected Gauss–Seidel; the time stepping of Moreau and Jean, Comput.
-Methods Appl. Mech. Eng. 177, 235-257, 1999). Friction opposes the mean slip of a row with up to μ times its force.
+with Ḣ = Σ N n·v / n_z at a fixed position, for a surface with normal n. Rows share nodes and are therefore solved
+together by projected Gauss–Seidel sweeps, from the forces of the last step until the forces no longer change (time
+stepping of Moreau and Jean, Comput. Methods Appl. Mech. Eng. 177, 235-257, 1999). A sweep changes the two rows at ±y at
+the same time, so that a model with a mirror plane at y = 0 has the same forces as the full model. Friction opposes the
+mean slip of a row with at most μ times its force.
 """
 
 from typing import Any, NamedTuple
@@ -39,53 +41,53 @@ Floats = Any
 Array = NDArray[np.float64]
 Ints = NDArray[np.int32]
 
-# The rows are solved until no force changes by more than this share of the largest, or so often.
+# Sweeps over the rows end when no force changes by more than _CLOSE of the largest, at most after _SWEEPS.
 _CLOSE = 1.0e-4
 _SWEEPS = 50
-# A row further below the edge than this share of the spread is left alone until the next look.
+# A row whose surface is lower than the edge by more than this share of the spread is inactive until the next update.
 _NEAR = 0.05
 
 
 class SpreadEdge(NamedTuple):
-    """Rows along a spread edge and what they hold; `stemcal.fem.contact.spread_edge` makes it.
+    """Rows along a spread edge and their nodes and forces; created by `stemcal.fem.contact.spread_edge`.
 
-    The surface is sampled along L lines across the edge, Q samples each. A row is the bell about a place on the edge;
-    it reaches over M lines, some of them images beyond the mirror plane y = 0.
+    The surface is sampled along L lines across the edge, with Q samples each. A row is the bell around a position on
+    the edge; it covers M lines, some of them mirror images beyond the plane y = 0.
     """
 
     tool: int  # index of its tool, −1 for none
     x: float  # position of the edge
     spread: float  # a
-    mirrored: bool  # whether only the half x > 0 of body and bells is computed
-    across: Array  # (Q,) samples across the edge
-    weight: Array  # (Q,) of the bell there
+    mirrored: bool  # only the half x > 0 of body and bells is computed
+    across: Array  # (Q,) positions of the samples across the edge
+    weight: Array  # (Q,) bell across the edge at the samples
     along: Array  # (L,) y of the lines
-    lines: Ints  # (R, M) lines of each row, −1 where it has fewer
-    bell: Array  # (R, M) the bell along the edge there
-    image: Array  # (R, M) −1 for images, 1 for others
-    pairs: Ints  # (P, 2) rows from y = 0 outwards with those on the other side of it, −1 where a mirror holds these
-    found: Ints  # (L, Q) face under each sample, −1 none, changes
-    place: Array  # (L, Q, 6) ξ, η, height, how much higher the true surface is, n_x/n_z, n_y/n_z, changes
-    line_sums: Array  # (L, 2) Σ w and Σ w z of the true surface over the samples that meet a face, changes
-    line_sizes: Ints  # (L,) nodes under each line, changes
+    lines: Ints  # (R, M) lines of each row, −1 beyond its last
+    bell: Array  # (R, M) bell along the edge at these lines
+    image: Array  # (R, M) −1 for mirror images, 1 for other lines
+    pairs: Ints  # (P, 2) rows from y = 0 outwards with the rows at −y, −1 where a mirror replaces those
+    found: Ints  # (L, Q) face under each sample, −1 for none, changes
+    place: Array  # (L, Q, 6) ξ, η, height, additional height of the true surface, n_x/n_z, n_y/n_z, changes
+    line_sums: Array  # (L, 2) Σ w and Σ w z of the true surface over the samples above a face, changes
+    line_sizes: Ints  # (L,) number of nodes under each line, changes
     line_nodes: Ints  # (L, 4 Q), changes
     line_hold: Array  # (L, 4 Q, 3) Σ w N, Σ w N n_x/n_z and Σ w N n_y/n_z, changes
-    sizes: Ints  # (R,) nodes of each row, changes
+    sizes: Ints  # (R,) number of nodes of each row, changes
     nodes: Ints  # (R, K), changes
-    shape: Array  # (R, K, 3) Σ w N, its sign turned where a mirror turns the component, changes
+    shape: Array  # (R, K, 3) Σ w N, with opposite sign where a mirror reverses the component, changes
     normal: Array  # (R, K, 3) Σ w N n/n_z, likewise
     slope: Array  # (R, 2) mean n_x/n_z and n_y/n_z, changes
     offset: Array  # (R,) mean height less Σ normal·x, changes
-    compliance: Array  # (R, R) Σ normal·normal/m of two rows, the same either way round, changes
-    own: Array  # (R,) that of a row with the one across y = 0 added, as a mirror there would have it, changes
-    give: Array  # (R,) Σ shape²/m, likewise, changes
-    force: Array  # (R, 4) λ and the friction, changes
+    compliance: Array  # (R, R) Σ normal·normal/m of two rows, symmetric, changes
+    own: Array  # (R,) compliance of a row with itself and with its opposite row, which changes alike, changes
+    give: Array  # (R,) Σ shape²/m along z, likewise, changes
+    force: Array  # (R, 4) λ and the friction force, changes
     excess: Array  # (R,) scratch
     velocity: Array  # (N, 3) scratch
-    met: Ints  # nodes of all rows, each once, the first `met_count`, changes
+    met: Ints  # (N,) nodes of all rows, each once, the first `met_count`, changes
     met_count: NDArray[np.int64]  # (1,) changes
-    is_met: NDArray[np.bool_]  # (N,) changes
-    cut: Any  # the plane on which it parts the body (`parting.CutPlane`)
+    is_met: NDArray[np.bool_]  # (N,) nodes in that list, changes
+    cut: Any  # the plane on which the edge parts the body (`parting.CutPlane`)
 
 
 @kernel
@@ -100,9 +102,9 @@ def take_hold(
     inverse_mass: Array,
     tip: float,
 ) -> None:
-    """Find the surface under each row anew, the highest of ``faces[:count]``, and how it gives way to a force.
+    """Update the surface under each row, the highest of ``faces[:count]``, and its compliance to the row's force.
 
-    Where the top has parted on the cut plane, the front there is the surface.
+    Under lines where the top of the cut plane has parted, the surface is the cut front.
     """
     _find_surface(edge, faces, crowns, count, x, tip)
     if edge.cut.tool >= 0:
@@ -119,7 +121,7 @@ def take_hold(
         edge.sizes[j] = 0
         edge.slope[j, :] = 0.0
         total, height = _mean_height(edge, j)
-        if height >= tip - _NEAR * edge.spread:  # nothing deeper comes this far before the next look
+        if height >= tip - _NEAR * edge.spread:  # lower surfaces cannot reach the edge before the next update
             for m in range(edge.lines.shape[1]):
                 if edge.lines[j, m] >= 0:
                     _add_line(edge, j, edge.lines[j, m], edge.image[j, m], edge.bell[j, m] / total)
@@ -130,7 +132,7 @@ def take_hold(
 
 @kernel
 def _find_surface(edge: Floats, faces: Any, crowns: Array, count: int, x: Array, tip: float) -> None:
-    """Set for each sample the highest face that its vertical meets within the spread of the edge, and where."""
+    """Find for each sample the highest face on its vertical within the spread of the edge, and the point on it."""
     edge.found[:, :] = -1
     for m in range(count):
         a, b, c, d = faces[m, 0], faces[m, 1], faces[m, 2], faces[m, 3]
@@ -160,7 +162,7 @@ def _find_surface(edge: Floats, faces: Any, crowns: Array, count: int, x: Array,
 
 @inlined
 def _gather_line(edge: Floats, line: int, faces: Any) -> None:
-    """Sum up the samples of a line that have met a face: weights, heights, and what falls to each node."""
+    """Sum over the samples of a line above a face: weights, weighted heights, and weights per node (`line_hold`)."""
     edge.line_hold[line, : edge.line_sizes[line]] = 0.0
     edge.line_sizes[line] = 0
     total, height = 0.0, 0.0
@@ -169,7 +171,7 @@ def _gather_line(edge: Floats, line: int, faces: Any) -> None:
         face, weight = edge.found[line, q], edge.weight[q]
         if face < 0:
             continue
-        if face != last:  # several samples in a row lie in one face
+        if face != last:  # successive samples are often in the same face
             last, places = face, _places_of_face(edge, line, faces[face])
         total += weight
         height += weight * (edge.place[line, q, 2] + edge.place[line, q, 3])
@@ -184,7 +186,7 @@ def _gather_line(edge: Floats, line: int, faces: Any) -> None:
 
 @inlined
 def _gather_front(edge: Floats, line: int) -> None:
-    """Do what `_gather_line` does for the front: under the bell are the layers of nodes beside the cut plane."""
+    """Like `_gather_line`, for a cut front: the samples are on the layers of nodes beside the cut plane."""
     cut, total = edge.cut, 0.0
     edge.line_hold[line, : edge.line_sizes[line]] = 0.0
     edge.line_sizes[line] = 0
@@ -207,7 +209,7 @@ def _gather_front(edge: Floats, line: int) -> None:
 
 @inlined
 def _share_with_twins(edge: Floats, line: int, mass: Array) -> None:
-    """Share the hold of a line on two nodes that have not parted in proportion to their mass: they move as one."""
+    """Distribute weights of a line between unparted twin nodes in proportion to mass, because they move as one."""
     cut = edge.cut
     for k in range(edge.line_sizes[line] if cut.twins.shape[0] > 0 else 0):
         n = edge.line_nodes[line, k]
@@ -216,7 +218,7 @@ def _share_with_twins(edge: Floats, line: int, mass: Array) -> None:
             continue
         other = cut.twins[p] if cut.nodes[p] == n else cut.nodes[p]
         also = _place_of(edge.line_sizes, edge.line_nodes, line, other)
-        if also > k:  # the first of the two
+        if also > k:  # each pair once
             for i in range(3):
                 total = edge.line_hold[line, k, i] + edge.line_hold[line, also, i]
                 edge.line_hold[line, k, i] = total * mass[n] / (mass[n] + mass[other])
@@ -225,7 +227,7 @@ def _share_with_twins(edge: Floats, line: int, mass: Array) -> None:
 
 @inlined
 def _places_of_face(edge: Floats, line: int, corners: Floats) -> Floats:
-    """Return the places in a line of the nodes that receive the forces on the corners of a face."""
+    """Return the places of the four corners of a face in the line's list of nodes."""
     sizes, nodes = edge.line_sizes, edge.line_nodes
     first, second = _place_of(sizes, nodes, line, corners[0]), _place_of(sizes, nodes, line, corners[1])
     return first, second, _place_of(sizes, nodes, line, corners[2]), _place_of(sizes, nodes, line, corners[3])
@@ -233,7 +235,7 @@ def _places_of_face(edge: Floats, line: int, corners: Floats) -> Floats:
 
 @inlined
 def _mean_height(edge: Floats, j: int) -> Floats:
-    """Return the sum of a row's weights over the samples that have met a face, and their mean height."""
+    """Return the sum of a row's weights over the samples above a face, and the mean height of the surface there."""
     total, height = 0.0, 0.0
     for m in range(edge.lines.shape[1]):
         line = edge.lines[j, m]
@@ -245,7 +247,7 @@ def _mean_height(edge: Floats, j: int) -> Floats:
 
 @inlined
 def _add_line(edge: Floats, j: int, line: int, image: float, share: float) -> None:
-    """Add a share of a line's hold on its nodes to that of a row."""
+    """Add a share of the nodal weights of a line to those of row j."""
     for m in range(edge.line_sizes[line]):
         k = _place_of(edge.sizes, edge.nodes, j, edge.line_nodes[line, m])
         if k < 0:
@@ -264,7 +266,7 @@ def _add_line(edge: Floats, j: int, line: int, image: float, share: float) -> No
 
 @inlined
 def _place_of(sizes: Ints, nodes: Ints, row: int, node: int) -> int:
-    """Return the place of a node in a row, adding it if it is new; −1 if the row is full."""
+    """Return the place of a node in the list of a row, adding the node if it is new; −1 if the list is full."""
     for k in range(sizes[row]):
         if nodes[row, k] == node:
             return k
@@ -296,7 +298,7 @@ def _list_met(edge: Floats) -> None:
 
 @kernel
 def _work_out_compliance(edge: Floats, free: Any, inverse_mass: Array) -> None:
-    """Set the rate by which a force of one row speeds up the mean height of another, and each row's own in slip."""
+    """Compute `compliance`, `own` and `give`: accelerations of mean heights and of slip per force of a row."""
     answer = edge.velocity
     for j in range(edge.sizes.shape[0]):
         edge.give[j] = 0.0
@@ -321,7 +323,7 @@ def _work_out_compliance(edge: Floats, free: Any, inverse_mass: Array) -> None:
 
 @inlined
 def _common_give(edge: Floats, j: int, other: int, inverse_mass: Array) -> float:
-    """Return Σ shape·shape/m along z over the nodes that two rows have in common."""
+    """Return Σ shape·shape/m along z over the common nodes of two rows."""
     common, answer = 0.0, edge.velocity
     for k in range(edge.sizes[j]):
         answer[edge.nodes[j, k], 2] = edge.shape[j, k, 2]
@@ -335,7 +337,7 @@ def _common_give(edge: Floats, j: int, other: int, inverse_mass: Array) -> float
 
 @kernel
 def push_spread_edge(edge: Floats, tools: Floats, body: Floats, kick: float, dt: float, friction: Floats) -> None:
-    """Add to `body.pushes` the forces that keep the surface under the rows from rising above the edge."""
+    """Solve for the forces that keep the surface from rising above the edge, and add them to `body.pushes`."""
     speed, slide, tip = tools.speed[edge.tool], tools.slide[edge.tool], tools.height[edge.tool]
     _foresee(edge, body, kick)
     for j in range(edge.sizes.shape[0]):
@@ -375,9 +377,9 @@ def _hand_over(edge: Floats, tools: Floats, body: Floats) -> None:
 
 @inlined
 def _along_normal(edge: Floats, j: int, u: Array) -> float:
-    """Return Σ normal·u of a row, of velocities the rate of its mean height.
+    """Return Σ normal·u of a row; if u are velocities, this is the rate of its mean height.
 
-    Three sums side by side, for none waits for another.
+    Three independent sums let the processor add them in parallel.
     """
     x, y, z = 0.0, 0.0, 0.0
     for k in range(edge.sizes[j]):
@@ -390,14 +392,14 @@ def _along_normal(edge: Floats, j: int, u: Array) -> float:
 
 @inlined
 def _bears(edge: Floats, j: int) -> bool:
-    """Return whether a row has any force; most have none, and then nothing needs to be done for them."""
+    """Check that row j has a force; most rows have none and need no further computation."""
     force = edge.force[j]
     return bool(force[0] != 0.0 or force[1] != 0.0 or force[2] != 0.0 or force[3] != 0.0)
 
 
 @inlined
 def _foresee(edge: Floats, body: Floats, kick: float) -> None:
-    """Set the velocities that the nodes of all rows would have after the kick without the edge."""
+    """Compute the velocities that the nodes of all rows would have after the kick without the edge."""
     for m in range(edge.met_count[0]):
         n = edge.met[m]
         for i in range(3):
@@ -407,7 +409,7 @@ def _foresee(edge: Floats, body: Floats, kick: float) -> None:
 
 @inlined
 def _impart(edge: Floats, body: Floats, j: int, force: Floats, kick: float) -> None:
-    """Change the velocities of a row's nodes by a force (λ, friction): λ pushes down, against the normal."""
+    """Change the velocities of a row's nodes by a force (λ, friction); λ acts downwards, against the normal."""
     for k in range(edge.sizes[j]):
         n = edge.nodes[j, k]
         gain = kick * body.inverse_mass[n]
@@ -418,11 +420,11 @@ def _impart(edge: Floats, body: Floats, j: int, force: Floats, kick: float) -> N
 
 @inlined
 def _rise(edge: Floats, body: Floats, j: int, speed: float, tip: float, dt: float) -> float:
-    """Return by how much faster than allowed the mean height of a row rises towards the edge, mm/s.
+    """Return the excess of the rate of a row's mean height over the rate that the constraint allows, mm/s.
 
-    The height follows from the normals as its rate does, or slip along a slope would be taken for a rise. Surfaces
-    above the edge, as a surface that a failed element has laid bare, goes along with the edge: pushing it back
-    would be work that no one does.
+    The height is computed with the same normals as its rate; otherwise slip along a slope would count as a rise. A
+    surface above the edge, for example one exposed by a failed element, may move with the edge but is not pushed back
+    to it, because that would add energy.
     """
     above = edge.offset[j] + _along_normal(edge, j, body.x) - tip
     return _along_normal(edge, j, edge.velocity) - speed + min(above, 0.0) / dt
@@ -430,7 +432,7 @@ def _rise(edge: Floats, body: Floats, j: int, speed: float, tip: float, dt: floa
 
 @inlined
 def _solve_rows(edge: Floats, kick: float) -> None:
-    """Change the λ of all rows until none rises faster than allowed and none pulls."""
+    """Change the forces λ of all rows until no surface rises faster than allowed and no row pulls."""
     rows = edge.sizes.shape[0]
     for _ in range(_SWEEPS):
         largest, change = 0.0, 0.0
@@ -448,7 +450,7 @@ def _solve_rows(edge: Floats, kick: float) -> None:
 
 @inlined
 def _wanted_change(edge: Floats, j: int, kick: float) -> float:
-    """Return the change of a row's λ that stops its rise, 0 for no row or one without nodes."""
+    """Return the change of λ that removes the excess of a row; 0 for j < 0 or a row without nodes."""
     if j < 0 or edge.sizes[j] == 0:
         return 0.0
     return max(-edge.force[j, 0], edge.excess[j] / (kick * edge.own[j]))
@@ -456,7 +458,7 @@ def _wanted_change(edge: Floats, j: int, kick: float) -> float:
 
 @inlined
 def _change_row(edge: Floats, j: int, change: float, kick: float) -> None:
-    """Change a row's λ, and by how much all rows rise too fast."""
+    """Change the λ of a row, and the excess of all rows accordingly."""
     if change != 0.0:
         edge.force[j, 0] += change
         for other in range(edge.sizes.shape[0]):
@@ -465,7 +467,7 @@ def _change_row(edge: Floats, j: int, change: float, kick: float) -> None:
 
 @inlined
 def _rub(edge: Floats, j: int, slide: float, speed: float, kick: float, friction: Floats) -> Floats:
-    """Give a row the friction that stops its mean slip, or as much as Coulomb's law allows; returns what is new."""
+    """Set the friction that stops a row's mean slip, limited by Coulomb's law; return the change of (λ, friction)."""
     if j < 0 or not _bears(edge, j):
         return 0.0, 0.0, 0.0, 0.0
     slip = (0.0, -slide, -speed)
@@ -474,7 +476,7 @@ def _rub(edge: Floats, j: int, slide: float, speed: float, kick: float, friction
         n, shape = edge.nodes[j, k], edge.shape[j, k]
         u = edge.velocity[n]
         slip = (slip[0] + shape[0] * u[0], slip[1] + shape[1] * u[1], slip[2] + shape[2] * u[2])
-    # only the part across the mean normal (nx, ny, 1) is slip
+    # slip is the velocity without its component along the mean normal (nx, ny, 1)
     size = sqrt(nx * nx + ny * ny + 1.0)
     n = (nx / size, ny / size, 1.0 / size)
     off = slip[0] * n[0] + slip[1] * n[1] + slip[2] * n[2]

@@ -1,4 +1,4 @@
-"""The largest stable time step of central differences, from the elements as they are now."""
+"""The largest stable time step of central differences, from the current shapes of the elements."""
 
 from typing import Any
 
@@ -32,7 +32,7 @@ Array = NDArray[np.float64]
 
 @inlined
 def _element_coordinates(hexes: Any, e: int, x: Array, i: int) -> Floats:
-    """Return component i of the corners of element e."""
+    """Return coordinate i of the corners of element e."""
     return (
         x[hexes[e, 0], i], x[hexes[e, 1], i], x[hexes[e, 2], i], x[hexes[e, 3], i],
         x[hexes[e, 4], i], x[hexes[e, 5], i], x[hexes[e, 6], i], x[hexes[e, 7], i],
@@ -47,12 +47,13 @@ def _dot6(a: Floats, b: Floats) -> float:
 
 @inlined
 def _squared_frequency(x: Floats, y: Floats, z: Floats, stiffness: float, mass: float, material: Floats) -> Floats:
-    """Return from its modal sums a bound of ω² of the fastest mode of a free element, 1/s², and 64 times its volume.
+    """Return an upper bound of ω² (1/s²) of the fastest mode of a free element, and 64 V, from its modal sums.
 
-    With G the 3×3 products BᵢBⱼ of the nodal gradients, (tr ε)² ≤ |u|² tr G and ε:ε ≤ |u|² ‖G‖, hence the stiffness
-    to uniform strain is at most V (λ tr G + 2μ ‖G‖), with Gershgorin's bound for ‖G‖. A cube's volume mode attains it.
-    A material with an axis a is nowhere stiffer than that and κ e_a aa, which adds V κ a·G a.
-    The hourglass modes have ω² = 64 a/m; damped by βΔt they allow a step as if it were 1 + 2β times that.
+    Let G be the 3×3 products BᵢBⱼ of the nodal gradients. Then (tr ε)² ≤ |u|² tr G and ε:ε ≤ |u|² ‖G‖, so the stiffness
+    against uniform strain is at most V (λ tr G + 2μ ‖G‖), with Gershgorin's bound for ‖G‖. The volume mode of a cube
+    attains this bound. A transversely isotropic material with axis a is at most as stiff as an isotropic one plus a
+    term κ e_a aa, which adds V κ a·G a (`Material._bound`).
+    The hourglass modes have ω² = 64 a/m; with the damping β they limit the step as if ω² were 1 + 2β times that.
     """
     bx, by, bz = minors(y, z), minors(z, x), minors(x, y)
     whole = contract(x, bx)
@@ -84,7 +85,7 @@ def element_steps(topology: Floats, x: Array, state: Array, element_mass: Array,
 
 @kernel
 def _find_frequencies(scratch: Array, state: Array, material: Floats) -> None:
-    """Set the rows `RATES` and `VOLUMES` of the scratch to ω² and 64 V of the elements of a block."""
+    """Set the rows `RATES` and `VOLUMES` of the scratch array to ω² and 64 V of the elements of a block."""
     for lane in range(LANES):
         x = modal_sums(load_corners(scratch, COORDINATES, lane))
         y = modal_sums(load_corners(scratch, COORDINATES + 8, lane))
@@ -97,10 +98,10 @@ def _find_frequencies(scratch: Array, state: Array, material: Floats) -> None:
 
 @entry
 def stable_step(body: Floats, materials: Floats) -> Floats:
-    """Return the stable step 2/ω of the standing elements, the slot of the one that sets it, and its volume.
+    """Return the stable step 2/ω of the standing elements, the slot of the element that determines it, and its volume.
 
-    No assembled mesh is faster than its fastest free element. A volume that is not positive ends the search with
-    step 0.
+    The highest frequency of an assembled mesh does not exceed that of its fastest free element. A volume that is not
+    positive ends the search with step 0.
     """
     scratch, state, runs, states = body.scratch, body.state, body.runs, states_of(body.state)
     first = state[0, 0, 0]

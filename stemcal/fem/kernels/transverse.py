@@ -1,15 +1,15 @@
-"""Plastic kinematic material of one element that is isotropic across its axis: wood, bark, stems with fibres.
+"""Transversely isotropic plastic kinematic material of one element: wood, bark, stems with fibres.
 
-The axis a is the edge ζ of the element, which turns and stretches with the material. Elastic law in the invariants of
-Spencer (Continuum Theory of the Mechanics of Fibre-Reinforced Composites, CISM 282, 1984), which needs no local frame:
+The axis a is the edge ζ of the element, which turns and stretches with the material. The elastic law, in the invariants
+of Spencer (Continuum Theory of the Mechanics of Fibre-Reinforced Composites, CISM 282, 1984), needs no local frame:
 
     C:e = λ tr e I + 2μ_T e + α (e_a I + tr e aa) + 2(μ_L − μ_T)(a ea + ea a) + β e_a aa,   e_a = a·e a.
 
-Yield after Hill (Proc. R. Soc. A 193, 281-297, 1948), isotropic across the axis, of ξ = dev σ − back stress:
+Hill's equivalent stress q (Proc. R. Soc. A 193, 281-297, 1948), isotropic across the axis, of ξ = dev σ − back stress:
 
-    q² = h₁ ξ:ξ + h₂ |ξa|² + h₃ (a·ξa)²,   q the axial stress where there is no other.
+    q² = h₁ ξ:ξ + h₂ |ξa|² + h₃ (a·ξa)²,   normalised so that q = |σ| in uniaxial stress σ along the axis.
 
-With h = (3/2, 0, 0) it is von Mises' stress, and this law that of `plasticity`.
+With h = (3/2, 0, 0), q is von Mises' stress, and the law is that of `plasticity`.
 """
 
 from typing import Any, NamedTuple
@@ -23,7 +23,7 @@ Floats = Any
 
 
 class TransverseNumbers(NamedTuple):
-    """The material as the kernels see it: `stemcal.fem.material.Material.transverse_numbers()` makes it."""
+    """Constants of the material for the kernels; created by `stemcal.fem.material.Material.transverse_numbers`."""
 
     yield_stress: float
     plastic_modulus: float
@@ -43,20 +43,19 @@ class TransverseNumbers(NamedTuple):
     hill_1: float
     hill_2: float
     hill_3: float
-    bound_lame: float  # of a law that is nowhere softer: this λ, this μ, and this κ e_a aa
+    bound_lame: float  # λ, μ and κ of an isotropic law with an additional κ e_a aa that is at least as stiff
     bound_shear: float
     bound_axial: float
 
 
 @inlined
 def _dot(a: Floats, b: Floats) -> Floats:
-    """Return a·b."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 @inlined
 def _times(s: Floats, a: Floats) -> Floats:
-    """Return the vector s a of a symmetric tensor."""
+    """Return the vector s a of a symmetric tensor s."""
     return (
         s[0] * a[0] + s[3] * a[1] + s[5] * a[2],
         s[3] * a[0] + s[1] * a[1] + s[4] * a[2],
@@ -79,7 +78,6 @@ def _combined(factor: Floats, e: Floats, spherical: Floats, a: Floats, w: Floats
 
 @inlined
 def _weighted(f: Floats, v: Floats, g: Floats, a: Floats) -> Floats:
-    """Return f v + g a of two vectors."""
     return f * v[0] + g * a[0], f * v[1] + g * a[1], f * v[2] + g * a[2]
 
 
@@ -94,7 +92,7 @@ def elastic_stress(e: Floats, a: Floats, material: Floats) -> Floats:
 
 @inlined
 def unit(edge: Floats) -> Floats:
-    """Return the direction of an edge; of one without length, zeros."""
+    """Return the unit vector along an edge; zeros for an edge of zero length."""
     per_length = ONE / sqrt(max(_dot(edge, edge), TINY))
     return per_length * edge[0], per_length * edge[1], per_length * edge[2]
 
@@ -103,14 +101,14 @@ def unit(edge: Floats) -> Floats:
 def transverse_return(
     old: Floats, back: Floats, de: Floats, plastic_strain: float, rate_factor: float, a: Floats, material: Floats
 ) -> Floats:
-    """Return stress, back stress, plastic strain, trial q and static yield after a strain increment.
+    """Return stress, back stress, plastic strain, trial q and static yield stress after a strain increment.
 
-    One step of the cutting plane of Ortiz and Simo (Int. J. Numer. Meth. Eng. 23, 353-366, 1986); q is convex, so the
-    stress stays on the surface or outside of it, and the next steps bring it closer:
+    One iteration of the cutting-plane algorithm of Ortiz and Simo (Int. J. Numer. Meth. Eng. 23, 353-366, 1986). q is
+    convex, so the new stress is on or outside the yield surface; the next time steps bring it closer:
 
         n = ∂q/∂σ,   Δεp = (q − s σ₀) / (n:C:n + (1−β)Eₚ + s β Eₚ),   σ ← σ − Δεp C:n,   back ← back + (1−β)Eₚ Δεp ξ/q
 
-    Ziegler's back stress moves along ξ, so q falls by exactly (1−β)Eₚ Δεp in every direction.
+    The back stress moves along ξ (Ziegler's rule), so it reduces q by exactly (1−β)Eₚ Δεp for every direction of ξ.
     """
     trial = add_scaled(old, ONE, elastic_stress(de, a, material))
     xi = shifted_deviator(trial, back)
@@ -120,7 +118,7 @@ def transverse_return(
     q = sqrt(max(h1 * double_dot(xi, xi) + h2 * _dot(xi_a, xi_a) + h3 * along * along, ZERO))
     static_yield = material.yield_stress + material.beta * material.plastic_modulus * plastic_strain
 
-    # q n, without its trace
+    # the deviator of q n, n = ∂q/∂σ
     w = _weighted(HALF * h2, xi_a, HALF * h3 * along, a)
     normal = _combined(h1, xi, -like(along, 1.0 / 3.0) * (h2 + h3) * along, a, w)
     stiff = elastic_stress(normal, a, material)
