@@ -1,7 +1,7 @@
-"""The virtual shear test: a hollow stem on two supports, a wedge that comes down across it, the force it meets.
+"""The virtual shear test: a stem on its supports is cut by a wedge-shaped blade, and the force is recorded.
 
-The stem is along x, the blade's edge along y at mid-span, the blade moves down along −z.
+The stem is along x, the blade's edge along y in the plane x = 0; the blade moves down along −z.
 """
 
-# Raised whenever a change makes the same test give another force, so that stored runs are not taken for new ones.
+# Incremented by every change that alters the force of a test, so that stored runs are not reused after it.
 REVISION = 9

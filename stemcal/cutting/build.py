@@ -1,4 +1,4 @@
-"""From a shear test to its finite element model: mesh, materials, tools; how large the mesh will be."""
+"""The finite element model of a shear test: mesh, materials, tools; an estimate of the size of the mesh."""
 
 from dataclasses import dataclass
 from itertools import pairwise
@@ -18,14 +18,14 @@ from stemcal.fem.parting import doubled
 
 Array = NDArray[np.float64]
 
-# Elements keep the length of those under the edge over this share of their number on either side of it.
+# On either side of the edge, this share of the elements has the same length as those under the edge.
 EVEN_SHARE = 0.3
-# Through a layer: with one element, whose point is in its middle, it does not bend; with 1, 3 and 5 through a skin of a
-# sixteenth of the diameter the cutting force was 89.8, 124.9 and 127.0 N.
+# Number of elements through a layer: a single element with its central integration point has no bending stiffness. With
+# 1, 3 and 5 through a skin of d/16, the cutting force was 89.8, 124.9 and 127.0 N.
 FEWEST_IN_LAYER = 3
-# Around half a section: fewer do not leave room for the middle of a solid one.
+# Number of elements around half a section: fewer cannot surround the core of a solid stem.
 _FEWEST_AROUND = 4
-# How far the supports reach outwards and down, mm: past anything the stem can do.
+# Extent of the supports outwards and down, mm: larger than any possible motion of the stem.
 _FAR = 200.0
 
 
@@ -54,13 +54,14 @@ def stem_mesh(
     layers: Array | None = None,
     parts: bool = False,
 ) -> Mesh:
-    """Return the mesh of the stem, or of the part of it that the symmetry leaves.
+    """Return the mesh of the stem, or of the part of it that the symmetry leaves; nodes are on the mirror planes.
 
-    Instead of those that `how` asks for, `widths` of the elements around half the stem from the bottom to the top (in
-    proportion) and `layers` of nodes along it (x, mm) may be given. With `rests_at` a layer of nodes is at that
-    distance from the blade (mm) on either side: what rests on a support is nodes, and the span is else that between the
-    next ones. Nodes lie on the mirror planes. Where the stem `parts` under the edge there are nodes as well, in a model
-    of both sides with elements of no length between two layers of them (`fem.parting.doubled`).
+    rests_at: Distance from the blade (mm) at which a layer of nodes is placed on either side. Nodes rest on a support,
+        so without this the span would be that between the nearest layers.
+    widths: Relative widths of the elements around half the stem, from the bottom to the top, instead of those by `how`.
+    layers: x of the layers of nodes along the stem, mm, instead of those by `how`.
+    parts: The stem parts under the edge, so a layer of nodes is there; in a model of both sides, two layers with
+        elements of zero length between them (see `fem.parting.doubled`).
     """
     outer, inner = 0.5 * stem.outer_diameter, 0.5 * stem.outer_diameter * stem.diameter_ratio
     if widths is None:  # from the bottom to the top under the edge
@@ -70,7 +71,7 @@ def stem_mesh(
     if rests_at is not None:
         layers = _supported(layers, rests_at)
     if parts and how.symmetry != "quarter":
-        middle = int(np.argmin(np.abs(layers)))  # moved to the edge
+        middle = int(np.argmin(np.abs(layers)))  # this layer is moved to the edge
         layers = np.concatenate([layers[:middle], [0.0, 0.0], layers[middle + 1 :]])
     whole = how.symmetry == "none"
     turn = how.turn * pi * widths[-1] / np.sum(widths) if whole else 0.0
@@ -86,7 +87,7 @@ def stem_mesh(
 
 
 def materials(mesh: Mesh, stem: Stem, inner: Material, outer: tuple[Material, ...]) -> Material | Layers:
-    """Return the material of the elements of a stem, from those of its innermost layer and of those around it."""
+    """Return the material of the elements of a stem: `inner` of its innermost layer, `outer` of the others."""
     if not outer:
         return inner
     radius = np.linalg.norm(mesh.nodes[mesh.hexes, 1:], axis=2).mean(axis=1)
@@ -94,15 +95,15 @@ def materials(mesh: Mesh, stem: Stem, inner: Material, outer: tuple[Material, ..
 
 
 def through_wall(stem: Stem, how: Discretisation) -> int:
-    """Return the number of elements through the wall; for a solid stem, the number of rings around its middle."""
+    """Return the number of elements through the wall; for a solid stem, the number of rings around its core."""
     return sum(through_layers(stem, how))
 
 
 def through_layers(stem: Stem, how: Discretisation) -> tuple[int, ...]:
-    """Return the number of elements through each layer, from the inside; each has nodes on both of its surfaces.
+    """Return the number of elements through each layer, from the inside; interfaces of layers have nodes.
 
-    The wall of a solid stem is its radius; the core covers half of its innermost layer, which has that many rings of
-    elements around.
+    In a solid stem, the number for the innermost layer is that of its rings of elements around the core, whose radius
+    is half of the layer's.
     """
     radii, wall = stem.radii, 0.5 * stem.outer_diameter * (1.0 - stem.diameter_ratio)
     fewest = FEWEST_IN_LAYER if stem.layers else 1
@@ -121,7 +122,7 @@ def around_half(radius: float, how: Discretisation) -> int:
 
 
 def _pairs_along(length: float, how: Discretisation) -> int:
-    """Return the number of elements on either side of the cut, next to a row under the edge."""
+    """Return the number of elements on either side of the cut, without a row under the edge itself."""
     odd = 1 if how.edge_over == "elements" else 0
     return max(1, ceil((length / (_mean_length(how) * how.element_size) - odd) / 2 - 1e-9))
 
@@ -132,7 +133,7 @@ def _mean_length(how: Discretisation) -> float:
 
 
 def _layers(length: float, how: Discretisation) -> Array:
-    """Return x of the layers of nodes: an odd number of elements if the edge is over elements, else an even one."""
+    """Return x of the layers of nodes, mm; the number of elements is odd if the edge is over a row of elements."""
     odd = 1 if how.edge_over == "elements" else 0
     right = _outwards(length, how)
     under = float(right[0]) * (1 + odd)
@@ -143,9 +144,9 @@ def _layers(length: float, how: Discretisation) -> Array:
 
 
 def _outwards(length: float, how: Discretisation) -> Array:
-    """Return x of the layers of nodes to the right of the middle, or of the middle row of elements.
+    """Return x of the layers of nodes to the right of the middle (mm), for elements that become longer outwards.
 
-    The elements are even at first, then longer and longer; a row under the edge counts half on either side.
+    Half the length of a row of elements under the edge is on either side.
     """
     odd = 1 if how.edge_over == "elements" else 0
     outwards = np.linspace(0.0, 1.0, _pairs_along(length, how) + odd)
@@ -155,10 +156,10 @@ def _outwards(length: float, how: Discretisation) -> Array:
 
 
 def _supported(layers: Array, rests_at: float, sides: tuple[float, ...] = (1.0, -1.0)) -> Array:
-    """Return layers of nodes, on either side of the cut the nearest one moved to where the stem rests.
+    """Return the layers of nodes with, on each of `sides`, the layer nearest to `rests_at` moved to that distance.
 
-    Those between half way there and the end of the stem give way in proportion. Where one element goes so far, or the
-    stem ends before, nothing moves.
+    Layers from half that distance to the end of the stem move in proportion. Nothing moves if one element extends that
+    far, or if the stem ends before.
     """
     moved, middle = layers.copy(), 0.5 * rests_at
     for side in sides:
@@ -172,7 +173,7 @@ def _supported(layers: Array, rests_at: float, sides: tuple[float, ...] = (1.0, 
 
 
 def crowns(mesh: Mesh) -> Array:
-    """Return the height of a circle about the axis over the middle of each face with all corners on it (E, 6), mm."""
+    """Return (E, 6) the height (mm) of a circle about the axis over the middle of each face with all corners on it."""
     corners = mesh.nodes[mesh.hexes[:, FACES], 1:]
     radius = np.linalg.norm(corners, axis=3)
     round_ = np.ptp(radius, axis=2) < 1e-9
@@ -180,7 +181,7 @@ def crowns(mesh: Mesh) -> Array:
 
 
 def _layers_of(test: ShearTest) -> Array:
-    """Return x of the layers of nodes: a clamp is at the left end, and one is where the stem rests on a block."""
+    """Return x of the layers of nodes, mm; a layer is where the stem rests on a block, a clamp is at the left end."""
     how, supports, height = test.discretisation, test.supports, test.supports.height
     if supports.kind == "span":
         return _supported(_layers(test.stem.length, how), 0.5 * supports.clearance + supports.fillet_radius)
@@ -192,7 +193,7 @@ def _layers_of(test: ShearTest) -> Array:
 
 
 def _counter_edge(test: ShearTest) -> float:
-    """Return the distance of a counter-edge from the plane of the cut, its clearance from the blade, mm."""
+    """Return the distance of a counter-edge from the plane of the cut, mm: half the blade and its clearance."""
     half = 0.5 * test.blade.thickness if test.blade.bevel == "both" else 0.0
     return half + test.supports.clearance
 
@@ -212,7 +213,7 @@ def _blade(test: ShearTest) -> Tool:
 
 
 def _supports(test: ShearTest) -> tuple[Tool, ...]:
-    """Return the blocks: on the right, and unless a mirror makes it on the left; a counter-edge is only on the left."""
+    """Return the support blocks; a mirror plane replaces the left one, and a counter-edge is only on the left."""
     r, kind = test.supports.fillet_radius, test.supports.kind
     near = r + (0.5 * test.supports.clearance if kind == "span" else _counter_edge(test))
     height = -0.5 * test.stem.outer_diameter
@@ -224,17 +225,15 @@ def _supports(test: ShearTest) -> tuple[Tool, ...]:
     return tuple(Tool(corners, r, height) for corners in blocks)
 
 
-# ---- the size of the mesh, without building it
-
-# What building and integrating a model takes at its most, bytes per element; `tests/cutting/test_size.py` measures it.
+# Peak memory of building and integrating a model, bytes per element; `tests/cutting/test_size.py` measures it.
 _BYTES = 2900.0
-# Volume of the innermost elements over that of the mean element at the same place along the stem, roughly.
+# Approximate volume of the innermost elements over the mean volume at the same position along the stem.
 _NARROWER = 0.7
 
 
 @dataclass(frozen=True)
 class MeshSize:
-    """Number of elements, inf if countless; about the smallest one's edge, mm; memory of a simulation, bytes."""
+    """Number of elements (inf on overflow), approximate size of the smallest, mm, and memory of a simulation, bytes."""
 
     elements: float
     smallest: float
@@ -242,7 +241,7 @@ class MeshSize:
 
 
 def mesh_size(stem: Stem, how: Discretisation) -> MeshSize:
-    """Return the size of the mesh that `stem_mesh` would make."""
+    """Return the size of the mesh that `stem_mesh` would build, without building it."""
     try:
         pairs, through = float(_pairs_along(stem.length, how)), float(through_wall(stem, how))
         around = float(around_half(0.5 * stem.outer_diameter, how))
@@ -253,7 +252,7 @@ def mesh_size(stem: Stem, how: Discretisation) -> MeshSize:
     solid = stem.diameter_ratio == 0.0
     up, across = square_of_solid(around_half(0.5 * stem.outer_diameter, how)) if solid else (0, 0)
     elements = along * (around * through + up * across) * (2.0 if how.symmetry == "none" else 1.0)
-    # those under the edge have a share of the mean element's length and width; the innermost are narrower
+    # elements under the edge are shorter and narrower than the mean by this factor; the innermost are narrower still
     share = _mean_length(how) * 0.5 * (1.0 + how.coarsening_around)
     mean = SHARES[how.symmetry] * stem.length * 0.25 * pi * (stem.outer_diameter * stem.outer_diameter) / elements
     volume = _NARROWER * mean * (1.0 - stem.diameter_ratio * stem.diameter_ratio) / share

@@ -1,15 +1,15 @@
-"""Checks before the force of a run is used: limits, and a warning for each that is exceeded."""
+"""Checks of the result of a run: limits, and the warning for each limit that is exceeded."""
 
 from stemcal.notes import Note, Remedy
 
-# Shares above which a force needs a second look, percent.
+# Limits of the shares in `CuttingResult` above which there is a warning, percent.
 MOST_INERTIA = 5.0
 MOST_HOURGLASS = 10.0
 MOST_DRIFT = 2.0
 MOST_KINETIC = 20.0
-# Of how far a section has widened; a piece that stays straight has up to 2.
+# Deviation of a compressed section from its shape, as a percentage of its widening; up to 2 for a straight piece.
 MOST_BUCKLING = 5.0
-# With less added mass than this, inertia is the stem's own and no fault of the model, percent.
+# With less added mass than this, the inertia is that of the real stem and not an error of the model, percent.
 NEGLIGIBLE_MASS = 1.0
 
 STROKE_TOO_SHORT = "stroke_too_short"
@@ -17,7 +17,7 @@ _LONGER = Remedy("Increase `loading.stroke` or `loading.duration`.")
 
 
 def stroke_too_short(peak: float, peak_travel: float, end: float, stroke: float) -> Note:
-    """Return the warning that the peak force may lie beyond the stroke: forces in N, travels in mm."""
+    """Return the warning that the peak force may occur after the end of the stroke; forces in N, travels in mm."""
     text = (
         f"A higher peak may occur after the end of the stroke ({stroke:.3g} mm). The largest recorded force was "
         f"{peak:.1f} N at {peak_travel:.3g} mm; at the end, the force was still {end:.1f} N."
@@ -26,7 +26,7 @@ def stroke_too_short(peak: float, peak_travel: float, end: float, stroke: float)
 
 
 def not_severed(stroke: float, percent: float) -> Note:
-    """Return the warning that a whole cut ended (after a stroke in mm) with a share of the cut plane in one piece."""
+    """Return the warning that a whole cut ended after a stroke (mm) with a percentage of the cut plane unparted."""
     text = (
         f"The stem was not cut through after a stroke of {stroke:.3g} mm: {percent:.0f} % of the section under "
         "the edge still held. The maximum force and the cutting energy are lower bounds."
@@ -35,7 +35,7 @@ def not_severed(stroke: float, percent: float) -> Note:
 
 
 def bent_away(stroke: float, aside: float, percent: float) -> Note:
-    """Return the warning that a clamped stem gave way to the blade: stroke and way of the stem, mm; share that held."""
+    """Return the warning that the blade pushed a clamped stem aside; `stroke`, `aside` in mm, unparted percentage."""
     text = (
         f"The stem was bent away, not cut: after a stroke of {stroke:.3g} mm, the blade has pushed the section under "
         f"the edge {aside:.3g} mm aside, and {percent:.0f} % of the section still holds. Below a critical speed, the "
@@ -46,7 +46,7 @@ def bent_away(stroke: float, aside: float, percent: float) -> Note:
 
 
 def broken_elsewhere(travel: float, distance: float) -> Note:
-    """Return the warning that the stem broke at a distance from the cut; both in mm."""
+    """Return the warning that the stem broke at a distance from the cut; travel and distance in mm."""
     text = (
         f"The stem was not cut through: at a travel of {travel:.3g} mm, it broke at a distance of about "
         f"{distance:.3g} mm from the cut. The maximum force and the cutting energy are those of the break."
@@ -55,7 +55,7 @@ def broken_elsewhere(travel: float, distance: float) -> Note:
 
 
 def kinetic_energy(percent: float) -> Note:
-    """Return the warning that a large share of the work of the blade is kinetic energy of the stem at the end."""
+    """Return the warning that a large percentage of the blade's work is kinetic energy of the stem at the end."""
     text = (
         f"At the end, {percent:.0f} % of the work of the blade is kinetic energy of the stem. The cutting energy "
         "includes this energy, which depends on the free length of the stem."
@@ -64,7 +64,7 @@ def kinetic_energy(percent: float) -> Note:
 
 
 def maximum_not_passed(stroke: float) -> Note:
-    """Return the warning that a laboratory test ended (after a stroke in mm) before its maximum force."""
+    """Return the warning that a laboratory test ended after a stroke (mm), before its maximum force."""
     text = (
         f"The test ended after a stroke of {stroke:.3g} mm, before the maximum force was reached. Force, travel and "
         "work are lower bounds; the slope is not affected."
@@ -73,7 +73,7 @@ def maximum_not_passed(stroke: float) -> Note:
 
 
 def buckles(percent: float) -> Note:
-    """Return the warning that a pressed piece bends or wrinkles, by a share of how far it has widened."""
+    """Return the warning that a compressed piece bends or wrinkles, by a percentage of its widening."""
     text = (
         f"The compressed specimen buckles before it breaks (deviation from a round cross-section: {percent:.0f} % of "
         "the increase in width). Travel, work and maximum force then depend on the mesh; the slope does not."
@@ -83,13 +83,13 @@ def buckles(percent: float) -> Note:
 
 
 def energy_drifts(percent: float) -> Note:
-    """Return the warning that the energy balance is off by a share of the work."""
+    """Return the warning that the error of the energy balance is a large percentage of the work."""
     text = f"The error in the energy balance is {percent:.1f} % of the work done by the blade."
     return Note("energy_drifts", "warning", text, Remedy("Reduce `solver.time_step_safety` and `solver.time_step`."))
 
 
 def inertia_in_force(percent: float, kinetic_percent: float) -> Note:
-    """Return the warning that inertia is part of the force: of the blade's force, and of internal energy."""
+    """Return the warning that inertia is a large percentage of the force; also shows kinetic over internal energy."""
     text = (
         f"Inertia contributes {percent:.1f} % of the peak force (blade force minus support force). The kinetic energy "
         f"reaches {kinetic_percent:.1f} % of the internal energy."
@@ -99,13 +99,13 @@ def inertia_in_force(percent: float, kinetic_percent: float) -> Note:
 
 
 def hourglass_energy(percent: float) -> Note:
-    """Return the warning that hourglass energy is a large share of internal energy."""
+    """Return the warning that hourglass energy is a large percentage of internal energy."""
     text = f"The hourglass energy is {percent:.1f} % of the internal energy."
     return Note("hourglass_energy", "warning", text, Remedy("Use smaller elements (`solver.element_size`)."))
 
 
 def rate_above_law(rate: float, c: float, factor: float) -> Note:
-    """Return the warning that a strain rate (1/s) exceeds C of the law 1 + (rate/C)^P, which then is `factor`."""
+    """Return the warning that a strain rate exceeds C (both 1/s) of the law 1 + (rate/C)^P; `factor` is its value."""
     text = (
         f"The strain rate reaches {rate:.3g}/s before the peak force and exceeds C = {c:.3g}/s. There, "
         f"`rate_law: paper` multiplies the yield stress by {factor:.2g}, and the force depends on the mesh."

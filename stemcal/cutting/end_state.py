@@ -1,4 +1,4 @@
-"""The body as a test ended, in a form that pictures are made from and that fits into a run's record."""
+"""The body at the end of a test, for pictures, in a form that is small enough for the record of a run."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ LARGEST = 40_000  # nodes; a finer body is not kept in records
 class Shape:
     """Body and tools at the end of a test.
 
-    reference, nodes   where the nodes began and ended, mm, (N, 3)
+    reference, nodes   initial and final positions of the nodes, mm, (N, 3)
     hexes              corners of the elements, (E, 8)
-    standing           which elements are left, (E,)
+    standing           elements that are not deleted, (E,)
     plastic_strain     effective plastic strain, (E,)
     tools              outlines (K, 2) of blade and supports in x and z
-    symmetry           which part of the stem this is: ``none`` (all), ``half`` (y ≥ 0), ``quarter`` (x, y ≥ 0)
+    symmetry           modelled part of the stem: ``none`` (all), ``half`` (y ≥ 0), ``quarter`` (x, y ≥ 0)
     """
 
     reference: Array
@@ -53,7 +53,7 @@ class Shape:
 
     @classmethod
     def unpacked(cls, packed: Mapping[str, Any]) -> Shape:
-        """Return the shape that `packed` made."""
+        """Return the shape from the values of `packed`."""
         return cls(
             reference=unpacked_text(packed["reference"], "<f4", 3).astype(float),
             nodes=unpacked_text(packed["nodes"], "<f4", 3).astype(float),
@@ -66,7 +66,7 @@ class Shape:
 
 
 def shape_of(model: Model, history: History, symmetry: str) -> Shape:
-    """Return body and tools at the end of a simulation."""
+    """Return the body and the tools at the end of a simulation."""
     heights = zip(model.tools, history.height[-1], strict=True)
     return Shape(
         reference=model.mesh.nodes,
@@ -80,7 +80,7 @@ def shape_of(model: Model, history: History, symmetry: str) -> Shape:
 
 
 def swollen(corners: Array, radius: float) -> Array:
-    """Return the outline of a convex polygon (K, 2) swollen by a radius: the farthest point in 64 directions."""
+    """Return the outline (65, 2) of a convex polygon (K, 2) offset by a radius: its farthest point in 64 directions."""
     angles = np.linspace(0.0, 2.0 * np.pi, 65)
     directions = np.stack([np.cos(angles), np.sin(angles)], axis=1)
     farthest = corners[np.argmax(directions @ corners.T, axis=1)]
@@ -88,7 +88,7 @@ def swollen(corners: Array, radius: float) -> Array:
 
 
 def packed_text(array: NDArray[Any], kind: str) -> str:
-    """Return an array of a kind as text: compressed, base 64."""
+    """Return an array as text, converted to the dtype `kind`, compressed and base-64 encoded."""
     return base64.b64encode(zlib.compress(array.astype(kind).tobytes(), 9)).decode("ascii")
 
 

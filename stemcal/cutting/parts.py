@@ -1,4 +1,4 @@
-"""What determines a virtual shear test: stem, blade, supports, loading, contact, and how it is computed."""
+"""The input of a virtual shear test: stem, blade, supports, loading, contact, mesh and integration."""
 
 from dataclasses import dataclass, field, replace
 from itertools import accumulate
@@ -12,10 +12,10 @@ from stemcal.fem.model import Integration
 
 @dataclass(frozen=True)
 class Blade:
-    """A wedge: body thickness and width (height) in mm, included edge angle in degrees, radius of its edge in mm.
+    """A wedge: thickness and width (height) of its body in mm, included edge angle in degrees, edge radius in mm.
 
-    `edge_spread` is the distance from its profile within which it acts on the surface next to its edge, mm; with 0 the
-    edge is a line. `bevel` both: the flanks lean equally to both sides. one: one flank is vertical.
+    `edge_spread` is the distance from its profile within which the edge acts on the surface next to it, mm; with 0 the
+    edge acts along a line. `bevel`: with ``both`` the flanks are symmetric, with ``one`` one flank is vertical.
     """
 
     thickness: float = 2.3
@@ -26,7 +26,7 @@ class Blade:
     edge_spread: float = 0.0
 
     def outline(self) -> tuple[tuple[float, float], ...]:
-        """Return the polygon that, swollen by the edge radius, is the blade; its lowest line is z = 0."""
+        """Return the corners (x, z) of the polygon whose offset by the edge radius is the blade, the edge at z = 0."""
         r, t = self.edge_radius, self.thickness - 2.0 * self.edge_radius
         if self.bevel == "one":
             return ((0.0, r), (t, r + t / tan(radians(self.edge_angle))), (t, self.width), (0.0, self.width))
@@ -38,18 +38,18 @@ Symmetry = Literal["none", "half", "quarter"]
 SupportKind = Literal["span", "clamped", "counter_edge"]
 Until = Literal["first_fracture", "severed"]
 
-# The share of the real thing that each model holds: half is cut lengthwise (y ≥ 0), quarter also across (x ≥ 0).
+# Share of the real stem in each model: half has y ≥ 0, quarter also x ≥ 0.
 SHARES: dict[str, float] = {"none": 1.0, "half": 0.5, "quarter": 0.25}
 
 
 def rate_filter(diameter: float, speed: float) -> float:
-    """Return the time over which the strain rate is smoothed, s: the blade (mm/s) travels 1 % of the diameter (mm)."""
+    """Return the time over which strain rates are smoothed, s: the blade (mm/s) travels 1 % of the diameter (mm)."""
     return 0.01 * diameter / speed
 
 
 @dataclass(frozen=True)
 class Stem:
-    """A hollow cylinder, mm, its diameter ratio; `layers`: thicknesses around the innermost one, from the outside."""
+    """A hollow cylinder; lengths in mm. `layers` are the thicknesses of all layers but the innermost, from outside."""
 
     outer_diameter: float = 8.0
     diameter_ratio: float = 0.41
@@ -58,7 +58,7 @@ class Stem:
 
     @property
     def radii(self) -> tuple[float, ...]:
-        """The radii of its surfaces from the inside, mm: the bore (0 for a solid stem), the interfaces, the outside."""
+        """Radii from the inside, mm: of the bore (0 for a solid stem), of the interfaces, and of the outer surface."""
         outer = 0.5 * self.outer_diameter
         inwards = accumulate(self.layers, lambda radius, thickness: radius - thickness, initial=outer)
         return (outer * self.diameter_ratio, *reversed(tuple(inwards)))
@@ -71,9 +71,9 @@ class Stem:
 
 @dataclass(frozen=True)
 class Supports:
-    """What carries the stem: two fixed blocks (``span``), or a clamp at its left end (``clamped``).
+    """The supports: two fixed blocks (``span``), or a clamp at the left end (``clamped``, ``counter_edge``).
 
-    With a ``counter_edge`` one block is below the clamped side, next to the blade.
+    With ``counter_edge`` there is also one block under the clamped side, next to the blade.
 
     clearance: Distance between the two blocks, or between the counter-edge and the blade, mm.
     fillet_radius: Radius of the edges of the blocks next to the blade, mm.
@@ -88,11 +88,11 @@ class Supports:
 
 @dataclass(frozen=True)
 class Loading:
-    """Blade speed (mm/s), duration (s) and the gap at the start between edge and stem (mm).
+    """Blade speed (mm/s), duration (s) and initial gap between edge and stem (mm).
 
-    `until` first_fracture: elements that fail are deleted, and the test ends when the force has dropped. severed: the
-    stem parts on the plane under the edge, and the test ends when it is in two parts. At a
-    `sliding_angle` θ (degrees) the edge closes in at cos θ of the speed and slides along itself at sin θ.
+    `until`: with ``first_fracture`` failed elements are deleted, and the test ends when the force has dropped; with
+    ``severed`` the stem parts on the plane under the edge, and the test ends when the stem is in two parts. With a
+    `sliding_angle` θ (degrees), the edge approaches the stem at cos θ of the speed and slides along itself at sin θ.
     """
 
     speed: float = 100.0 / 60.0
@@ -104,21 +104,21 @@ class Loading:
 
 @dataclass(frozen=True)
 class Discretisation:
-    """How the stem is meshed and integrated.
+    """Settings of the mesh, the integration and the evaluation of the force.
 
     element_size: Length of an element along and around the stem, mm.
-    through_wall: Elements through the wall; with None they are at most `element_size` long.
-    symmetry: ``quarter`` and ``half`` mirror the rest of the stem.
-    edge_over: Mesh phase along the stem: the edge comes down over the middle of a row of ``elements``, which no mirror
-        plane may cut in two, or on a row of ``nodes``.
-    turn, shift: Fractions of an element by which the mesh is turned about the axis (full model) and shifted along it
+    through_wall: Number of elements through the wall; with None they are at most `element_size` long.
+    symmetry: Part of the stem that is modelled, with mirror planes for the rest (`SHARES`).
+    edge_over: Position of the mesh along the stem: the edge is over the middle of a row of ``elements`` or over a row
+        of ``nodes``.
+    turn, shift: Fractions of an element by which the mesh is rotated about the axis (full model) and shifted along it
         (full and half model).
-    coarsening: Length along the stem of the outermost elements over that of those under the blade; 1 is an even mesh.
-    coarsening_around: Width around the stem of the elements at its bottom over that of those under the edge.
-    hourglass, integration: Of the solver, see `fem.model.Model`.
-    filter_window: Width of the moving mean over the force, s.
-    break_drop: The stem counts as fractured once elements have failed and the force has dropped by this share of its
-        peak, as a testing machine's break detection has it; 1 never finds a break, so that the peak is that of the
+    coarsening: Length along the stem of the outermost elements over that of the elements under the blade.
+    coarsening_around: Width around the stem of the elements at its bottom over that of the elements under the edge.
+    hourglass, integration: Settings of the solver, see `fem.model.Model`.
+    filter_window: Width of the moving mean of the force, s.
+    break_drop: The stem counts as fractured when elements have failed and the force has dropped by this share of its
+        peak, as in the break detection of testing machines. With 1, no break is detected, and the peak is that of the
         whole stroke.
     stop_after_peak: End the simulation at the first fracture.
     """
@@ -138,14 +138,14 @@ class Discretisation:
     stop_after_peak: bool = True
 
     def __post_init__(self) -> None:
-        """Refuse a mirror plane through elements."""
+        """Raise `ValueError` for a mirror plane through elements."""
         if self.symmetry == "quarter" and self.edge_over == "elements":
             raise ValueError('a quarter model requires edge_over="nodes"; use symmetry="half"')
 
 
 @dataclass(frozen=True)
 class ShearTest:
-    """Everything that determines one virtual shear test; `outer`: materials around the innermost, from the outside."""
+    """Input of one virtual shear test; `outer` are the materials of all layers but the innermost, from outside."""
 
     material: Material
     outer: tuple[Material, ...] = field(default=(), kw_only=True)
@@ -158,5 +158,5 @@ class ShearTest:
 
     @property
     def parts(self) -> bool:
-        """Whether the stem parts under the edge."""
+        """Whether the stem parts on the plane under the edge."""
         return self.loading.until == "severed"

@@ -1,4 +1,4 @@
-"""From a solver's history to what a shear test is made for: the force curve, its peak, and whether to trust it."""
+"""Evaluation of a solver's history: the force curve of a shear test, its peak, and the checks of the result."""
 
 from dataclasses import dataclass
 from math import cos, radians, sin
@@ -32,12 +32,12 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class ForceHistory:
-    """The whole test over time (a quarter model's sums already times four).
+    """Curves of a test over time for the whole stem (sums of a quarter model are multiplied by four).
 
-    Forces in N, energies in mJ, time in s, travel of the blade from first touch in mm. `force` is that on the blade,
-    `supports` the filtered one on what carries the stem: they differ by its inertia. `contact` is the sum of what the
-    blade's edge, its flanks, the supports and friction hold back of the blade's work. The force is along the travel;
-    `along_edge` is what resists the sliding of an oblique edge along itself.
+    Forces are in N, energies in mJ, time in s, the travel of the blade after first contact in mm. `force` is the force
+    on the blade along its travel, `along_edge` its resistance to sliding along an oblique edge. `supports` is the
+    filtered force on the supports, which differs from that on the blade by the stem's inertia. `contact` is the energy
+    that contact stores or dissipates, the sum of the parts of the edge, the flanks, the supports and friction.
     """
 
     time: Array
@@ -62,35 +62,33 @@ class ForceHistory:
 
     @property
     def failed(self) -> NDArray[np.int64]:
-        """Elements that were deleted and places of the cut plane that have parted."""
+        """Number of deleted elements and of parted nodes of the cut plane."""
         return self.deleted + self.parted
 
 
 @dataclass(frozen=True)
 class CuttingResult:
-    """What a virtual shear test gives; forces in N, travel in mm, time in s, shares in percent.
+    """Result of a virtual shear test; forces in N, travel in mm, time in s, shares in percent.
 
     peak_force, peak_force_raw   largest force until the first fracture, after and before the filter
-    peak_time, peak_travel       when and where the filtered force peaks
-    elements, deleted_elements   elements of the mesh that was computed, and how many were eroded at the peak
-    stroke_was_enough            whether the stem has fractured, or the force has fallen clearly below its peak by the
-                                 end of the stroke
-    energy_drift_percent         largest error in the energy balance against the largest work done
-    kinetic_ratio_percent        largest kinetic over internal energy before the first element fails (or over the stroke
-                                 if none does), after the first tenth of the work
-    hourglass_ratio_percent      largest hourglass over internal energy on the way to the peak, after the first tenth
-    inertia_percent              difference between the force on the blade and that on the supports at the peak, of the
-                                 former: what inertia, true or added, has in the force
-    added_mass_percent           what mass scaling and time step have added to the stem's mass; where they add nothing,
-                                 inertia is the stem's own
-    contact_energy_percent       smallest share of the blade's work that contact has held back until the first fracture,
-                                 after the first tenth of the work. Friction and damping only take: a share below 0 is
-                                 energy that the numbers have created
+    peak_time, peak_travel       time and travel at the peak of the filtered force
+    elements, deleted_elements   number of elements in the computed mesh, and of those deleted before the peak
+    stroke_was_enough            whether the stem has fractured, or the force at the end of the stroke is clearly below
+                                 its peak
+    energy_drift_percent         largest error of the energy balance over the largest work done
+    kinetic_ratio_percent        largest kinetic over internal energy before the first failure (or over the stroke
+                                 without one), after the first tenth of the work
+    hourglass_ratio_percent      largest hourglass over internal energy up to the peak, after the same first tenth
+    inertia_percent              difference between the forces on the blade and on the supports at the peak, over the
+                                 force on the blade: the contribution of inertia, from true and added mass
+    added_mass_percent           mass added by mass scaling and time step, over the stem's mass
+    contact_energy_percent       smallest share of the blade's work that contact stores or dissipates until the first
+                                 fracture, after the first tenth of the work; a negative share is a numerical error
     break_travel                 travel of the blade at the first fracture (`break_row`), None without one; the curve
-                                 beyond depends on the mesh and the swinging stem rather than on the material
+                                 beyond depends on the mesh and the vibrating stem rather than on the material
 
-    Of a whole cut `first_fracture_force` is the largest force until anything fails, `first_fracture_travel` the travel
-    at which it does, `severed` whether the stem is in two parts, `severed_travel` the travel at which it is, and
+    For a whole cut, `first_fracture_force` is the largest force until the first failure, `first_fracture_travel` the
+    travel at that failure, `severed` whether the stem is in two parts, `severed_travel` the travel at which it is, and
     `cutting_energy` the work of the blade until then, or over the stroke, mJ.
     """
 
@@ -124,15 +122,16 @@ class CuttingResult:
 def force_history(loading: Loading, how: Discretisation, history: History, scale: float) -> ForceHistory:
     """Return the curves of the whole stem: the solver's sums times `scale`, the force also filtered.
 
-    The force is that on the first tool; without tools that of the ends that are driven, an interval's work over travel.
+    The force is that on the first tool. Without tools it is the work done on the driven ends in each interval over the
+    travel.
     """
     tools = history.force.shape[1] > 0
     angle = radians(loading.sliding_angle)
     if tools:
         force = scale * history.force[:, 0, 2]
     else:
-        way = loading.speed * np.diff(history.time)
-        force = scale * np.concatenate([[0.0], np.diff(history.external) / way])
+        travelled = loading.speed * np.diff(history.time)
+        force = scale * np.concatenate([[0.0], np.diff(history.external) / travelled])
     along_edge = scale * history.force[:, 0, 1] if angle else np.zeros_like(force)
     force = force * cos(angle) - along_edge * sin(angle) if angle else force
     carried = -scale * history.force[:, 1:, 2].sum(axis=1) if tools else force
@@ -160,12 +159,12 @@ def force_history(loading: Loading, how: Discretisation, history: History, scale
 
 
 def filter_rows(loading: Loading, how: Discretisation) -> int:
-    """Return the number of outputs in the filter's moving mean."""
+    """Return the number of outputs in the moving mean of the force."""
     return max(1, round(how.filter_window * how.integration.outputs / loading.duration))
 
 
 def moving_mean(values: Array, window: int) -> Array:
-    """Return the centred mean over `window` values (made odd); at the ends over those there are."""
+    """Return the centred mean over `window` values (an even window is one wider); fewer values near the ends."""
     half = window // 2
     total = np.concatenate([[0.0], np.cumsum(values)]).astype(np.float64)
     index = np.arange(len(values))
@@ -174,22 +173,22 @@ def moving_mean(values: Array, window: int) -> Array:
 
 
 def break_row(force: Array, deleted: NDArray[np.int64], drop: float) -> int | None:
-    """Return the first row of the first fracture, None if there is none: the break detection of testing machines.
+    """Return the row of the first fracture by the break detection of testing machines; None without a fracture.
 
-    Elements have failed (`deleted` counts them), and the force has dropped by the share `drop` of the largest before;
-    a drop of 1 detects no break. What follows is the released stem that swings against the blade.
+    At a fracture elements have failed (`deleted` is their number), and the force has dropped by the share `drop` of its
+    largest value so far; a drop of 1 detects no break. Afterwards the released stem vibrates against the blade.
     """
     largest = np.maximum.accumulate(force)
     broken = (deleted > 0) & (largest > 0.0) & (force <= (1.0 - drop) * largest) & (drop < 1.0)
     return int(np.argmax(broken)) if broken.any() else None
 
 
-# The stroke was long enough if the force ends below this share of its peak.
+# Without a fracture, the stroke was long enough if the final force is below this share of the peak.
 _FALLEN = 0.9
 
 
 def short_stroke(travel: Array, force: Array, broken: int | None) -> list[Note]:
-    """Return a warning unless a filtered curve (mm, N) has passed its maximum: by a fracture, or the force fell."""
+    """Return a warning if a filtered curve (mm, N) has neither a fracture nor a clear fall after its maximum."""
     peak = int(np.argmax(force[:broken]))
     if broken is not None or force[-1] < _FALLEN * force[peak]:
         return []
@@ -197,9 +196,9 @@ def short_stroke(travel: Array, force: Array, broken: int | None) -> list[Note]:
 
 
 class BreakWatch:
-    """Detects the first fracture during a test: `break_row` of the outputs whose moving mean is final.
+    """Detects the first fracture during a test, with `break_row` on the outputs whose moving mean is final.
 
-    `drop` is as in `break_row`; `window` is the number of outputs that the filter's moving mean takes.
+    `drop` is as in `break_row`; `window` is the number of outputs in the moving mean.
     """
 
     def __init__(self, drop: float, window: int) -> None:
@@ -207,7 +206,7 @@ class BreakWatch:
         self._force, self._deleted = list[float](), list[int]()
 
     def is_past(self, force: float, deleted: int) -> bool:
-        """Take note of the next force and number of eroded elements, and say whether the stem has fractured."""
+        """Add the next force and number of eroded elements; return True if the stem has fractured."""
         self._force.append(force)
         self._deleted.append(deleted)
         final = len(self._force) - self._window // 2
@@ -217,7 +216,7 @@ class BreakWatch:
         return break_row(filtered, np.array(self._deleted[:final]), self._drop) is not None
 
 
-# Ratios of energies mean nothing before the blade has done this share of its work.
+# Ratios of energies are evaluated after the blade has done this share of its work: before, both energies are near zero.
 _BEGINNING = 0.1
 
 
@@ -230,10 +229,10 @@ def evaluate(
     wall: float,
     balanced: int | None = None,
 ) -> CuttingResult:
-    """Return the peak of a force curve until the first fracture, at row `broken`, if any, and the measures of trust.
+    """Return the peak of a force curve before the first fracture (row `broken`, None without one), and the checks.
 
-    The energy balance is judged before row `balanced`, or over the whole stroke. Raises `SimulationFailed` if the blade
-    met no resistance.
+    The energy balance is checked before row `balanced`, or over the whole stroke. Raises `SimulationFailed` if the
+    blade exerted no force.
     """
     peak = int(np.argmax(curve.force_filtered[:broken]))
     if curve.force_filtered[peak] <= 0.0:
@@ -273,32 +272,32 @@ def evaluate(
 
 
 def _of_curve(curve: ForceHistory, peak: int, broken: int | None, rate: float, material: Material) -> list[Note]:
-    """Return warnings: a strain rate (1/s) above C, where the law is no small correction; a force after a break."""
-    found, c, before = list[Note](), material.strain_rate_c, float(curve.force_filtered[peak])
+    """Return warnings for a strain rate (1/s) above C of the paper's law, and for a larger force after a break."""
+    notes, c, before = list[Note](), material.strain_rate_c, float(curve.force_filtered[peak])
     if material.rate_law == "paper" and 0.0 < c < rate:
-        found.append(rate_above_law(rate, c, 1.0 + (rate / c) ** material.strain_rate_p))
+        notes.append(rate_above_law(rate, c, 1.0 + (rate / c) ** material.strain_rate_p))
     if broken is not None and (largest := float(curve.force_filtered[broken:].max())) > before:
-        found.append(force_after_break(float(curve.travel[broken]), largest, before))
-    return found
+        notes.append(force_after_break(float(curve.travel[broken]), largest, before))
+    return notes
 
 
 def _before_fracture(curve: ForceHistory) -> int:
-    """Return the last row before anything fails."""
+    """Return the last row before the first failure."""
     if curve.failed[-1] == 0:
         return len(curve.time) - 1
     return max(int(np.argmax(curve.failed > 0)) - 1, 1)
 
 
 def _ratio_percent(part: Array, curve: ForceHistory, until: int) -> float:
-    """Return the largest part/internal in percent up to row `until`, past the first tenth of the work done by then."""
+    """Return the largest part/internal in % up to row `until`, after the first tenth of the work done by then."""
     rows = np.arange(len(part))
     counted = (rows <= until) & (curve.external > _BEGINNING * max(curve.external[until], 1e-12))
-    counted &= curve.internal > 0.0  # none is left where all elements are deleted
+    counted &= curve.internal > 0.0  # it is zero after all elements are deleted
     return float(100.0 * np.max(part[counted] / curve.internal[counted], initial=0.0))
 
 
 def _least_contact_percent(curve: ForceHistory, broken: int | None) -> float:
-    """Return the smallest contact/work in percent until the break, past the first tenth of the work done by then."""
+    """Return the smallest contact/work in % until the break, after the first tenth of the work done by then."""
     work, contact = curve.external[:broken], curve.contact[:broken]
     counted = work > _BEGINNING * max(work.max(), 1e-12)
     return float(100.0 * np.min(contact[counted] / work[counted], initial=100.0))
@@ -311,12 +310,11 @@ def _of_energies(
     inertia_percent: float,
     added_mass_percent: float,
 ) -> list[Note]:
-    """Return the doubts that the energies leave."""
-    found = []
+    notes = []
     if energy_drift_percent > MOST_DRIFT:
-        found.append(energy_drifts(energy_drift_percent))
+        notes.append(energy_drifts(energy_drift_percent))
     if inertia_percent > MOST_INERTIA and added_mass_percent > NEGLIGIBLE_MASS:
-        found.append(inertia_in_force(inertia_percent, kinetic_ratio_percent))
+        notes.append(inertia_in_force(inertia_percent, kinetic_ratio_percent))
     if hourglass_ratio_percent > MOST_HOURGLASS:
-        found.append(hourglass_energy(hourglass_ratio_percent))
-    return found
+        notes.append(hourglass_energy(hourglass_ratio_percent))
+    return notes

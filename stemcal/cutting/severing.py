@@ -1,4 +1,4 @@
-"""Whether the stem is in two parts: no chain of standing elements and of nodes that hold together joins its ends."""
+"""Detects that a stem is in two parts: its ends are no longer connected by elements and unparted twin nodes."""
 
 import numpy as np
 from scipy.sparse import coo_array
@@ -7,15 +7,15 @@ from scipy.sparse.csgraph import connected_components
 from stemcal.fem.mesh import Mesh
 from stemcal.fem.state import State
 
-# A stem in two parts is cut where at most this share of the section under the edge still holds together.
+# A stem in two parts was cut through if less than this share of the cut plane holds; otherwise it broke elsewhere.
 _CUT = 0.5
 
 
 class Severing:
-    """Notes at the outputs of a simulation the time (s) at which the stem is in two parts, None until then.
+    """Observes a simulation at its outputs; `time` is when the stem was first in two parts (s), None until then.
 
-    `holding` is the share of the places on the cut plane that still hold together, `aside` how far the blade has moved
-    these (mm), and `elsewhere` how far from the plane deleted elements were at the start (mm), their mean.
+    `holding` is the share of the nodes of the cut plane that have not parted, `aside` the mean distance by which the
+    blade has moved these down (mm), `elsewhere` the mean initial distance of deleted elements from the plane (mm).
     """
 
     def __init__(self, mesh: Mesh) -> None:
@@ -27,7 +27,7 @@ class Severing:
         self._failed = 0
 
     def __call__(self, time: float, state: State) -> None:
-        """Look whether the ends are still joined, if more has failed or parted since the last output."""
+        """Update the attributes; the connection of the ends is tested only after new failures."""
         failed = int((~state.topology.standing).sum() + state.spread.cut.parted.sum())
         if self.time is None and failed > self._failed and self._apart(state):
             self.time = time
@@ -45,7 +45,7 @@ class Severing:
         return self.time is not None and self.holding < _CUT
 
     def _apart(self, state: State) -> bool:
-        """Return whether no chain joins the ends; the left one of a quarter model is what its mirror plane holds."""
+        """Check that the ends are not connected; the left end of a quarter model is the unparted mirror plane."""
         cut, standing = state.spread.cut, state.topology.hexes[state.topology.standing]
         holds, doubled = ~cut.parted, len(cut.twins) > 0
         left, twins = (self._ends[0], cut.twins[holds]) if doubled else (cut.nodes[holds], cut.twins)
@@ -55,5 +55,5 @@ class Severing:
         size = len(cut.number) + len(standing)
         graph = coo_array((np.ones(len(first), np.int8), (first, second)), shape=(size, size))
         _, part = connected_components(graph, directed=False)
-        one, other = (part[end[np.isin(end, standing)]] for end in (left, self._ends[1]))
-        return not np.intersect1d(one, other).size
+        first_parts, second_parts = (part[end[np.isin(end, standing)]] for end in (left, self._ends[1]))
+        return not np.intersect1d(first_parts, second_parts).size

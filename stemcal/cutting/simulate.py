@@ -17,7 +17,10 @@ from stemcal.fem.stepper import Inspect, simulate
 
 
 def shear(test: ShearTest, inspect: Inspect | None = None) -> CuttingResult:
-    """Run a virtual shear test; `inspect`, errors as of `fem.stepper.simulate`, and one if the blade meets no stem."""
+    """Run a virtual shear test; `inspect` as in `fem.stepper.simulate`.
+
+    Raises `SimulationFailed` for the reasons of `fem.stepper.simulate`, or if the blade exerts no force on the stem.
+    """
     model = build(test)
     scale = 1.0 / SHARES[test.discretisation.symmetry]
     how, whole = test.discretisation, test.parts
@@ -38,7 +41,7 @@ def shear(test: ShearTest, inspect: Inspect | None = None) -> CuttingResult:
     history = simulate(model, test.loading.duration, report, look if whole else inspect)
     wall = time.perf_counter() - started
     curve = force_history(test.loading, mean_over_travel(test) if whole else how, history, scale)
-    if test.supports.kind != "span" or test.loading.sliding_angle:  # forces on a clamp and askew are not measured
+    if test.supports.kind != "span" or test.loading.sliding_angle:  # no force on a clamp is computed
         curve = replace(curve, supports=curve.force_filtered)
     broken = None if whole else break_row(curve.force_filtered, curve.deleted, how.break_drop)
     result = evaluate(curve, history, test.material, broken, len(model.mesh.hexes), wall)
@@ -49,8 +52,8 @@ def shear(test: ShearTest, inspect: Inspect | None = None) -> CuttingResult:
 def placed(test: ShearTest, shift: float) -> ShearTest:
     """Return the half model with its mesh shifted along the stem by a share of an element, 0 to ½.
 
-    Erosion takes whole elements, so the force depends on where the nodes lie. A shift by s elements mirrors one by −s,
-    so the midpoints of equal parts of [0, ½] represent all places.
+    Whole elements are deleted, so the force depends on the position of the nodes. Shifts by s and −s elements are
+    mirror images, so midpoints of equal intervals of [0, ½] represent all positions.
     """
     symmetry: Symmetry = "none" if test.loading.sliding_angle else "half"
     return replace(test, discretisation=replace(test.discretisation, symmetry=symmetry, shift=shift))

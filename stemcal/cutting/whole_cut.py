@@ -1,4 +1,4 @@
-"""What a cut all the way through gives: its largest force, its energy, its first fracture, and whether it severed."""
+"""Results of a cut all the way through the stem: first fracture, cutting energy, and whether the stem is severed."""
 
 from dataclasses import replace
 
@@ -17,8 +17,8 @@ from stemcal.cutting.result import CuttingResult, filter_rows, moving_mean
 from stemcal.cutting.severing import Severing
 from stemcal.notes import Note
 
-# The force of a whole cut is its mean over this share of the diameter: the front moves from node to node, and what the
-# force does within an element depends on the mesh.
+# The force of a whole cut is averaged over a travel of this share of the diameter: the cut front moves from node to
+# node, and the variation of the force within one element depends on the mesh.
 MEAN_TRAVEL = 0.05
 
 
@@ -29,7 +29,7 @@ def mean_over_travel(test: ShearTest) -> Discretisation:
 
 
 def of_whole_cut(result: CuttingResult, test: ShearTest, severing: Severing) -> CuttingResult:
-    """Return the result of a cut with those numbers that only a whole one has."""
+    """Return the result with the fields that only a whole cut has."""
     curve, loading, severed = result.history, test.loading, severing.cut_through
     first = int(np.argmax(curve.failed > 0))
     before = moving_mean(curve.force, filter_rows(loading, test.discretisation))[: first + 1]
@@ -49,13 +49,13 @@ def of_whole_cut(result: CuttingResult, test: ShearTest, severing: Severing) -> 
 
 def _outcome(result: CuttingResult, test: ShearTest, severing: Severing) -> list[Note]:
     """Return notes on a stem that was not cut through, and on the share of kinetic energy in the work."""
-    curve, found = result.history, list[Note]()
+    curve, notes = result.history, list[Note]()
     travel, percent = float(curve.travel[-1]), 100.0 * severing.holding
     if severing.time is not None and not severing.cut_through:
-        found.append(broken_elsewhere(travel, severing.elsewhere))
+        notes.append(broken_elsewhere(travel, severing.elsewhere))
     elif not severing.cut_through and test.supports.kind == "clamped":
-        found.append(bent_away(travel, severing.aside, percent))
+        notes.append(bent_away(travel, severing.aside, percent))
     elif not severing.cut_through:
-        found.append(not_severed(travel, percent))
+        notes.append(not_severed(travel, percent))
     kinetic = float(100.0 * curve.kinetic[-1] / curve.external[-1])
-    return [*found, kinetic_energy(kinetic)] if kinetic > MOST_KINETIC else found
+    return [*notes, kinetic_energy(kinetic)] if kinetic > MOST_KINETIC else notes

@@ -1,6 +1,6 @@
-"""Virtual laboratory tests of a piece of stem besides cutting: each kind has a module, `perform` simulates them.
+"""Virtual laboratory tests of a piece of stem other than cutting: one module per kind; `perform` simulates them.
 
-`Kind` is what each declares about the piece and the tools. It imports nothing that simulates.
+Each kind is a subclass of `Kind`. This module imports no solver, because specs are read without it.
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ Array = NDArray[np.float64]
 
 
 class Kind:
-    """What is done to the piece, which is along x about the axis. A subclass is a frozen dataclass of its sizes, mm.
+    """The mesh, tools and motion of one kind of test; the piece is along x. A subclass is a frozen dataclass (mm).
 
-    PERIODS: The loading takes at least this number of the slowest natural periods: mass is scaled up to that.
-    MOMENT: The moment m of the section that determines the response, ∫zᵐ dA: 0 its area, 2 its second moment; None for
-        that of the wall about its mid-line (`build.rounded`).
-    LAYERS: The number of elements through the wall; None as the size of the elements gives it.
-    LONGER, WIDER: How much longer the elements are at the ends of the piece, and how much wider around it, than at the
-        tool.
+    PERIODS: Minimum duration of the loading in slowest natural periods; mass is scaled up to this limit.
+    MOMENT: Moment m of the section, ∫zᵐ dA, that determines the response: 0 its area, 2 its second moment; None for the
+        bending stiffness of the wall about its mid-line (`build.rounded`).
+    LAYERS: Number of elements through the wall; None for the number by the element size.
+    LONGER: Length of the elements at the ends of the piece over that at the tool.
+    WIDER: Largest width of the elements around the piece over that at the tool.
     """
 
     PERIODS: ClassVar[float] = 60.0
@@ -38,15 +38,15 @@ class Kind:
 
     @property
     def widens_evenly(self) -> bool:
-        """Whether the piece widens evenly as long as it does not buckle."""
+        """Whether the section of the piece widens uniformly unless it buckles."""
         return False
 
     def slowest_period(self, stem: Stem, wave_speed: float) -> float:
-        """Return the slowest natural period that the test excites, s; of a bar's wave speed √(E/ρ) in mm/s."""
+        """Return the slowest natural period that the test excites, s, from the wave speed √(E/ρ) of a bar, mm/s."""
         raise NotImplementedError
 
     def modulus(self, stem: Stem, material: Material) -> float:
-        """Return the E of that wave speed, MPa: of a material with an axis, the one that the slowest motion has."""
+        """Return the E of that wave speed, MPa: for a material with an axis, the effective E of the slowest mode."""
         return material.elastic_modulus
 
     def mesh(self, stem: Stem, how: Discretisation) -> Mesh:
@@ -54,13 +54,13 @@ class Kind:
         raise NotImplementedError
 
     def tools(self, stem: Stem, loading: Loading, both_sides: bool) -> tuple[Tool, ...]:
-        """Return the rigid tools, the moving one first; on one side of the middle only if a mirror makes the rest."""
+        """Return the rigid tools, the moving one first; with a mirror plane x = 0, only those at x ≥ 0."""
         return ()
 
     def driven(self, mesh: Mesh, stem: Stem) -> NDArray[np.bool_]:
-        """Return (N, 3) which components move at all times as `motion` gives them; by default all forces are tools'."""
+        """Return (N, 3) the velocity components prescribed by `motion` at all times; none by default."""
         return np.zeros(mesh.nodes.shape, dtype=bool)
 
     def motion(self, mesh: Mesh, stem: Stem, loading: Loading, poisson_ratio: float) -> Array:
-        """Return the velocities of the nodes at the start (N, 3), mm/s: of the slow motion to come; nothing swings."""
+        """Return the initial velocities (N, 3), mm/s, of the slow motion under load, so that no vibration starts."""
         raise NotImplementedError

@@ -1,4 +1,4 @@
-"""Axial compression and tension of a piece of stem, its ends held or lubricated."""
+"""Axial compression and tension of a piece of stem, with held or lubricated ends."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from stemcal.cutting.parts import Discretisation, Loading, Stem
     from stemcal.fem.mesh import Mesh
 
-# How much thinner the middle is, as a share of the radius. With half of it, or twice, the work changes by 1 %.
+# Reduction of the radius in the middle of a pulled piece. With half of it, or twice, the work changes by 1 %.
 _WAIST = 0.001
 
 
@@ -60,12 +60,12 @@ class Tension(LaboratoryKind):
 
 @dataclass(frozen=True)
 class Axial(Kind):
-    """A piece of stem between two ends that move along its axis, each with half the speed.
+    """A piece of stem between two ends that move along its axis, each at half the speed.
 
-    `held` ends keep the size of their section, as glued or clamped ones do; `lubricated` ones allow it to grow and
-    shrink about its middle, which stays where it is.
-    A pulled piece is a little thinner in its middle: a stem that hardens less than it narrows necks, and in a uniform
-    piece rounding decides where, which scattered the work until the break by 3 %.
+    `held` ends keep the size of their section, as glued or clamped ends do; at `lubricated` ends the section expands
+    or contracts about its fixed centre.
+    A pulled piece is slightly thinner in the middle. A stem that hardens less than it narrows develops a neck; in a
+    uniform piece the position of the neck is determined by round-off, which changed the work until the break by 3 %.
     """
 
     sense: Literal["compression", "tension"]
@@ -74,15 +74,15 @@ class Axial(Kind):
 
     @property
     def widens_evenly(self) -> bool:
-        """Whether the piece widens evenly as long as it does not buckle."""
+        """Whether the section of the piece widens uniformly unless it buckles."""
         return self.sense == "compression" and self.ends == "lubricated"
 
     def slowest_period(self, stem: Stem, wave_speed: float) -> float:
-        """Return the period of a wave along the piece and back."""
+        """Return the travel time of a wave along the piece and back, s."""
         return 2.0 * stem.length / wave_speed
 
     def mesh(self, stem: Stem, how: Discretisation) -> Mesh:
-        """Return the mesh of any stem, in tension with a waist: r (1 − w cos² πx/L)."""
+        """Return the mesh of the piece, in tension with a waist: r (1 − w cos² πx/L)."""
         from stemcal.cutting.build import stem_mesh
         from stemcal.laboratory.build import layered
 
@@ -93,11 +93,11 @@ class Axial(Kind):
         return replace(mesh, nodes=np.hstack([mesh.nodes[:, :1], thinner * mesh.nodes[:, 1:]]))
 
     def driven(self, mesh: Mesh, stem: Stem) -> NDArray[np.bool_]:
-        """Return the nodes of both ends: along the axis, and across it where they are held.
+        """Return the components of the nodes at both ends: along the axis, and across it where the ends are held.
 
-        Of lubricated ends the nodes next to the planes y = 0 and z = 0 do not cross these: an end widens about its
-        middle. One that could slide off as a whole did so once the piece yielded (Engesser: a stress of π² Eₜ I/(A L²)
-        is enough), which took 8 % of the work.
+        At lubricated ends, the nodes next to the planes y = 0 and z = 0 do not move across these planes, so that an end
+        widens about its centre. Without this condition, the ends slid sideways once the piece yielded (Engesser's
+        buckling stress π² Eₜ I/(A L²)), which reduced the work by 8 %.
         """
         ends = np.abs(np.abs(mesh.nodes[:, 0]) - 0.5 * stem.length) < 1e-9 * stem.length
         off = np.abs(mesh.nodes[:, 1:])
@@ -105,7 +105,7 @@ class Axial(Kind):
         return np.column_stack([ends, ends[:, None] & across])
 
     def motion(self, mesh: Mesh, stem: Stem, loading: Loading, poisson_ratio: float) -> Array:
-        """Return the velocities of an even strain, with what it takes across unless the ends hold that."""
+        """Return the velocities of a uniform axial strain, with the lateral strain of lubricated ends."""
         rate = loading.speed / stem.length * (1.0 if self.sense == "tension" else -1.0)
         across = -poisson_ratio if self.ends == "lubricated" else 0.0
         return np.asarray(rate * mesh.nodes * [1.0, across, across])

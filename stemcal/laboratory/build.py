@@ -1,4 +1,4 @@
-"""What determines a laboratory test of a piece of stem, and its finite element model."""
+"""The input of a laboratory test of a piece of stem, and its finite element model."""
 
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
@@ -16,14 +16,14 @@ from stemcal.fem.mesh import Mesh
 from stemcal.fem.model import Integration, Model
 from stemcal.laboratory import Kind
 
-# One layer of elements, with their points in its middle, does not resist bending; two would be thickened by a tenth,
-# and their plastic moment by a fifth.
+# One layer of elements, with integration points in its middle, has no bending stiffness; two layers would have to be a
+# tenth thicker for the right stiffness (`thickened`), which increases the plastic moment by a fifth.
 _FEWEST_LAYERS = 3
 
 
 @dataclass(frozen=True)
 class LaboratoryTest:
-    """Everything that determines one virtual test of a piece of stem but cutting; materials as of `ShearTest`."""
+    """Input of one virtual test of a piece of stem other than cutting; `material` and `outer` as in `ShearTest`."""
 
     kind: Kind
     material: Material
@@ -35,35 +35,33 @@ class LaboratoryTest:
 
 
 def layered(stem: Stem, how: Discretisation) -> Discretisation:
-    """Return the mesh settings with at least three elements through the wall: with one, thin walls wrinkled."""
+    """Return the mesh settings with at least three elements through the wall; with one, thin walls wrinkled."""
     if how.through_wall or not stem.diameter_ratio:
         return how
     return replace(how, through_wall=max(_FEWEST_LAYERS, through_wall(stem, how)))
 
 
 def roller(x: float, radius: float, speed: float, height: float) -> Tool:
-    """Return a cylinder across the stem, its axis at (x, height)."""
+    """Return a cylinder along y with its axis at (x, height), mm, and a speed along z, mm/s."""
     tip = 1.0e-3 * radius
     return Tool(((x - tip, 0.0), (x + tip, 0.0), (x, tip)), radius, height, speed, faces=True)
 
 
 def plate(face: float, half_length: float, upwards: bool, speed: float) -> Tool:
-    """Return a plate from −half_length to half_length whose flat face is at z = `face`."""
+    """Return a plate with its flat face at z = `face`, facing up or down, from x = −half_length to half_length, mm."""
     edge, thickness = 1.0, 5.0
     low, high = (-edge - thickness, -edge) if upwards else (edge, edge + thickness)
     left, right = -half_length, half_length
     return Tool(((left, low), (right, low), (right, high), (left, high)), edge, face, speed, faces=True)
 
 
-# ---- its finite element model
-
-
-# Rate at which velocities settle, per duration of the loading: 0.4 of critical damping for a mode with 16 periods.
-# A piece that moves otherwise once it yields is dragged: with 8 periods of bending a hinge's force was 1.6 % short.
+# Damping rate of deviations from the initial velocities (`Model.settling`), per duration of the loading: 0.4 of
+# critical damping for a mode with 16 periods. It also resists the changed motion after yield: with 8 periods of
+# bending, the force of a plastic hinge was 1.6 % too low.
 _SETTLING = 80.0
 
-# Of m/Δt², at least: a roller touches a small part of each face. With a quarter the contact's give was a twentieth of a
-# short stroke.
+# Least contact stiffness over m/Δt²: a roller touches a small part of each face. With 0.25, the deflection of the
+# contact was a twentieth of a short stroke.
 _PENALTY = 0.5
 
 
@@ -89,10 +87,10 @@ def build_piece(test: LaboratoryTest) -> Model:
 
 
 def rounded(test: LaboratoryTest) -> LaboratoryTest:
-    """Return the test with a wider stem, so that the mesh has the cross-section of the round one.
+    """Return the test with a wider stem, whose mesh has the moment `Kind.MOMENT` of the round cross-section.
 
-    A polygon in the circle has less, and one point in the centre of an element misses how zᵐ varies over it: with
-    elements of d/12 an area is 0.5 % short, a second moment 1.4 %.
+    A polygon inscribed in the circle is smaller, and a single integration point does not include the variation of zᵐ
+    over the element: with elements of d/12, the area is 0.5 % and the second moment 1.4 % too small.
     """
     moment, how, stem = test.kind.MOMENT, test.discretisation, test.stem
     if moment is None:
@@ -108,7 +106,7 @@ def rounded(test: LaboratoryTest) -> LaboratoryTest:
 
 
 def _laws(test: LaboratoryTest) -> tuple[Material, ...]:
-    """Return the materials of the layers from the inside."""
+    """Return the materials of the layers, from the inside."""
     return (test.material, *reversed(test.outer))
 
 
@@ -121,7 +119,7 @@ def _weights(test: LaboratoryTest, mesh: Mesh) -> NDArray[np.float64]:
 
 
 def _centres(mesh: Mesh) -> NDArray[np.float64]:
-    """Return z of the centre of each element's section, where its mean strain is taken: two triangles' together."""
+    """Return z (E,) of the centroid of each element's section, from those of two triangles, mm."""
     triangles = mesh.nodes[mesh.hexes[:, [[0, 1, 2], [0, 2, 3]]], 1:]
     sides = triangles[:, :, 1:] - triangles[:, :, :1]
     areas = np.abs(np.linalg.det(sides))
@@ -129,11 +127,11 @@ def _centres(mesh: Mesh) -> NDArray[np.float64]:
 
 
 def thickened(test: LaboratoryTest) -> LaboratoryTest:
-    """Return the test with a thicker wall about the same mid-line, so that it bends as stiffly as the stem's.
+    """Return the test with a thicker wall about the same mid-line, whose mesh has the bending stiffness of the stem's.
 
-    One point in the middle of each of n layers sees (1 − 1/n²) w³/12 of a wall w, so w grows by (1 − 1/n²)^(−1/3). The
-    plastic moment, which these points see whole where n is even, grows by the square of that: 1.1 % with 8 layers.
-    Fewer than three layers are left alone.
+    With one integration point in the middle of each of n layers, a wall w has the second moment (1 − 1/n²) w³/12, so w
+    is multiplied by (1 − 1/n²)^(−1/3). The plastic moment, exact for even n before, increases by the square of this
+    factor: 1.1 % with 8 layers. Walls with fewer than three layers are not changed.
     """
     how, stem = test.discretisation, test.stem
     layers = through_wall(stem, how)
@@ -151,9 +149,10 @@ def thickened(test: LaboratoryTest) -> LaboratoryTest:
 
 
 def _stiffened(test: LaboratoryTest) -> Stem:
-    """Return the layered stem with all layers thicker by f, so that its wall bends about its neutral line as it should.
+    """Return the layered stem with all layers thicker by a factor f, for the right bending stiffness of its wall.
 
-    With E and width w of each element's layer at z, EI = f³ Σ E w (z − z₀)² is to be Σ E (w (z − z₀)² + w³/12).
+    With E and thickness w of each layer of elements at z and the neutral line z₀, the stiffness of the mesh,
+    f³ Σ E w (z − z₀)², must be Σ E (w (z − z₀)² + w³/12).
     """
     stem, laws = test.stem, _laws(test)
     counts = through_layers(stem, test.discretisation)

@@ -1,4 +1,4 @@
-"""A laboratory test simulated: its curve over a travel without the give of the contact, and how far to trust it."""
+"""Simulation of a laboratory test: force over travel without the compliance of the contact, responses and checks."""
 
 from __future__ import annotations
 
@@ -23,34 +23,34 @@ from stemcal.responses import FURTHER_CUT, PIECE, ForceTravel, Response, respons
 
 Array = NDArray[np.float64]
 
-# A piece that has widened by less than this share has not widened.
+# A widening below this share counts as none.
 _WIDENED = 1e-6
 
 
 @dataclass(frozen=True)
 class LaboratoryResult(CuttingResult):
-    """What a virtual laboratory test gives, besides those of every run.
+    """Result of a virtual laboratory test; the other fields as in `CuttingResult`.
 
     until_break: Force over travel until the break, or to the end of the stroke.
-    responses: Its responses by name, in their units; those that the curve does not have are left out.
+    responses: Responses by name, in their units; without responses that the curve does not have.
     """
 
     until_break: ForceTravel | None = None
     responses: dict[str, float] = field(default_factory=dict)
 
     def giving(self, responses: Iterable[Response]) -> LaboratoryResult:
-        """Return it with these responses of the table, as far as the curve has them."""
+        """Return the result with the values of responses, except those that the curve does not have."""
         if self.until_break is None:
             return self
-        found = {one.name: value for one in responses if (value := one.value(self.until_break)) is not None}
-        return replace(self, responses=found)
+        values = {kind.name: value for kind in responses if (value := kind.value(self.until_break)) is not None}
+        return replace(self, responses=values)
 
 
 class Gauges:
-    """Called at the outputs of a simulation, reads how far contact gives and a pressed piece buckles.
+    """Records the contact compliance and the buckling of a compressed piece; called at the outputs of a simulation.
 
-    Contact is by springs (`fem.kernels.contact`) whose compliance depends on the mesh, not on the stem: for a
-    tool it is the mean depth of the skin in it, weighted by the forces.
+    Contact acts through springs (`fem.kernels.contact`) whose deflection `give` depends on the mesh, not on the stem.
+    For each tool it is the mean penetration of the skin, weighted by the forces (mm).
     """
 
     def __init__(self, test: LaboratoryTest, model: Model) -> None:
@@ -60,19 +60,19 @@ class Gauges:
         self.buckling: list[float] = []
 
     def __call__(self, _time: float, state: State) -> None:
-        """Take a reading."""
+        """Record the values at one output."""
         weighted, force = state.tools.sunk.T
         depths = np.divide(weighted, force, out=np.zeros_like(force), where=force > 0.0).tolist()
-        # on one side of a mirror, or on both: the supports give alike
+        # the mean over the supports: with a mirror plane there is one, otherwise two with equal penetration
         self.give.append(depths[0] + float(np.mean(depths[1:] or [0.0])) if depths else 0.0)
         if self._widening:
             self.buckling.append(_unevenness(self._start[:, 1:], state.body.x[:, 1:]))
 
 
 def _unevenness(before: Array, after: Array) -> float:
-    """Return the greatest distance of a node (N, 2) from its place after an even widening 1 + g: a share of g R.
+    """Return the largest deviation of a node (N, 2) from a uniform widening 1 + g, as a share of g R.
 
-    Of a piece that has not widened, at a Poisson's ratio of 0, that would be rounding: 0.
+    It is 0 for a piece that has not widened (Poisson's ratio 0), where the quotient would be round-off.
     """
     moved = after - before
     widening = float(np.vdot(before, moved) / np.vdot(before, before))
@@ -82,16 +82,13 @@ def _unevenness(before: Array, after: Array) -> float:
     return float(off / (abs(widening) * np.linalg.norm(before, axis=1).max()))
 
 
-# ---- the simulation: mesh, contact, integration, curve and doubts are those of the shear test
-
-
-# Raised whenever a change makes the same test give other responses, so that stored runs are not taken for new ones.
+# Incremented by every change that alters the responses of a test, so that stored runs are not reused after it.
 REVISION = 7
 
 
 def perform(test: LaboratoryTest, inspect: Inspect | None = None) -> LaboratoryResult:
-    """Run a virtual laboratory test; arguments and errors as of `cutting.simulate.shear`."""
-    diameter = test.stem.outer_diameter  # that of the mesh is wider
+    """Run a virtual laboratory test; arguments and errors as in `cutting.simulate.shear`."""
+    diameter = test.stem.outer_diameter  # `rounded` changes that of the mesh
     test = rounded(test)
     model, how = build_piece(test), test.discretisation
     scale = 1.0 / SHARES[how.symmetry]
@@ -119,26 +116,25 @@ def perform(test: LaboratoryTest, inspect: Inspect | None = None) -> LaboratoryR
     result = evaluate(curve, history, test.material, broken, len(model.mesh.hexes), wall, balanced=broken)
     until_break = ForceTravel.until_break(curve.travel[:broken], curve.force_filtered[:broken], diameter, PIECE)
     shape = shape_of(model, history, how.symmetry)
-    whole = np.flatnonzero(curve.deleted == 0)[-1]
-    # of a pressed piece: how far out of shape as the first element fails
-    percent = 100.0 * gauges.buckling[whole] if gauges.buckling else 0.0
+    before_failure = np.flatnonzero(curve.deleted == 0)[-1]
+    percent = 100.0 * gauges.buckling[before_failure] if gauges.buckling else 0.0
     warnings = (*_of_tests(result), *([buckles(percent)] if percent > MOST_BUCKLING else ()))
     more = {"shape": shape, "until_break": until_break, "warnings": warnings}
     return LaboratoryResult(**{**vars(result), **more}).giving(responses_in(PIECE))
 
 
 def cut(test: ShearTest, inspect: Inspect | None = None) -> LaboratoryResult:
-    """Run a virtual shear test as one of the laboratory's; the rest as in `perform`."""
+    """Run a further cutting test among the laboratory tests; `inspect` and errors as in `perform`."""
     result = shear(test, inspect)
     curve, whole = result.history, result.history.travel < (result.break_travel or np.inf)
     own = ForceTravel.until_break(
         curve.travel[whole], curve.force_filtered[whole], test.stem.outer_diameter, FURTHER_CUT
     )
-    found = LaboratoryResult(**{**vars(result), "until_break": own, "warnings": _of_tests(result)})
-    return found.giving(responses_in(FURTHER_CUT))
+    further = LaboratoryResult(**{**vars(result), "until_break": own, "warnings": _of_tests(result)})
+    return further.giving(responses_in(FURTHER_CUT))
 
 
 def _of_tests(result: CuttingResult) -> tuple[Note, ...]:
-    """Return the warnings, that of a stroke in terms of these tests."""
+    """Return the warnings, with the one on a short stroke worded for laboratory tests."""
     stroke = float(result.history.travel[-1])
-    return tuple(maximum_not_passed(stroke) if one.kind == STROKE_TOO_SHORT else one for one in result.warnings)
+    return tuple(maximum_not_passed(stroke) if note.kind == STROKE_TOO_SHORT else note for note in result.warnings)

@@ -1,4 +1,4 @@
-"""Radial compression: a piece of stem that is between two flat plates, pressed across its axis."""
+"""Radial compression: a piece of stem is compressed across its axis between two flat plates."""
 
 from __future__ import annotations
 
@@ -44,14 +44,14 @@ class Radial(LaboratoryKind):
 
 @dataclass(frozen=True)
 class RadialCompression(Kind):
-    """Plates that reach beyond the piece on all sides."""
+    """Compression between plates that extend beyond the piece on all sides."""
 
     MOMENT: ClassVar[int | None] = None
     LAYERS: ClassVar[int | None] = 8
     WIDER: ClassVar[float] = 4.0
 
     def slowest_period(self, stem: Stem, wave_speed: float) -> float:
-        """Return the period of the ring's oval mode, ω = 6/√5 √(EI/ρA)/R²; no less than that of a wave across."""
+        """Return the period of the ring's oval mode, ω = 6/√5 √(EI/ρA)/R², or that of a wave across it if longer."""
         wall = 0.5 * stem.outer_diameter * (1.0 - stem.diameter_ratio)
         radius = 0.5 * (stem.outer_diameter - wall)
         oval = 2.0 * pi * radius**2 * sqrt(5.0 * 12.0) / (6.0 * wall * wave_speed)
@@ -64,7 +64,7 @@ class RadialCompression(Kind):
     def mesh(self, stem: Stem, how: Discretisation) -> Mesh:
         """Return a mesh that is fine at both plates and coarse at the sides and along the piece.
 
-        The plates meet nodes: where these are farther apart than the contact is wide, a single line of them carries it.
+        If the elements at the plates were wider than the contact zone, a single line of nodes would carry the force.
         """
         from stemcal.cutting.build import around_half, stem_mesh
 
@@ -77,7 +77,7 @@ class RadialCompression(Kind):
         return stem_mesh(stem, how, widths=widths, layers=layers)
 
     def tools(self, stem: Stem, loading: Loading, both_sides: bool) -> tuple[Tool, ...]:
-        """Return the upper plate and the lower one."""
+        """Return the upper, moving plate and the lower, fixed plate."""
         from stemcal.laboratory.build import plate
 
         outer, half = 0.5 * stem.outer_diameter, stem.length
@@ -87,6 +87,6 @@ class RadialCompression(Kind):
         )
 
     def motion(self, mesh: Mesh, stem: Stem, loading: Loading, poisson_ratio: float) -> Array:
-        """Return the velocities of an even squeeze, the lower plate at rest: ż = −v (z + R)/2R."""
+        """Return the velocities of a uniform compression with the lower plate at rest: ż = −v (z + R)/2R."""
         down = 0.5 + mesh.nodes[:, 2] / stem.outer_diameter
         return np.asarray(-loading.speed * down[:, None] * [0.0, 0.0, 1.0])

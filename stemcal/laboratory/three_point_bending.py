@@ -1,4 +1,4 @@
-"""Three-point bending: a piece of stem on two rollers, a third that comes down between them."""
+"""Three-point bending: a piece of stem on two rollers, with a third roller pressing between them."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class BendingSection(PieceSection):
         yield from super().misfits(diameter)
 
     def shear_over_bending(self, diameter: float, ratio: float, softness: float) -> float:
-        """Return the deflection by shear over that by bending: 12 EI/(κGA L²), `softness` being E/G."""
+        """Return the deflection by shear over that by bending, 12 EI/(κGA L²), with `softness` = E/G."""
         squared = (0.25 * diameter * hypot(1.0, ratio) / self.span.at(diameter)) ** 2
         return 12.0 * softness * squared / shear_area(ratio)
 
@@ -66,7 +66,7 @@ class Bending(LaboratoryKind):
 
 
 def shear_area(ratio: float) -> float:
-    """Return κ, the share of a ring's section that carries shear, of ν = 0 (Cowper, J. Appl. Mech. 33, 335, 1966)."""
+    """Return the shear coefficient κ of a ring for ν = 0 (Cowper, J. Appl. Mech. 33, 335, 1966); `ratio` = bore/d."""
     squared = ratio**2
     whole = (1.0 + squared) ** 2
     return 6.0 * whole / (7.0 * whole + 20.0 * squared)
@@ -74,14 +74,14 @@ def shear_area(ratio: float) -> float:
 
 @dataclass(frozen=True)
 class ThreePointBending(Kind):
-    """Distance between the supports' axes, radii of the nose and of the supports, mm."""
+    """Bending between two supports; distance of the supports' axes, radii of the nose and of the supports, mm."""
 
     span: float
     nose_radius: float = 5.0
     support_radius: float = 5.0
     PERIODS: ClassVar[float] = 16.0
     MOMENT: ClassVar[int | None] = 2
-    LONGER: ClassVar[float] = 3.0  # an even mesh makes a short axis 4 % stiffer: supports bear on more nodes
+    LONGER: ClassVar[float] = 3.0  # a uniform mesh makes a short piece 4 % stiffer: more nodes rest on the supports
 
     def slowest_period(self, stem: Stem, wave_speed: float) -> float:
         """Return the period of the first bending mode between the supports, 2 L²/π √(ρA/EI)."""
@@ -89,7 +89,7 @@ class ThreePointBending(Kind):
         return 2.0 / pi * self.span**2 / (wave_speed * gyration)
 
     def modulus(self, stem: Stem, material: Material) -> float:
-        """Return E, of a material with an axis E/(1 + π² EI/(κGA L²)): shear makes the first mode slower."""
+        """Return E; for a material with an axis E/(1 + π² EI/(κGA L²)), because shear makes the first mode slower."""
         if material.transverse is None:
             return material.elastic_modulus
         softer = material.elastic_modulus / (shear_area(stem.diameter_ratio) * material.transverse.shear_modulus)
@@ -97,13 +97,13 @@ class ThreePointBending(Kind):
         return material.elastic_modulus / (1.0 + softer * (pi * gyration / self.span) ** 2)
 
     def mesh(self, stem: Stem, how: Discretisation) -> Mesh:
-        """Return a mesh with a layer of nodes over each support: what rests is nodes."""
+        """Return a mesh with a layer of nodes over each support."""
         from stemcal.cutting.build import stem_mesh
 
         return stem_mesh(stem, how, rests_at=0.5 * self.span)
 
     def tools(self, stem: Stem, loading: Loading, both_sides: bool) -> tuple[Tool, ...]:
-        """Return nose and supports."""
+        """Return the nose and the supports."""
         from stemcal.laboratory.build import roller
 
         outer, half = 0.5 * stem.outer_diameter, 0.5 * self.span
@@ -112,9 +112,9 @@ class ThreePointBending(Kind):
         return (nose, *(roller(x, self.support_radius, 0.0, -outer - self.support_radius) for x in sides))
 
     def motion(self, mesh: Mesh, stem: Stem, loading: Loading, poisson_ratio: float) -> Array:
-        """Return the velocities of a slender beam: with ξ = 2|x|/L, w = v (1 − (3ξ² − ξ³)/2) down, straight beyond 1.
+        """Return the velocities of a slender beam under a load v in the middle, with ξ = 2|x|/L.
 
-        Sections stay plane: ẋ = z dw/dx.
+        Downwards w = v (1 − (3ξ² − ξ³)/2), linear beyond the supports (ξ > 1); along x, ẋ = z dw/dx (plane sections).
         """
         x, z, half = mesh.nodes[:, 0], mesh.nodes[:, 2], 0.5 * self.span
         xi = np.abs(x) / half
