@@ -74,7 +74,6 @@ class Axial(Kind):
 
     @property
     def widens_evenly(self) -> bool:
-        """Whether the section of the piece widens uniformly unless it buckles."""
         return self.sense == "compression" and self.ends == "lubricated"
 
     def slowest_period(self, stem: Stem, wave_speed: float) -> float:

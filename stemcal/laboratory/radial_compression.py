@@ -58,7 +58,6 @@ class RadialCompression(Kind):
         return max(oval, 2.0 * stem.outer_diameter / wave_speed)
 
     def modulus(self, stem: Stem, material: Material) -> float:
-        """Return E across the axis."""
         return material.transverse.elastic_modulus if material.transverse else material.elastic_modulus
 
     def mesh(self, stem: Stem, how: Discretisation) -> Mesh:
@@ -77,7 +76,6 @@ class RadialCompression(Kind):
         return stem_mesh(stem, how, widths=widths, layers=layers)
 
     def tools(self, stem: Stem, loading: Loading, both_sides: bool) -> tuple[Tool, ...]:
-        """Return the upper, moving plate and the lower, fixed plate."""
         from stemcal.laboratory.build import plate
 
         outer, half = 0.5 * stem.outer_diameter, stem.length

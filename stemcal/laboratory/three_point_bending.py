@@ -97,13 +97,11 @@ class ThreePointBending(Kind):
         return material.elastic_modulus / (1.0 + softer * (pi * gyration / self.span) ** 2)
 
     def mesh(self, stem: Stem, how: Discretisation) -> Mesh:
-        """Return a mesh with a layer of nodes over each support."""
         from stemcal.cutting.build import stem_mesh
 
         return stem_mesh(stem, how, rests_at=0.5 * self.span)
 
     def tools(self, stem: Stem, loading: Loading, both_sides: bool) -> tuple[Tool, ...]:
-        """Return the nose and the supports."""
         from stemcal.laboratory.build import roller
 
         outer, half = 0.5 * stem.outer_diameter, 0.5 * self.span

@@ -20,12 +20,12 @@ _LIMITS = WithJsonSchema({"type": "object", "additionalProperties": _VALUE})
 
 
 def _response(name: Any, naming: Vocabulary) -> Variable:
-    found = next((one for one in naming.responses if one.name == name), None)
-    if found is None:
-        known = [one.name for one in naming.responses]
-        known += [one.name for one in responses_in(CUT) if naming.is_cutting]
+    match = next((response for response in naming.responses if response.name == name), None)
+    if match is None:
+        known = [response.name for response in naming.responses]
+        known += [response.name for response in responses_in(CUT) if naming.is_cutting]
         raise complain(f"{str(name)[:60]!r} is not a response of this study", did_you_mean(str(name), known))
-    return found
+    return match
 
 
 def _key(named: Variable, naming: Vocabulary) -> str:
@@ -46,21 +46,20 @@ def _keyed(name: Any, info: ValidationInfo) -> Any:
 
 
 def _limits(given: Any, info: ValidationInfo) -> Any:
-    """Return limits by the keys of their responses, in the units of these."""
+    """Return the limits by response, in the units of the responses."""
     if info.context is None:
         return given
     if not isinstance(given, Mapping):
         raise complain("the limits are not a mapping", "write a mapping, such as `{force: 150 N}`")
-    naming, found = info.context.get("naming", CUTTING), {}
+    naming, limits = info.context.get("naming", CUTTING), {}
     for name, value in given.items():
         named = _response(name, naming)
-        found[_key(named, naming)] = _read(value, named) if naming.is_cutting else quantity(value, named)
-    return found
-
-
-def _read(value: Any, named: Variable) -> float:
-    kind = Quantity(parse_unit(named.unit).dimension, above=0.0, unit=named.unit)
-    return as_written(kind.checked(value, from_yaml=True), named.unit)
+        if naming.is_cutting:
+            kind = Quantity(parse_unit(named.unit).dimension, above=0.0, unit=named.unit)
+            limits[_key(named, naming)] = as_written(kind.checked(value, from_yaml=True), named.unit)
+        else:
+            limits[_key(named, naming)] = quantity(value, named)
+    return limits
 
 
 _Key = Annotated[str, BeforeValidator(_keyed)]
@@ -81,15 +80,15 @@ class GoalSection(Frozen):
 
     @property
     def signs(self) -> dict[str, float]:
-        """The optimised responses: 1 to minimise, −1 to maximise."""
+        """The sign of each optimised response: 1 to minimise, −1 to maximise."""
         return {**dict.fromkeys(self.minimise, 1.0), **dict.fromkeys(self.maximise, -1.0)}
 
     @property
     def responses(self) -> tuple[str, ...]:
-        """The keys of the responses that need a surface, the first one always."""
+        """Names of the responses that require a response surface; `FIRST` is always among them."""
         return tuple(dict.fromkeys((FIRST, *self.signs, *self.at_most)))
 
     def unmeasured(self, condition: float) -> Target:
-        """Return the place of the surfaces: a target without measured values (NaN)."""
+        """Return a target without measured values (NaN), which gives the surfaces their condition and responses."""
         further = {name: Mean.model_construct(value=nan) for name in self.responses if name != FIRST}
         return Target.model_construct(condition=condition, response=nan, further=further)

@@ -1,4 +1,4 @@
-"""Values that follow the stem diameter: a power of it, or measured on stems of several diameters."""
+"""Values that depend on the stem diameter: a power of it, or values measured at several diameters."""
 
 import math
 from collections.abc import Mapping
@@ -39,7 +39,10 @@ class Growth(Frozen):
     """Value of the parameter at the reference diameter; omit `value` if the parameter is a factor."""
 
     def given_at(self, diameter: float, level: float | None, factors: Mapping[str, float]) -> float:
-        """Return value·(d/at)^exponent; `level` is the value of a parameter that is a factor."""
+        """Return the parameter at a stem diameter d (mm), value·(d/at)^exponent, in internal units.
+
+        `level` replaces `value` for a parameter that is a factor; `factors` has the value of a named exponent.
+        """
         value = self.value if level is None else level
         exponent = factors[self.exponent] if isinstance(self.exponent, str) else self.exponent
         try:
@@ -50,16 +53,16 @@ class Growth(Frozen):
 
 @dataclass(frozen=True)
 class Interpolated:
-    """A value measured on stems of several diameters, mm, in rising order: interpolated between them, none beyond."""
+    """Values measured at several stem diameters (mm, ascending), interpolated linearly and not extrapolated."""
 
     points: tuple[tuple[float, float], ...]
 
     def covers(self, diameter: float) -> bool:
-        """Check that a stem diameter (mm) is between those measured."""
+        """Check that a stem diameter (mm) is within the measured range."""
         return self.points[0][0] - _SAME < diameter < self.points[-1][0] + _SAME
 
     def at(self, diameter: float) -> float:
-        """Return the value at a stem diameter, mm; raise `UsageError` beyond the measured ones."""
+        """Return the value at a stem diameter, mm; raise `UsageError` outside the measured range."""
         if not self.covers(diameter):
             raise UsageError(f"a diameter of {diameter:g} mm is outside the measured range ({self.range})")
         for (low, first), (high, second) in pairwise(self.points):
@@ -70,17 +73,17 @@ class Interpolated:
 
     @property
     def range(self) -> str:
-        """The measured diameters."""
+        """Text of the range of measured diameters."""
         ends = dict.fromkeys((f"{self.points[0][0]:g}", f"{self.points[-1][0]:g}"))
         return f"{' to '.join(ends)} mm"
 
 
-_SAME: Final = 1e-6  # mm, between diameters that are one
+_SAME: Final = 1e-6  # mm; diameters that differ by less are equal
 
 
 @dataclass(frozen=True)
 class OverDiameter:
-    """Marks a `plain` number or length that may be a `Growth` or, unless it `only_grows`, an `Interpolated`."""
+    """Type of a field that is a `plain` number or length, a `Growth` or (unless `only_grows`) an `Interpolated`."""
 
     plain: Any
     only_grows: bool = False
@@ -131,14 +134,17 @@ def _in_mm(value: Any, diameter: float) -> float:
 
 def _written(value: Any) -> Any:
     if isinstance(value, Interpolated):
-        return {f"{diameter:g} mm": one for diameter, one in value.points}
+        return {f"{diameter:g} mm": at_diameter for diameter, at_diameter in value.points}
     if isinstance(value, Growth):
         return value.model_dump(mode="json")
     return str(value) if isinstance(value, Length) else value
 
 
 def value_at(given: Any, diameter: float, level: float | None, factors: Mapping[str, float]) -> float | None:
-    """Return a parameter at a stem diameter (mm): from its `level` if it is a factor; None if it has no value."""
+    """Return a parameter at a stem diameter (mm) from its value in a spec, or its `level` as a factor; None if neither.
+
+    `factors` are the levels of all factors, for a `Growth` whose exponent is one of them.
+    """
     if isinstance(given, Growth):
         return given.given_at(diameter, level, factors)
     if level is not None or given is None:

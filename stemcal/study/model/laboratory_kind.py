@@ -16,7 +16,7 @@ from stemcal.vocabulary import CUTTING, DIAMETER, FORCE, Variable, Vocabulary, c
 
 
 class LaboratoryMeans(Frozen):
-    """Measured means of one test at one stem diameter by response; `row` is their place in the spec."""
+    """Measured means of one test at one stem diameter by response; `row` is the index of their row in `targets`."""
 
     diameter: float
     means: dict[str, Mean] = {}
@@ -48,7 +48,7 @@ class LaboratorySection(Frozen):
     across_axis: ClassVar[bool | None] = None
     """Whether the slope depends on the elastic modulus across the axis of the stem or along it; None if on neither."""
     usual: ClassVar[tuple[str, ...]] = ("slope", "force", "work")
-    """The responses that a calibration uses if all were measured."""
+    """The responses that a calibration fits by default if all of them were measured."""
     plausible: ClassVar[Mapping[str, tuple[float, float]]] = {"stroke": (0.01, 500.0)}
     """Plausible range of each length in mm, by key. A length outside this range causes a warning."""
 
@@ -57,28 +57,28 @@ class LaboratorySection(Frozen):
         raise NotImplementedError
 
     def misfits(self, diameter: float) -> Iterator[tuple[str, str, str]]:
-        """Yield the mistakes for a stem of that diameter: key, message and remedy."""
+        """Yield the mistakes in the section for a stem of a diameter in mm: key, message and remedy."""
         yield from ()
 
     @property
     def places(self) -> tuple[str, ...]:
-        """The tests of the table of responses that it is one of."""
+        """Names under which the table of responses (`stemcal.responses`) lists the responses of this test."""
         return (FURTHER_CUT,) if self.is_further_cut else (PIECE, self.kind)
 
     @property
     def responses(self) -> tuple[Response, ...]:
-        """The responses that it can give: the built-in ones, and those of other packages that have targets."""
+        """Possible responses of the test: the built-in ones, and those of other packages that have targets."""
         return responses_in(*self.places, measured=[name for means in self.targets for name in means.means])
 
     def shear_over_bending(self, diameter: float, ratio: float, softness: float) -> float:
-        """Return the deflection by shear over that by bending, for a bore ratio and a modulus ratio E/G; 0 if none."""
+        """Return the deflection by shear over that by bending for a bore `ratio` and `softness` = E/G; 0 by default."""
         return 0.0
 
     @property
     def measured(self) -> tuple[str, ...]:
-        """The responses that have targets, in the order of the table."""
-        given = {name for means in self.targets for name in means.means}
-        return tuple(response.name for response in self.responses if response.name in given)
+        """Names of the responses that have targets, in the order of the table of responses."""
+        names = {name for means in self.targets for name in means.means}
+        return tuple(response.name for response in self.responses if response.name in names)
 
     def means_at(self, diameter: float) -> dict[str, Mean]:
         """Return the measured means at a stem diameter, by response."""
@@ -90,11 +90,11 @@ class LaboratorySection(Frozen):
         }
 
     def called(self, response: str) -> str:
-        """Return the study's name for one of its responses."""
+        """Return the name in the study for a response of the test."""
         return f"{self.name}_{response}"
 
     def in_place_of(self, own: object) -> dict[str, Any]:
-        """Return the sections that a further cutting test changes, of its study or draft."""
+        """Return the changed sections, by name, of the study (or draft) `own` for a further cutting test."""
         return {}
 
 
@@ -120,15 +120,15 @@ class PieceSection(LaboratorySection):
         return self.stroke.at(diameter)
 
     def size(self) -> Length:
-        """Return the length of the elements."""
+        """Return the element size of the spec, or the default."""
         return self.element_size or self.usual_size
 
     def long(self, diameter: float) -> float:
-        """Return the length of the piece at a stem diameter, mm."""
+        """Return the length of the specimen at a stem diameter, mm."""
         return 2.0 * diameter if self.length is None else self.length.at(diameter)
 
     def room(self, diameter: float) -> float:
-        """Return the size of the piece in the direction of the stroke, mm."""
+        """Return the size of the specimen in the direction of the stroke, mm."""
         return self.long(diameter)
 
     def misfits(self, diameter: float) -> Iterator[tuple[str, str, str]]:
@@ -157,18 +157,21 @@ class FurtherCutSection(LaboratorySection):
 
     def in_place_of(self, own: object) -> dict[str, Any]:
         changes = {"blade": self.blade, "supports": self.supports}
-        given = {name: {key: getattr(one, key) for key in one.model_fields_set} for name, one in changes.items() if one}
-        return {name: getattr(own, name).model_copy(update=update) for name, update in given.items()}
+        return {
+            name: getattr(own, name).model_copy(update={key: getattr(change, key) for key in change.model_fields_set})
+            for name, change in changes.items()
+            if change
+        }
 
 
 class LaboratoryKind(Checked):
-    """A kind of laboratory test that the embedded solver simulates: its name, its keys, and how a piece is tested."""
+    """A kind of laboratory test that the embedded solver simulates: its name, its keys in a spec, its model."""
 
     name: ClassVar[str] = ""
     options: ClassVar[type[LaboratorySection]] = LaboratorySection
 
     def make(self, section: Any, diameter: float) -> Any:
-        """Return the `laboratory.Kind` of test on a piece of a stem of that diameter."""
+        """Return the `laboratory.Kind` that models a test by its section at a stem diameter (mm)."""
         raise NotImplementedError
 
 
@@ -191,12 +194,12 @@ AnyTest = Annotated[LaboratorySection, OneOf(TESTS, "laboratory test")]
 
 
 def words_of(response: Response) -> str:
-    """Return the words for a response behind the name of a laboratory test."""
+    """Return the words for a response that follow the name of its laboratory test."""
     return response.of_test or response.noun or small(response.label)
 
 
 def naming_with(targets: Targets, tests: Sequence[LaboratorySection]) -> Vocabulary:
-    """Return the names of a cutting study: its force, what else was measured in a cut, in tests, and from curves."""
+    """Return the vocabulary of a cutting study: the force, then further responses of cuts, tests and curves."""
     own = []
     for test in tests:
         for response in test.responses:
@@ -210,7 +213,7 @@ def naming_with(targets: Targets, tests: Sequence[LaboratorySection]) -> Vocabul
 
 
 def with_tests(targets: Targets, tests: Sequence[LaboratorySection]) -> Targets:
-    """Return the targets with what was measured in the tests at the same diameters."""
+    """Return the targets with the means of laboratory tests at the same diameters as further responses."""
     further: dict[float, dict[str, Mean]] = {}
     for test in tests:
         for means in test.targets:

@@ -1,4 +1,4 @@
-"""Layers of the stem, what a material is across its axis, and the parameters that both add to a study."""
+"""Layers of the stem, properties across its axis, and the parameters that both add to a study."""
 
 from collections.abc import Mapping
 from math import sqrt
@@ -29,11 +29,8 @@ class LayerSection(MaterialSection):
     `{7 mm: 0.41 mm, 11 mm: 0.9 mm}`: values in between are interpolated."""
 
 
-# ---- the parameters of a study by name
-
-
 class Place(NamedTuple):
-    """Where a parameter is in a spec: its section there, None if it has none, the path of its key."""
+    """A parameter, its section in a spec (None if the spec has no such section), and the path of its key."""
 
     parameter: Parameter
     section: Frozen | None
@@ -46,41 +43,41 @@ class Place(NamedTuple):
 
 
 def places(material: MaterialSection | None, layers: tuple[LayerSection, ...]) -> dict[str, Place]:
-    """Return the parameters of a stem, by the names that they have as factors."""
-    found = stem_places(EMBEDDED, material)
+    """Return the parameters of a stem with their places in the spec, by their names as factors."""
+    by_name = stem_places(EMBEDDED, material)
     across = field_or_none(material, "transverse")
     if across is not None:
-        found |= _across("transverse_", across, ("material",))
+        by_name |= _across("transverse_", across, ("material",))
     for index, layer in enumerate(layers):
-        for name, one in (PARAMETERS | {"thickness": THICKNESS}).items():
-            called = one._replace(label=f"{one.label} of {layer.name}")
-            found[f"{layer.name}_{name}"] = Place(called, layer, ("layers", index, name))
+        for name, parameter in (PARAMETERS | {"thickness": THICKNESS}).items():
+            own_parameter = parameter._replace(label=f"{parameter.label} of {layer.name}")
+            by_name[f"{layer.name}_{name}"] = Place(own_parameter, layer, ("layers", index, name))
         own = field_or_none(layer, "transverse")
         if own is not None or (across is not None and "transverse" not in layer.model_fields_set):
-            found |= _across(f"{layer.name}_transverse_", own, ("layers", index))
-    return found
+            by_name |= _across(f"{layer.name}_transverse_", own, ("layers", index))
+    return by_name
 
 
 def stem_places(parameters: Mapping[str, Parameter], material: MaterialSection | None) -> dict[str, Place]:
-    """Return parameters of the whole stem, and settings of its test, with their places."""
-    found = {name: Place(one, material, ("material", name)) for name, one in parameters.items()}
-    settings = {name: Place(one.parameter, None, (one.section, name)) for name, one in SETTINGS.items()}
-    return found | {name: place for name, place in settings.items() if name in parameters}
+    """Return parameters of the whole stem, and settings of its test, with their places in the spec."""
+    of_material = {name: Place(parameter, material, ("material", name)) for name, parameter in parameters.items()}
+    settings = {name: Place(each.parameter, None, (each.section, name)) for name, each in SETTINGS.items()}
+    return of_material | {name: place for name, place in settings.items() if name in parameters}
 
 
 def _across(prefix: str, section: TransverseSection | None, path: NodePath) -> dict[str, Place]:
-    return {f"{prefix}{name}": Place(one, section, (*path, "transverse", name)) for name, one in TRANSVERSE.items()}
-
-
-# ---- their values in a stem
+    return {f"{prefix}{name}": Place(each, section, (*path, "transverse", name)) for name, each in TRANSVERSE.items()}
 
 
 NO_RATE = {"strain_rate_c": 0.0, "strain_rate_p": 1.0}
-"""What solvers take for a yield stress without rate effect."""
+"""Rate parameters with which solvers have no effect of the strain rate on the yield stress."""
 
 
 class LayerValues(NamedTuple):
-    """A layer of a stem: its thickness (mm, 0 of the innermost), the nine parameters, those across, internal length."""
+    """A layer of a stem in internal units: thickness (0 for the innermost layer) and internal length in mm.
+
+    `along` has the nine material parameters, `across` the properties across the axis (None for an isotropic layer).
+    """
 
     thickness: float
     along: dict[str, float]
@@ -89,7 +86,7 @@ class LayerValues(NamedTuple):
 
     @property
     def flaw(self) -> str | None:
-        """What makes the law across the axis impossible; None if it is possible."""
+        """Reason why the properties across the axis are impossible, with a remedy; None if they are possible."""
         if self.across is None:
             return None
         nu, ratio = self.along["poisson_ratio"], self.across["elastic_modulus"] / self.along["elastic_modulus"]
@@ -101,12 +98,12 @@ class LayerValues(NamedTuple):
 
 
 def layers_at(study: Any, levels: Mapping[str, float], diameter: float) -> tuple[LayerValues, ...]:
-    """Return the layers of a stem of a `Study` from the outside, one if the spec has none; internal units."""
+    """Return the layers of a stem of a `Study` from the outside; a stem without layers has one. Internal units."""
     chosen = {**study.midlevels(), **levels}
     internal = {factor.name: factor.internal(chosen[factor.name]) for factor in study.factors}
-    ratios = {one.name for one in study.factors if units.parse_unit(one.unit).dimension == "dimensionless"}
+    ratios = {factor.name for factor in study.factors if units.parse_unit(factor.unit).dimension == "dimensionless"}
     base, material = study.parameters(levels, diameter), study.material
-    found = []
+    values_of_layers = []
     for layer in study.layers or (None,):
         prefix = "" if layer is None else f"{layer.name}_"
         own = own_values(layer, diameter, internal)
@@ -120,12 +117,12 @@ def layers_at(study: Any, levels: Mapping[str, float], diameter: float) -> tuple
         thickness = layer and value_at(layer.thickness, diameter, internal.get(f"{prefix}thickness"), internal)
         fibrous = any(section is not None for _, section in across)
         values = _resolved(across, internal, ratios, along) if fibrous else None
-        found.append(LayerValues(thickness or 0.0, along, values, length.internal_length.at(diameter)))
-    return tuple(found)
+        values_of_layers.append(LayerValues(thickness or 0.0, along, values, length.internal_length.at(diameter)))
+    return tuple(values_of_layers)
 
 
 def own_values(layer: LayerSection | None, diameter: float, internal: Mapping[str, float]) -> dict[str, float]:
-    """Return the parameters that a layer has for itself, from its keys and from levels of factors, internal units."""
+    """Return the parameters that are set for a layer itself, by its keys or by levels of factors; internal units."""
     if layer is None:
         return {}
     each = {
@@ -141,20 +138,23 @@ def _resolved(
     ratios: set[str],
     along: Mapping[str, float],
 ) -> dict[str, float]:
-    """Return the properties across the axis in MPa; later sections and factors replace earlier ones."""
+    """Return the properties across the axis, MPa; a later section (and its factors) replaces values of earlier ones."""
     given: dict[str, Any] = {}
     for prefix, section in sections:
         for name in TRANSVERSE:
             if (value := field_or_none(section, name)) is not None:
                 given[name] = value
-            if (called := f"{prefix}{name}") in internal:
-                level = internal[called]
-                given[name] = level if name == "poisson_ratio" else Relative(level, called in ratios)
+            if (factor := f"{prefix}{name}") in internal:
+                level = internal[factor]
+                given[name] = level if name == "poisson_ratio" else Relative(level, factor in ratios)
     return across_from(given, along)
 
 
 def across_from(given: Mapping[str, Any], along: Mapping[str, float]) -> dict[str, float]:
-    """Return properties across the axis, MPa; default 1/G = 1/E + (1 + 2ν)/E_T (de Saint-Venant; isotropic: exact)."""
+    """Return the properties across the axis, MPa, from the `given` ones, and defaults from the values along the axis.
+
+    The default shear modulus is de Saint-Venant's 1/G = 1/E + (1 + 2ν)/E_T, which is exact for isotropic materials.
+    """
     E, nu, sigma = along["elastic_modulus"], along["poisson_ratio"], along["yield_stress"]
     E_t = given["elastic_modulus"].of(E) if "elastic_modulus" in given else E
     across = given["yield_stress"].of(sigma) if "yield_stress" in given else sigma

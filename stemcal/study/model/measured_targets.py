@@ -1,4 +1,4 @@
-"""What was measured: the rows of `targets`, and laboratory tests besides cutting."""
+"""Measured data: the rows of `targets`, and the targets of a study."""
 
 from __future__ import annotations
 
@@ -67,9 +67,9 @@ class TargetRow(_Responses):
 
 
 class Mean(Frozen):
-    """The measured mean of a further response, with its standard deviation, in its own unit.
+    """The measured mean of a further response and its standard deviation, in the unit of the response.
 
-    `n` are the specimens where they are not those of the first response.
+    `n` is the number of specimens, or None for that of the first response.
     """
 
     value: float
@@ -80,8 +80,8 @@ class Mean(Frozen):
 class Target(Frozen):
     """The measured mean of the first response at one condition, with its standard deviation over n specimens.
 
-    In the shear test these are the maximum force at a stem diameter. `further` has the other responses by name, `row`
-    is the place in the spec.
+    In the shear test, these are the maximum force and the stem diameter. `further` has the other responses by name,
+    `modes` the components of measured curves; `row` is the index in `targets` of the spec.
     """
 
     condition: float
@@ -95,12 +95,12 @@ class Target(Frozen):
     row: int = Field(default=0, exclude=True, repr=False)
 
     def count_of(self, response: str) -> int | None:
-        """Return over how many specimens a response was measured."""
+        """Return the number of specimens of a response, None if unknown."""
         own = self.further[response].n if response in self.further else None
         return self.n if own is None else own
 
     def specimens_of(self, response: str) -> str:
-        """Return a name for the specimens of a response if their curves give it, otherwise nothing."""
+        """Return a common name for the specimens of all responses from the same curves; empty for other responses."""
         if self.modes is None:
             return ""
         own = isclose(self.response, self.modes.force, rel_tol=1e-4) and self.n == self.modes.specimens
@@ -108,7 +108,7 @@ class Target(Frozen):
         return f"{self.condition:g}" if scored or (own and response == FIRST) else ""
 
     def mean_of(self, response: str) -> tuple[float | None, float | None]:
-        """Return mean and standard deviation of a response by its name, or of the first one for `FIRST`."""
+        """Return the mean and the standard deviation of a response by name (`FIRST` for the first), or None."""
         if response == FIRST:
             return self.response, self.sd
         mean = self.further.get(response)
@@ -116,7 +116,7 @@ class Target(Frozen):
 
 
 class Targets(Frozen):
-    """What was measured, and the calibration condition: in `invert`, else of the specimen, else of the first row."""
+    """All targets, and the condition of the calibration: that of `invert`, of the specimen, or of the first row."""
 
     calibrate_at: float
     means: tuple[Target, ...]
@@ -127,15 +127,15 @@ class Targets(Frozen):
 
     @property
     def modes(self) -> dict[float, CurveModes]:
-        """The components of the curves that were measured, by condition."""
+        """Components of the measured curves, by condition."""
         return {target.condition: target.modes for target in self.means if target.modes is not None}
 
     def modes_at(self, condition: float) -> CurveModes | None:
-        """Return the components of the curves that were measured at a condition, if any were."""
+        """Return the components of the curves measured at a condition, or None."""
         return next((modes for there, modes in self.modes.items() if isclose(there, condition)), None)
 
     def with_modes(self, modes: Mapping[int, CurveModes], travels: Mapping[int, Mean] = {}) -> Targets:
-        """Return the targets with the responses of curves and their travel, by the place of their entry."""
+        """Return the targets with the components, scores and travels of curves, given by the index in `means`."""
         means = list(self.means)
         for index, of_row in modes.items():
             scores = {
@@ -149,8 +149,8 @@ class Targets(Frozen):
 
 
 def named_modes(modes: Iterable[CurveModes]) -> tuple[Variable, ...]:
-    """Return the scores of curves as responses of a study."""
-    count = max((len(one.weights) for one in modes), default=0)
+    """Return the scores on the modes of curves as responses of a study."""
+    count = max((len(each.weights) for each in modes), default=0)
     return tuple(
         Variable(f"curve_{j}", f"Score on the {which} curve mode", f"c{j}", "N", apart=True)
         for j, which in enumerate(("first", "second", "third")[:count], 1)
@@ -158,6 +158,6 @@ def named_modes(modes: Iterable[CurveModes]) -> tuple[Variable, ...]:
 
 
 def fitted_responses(targets: Targets, naming: Vocabulary) -> tuple[str, ...]:
-    """Return the responses that are fitted unless a spec chooses: the first, and all others that are measured."""
+    """Return the responses that are fitted by default: the first, and all other measured responses."""
     measured = dict.fromkeys(name for target in targets.means for name in target.further)
     return (FIRST, *(name for name in measured if name in [other.name for other in naming.others]))

@@ -25,8 +25,8 @@ from stemcal.study.types.field_types import (
 
 Stress = Annotated[float | Growth, OverDiameter(Annotated[float, Quantity("stress")], only_grows=True)]
 GAP: Final = 0.001  # distance of the edge from the stem at the start, mm
-DAMPING: Final = 0.5  # of the contact, as a share of the critical one
-_WHOLE_STROKE = Length(divisor=1 / 1.5)  # of a cut all the way through
+DAMPING: Final = 0.5  # of the contact, over critical damping
+_WHOLE_STROKE = Length(divisor=1 / 1.5)  # default of a cut all the way through the stem
 Ratio = Annotated[float | Growth, OverDiameter(Number, only_grows=True)]
 _Density = Annotated[float | Growth, OverDiameter(Annotated[float, Quantity("density")], only_grows=True)]
 _Rate = Annotated[float | Growth, OverDiameter(Annotated[float, Quantity("rate")], only_grows=True)]
@@ -48,7 +48,7 @@ class SpecimenSection(Frozen):
     """Length of the specimen; the blade cuts the specimen in the middle."""
 
     def ratio_at(self, diameter: float) -> float:
-        """Return the bore diameter over an outer diameter in mm."""
+        """Return the bore diameter over the outer diameter for a stem diameter in mm."""
         bore = value_at(self.bore, diameter, None, {})
         return float(value_at(self.diameter_ratio, diameter, None, {}) or 0.0) if bore is None else bore / diameter
 
@@ -100,24 +100,24 @@ class LoadingSection(Frozen):
     """Duration of the blade motion; the stroke is the speed times the duration."""
     stroke: StemLength | None = None
     """Travel of the blade after first contact, instead of `duration`: a length, or a fraction of the diameter. With
-    `until: severed`, 1.5 times the diameter if both are omitted."""
+    `until: severed`, the default is 1.5 times the diameter if `duration` is also omitted."""
     until: Literal["first_fracture", "severed"] = "first_fracture"
     """End of the simulation: when the force has dropped after the first fracture (`first_fracture`), or when the stem
     is cut through (`severed`). The force is the maximum up to then."""
 
     @property
     def chosen_stroke(self) -> Length | None:
-        """The stroke where `duration` does not set it."""
+        """The stroke, or None if it follows from `duration`."""
         by_default = self.until == "severed" and "duration" not in self.model_fields_set
         return _WHOLE_STROKE if by_default and self.stroke is None else self.stroke
 
     def duration_at(self, diameter: float) -> float:
-        """Return the duration of the blade's motion at a stem diameter (mm), s."""
+        """Return the duration of the motion of the blade at a stem diameter (mm), s."""
         stroke = self.chosen_stroke
         return self.duration if stroke is None else (stroke.at(diameter) + GAP) / self.speed
 
     def stroke_at(self, diameter: float) -> float:
-        """Return the travel of the blade after it touches a stem of this diameter, mm."""
+        """Return the travel of the blade after first contact at a stem diameter (mm), mm."""
         return self.speed * self.duration_at(diameter) - GAP
 
     def longer(self, times: float) -> Self:
@@ -156,13 +156,13 @@ class ContactSection(Frozen):
 
 @dataclass(frozen=True)
 class Relative:
-    """A stress in MPa, or its ratio to the one along the axis."""
+    """A stress across the axis in MPa, or its ratio to the stress along the axis."""
 
     value: float
     is_ratio: bool = False
 
     def of(self, along: float) -> float:
-        """Return the stress that goes with one along the axis, MPa."""
+        """Return the stress across the axis, MPa, for the stress along the axis."""
         return self.value * along if self.is_ratio else self.value
 
     def __str__(self) -> str:
@@ -240,11 +240,11 @@ class MaterialSection(Frozen):
     """Properties across the axis of the stem; without this section, the material is isotropic."""
 
     def given(self) -> dict[str, float]:
-        """Return the parameters that have one value for all stems."""
+        """Return the parameters with a fixed value for all stems, by name."""
         return {name: value for name in PARAMETERS if isinstance(value := field_or_none(self, name), int | float)}
 
     def growing(self) -> dict[str, Growth]:
-        """Return the parameters that depend on the diameter."""
+        """Return the parameters that are powers of the diameter, by name."""
         return {name: value for name in PARAMETERS if isinstance(value := field_or_none(self, name), Growth)}
 
 

@@ -41,7 +41,7 @@ F = TypeVar("F", bound=Frozen)
 
 
 class OwnSections(Frozen):
-    """The keys of a spec that are not of a stage."""
+    """The keys of a spec except the sections of stages."""
 
     model_config = ConfigDict(validate_by_name=True, validate_by_alias=True)
 
@@ -83,7 +83,10 @@ class OwnSections(Frozen):
 
 
 def _form() -> type[OwnSections]:
-    """Return the keys of a spec: the sections above, then those of stages in order, None if they decide about it."""
+    """Return the model of a spec: the sections above, then the sections of the stages in their order.
+
+    The default of a section is None if a study has the stage only with this section.
+    """
     fields: dict[str, Any] = {}
     for stage in STAGES.built_in:
         kind = stage.section()
@@ -97,7 +100,7 @@ def _form() -> type[OwnSections]:
 
 
 FIELDS: dict[type[Frozen], str] = {}
-"""The field of each section of a stage."""
+"""Name of the field of each stage's section, by class."""
 
 if TYPE_CHECKING:
     StudyForm = OwnSections
@@ -106,35 +109,33 @@ else:
 
 
 class Study(StudyForm):
-    """A whole study. `source` (the spec file) and `warnings` are no part of its dump."""
+    """A whole study; `source` (the spec file) and `warnings` are not part of its dump."""
 
     source: Path = Field(default=Path("study.yaml"), exclude=True)
     warnings: tuple[str, ...] = Field(default=(), exclude=True)
     further: dict[str, Frozen] = Field(default={}, exclude=True)
     """Sections of stages from other packages, by stage name."""
     materials: tuple[dict[str, Any], ...] = Field(default=(), exclude=True)
-    """Other materials that the calibration of `material.from` allows: sections, one standard deviation away each."""
+    """Sections of other materials, one standard deviation from the calibrated material of `material.from`."""
     pending: str = Field(default="", exclude=True)
     """The study that must be run before this one; empty if there is none."""
-    _hands: Any = PrivateAttr(default=None)  # what asks for results of runs done by hand, and records them
+    _hands: Any = PrivateAttr(default=None)  # the object that lists runs to be done by hand and records their results
 
     def ask(self, out: str | Path | None = None) -> list[dict[str, Any]]:
-        """Continue as far as the results allow; return the runs without results, none at the end.
+        """Continue as far as the results allow; return the runs without results (an empty list at the end).
 
-        For a study with ``solver: {kind: sheet}``. Each run is a row of the sheet: values by the names of its columns,
-        None for those that `tell` takes.
-
-        The study folder `out` is by default ``runs/<study name>``.
+        For a study with ``solver: {kind: sheet}``. Each run is a row of the sheet: values by column name, None for the
+        results that `tell` records. The study folder `out` is by default ``runs/<study name>``.
         """
         runs: list[dict[str, Any]] = self._theirs().ask(self, out)
         return runs
 
     def tell(self, rows: Sequence[Mapping[str, Any]], out: str | Path | None = None, *, replace: str = "") -> int:
-        """Record results; return how many were accepted.
+        """Record results; return the number of accepted rows.
 
-        The rows are as `ask` returns them, with the responses filled in, or ``failed`` with the reason; levels may be
-        left out. `replace` is why results replace earlier ones; without it they are refused. Raises `UsageError` with
-        every row that is not taken; the others are.
+        The rows are those of `ask` with the responses filled in, or ``failed`` with the reason; levels may be omitted.
+        `replace` is the reason for replacing earlier results, without which such rows are refused. Raises `UsageError`
+        with every refused row; all other rows are recorded.
         """
         return int(self._theirs().tell(self, rows, out, replace=replace))
 
@@ -151,36 +152,36 @@ class Study(StudyForm):
 
     @property
     def kind(self) -> SolverKind:
-        """The kind of its solver, and so what that can do."""
+        """Kind of the solver, which has its capabilities."""
         return kind_of(self.solver)
 
     @cached_property
     def naming(self) -> Vocabulary:
-        """What the responses and the condition are called."""
+        """Names, symbols and units of the responses and of the condition."""
         declared = naming_of(self.responses, self.conditions)
         cut = declared.is_cutting or bool(self.targets.modes)
-        found = naming_with(self.targets, self.tests) if cut else declared
-        return found if self.goal is None or not cut else found.measuring(self.goal.responses)
+        naming = naming_with(self.targets, self.tests) if cut else declared
+        return naming if self.goal is None or not cut else naming.measuring(self.goal.responses)
 
     @property
     def own_further(self) -> tuple[str, ...]:
-        """The names of the responses next to the first that the cutting test does not have, or the goal names."""
+        """Names of further responses that are not from the cutting test, and of further responses of the goal."""
         goal = () if self.goal is None else self.goal.responses[1:]
         return tuple(dict.fromkeys((*(named.name for named in self.naming.others), *goal)))
 
     def of(self, kind: type[F]) -> F:
-        """Return the section of a stage by its class; its defaults where the spec has none."""
+        """Return the section of a stage by its class; a section of defaults if the spec has none."""
         return self.given(kind) or kind()
 
     def given(self, kind: type[F]) -> F | None:
-        """Return the section of a stage by its class; None where only the spec could ask for the stage and does not."""
+        """Return the section of a stage by its class; None for a stage that is omitted because it has no section."""
         if (name := FIELDS.get(kind)) is None:
             return next((section for section in self.further.values() if isinstance(section, kind)), None)
-        found: F | None = getattr(self, name)
-        return found
+        section: F | None = getattr(self, name)
+        return section
 
     def test_of(self, response: str) -> str:
-        """Return the name of the laboratory test that a response is of, by the study's name; empty for cutting."""
+        """Return the name of the laboratory test to which a response (by its name in the study) refers, or empty."""
         names = (test.name for test in self.tests if response in map(test.called, test.measured))
         return next(names, "")
 
@@ -198,12 +199,12 @@ class Study(StudyForm):
 
     @property
     def is_layered(self) -> bool:
-        """Whether its stems have layers or fibres."""
+        """Whether the stems have layers or fibres."""
         return bool(self.layers) or self.material.transverse is not None
 
     @property
     def places(self) -> dict[str, Place]:
-        """The parameters of its stems by the names that they have as factors."""
+        """The parameters of the stems with their places in the spec, by their names as factors."""
         return places(self.material, self.layers)
 
     def midlevels(self) -> dict[str, float]:
@@ -211,9 +212,9 @@ class Study(StudyForm):
         return {factor.name: factor.centre for factor in self.factors}
 
     def parameters(self, levels: Mapping[str, float], condition: float | None = None) -> dict[str, float]:
-        """Return the nine material parameters in internal units; factors without a level stay at mid-level.
+        """Return the nine material parameters in internal units; factors without a level are at mid-level.
 
-        Those that follow the diameter have the value at `condition`, by default the calibration diameter.
+        Parameters that depend on the diameter have their value at `condition`, by default the calibration diameter.
         """
         chosen, diameter = self._internal(levels), self.targets.calibrate_at if condition is None else condition
         varied = {name: value for name, value in chosen.items() if name in PARAMETERS}
@@ -223,7 +224,7 @@ class Study(StudyForm):
         return {**innermost, **self.material.given(), **varied, **(NO_RATE if self.solver.rate == "none" else {})}
 
     def at(self, levels: Mapping[str, float]) -> Study:
-        """Return the study whose settings that are factors, and friction at any speed, have their levels."""
+        """Return the study with the levels of those factors that are settings of the test or the stem friction."""
         chosen = self._internal(levels) if self.kind.parameters else {}
         study = self.with_settings({name: value for name, value in chosen.items() if name in self.kind.parameters})
         if (friction := chosen.get(FRICTION)) is None:
@@ -240,12 +241,12 @@ class Study(StudyForm):
         return self.model_copy(update=sections) if sections else self
 
     def stem_at(self, levels: Mapping[str, float], condition: float) -> float:
-        """Return the diameter of the stem in mm: the level of `outer_diameter`, or the condition if it is no factor."""
+        """Return the diameter of the stem, mm: the level of the factor `outer_diameter`, or else the condition."""
         is_factor = "outer_diameter" in self.names and bool(self.kind.parameters)
         return self._internal(levels)["outer_diameter"] if is_factor else condition
 
     def cut_as(self, test: LaboratorySection, diameter: float) -> Study:
-        """Return the study whose own shear test is a further one, of kind `cutting`, at a stem diameter in mm."""
+        """Return the study with a further cutting test instead of its own, at a stem diameter in mm."""
         loading = self.loading
         speed = test.speed if "speed" in test.model_fields_set else loading.speed
         travel = GAP + (test.stroke_at(diameter) or loading.stroke_at(diameter))
@@ -254,42 +255,42 @@ class Study(StudyForm):
 
     @property
     def there(self) -> Study:
-        """The study as a stage simulates it in another model; the study itself where none does."""
+        """The study in the other model in which a stage simulates it; this study if there is none."""
         seen = (stage.seen(self) for stage in STAGES.built_in)
         return next((study for study in seen if study is not self), self)
 
     @property
     def by_hand(self) -> Study:
-        """The study as the solver whose runs people do sees it: the study's own, or that of another model."""
+        """The study whose runs people do: the one in another model (`there`) if only that is, otherwise this one."""
         there = self.there
         people = [study.kind.answers == "asks_people" for study in (self, there)]
         return there if people == [False, True] else self
 
     def _internal(self, levels: Mapping[str, float]) -> dict[str, float]:
-        """Return the value of every factor in internal units; those without a level stay at mid-level."""
+        """Return the value of every factor in internal units; factors without a level are at mid-level."""
         chosen = {**self.midlevels(), **levels}
         return {factor.name: factor.internal(chosen[factor.name]) for factor in self.factors}
 
     @property
     def calibration_target(self) -> Target:
-        """The target at the diameter the parameters are calibrated at."""
+        """The target at the condition of the calibration."""
         at = self.targets.calibrate_at
         return min(self.targets.means or self.joint_targets, key=lambda target: abs(target.condition - at))
 
     @property
     def joint_targets(self) -> tuple[Target, ...]:
-        """The targets that the parameters are fitted to together, with priors; empty if one force alone is."""
+        """Targets to which the parameters are fitted together, with priors; empty for a fit to one force."""
         return self._fitted[0]
 
     @property
     def fitted_responses(self) -> tuple[str, ...]:
-        """The responses that the parameters are fitted to, by the names of `Target.mean_of`."""
+        """Responses to which the parameters are fitted, by their names in `Target.mean_of`."""
         return self._fitted[1]
 
     @property
     def _fitted(self) -> tuple[tuple[Target, ...], tuple[str, ...]]:
         if self.goal is not None:
             return (self.goal.unmeasured(self.targets.calibrate_at),), self.goal.responses
-        fitted_of: tuple[tuple[Target, ...], tuple[str, ...]]
-        fitted_of = next(fitted for stage in STAGES.built_in if (fitted := stage.fits(self)) is not None)
-        return fitted_of
+        fits: tuple[tuple[Target, ...], tuple[str, ...]]
+        fits = next(fitted for stage in STAGES.built_in if (fitted := stage.fits(self)) is not None)
+        return fits

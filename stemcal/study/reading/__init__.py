@@ -1,4 +1,4 @@
-"""Reading a spec: from a YAML file to a `Study`, or to every problem in it with its line and what to do."""
+"""Reading a spec: from a YAML file to a `Study`, or to all problems in it with their lines and remedies."""
 
 from stemcal.study.reading.read import load_study, read_study
 

@@ -1,4 +1,4 @@
-"""The form of a spec as JSON schema: for editors, and for the places of the keys."""
+"""The JSON schema of a spec, for editors and to look up keys and their meanings."""
 
 import ast
 import functools
@@ -21,7 +21,7 @@ _DEFS = "#/$defs/"
 
 @functools.cache
 def json_schema() -> dict[str, Any]:
-    """Return the JSON schema of the YAML form, for completion in editors; quantities are texts with a unit."""
+    """Return the JSON schema of a spec in YAML; quantities are texts with a unit."""
     schema = StudyForm.model_json_schema(schema_generator=_Described)
     rows = schema["$defs"].pop("Targets")
     schema["properties"]["targets"] |= {"type": "array", "items": rows["items"], "minItems": 1}
@@ -48,10 +48,10 @@ def json_schema() -> dict[str, Any]:
 
 
 class _Described(GenerateJsonSchema):
-    """Describes a key by the text under its field, read only here: pydantic would read it in every command."""
+    """Adds the docstring of each field to the schema; pydantic's own option would read the sources in every command."""
 
     def model_schema(self, schema: core_schema.ModelSchema) -> dict[str, Any]:
-        """Return the schema of a class with the meanings of its keys."""
+        """Return the schema of a class with the descriptions of its keys."""
         described, model = super().model_schema(schema), schema["cls"]
         meanings = _meanings_of_fields(model)
         for name, field in model.__pydantic_fields__.items():
@@ -62,12 +62,12 @@ class _Described(GenerateJsonSchema):
 
 
 def _meanings_of_fields(model: type) -> dict[str, str]:
-    """Return the text under each field of a class, or of those it is made from, by the field's name."""
+    """Return the docstring of each field of a class, including fields of its base classes, by name."""
     meanings = {}
     for kind in (kind for kind in reversed(model.__mro__) if issubclass(kind, Frozen)):
         try:
             section = ast.parse(getsource(kind)).body[0]
-        except (OSError, TypeError):  # a class that is made by a function, or whose source is not at hand
+        except (OSError, TypeError):  # the class was created by a function, or its source is not available
             continue
         assert isinstance(section, ast.ClassDef)
         for field, below in pairwise(section.body):
@@ -78,26 +78,26 @@ def _meanings_of_fields(model: type) -> dict[str, str]:
 
 
 def section_places() -> dict[str, str]:
-    """Return the places of the keys of each class of the model in a spec, such as ``targets[]``."""
+    """Return the place in a spec of each class of the model, such as ``targets[]``, by the name of the class."""
     uses: dict[str, dict[str, dict[str, list[str]]]] = {}
     for path, name in _classes():
         place = "".join(step if step == "[]" else f".{step}" for step in path if step[0] != "=").removeprefix(".")
         of_section = uses.setdefault(name, {}).setdefault(place.rpartition(".")[0], {})
         of_section.setdefault(place, []).extend(step[1:] for step in path if step[0] == "=")
-    found = {}
+    place_of_class = {}
     for name, sections in uses.items():
-        # the section with most keys of the class, a list of sections last: a growing value is one of `material`
-        above, places = max(sections.items(), key=lambda one: (not one[0].endswith("]"), len(one[1])))
+        # the section with the most keys of this class, preferably no list: `material`, not `layers[]`, for `Growth`
+        above, places = max(sections.items(), key=lambda section: (not section[0].endswith("]"), len(section[1])))
         (place, kinds), *others = places.items()
         place = f"{above}.*" if others and above else place
-        found[name] = place + (f", kind: {', '.join(dict.fromkeys(kinds))}" if kinds else "")
-    return found
+        place_of_class[name] = place + (f", kind: {', '.join(dict.fromkeys(kinds))}" if kinds else "")
+    return place_of_class
 
 
 @functools.cache
 def _classes() -> tuple[tuple[tuple[str, ...], str], ...]:
-    """Return the path and the name of each class in a spec: [] is an entry of a list, =x the kind x, * any name."""
-    return tuple(found for key, node in json_schema()["properties"].items() for found in _below(node, (key,)))
+    """Return (path, class name) of each class in a spec; in paths, [] is a list entry, =x the kind x, * any name."""
+    return tuple(entry for key, node in json_schema()["properties"].items() for entry in _below(node, (key,)))
 
 
 def _below(node: dict[str, Any], path: tuple[str, ...]) -> Iterator[tuple[tuple[str, ...], str]]:
@@ -115,7 +115,7 @@ def _below(node: dict[str, Any], path: tuple[str, ...]) -> Iterator[tuple[tuple[
 
 
 def _properties(path: NodePath) -> dict[str, Any]:
-    """Return the keys known at `path` with their schemas; a solver's path goes through its kind."""
+    """Return the schemas of the keys at `path`, by key; the path of a solver's key contains its kind."""
     if not path:
         return dict(json_schema()["properties"])
     steps = ["[]" if isinstance(step, int) else step for step in path]
@@ -128,17 +128,17 @@ def _properties(path: NodePath) -> dict[str, Any]:
 
 
 def keys_of(path: NodePath) -> tuple[str, ...]:
-    """Return the keys known at `path`."""
+    """Return the keys that the schema has at `path`."""
     return tuple(_properties(path))
 
 
 def meaning_of(path: NodePath) -> str:
-    """Return the meaning of the key at `path`; empty if it has none."""
+    """Return the description of the key at `path`, empty if it has none."""
     return str(_properties(path[:-1]).get(str(path[-1]), {}).get("description", ""))
 
 
 def meanings() -> dict[str, str]:
-    """Return the meaning of each key of a spec, by its place, such as ``solver.files, kind: command``."""
+    """Return the description of each key of a spec by its place, such as ``solver.files, kind: command``."""
     texts = {key: node["description"] for key, node in json_schema()["properties"].items()}
     for name, place in section_places().items():
         path, comma, kind = place.partition(",")
@@ -148,7 +148,7 @@ def meanings() -> dict[str, str]:
 
 
 def section_with(key: str) -> str | None:
-    """Return the section that has `key`, if exactly one has it."""
+    """Return the only section that has a key, None if there are several or none."""
     sections = [name for name in json_schema()["properties"] if key in keys_of((name,))]
     sections += ["solver"] if any(key in keys_of(("solver", kind.name)) for kind in SOLVERS.built_in) else []
     return sections[0] if len(sections) == 1 else None

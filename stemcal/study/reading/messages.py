@@ -1,4 +1,4 @@
-"""From errors of pydantic to messages with plain words and a remedy."""
+"""Conversion of validation errors of pydantic into plain messages with a remedy."""
 
 import re
 from collections.abc import Mapping
@@ -32,7 +32,10 @@ _NUMBER = re.compile(r"[-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]+)?
 
 
 def finding_of(error: Mapping[str, Any], path: NodePath, shown_path: NodePath) -> Finding:
-    """Return an entry of `errors()` as a finding at `path`; `shown_path` has the kind of solver too, for known keys."""
+    """Return an entry of pydantic's `errors()` as a finding at `path`.
+
+    `shown_path` is `path` with the kinds of solvers and tests, as in the JSON schema, to look up known keys.
+    """
     kind, given, context = error["type"], error["input"], error.get("ctx", {})
     if kind == "stemcal":
         return Finding(path, context["message"], context["remedy"])
@@ -71,9 +74,9 @@ def _wrong_kind(given: Any, wanted: str, remedy: str) -> tuple[str, str]:
 
 def _unknown_key(path: NodePath, shown_path: NodePath) -> Finding:
     key = str(path[-1])
-    known = keys_of(shown_path[:-1]) or keys_of(path[:-1])  # a wrong `kind` names no schema
+    known = keys_of(shown_path[:-1]) or keys_of(path[:-1])  # a wrong `kind` is not in the schema
     near = nearest(key, known)
-    section = None if key == "kind" else section_with(key)  # that of a solver is of no use to another section
+    section = None if key == "kind" else section_with(key)  # a `kind` cannot be moved to another section
     if near:
         remedy = f"did you mean {near}?"
     elif section:
@@ -106,11 +109,11 @@ def _show(given: Any) -> str:
     return text if len(text) <= 62 else text[:59] + "..."
 
 
-# ---- single values from Python and the command line, checked as those of a spec are
-
-
 def checked(kind: Any, given: object, name: str) -> Any:
-    """Return a value of a type of the model, such as `Size` for ``8`` or ``"8 mm"``; raise `UsageError` for another."""
+    """Validate a value from Python or the command line, such as ``"8 mm"``, by a type of the model, such as `Size`.
+
+    Raises `UsageError`, with `name` for the value, if it is invalid.
+    """
     try:
         return TypeAdapter(kind).validate_python(given)
     except ValidationError as error:
@@ -119,13 +122,13 @@ def checked(kind: Any, given: object, name: str) -> Any:
 
 
 def checked_number(given: object, name: str) -> float:
-    """Return a number of any of Python's kinds, a truth value excepted; raise `UsageError` for another thing."""
+    """Return a number of any numeric type as a float; raise `UsageError` for other values and for bool."""
     is_number = isinstance(given, Real) and not isinstance(given, bool)
     return float(checked(Number, float(given) if is_number else given, name))  # type: ignore[arg-type]
 
 
 def level_of(factor: Factor, given: float | str) -> float:
-    """Return a level in the unit of its factor: a number, or a quantity such as ``"18 MPa"``."""
+    """Return a level in the unit of its factor, from a number or a quantity such as ``"18 MPa"``."""
     given = _number_or_text(given) if isinstance(given, str) else given
     if not isinstance(given, str):
         return checked_number(given, factor.name)

@@ -1,7 +1,7 @@
-"""From a YAML file to a `Study`, or to every problem in it with its line and what to do.
+"""From a YAML file to a `Study`, or to all problems in it with their lines and remedies.
 
-The way of a spec: bytes → strict tree with places → each section by itself → rules across them → `Study`.
-A section that is wrong does not hide what is wrong in another.
+The steps are: bytes → tree with positions (`strict_yaml`) → each section independently (`sections`) → rules across the
+sections (`study.rules`) → `Study`. Mistakes in one section do not hide mistakes in another.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -23,9 +23,10 @@ from stemcal.study.types.strict_yaml import MAX_BYTES, Document, Finding, NodePa
 
 
 def load_study(path: str | Path, **changes: object) -> Study:
-    """Return the study in the YAML file `path`; raise `SpecError` with all that is wrong with it.
+    """Return the study in the YAML file `path`; raise `SpecError` with all problems in it.
 
-    `changes` are laid over the spec: by the name of a section or a factor a mapping is merged, another value replaces.
+    `changes` modify the spec before it is checked. The name of each is that of a section or a factor: a mapping is
+    merged into it, any other value replaces it.
     """
     path = Path(path)
     try:
@@ -39,7 +40,7 @@ def load_study(path: str | Path, **changes: object) -> Study:
 
 
 def read_study(content: bytes, path: Path, changes: Mapping[str, object] | None = None) -> Study:
-    """Return the study in `content`, with changes; `path` names it in messages, and tables are found next to it."""
+    """Return the study in `content`, with `changes`; `path` is the spec in messages, and files are relative to it."""
     document = read_yaml(content)
     document.data = _changed(document.data, changes or {})
     problems = [_problem(path, document, place, finding) for place, finding in document.problems]
@@ -59,12 +60,13 @@ def read_study(content: bytes, path: Path, changes: Mapping[str, object] | None 
 
 
 def _changed(data: Any, changes: Mapping[str, object]) -> Any:
-    """Lay changes over the tree of a spec: mappings over mappings, by factor or by section."""
+    """Return the tree of a spec with changes to factors or sections: mappings are merged, other values replaced."""
     for name, value in changes.items() if isinstance(data, dict) else ():
         factors = data["factors"] if isinstance(data.get("factors"), list) else []
-        place = next((one for one in factors if isinstance(one, dict) and one.get("name") == name), data.get(name))
-        if isinstance(place, dict) and isinstance(value, Mapping):
-            place.update(value)
+        entries = (entry for entry in factors if isinstance(entry, dict) and entry.get("name") == name)
+        node = next(entries, data.get(name))
+        if isinstance(node, dict) and isinstance(value, Mapping):
+            node.update(value)
         else:
             data[name] = value
     return data
@@ -81,7 +83,7 @@ def _draft(data: Any, sections: Sections) -> Draft:
 
 
 def _without_echo(path: Path, document: Document, findings: list[Finding], spoiled: set[int]) -> Iterator[SpecProblem]:
-    """Yield the findings as problems, but none that only follows from a line unreadable as YAML."""
+    """Yield the findings as problems, without repetitions and without those in lines that are invalid YAML."""
     seen = set()
     for finding in findings:
         problem = _problem(path, document, document.place(finding.path, finding.at_key), finding)
@@ -96,7 +98,7 @@ def _problem(path: Path, document: Document, place: Position, finding: Finding) 
 
 
 def _shown(path: NodePath, data: Any) -> str:
-    """Return `path` as people write it: factors by name, other list entries counted from 1."""
+    """Return the text of a path: list entries by their name if they have one, otherwise counted from 1."""
     words: list[str] = []
     for step in path:
         if isinstance(step, int):
@@ -110,24 +112,25 @@ def _shown(path: NodePath, data: Any) -> str:
 
 
 def broken_rules(draft: Draft) -> list[Finding]:
-    """Return everything the rules find wrong with `draft`: those of its values, of its solver and of the stages."""
+    """Return the mistakes found in `draft` by all rules: of its values, of its solver and of its stages."""
     solver = field_or_none(draft.study, "solver")
     broken = [rule(draft) for rule in (*factors.RULES, *layers.RULES, *target_rules.RULES, *goal.RULES)]
     broken += [] if solver is None else [rule(draft, solver) for rule in draft.kind.rules]
     broken += [rule(draft) for stage in STAGES.with_(draft.study.further) for rule in stage.rules()]
     findings: list[Finding] = []
     for of_rule in broken:
-        with suppress(Missing):  # the rule has read a field that is missing (see `reading.sections`)
+        with suppress(Missing):  # the rule needs a field that is invalid (see `reading.sections`)
             for finding in of_rule:
                 findings.append(finding)
     return findings
 
 
-# ---- rows of targets, changed in the text of a spec and nothing else
-
-
 def with_rows(text: str, rows: Mapping[str, Sequence[str]]) -> str:
-    """Replace the rows of tests, by name ("" for the main one), by YAML or comments; comments between rows are lost."""
+    """Return the text of a spec with other rows of `targets` for some tests; the rest of the text is unchanged.
+
+    `rows` has the new rows (YAML or comments) by the name of the test, "" for the main test. Comments between the
+    present rows are lost.
+    """
     line_end = "\r\n" if "\r\n" in text else "\n"
     new = [row if row.startswith("#") else f"- {row}" for of_test in rows.values() for row in of_test]
     section = _entries(yaml.compose(text, Loader=yaml.SafeLoader)).get("targets")
@@ -138,7 +141,7 @@ def with_rows(text: str, rows: Mapping[str, Sequence[str]]) -> str:
     is_block = isinstance(node, yaml.CollectionNode) and not node.flow_style
     indent = " " * node.start_mark.column if is_block else "  "
     rows_before = node.value if isinstance(node, yaml.SequenceNode) else []
-    tests = [_entries(row).get("test") for row in rows_before]  # none in a row of the main one
+    tests = [_entries(row).get("test") for row in rows_before]  # rows of the main test have no key `test`
     named = zip(rows_before, (str(test[1].value) if test else "" for test in tests), strict=True)
     kept = [text[row.start_mark.index : _end(row)] for row, test in named if test not in rows]
     listed = "".join(f"{line_end}{indent}{row}" for row in [*(f"- {row}" for row in kept), *new])
@@ -146,7 +149,7 @@ def with_rows(text: str, rows: Mapping[str, Sequence[str]]) -> str:
 
 
 def _end(node: yaml.Node) -> int:
-    """Return the end of a node: in block style that of its last part, before the comments and lines below."""
+    """Return the index at the end of a node; in block style the end of its last entry, before comments below it."""
     if isinstance(node, yaml.CollectionNode) and not node.flow_style and node.value:
         last = node.value[-1]
         return _end(last[1] if isinstance(last, tuple) else last)
@@ -154,7 +157,7 @@ def _end(node: yaml.Node) -> int:
 
 
 def _entries(node: yaml.Node | None) -> Mapping[str, tuple[yaml.Node, yaml.Node]]:
-    """Return the nodes of a mapping's keys and values by key; none of another node."""
+    """Return the nodes of the keys and values of a mapping by key; empty for any other node."""
     if not isinstance(node, yaml.MappingNode):
         return {}
     return {str(key.value): (key, value) for key, value in node.value}

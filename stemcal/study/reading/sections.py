@@ -1,4 +1,4 @@
-"""The sections of a spec one by one: what is good of each, and what is wrong with it."""
+"""Reading of a spec section by section: the valid values of each section, and the mistakes in it."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from stemcal.vocabulary import CUTTING, FIRST, NOWHERE, Vocabulary
 
 
 def read_sections(data: Any, folder: Path) -> Sections:
-    """Read each section of a spec's tree by itself; files are found next to the spec."""
+    """Read each section of a spec's tree independently; file names in it are relative to the folder of the spec."""
     sections = Sections(folder, data if isinstance(data, dict) else {})
     if not isinstance(data, dict):
         message = "the file is empty" if data is None else "a spec must consist of lines of the form `key: value`"
@@ -44,7 +44,7 @@ def read_sections(data: Any, folder: Path) -> Sections:
             sections.findings.append(Finding((), f"{name!r} is missing", f"add `{name}: …`"))
         else:
             sections.good[name] = key.get_default(call_default_factory=True)
-        if name == "conditions":  # what follows is written under the names declared by now
+        if name == "conditions":  # the following sections use the declared names
             sections.naming = naming_of(sections.good.get("responses", ()), sections.good.get("conditions"))
     sections.take_material()
     sections.fit_all_responses()
@@ -53,7 +53,13 @@ def read_sections(data: Any, folder: Path) -> Sections:
 
 @dataclass
 class Sections:
-    """The valid sections by name, and of the others what rules can look at; what is wrong; the names declared."""
+    """The sections of a spec as far as they have been read.
+
+    good: Sections by name; an invalid section has only its valid keys, which the rules can check.
+    findings: Mistakes in the spec.
+    tests: Laboratory tests by their index in the spec.
+    naming: Declared and measured responses, and the condition.
+    """
 
     folder: Path
     data: dict[str, Any]
@@ -64,25 +70,25 @@ class Sections:
 
     @property
     def context(self) -> dict[str, Any]:
-        """The context that the types of the model need for a value; what was measured is None while it is unknown."""
+        """The validation context for the types of the model; `measured` is None while the responses are unknown."""
         targets, measured = self.good.get("targets"), None
         if _complete(targets):
             measured = {self.naming.response.name, *(name for target in targets.means for name in target.further)}
         return {"spec": self.folder, "naming": self.naming, "measured": measured}
 
     def read(self, name: str, given: Any) -> None:
-        """Read a section; of one that is wrong, what is good of it."""
+        """Read a section; keep the valid keys of an invalid section."""
         reported: Collection[NodePath] = ()
         if given is None:
             self.findings.append(Finding((spelled(name),), "the section is empty", "fill in or remove the section"))
             return
         if "tests" not in self.good and "responses" in getattr(_kind(name), "model_fields", ()):
-            reported = [(spelled(name), "responses")]  # unknown while a test is wrong
+            reported = [(spelled(name), "responses")]  # the responses are unknown while a test is invalid
         try:
             self.good[name] = _adapter(name).validate_python(given, context=self.context)
         except ValidationError as error:
             self._find(error, (spelled(name),), reported)
-            if (rest := _partly(_kind(name), given, self.context)) is not None:  # rules look into the usual solver
+            if (rest := _partly(_kind(name), given, self.context)) is not None:  # for the rules
                 self.good[name] = rest
 
     def read_further(self) -> None:
@@ -109,13 +115,13 @@ class Sections:
         self.good["further"] = further
 
     def read_targets(self, name: str, given: Any) -> None:
-        """Read the rows of the targets, and the curves that they name; make further responses of what they give."""
+        """Read the rows of the targets with their curves; add their responses to the responses of the study."""
         tests, machine = self.data.get("tests"), self.good.get("machine")
         names = [test.get("name") for test in tests if isinstance(test, dict)] if isinstance(tests, list) else []
         if self.naming.is_cutting and isinstance(given, list):
             keys = [key for row in given if isinstance(row, dict) and "test" not in row for key in row]
             self.naming = self.naming.measuring(list(map(str, keys)))
-        rows = TargetRows(self.naming, [one for one in names if isinstance(one, str)], self.folder)
+        rows = TargetRows(self.naming, [test_name for test_name in names if isinstance(test_name, str)], self.folder)
         rows.read(given)
         self.findings += rows.findings
         self.tests = {
@@ -139,8 +145,8 @@ class Sections:
             self.good |= {**taken.sections, "materials": tuple(taken.others), "pending": taken.pending}
 
     def read_goal(self, name: str, given: Any) -> None:
-        """Read the goal; its responses of the cutting test are responses of the study."""
-        keys = [one for value in given.values() for one in value] if isinstance(given, dict) else []
+        """Read the goal; add the responses of the cutting test that it names to the responses of the study."""
+        keys = [key for value in given.values() for key in value] if isinstance(given, dict) else []
         self.naming = self.naming.measuring(list(map(str, keys))) if self.naming.is_cutting else self.naming
         self.read(name, given)
 
@@ -152,7 +158,7 @@ class Sections:
             self.good["targets"] = Targets(calibrate_at=at, means=())
 
     def read_tests(self, name: str, given: Any) -> None:
-        """Read the tests: good ones, and those with unknown keys, are kept by their place in the list."""
+        """Read the tests; keep the valid ones, without unknown keys, by their index in the list."""
         self.read(name, given)
         for index, test in enumerate(given) if isinstance(given, list) else ():
             kind = TESTS.named(str(test.get("kind"))) if isinstance(test, dict) else None
@@ -163,7 +169,7 @@ class Sections:
                 self.tests[index] = kind.options.model_validate(known, context=self.context)
 
     def read_factors(self, name: str, given: Any) -> None:
-        """Read the factors one by one: good ones are kept by their place in the list."""
+        """Read the factors one by one; keep the valid ones by their index in the list."""
         if isinstance(given, list) and len(given) > MOST_FACTORS:
             remedy = "keep the most important factors, and set the other parameters in the `material` section"
             message = f"the spec has {len(given)} factors, but at most {MOST_FACTORS} are allowed"
@@ -184,7 +190,7 @@ class Sections:
         self.good[name] = good
 
     def take_in_tests(self, targets: Targets) -> None:
-        """Make what was measured in laboratory tests, and the shape of curves, further responses of the study."""
+        """Add means of laboratory tests and scores of curves to the targets, and their names to the vocabulary."""
         tests = tuple(self.tests.values())
         if not self.naming.is_cutting or not (tests or targets.modes):
             return
@@ -193,7 +199,7 @@ class Sections:
             self.good["targets"] = with_tests(targets, tests)
 
     def fit_all_responses(self) -> None:
-        """Fit all measured responses of a study that declares several, unless the spec chooses."""
+        """Make all measured responses the fitted ones in sections of stages, unless the spec has a key `responses`."""
         targets = self.good.get("targets")
         if not _complete(targets) or self.chosen("responses") is not None:
             return
@@ -203,11 +209,12 @@ class Sections:
                 self.good[name] = self.good[name].model_copy(update={"responses": measured})
 
     def _find(self, error: ValidationError, section: NodePath, reported: Collection[NodePath] = ()) -> None:
-        """Add the errors of pydantic in a section, except those at places in `reported`."""
+        """Add pydantic's errors in a section to the findings, except those at paths in `reported`."""
         for entry in error.errors(include_url=False):
             if entry["type"] == "too_short" and isinstance(entry["input"], list) and entry["input"]:
-                continue  # its wrong entries are reported; pydantic does not count them
-            path = (*section, *(step for step in entry["loc"] if step != FIRST))  # the name of a single reader
+                continue  # pydantic counts only the valid entries of the list; the invalid ones are reported
+            # `FIRST` is the key that stands for a single `solver.result`
+            path = (*section, *(step for step in entry["loc"] if step != FIRST))
             if path not in reported:
                 self.findings.append(finding_of(entry, path, _with_kinds(path, self.data)))
 
@@ -236,7 +243,7 @@ def spelled(name: str) -> str:
 
 
 def _kind(section: str) -> Any:
-    """Return the class of a section, of a solver the usual one."""
+    """Return the class of a section; for the solver, that of the default kind."""
     return type(usual_solver()) if section == "solver" else get_type_hints(StudyForm)[section]
 
 
@@ -246,7 +253,7 @@ def _adapter(section: str) -> TypeAdapter[Any]:
 
 
 def _with_kinds(path: NodePath, data: Any) -> NodePath:
-    """Return a path that also names the kind of each solver or test on it, as the paths of the schema do."""
+    """Return the path with the kinds of the solver and tests on it inserted, as in the JSON schema."""
     steps: list[str | int] = []
     for step in path:
         try:
@@ -255,19 +262,19 @@ def _with_kinds(path: NodePath, data: Any) -> NodePath:
             data = None
         kind = data.get("kind", usual_solver().kind if step == "solver" else None) if isinstance(data, dict) else None
         steps.append(step)
-        if isinstance(kind, str) and not keys_of(tuple(steps)):  # its keys depend on the kind
+        if isinstance(kind, str) and not keys_of(tuple(steps)):  # the keys depend on the kind
             steps.append(kind)
     return tuple(steps)
 
 
 def _partly(kind: Any, given: Any, context: Mapping[str, Any]) -> Any:
-    """Return a section without wrong keys, None if unreadable; a rule that reads such a key gets `Missing` and ends."""
+    """Return a section with its valid keys only (access to others raises `Missing`), or None if that is impossible."""
     if not (isinstance(kind, type) and issubclass(kind, BaseModel) and isinstance(given, dict)):
         return None
     if "kind" in (fields := kind.model_fields) and given.get("kind", fields["kind"].default) not in get_args(
         fields["kind"].annotation
     ):
-        return None  # another solver
+        return None  # a solver of another kind
     wrong = {step for error in _errors(kind, given, context) for step in error["loc"][:1]}
     good = {key: value for key, value in given.items() if key not in wrong}
     if _errors(kind, good, context):

@@ -1,4 +1,4 @@
-"""The rows of `targets`: what was measured, in the names and units of the study, and what is wrong with them."""
+"""Reading of the rows of `targets`: measured values in the names and units of the study, and mistakes in the rows."""
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -27,11 +27,11 @@ from stemcal.study.types.strict_yaml import Finding, NodePath
 from stemcal.vocabulary import DIAMETER, FORCE, NOWHERE, Variable, Vocabulary
 
 _MOST_NAMES, _MOST_ROWS = 10, 1000
-_WHOLE = CurveOptions(preload=0.0)  # where noisy points pass the preload is found once they are smoothed
+_WHOLE = CurveOptions(preload=0.0)  # the preload is located after smoothing, because noise exceeds it too early
 
 
 def _curves_in(patterns: Sequence[str], folder: Path, path: NodePath) -> tuple[list[Curve], list[Finding]]:
-    """Return the smoothed curves of all files that patterns name in the folder of the spec, and what is wrong there."""
+    """Return the smoothed curves of all files in the folder of the spec that match patterns, and the mistakes."""
     read: list[Curve] = []
     wrong: list[Finding] = []
     files: dict[Path, None] = {}
@@ -60,7 +60,13 @@ def _curves_in(patterns: Sequence[str], folder: Path, path: NodePath) -> tuple[l
 
 @dataclass
 class TargetRows:
-    """Rows as far as they can be read: cutting or the program's test, the other tests by name, curves by row."""
+    """The rows of `targets` as far as they are valid.
+
+    naming: Responses and condition of the main test (cutting, or the test of a program).
+    tests: Names of the laboratory tests in the spec.
+    means, of_tests: Measured means of the main test, and of laboratory tests by name.
+    curves: Measured curves by the index of their row.
+    """
 
     naming: Vocabulary
     tests: Collection[str]
@@ -97,7 +103,7 @@ class TargetRows:
         if test is None:
             self._read_main(index, self._with_curves(index, row))
         else:
-            responses = responses_in(measured=map(str, row))  # rules refuse those of other tests
+            responses = responses_in(measured=map(str, row))  # rules refuse responses of other tests
             naming = Vocabulary(DIAMETER, tuple(map(Variable.of, responses)))
             entry = _Row(row, ("targets", index), naming, self.findings)
             if not entry.means and not entry.wrong:
@@ -108,7 +114,7 @@ class TargetRows:
                 self.of_tests.setdefault(str(test), []).append(means)
 
     def _read_main(self, index: int, row: Mapping[str, Any]) -> None:
-        """Read a row of the main test; of a wrong one what is good of it, for the rules."""
+        """Read a row of the main test; keep the valid values of an invalid row for the rules."""
         naming = self.naming
         entry = _Row(row, ("targets", index), naming, self.findings)
         first = naming.response.name
@@ -127,10 +133,10 @@ class TargetRows:
         self.means.append(target)
 
     def _with_curves(self, index: int, row: Mapping[str, Any]) -> Mapping[str, Any]:
-        """Return a row with force, standard deviation and number of specimens of its curves if it has no force."""
+        """Return a row; if it has no force, with force, standard deviation and number of specimens of its curves."""
         patterns = row.get("curves")
         patterns = [patterns] if isinstance(patterns, str) else patterns
-        if not isinstance(patterns, list) or not patterns or not all(isinstance(one, str) for one in patterns):
+        if not isinstance(patterns, list) or not patterns or not all(isinstance(name, str) for name in patterns):
             return row
         if self.naming.response != FORCE:
             return row
@@ -151,14 +157,14 @@ class TargetRows:
         self.findings.append(Finding(path, message, remedy))
 
     def targets(self, calibrate_at: float | None, stiffness: float | None) -> Targets | None:
-        """Return the targets, with the modes of their curves; None where nothing can be made of the rows."""
+        """Return the targets with the modes of their curves; None without a valid row or calibration condition."""
         if not self.means or calibrate_at is None:
             return None
         targets = Targets(calibrate_at=calibrate_at, means=tuple(self.means))
         if self.curves and all(has_fields(target, "condition", "response") for target in self.means):
             places = {target.row: place for place, target in enumerate(targets.means)}
             at = [row for row in self.curves if isclose(targets.means[places[row]].condition, targets.calibrate_at)]
-            most, modes = MOST, {}  # at other conditions no more than where is calibrated
+            most, modes = MOST, {}  # other conditions have at most as many modes as the calibration condition
             for row in [*at, *(row for row in self.curves if row not in at)]:
                 modes[places[row]] = modes_of(self.curves[row], stiffness, most)
                 most = len(modes[places[row]].weights) if row in at else most
@@ -167,7 +173,10 @@ class TargetRows:
         return targets
 
     def calibrated_at(self, chosen: Any, outer_diameter: float | None) -> float | None:
-        """Return the condition of calibration: first in `invert`, else the specimen's diameter or the first row's."""
+        """Return the condition of the calibration, if it has a row; otherwise that of the first row.
+
+        It is the first of the `chosen` conditions in `invert`, or else the diameter of the specimen.
+        """
         measured = [target.condition for target in self.means if has_fields(target, "condition")]
         wanted = outer_diameter if self.naming.condition == DIAMETER else None
         if isinstance(chosen, list) and chosen and self.naming.condition is not None:
@@ -175,25 +184,25 @@ class TargetRows:
                 wanted = _value(chosen[0], self.naming.condition, self.naming.condition == DIAMETER)
             except PydanticCustomError:
                 return measured[0] if measured else None
-        close = (one for one in measured if wanted is not None and isclose(one, wanted, rel_tol=1e-9))
-        return next(close, measured[0] if measured else None)
+        equal = (value for value in measured if wanted is not None and isclose(value, wanted, rel_tol=1e-9))
+        return next(equal, measured[0] if measured else None)
 
 
 class _Row:
-    """One row: its condition and the means by response; None or absent where they are wrong or missing."""
+    """One row: its condition (None if missing or invalid) and its valid means by response; adds to `findings`."""
 
     def __init__(self, row: Mapping[str, Any], path: NodePath, naming: Vocabulary, findings: list[Finding]) -> None:
         self.row, self.path, self.findings, self.wrong = row, path, findings, False
-        self.with_units = naming.is_cutting or "test" in row  # otherwise a number has the unit that the spec declares
-        given = [one for one in naming.responses if one.name in row]
-        scatters = self._scatters(given, naming)
+        self.with_units = naming.is_cutting or "test" in row  # otherwise a number has the declared unit
+        present = [response for response in naming.responses if response.name in row]
+        scatters = self._scatters(present, naming)
         self.scatter_is_wrong = self.wrong
         self.condition = self._condition(naming)
         self.n: int | None = self._checked("n", Count)
         with_curves = naming.response == FORCE and "test" not in row
         self.curves = self._checked("curves", Patterns) if with_curves else None
         self.means: dict[str, Mean] = {}
-        for named in given:
+        for named in present:
             value = self._read((named.name,), row[named.name], named, above=0.0)
             at = ("sd", named.name) if isinstance(row.get("sd"), dict) else ("sd",)
             sd = self._read(at, scatters[named.name], named, at_least=0.0) if named.name in scatters else None
@@ -214,14 +223,14 @@ class _Row:
         bounds = {"above": 0.0} if self.with_units else {}
         return self._read((named.name,), self.row[named.name], named, **bounds)
 
-    def _scatters(self, given: Sequence[Variable], naming: Vocabulary) -> Mapping[str, Any]:
+    def _scatters(self, present: Sequence[Variable], naming: Vocabulary) -> Mapping[str, Any]:
         if "sd" not in self.row:
             return {}
-        sd, names = self.row["sd"], [one.name for one in given]
+        sd, names = self.row["sd"], [response.name for response in present]
         if isinstance(sd, dict):
             for name in sd:
                 if name not in names:
-                    known = any(name == one.name for one in naming.responses)
+                    known = any(name == response.name for response in naming.responses)
                     missing = f"{str(name)[:60]} has a standard deviation but no measured value"
                     self._find(("sd", name), missing, f"add {name}: …" if known else did_you_mean(str(name), names))
             return sd
@@ -255,7 +264,7 @@ class _Row:
 
     def _refuse_unknown(self, naming: Vocabulary, with_curves: bool) -> None:
         at = [] if naming.condition is None else [naming.condition.name]
-        known = ["test"] * ("test" in self.row) + [*at, *(one.name for one in naming.responses), "sd", "n"]
+        known = ["test"] * ("test" in self.row) + [*at, *(response.name for response in naming.responses), "sd", "n"]
         known += ["curves"] if with_curves else []
         for key in self.row:
             if key not in known:
@@ -273,7 +282,7 @@ class _Row:
 def _value(
     given: Any, named: Variable, with_units: bool, above: float | None = None, at_least: float = -LARGEST
 ) -> float:
-    """Return a value in the unit of what it is of; without `with_units` a number has that unit."""
+    """Return a value in the unit of `named`; without `with_units`, a number is already in this unit."""
     if with_units:
         bounds = {"above": above} if above is not None else {}
         kind = Quantity(units.parse_unit(named.unit).dimension, at_least=at_least, unit=named.unit, **bounds)
@@ -290,8 +299,8 @@ def _value(
 
 
 def _travel_of(curves: Sequence[Curve], stiffness: float | None) -> Mean:
-    """Return the travel at the maximum of curves, from the preload and without the give of the machine (N/mm)."""
+    """Return the mean travel from the preload to the maximum force, corrected for the machine's stiffness (N/mm)."""
     compliance = 0.0 if stiffness is None else 1.0 / stiffness
     rising = [from_preload(travel - compliance * (force - force[0]), force) for travel, force in curves]
-    found = summarise([float(travel[int(np.argmax(force))]) for travel, force in rising])
-    return Mean(value=found.mean, sd=found.sd, n=found.n)
+    travels = summarise([float(travel[int(np.argmax(force))]) for travel, force in rising])
+    return Mean(value=travels.mean, sd=travels.sd, n=travels.n)

@@ -1,4 +1,4 @@
-"""Rules across a spec, a function each that yields what is wrong in a `Draft`; likely slips are in `plausible`."""
+"""Rules across a spec: functions that yield the mistakes in a `Draft`; `plausible` finds probable mistakes."""
 
 from dataclasses import dataclass, field
 
@@ -17,10 +17,10 @@ from stemcal.vocabulary import CUTTING, DIAMETER, Vocabulary
 
 @dataclass(frozen=True)
 class Draft:
-    """A study of which some sections may be missing, because they are wrong.
+    """A study in which invalid sections and fields are missing.
 
-    A rule that reads a missing section or field gets `Missing`, and ends (see `reading.read`).
-    `factors` and `tests` hold the valid ones by their index; `names` are the names of all factors, valid or not.
+    A rule that reads a missing section or field ends with the exception `Missing` (see `reading.read`). `factors` and
+    `tests` are the valid factors and tests by their index in the spec; `names` has those of invalid factors too.
     """
 
     study: Study
@@ -31,17 +31,17 @@ class Draft:
 
     @property
     def kind(self) -> SolverKind:
-        """The kind of the solver, and so what that can do."""
+        """Kind of the solver, which has its capabilities."""
         return self.study.kind
 
     @property
     def layers(self) -> tuple[LayerSection, ...]:
-        """The layers of the stem; none while they cannot be read."""
+        """The layers of the stem; empty if the section is invalid."""
         return field_or_none(self.study, "layers") or ()
 
     @property
     def places(self) -> dict[str, Place]:
-        """The material parameters by the names that they have as factors, with their places in the spec."""
+        """The possible parameters with their places in the spec, by their names as factors."""
         material = field_or_none(self.study, "material")
         if self.kind.has_layers:
             return places(material, self.layers)
@@ -49,14 +49,17 @@ class Draft:
 
     @property
     def growing(self) -> dict[str, Growth]:
-        """The material parameters that follow the diameter, by the names that they have as factors."""
-        layers = {f"{layer.name}_{name}": one for layer in self.layers for name, one in layer.growing().items()}
-        layers |= {f"{one.name}_thickness": one.thickness for one in self.layers if isinstance(one.thickness, Growth)}
-        return {**self.study.material.growing(), **layers}
+        """The parameters that are powers of the diameter, by their names as factors."""
+        growing = self.study.material.growing()
+        for layer in self.layers:
+            growing |= {f"{layer.name}_{name}": growth for name, growth in layer.growing().items()}
+            if isinstance(layer.thickness, Growth):
+                growing[f"{layer.name}_thickness"] = layer.thickness
+        return growing
 
     @property
     def diameters(self) -> dict[NodePath, float]:
-        """Every stem diameter of the spec with its place, mm."""
+        """All stem diameters in the spec, mm, by their place."""
         sizes: dict[NodePath, float] = {}
         if specimen := field_or_none(self.study, "specimen"):
             sizes["specimen", "outer_diameter"] = specimen.outer_diameter
@@ -69,6 +72,6 @@ class Draft:
         return sizes
 
     def unknown_factor(self, path: NodePath, name: str, at_key: bool = True) -> Finding:
-        """Return the mistake of an unknown factor."""
+        """Return the finding for the name of an unknown factor."""
         message = f"{name[:60]!r} is not a factor of this study"
         return Finding(path, message, did_you_mean(name, self.names), at_key)

@@ -1,4 +1,4 @@
-"""Rules on factors, fixed material values and those that follow the diameter."""
+"""Rules on factors, on fixed material values, and on values that depend on the diameter."""
 
 from collections.abc import Callable, Iterator, Mapping
 from math import inf
@@ -21,7 +21,6 @@ RATE = ("strain_rate_c", "strain_rate_p")
 
 
 def _names_differ(draft: Draft) -> Iterator[Finding]:
-    """No two factors share a name or a symbol."""
     for key in ("name", "symbol"):
         seen: dict[str, Factor] = {}
         for index, factor in draft.factors.items():
@@ -46,7 +45,7 @@ def _ranges_rise(draft: Draft) -> Iterator[Finding]:
 
 
 def _priors_fit(draft: Draft) -> Iterator[Finding]:
-    """A prior leaves something of the range."""
+    """The prior distribution overlaps the range of the factor."""
     for index, factor in draft.factors.items():
         if (prior := factor.prior) is None:
             continue
@@ -58,7 +57,7 @@ def _priors_fit(draft: Draft) -> Iterator[Finding]:
 
 
 def _factors_are_known(draft: Draft) -> Iterator[Finding]:
-    """The solver has the factor, and its unit has the right dimension."""
+    """The solver has a parameter with the name of the factor, and the unit has the right dimension."""
     if not draft.kind.parameters:
         return
     exponents, known = {growth.exponent for growth in draft.growing.values()}, draft.places
@@ -86,14 +85,14 @@ def _factors_are_known(draft: Draft) -> Iterator[Finding]:
 
 
 def _may_be_of_wrong_section(draft: Draft, name: str) -> bool:
-    """Check for a section of a parameter that cannot be read, which is reported already."""
+    """Check for an invalid section that may define the parameter; its mistakes are reported already."""
     material = field_or_none(draft.study, "material")
     across = material is None or not has_fields(material, "transverse")
     return not has_fields(draft.study, "layers") or (across and "transverse_" in name)
 
 
 def _values_are_physical(draft: Draft) -> Iterator[Finding]:
-    """Levels, fixed values and those at every diameter of the study are values a material can have."""
+    """Levels and fixed values, at every diameter of the study, are within the physical limits of the parameter."""
     for name, place in draft.places.items() if draft.kind.parameters else ():
         parameter, reported = place.parameter, set[NodePath]()
         for path, value in possible_values(draft, name):
@@ -111,7 +110,7 @@ def _values_are_physical(draft: Draft) -> Iterator[Finding]:
 
 
 def wrong_levels(study: Study, levels: Mapping[str, float], diameter: float | None = None) -> Iterator[str]:
-    """Yield the mistakes in levels (units of the spec) and a diameter that are not in a spec."""
+    """Yield the mistakes in levels (units of the spec) and a diameter (mm) from outside a spec, such as an option."""
     if study.pending:
         yield study.pending
     if not study.kind.parameters:
@@ -125,10 +124,11 @@ def wrong_levels(study: Study, levels: Mapping[str, float], diameter: float | No
             yield f"diameter: {diameter:g} mm, but `outer_diameter` is a factor; set the level of the factor"
         diameter = own
     given, around_stem = study.parameters(levels, diameter), (FRICTION, *SETTINGS)
-    around = {one.name: one.internal(levels[one.name]) for one in study.factors if one.name in around_stem}
+    around = {each.name: each.internal(levels[each.name]) for each in study.factors if each.name in around_stem}
     growing = [name for name, place in study.places.items() if isinstance(place.given, Growth)]
     chosen = {**study.midlevels(), **levels}
-    further = [one for one in study.factors if one.name in study.places.keys() - EMBEDDED.keys() and one.unit != "1"]
+    names = study.places.keys() - EMBEDDED.keys()
+    further = [factor for factor in study.factors if factor.name in names and factor.unit != "1"]
     of_layers = {factor.name: factor.internal(chosen[factor.name]) for factor in further}
     for name, value in (given | around | of_layers).items():
         parameter = study.places[name].parameter
@@ -145,7 +145,7 @@ def wrong_levels(study: Study, levels: Mapping[str, float], diameter: float | No
 
 
 def _material_is_given_once(draft: Draft) -> Iterator[Finding]:
-    """A parameter is a factor or has a value, not both and not neither."""
+    """A parameter is a factor or has a fixed value, not both; a growing parameter has one of them."""
     for name, place in draft.places.items():
         given = place.given
         if name in draft.names and given is not None and not (isinstance(given, Growth) and given.value is None):
@@ -157,7 +157,7 @@ def _material_is_given_once(draft: Draft) -> Iterator[Finding]:
 
 
 def _sections_are_given_once(draft: Draft) -> Iterator[Finding]:
-    """What a factor varies in a section has no fixed value there, and the stroke is set once."""
+    """A setting that is a factor has no fixed value in its section, and the stroke is set only once."""
     for name in settings_varied(draft):
         section = field_or_none(draft.study, SETTINGS[name].section)
         if section is not None and name in section.model_fields_set:
@@ -173,13 +173,13 @@ def _sections_are_given_once(draft: Draft) -> Iterator[Finding]:
 
 
 def settings_varied(draft: Draft) -> dict[str, int]:
-    """Return the index in the spec of each setting of the test that is a factor, and whose unit is right."""
+    """Return the index of each factor that is a setting of the test and has a valid unit, by name."""
     known, each = SETTINGS.keys() & draft.kind.parameters.keys(), draft.factors.items()
     return {factor.name: index for index, factor in each if factor.name in known and _unit_fits(draft, factor)}
 
 
 def _settings_act(draft: Draft) -> Iterator[Finding]:
-    """A setting that is a factor has an effect, and no other part of the test follows from it by a slip."""
+    """A setting that is a factor has an effect, and changes no other setting unintentionally."""
     study, settings = draft.study, settings_varied(draft)
     if "speed" in settings and study.loading.chosen_stroke is None:
         message = f"the stroke ({study.loading.duration:g} s times the speed) would follow the factor `speed`"
@@ -197,7 +197,6 @@ def _settings_act(draft: Draft) -> Iterator[Finding]:
 
 
 def _rate_parameters_are_used(draft: Draft) -> Iterator[Finding]:
-    """Without a rate law its parameters are neither factors nor given."""
     if draft.study.solver.rate != "none":
         return
     places: dict[NodePath, str] = {("factors", i, "name"): factor.name for i, factor in draft.factors.items()}
@@ -209,7 +208,6 @@ def _rate_parameters_are_used(draft: Draft) -> Iterator[Finding]:
 
 
 def _material_is_complete(draft: Draft) -> Iterator[Finding]:
-    """The solver has a value for each of its nine parameters."""
     if not draft.kind.parameters or not draft.names or draft.study.material.from_ is not None:
         return
     meant = {nearest(name, PARAMETERS) for name in draft.names if name not in SETTINGS}
@@ -217,7 +215,7 @@ def _material_is_complete(draft: Draft) -> Iterator[Finding]:
     given = {*draft.study.material.given(), *draft.growing, *wrong, *draft.names, *meant}
     given |= set(RATE if draft.study.solver.rate == "none" else ())
     for name, parameter in PARAMETERS.items():
-        in_layers = [getattr(one, name) is not None or f"{one.name}_{name}" in draft.names for one in draft.layers]
+        in_layers = [getattr(each, name) is not None or f"{each.name}_{name}" in draft.names for each in draft.layers]
         if name in given or (in_layers and all(in_layers)):
             continue
         message = f"the {draft.study.solver.title} solver requires `{name}` (usual range: {parameter.usual})"
@@ -228,7 +226,6 @@ def _material_is_complete(draft: Draft) -> Iterator[Finding]:
 
 
 def _tangent_stays_below_elastic(draft: Draft) -> Iterator[Finding]:
-    """The tangent modulus is smaller than the elastic modulus everywhere in the ranges."""
     if not draft.kind.parameters:
         return
     for diameter in sorted({*draft.diameters.values()}):
@@ -246,13 +243,16 @@ def _tangent_stays_below_elastic(draft: Draft) -> Iterator[Finding]:
 def values_in(
     draft: Draft, layer: LayerSection | None, name: str, diameter: float | None = None
 ) -> list[tuple[NodePath, Any]]:
-    """Return the values that a parameter can have in a layer, None for the whole stem: its own or the material's."""
+    """Return the possible values of a parameter in a layer (None for the whole stem): its own or the material's."""
     own = [] if layer is None else [*possible_values(draft, f"{layer.name}_{name}", diameter)]
     return own or [*possible_values(draft, name, diameter)]
 
 
 def possible_values(draft: Draft, name: str, diameter: float | None = None) -> Iterator[tuple[NodePath, Any]]:
-    """Yield possible values (internal units or `Relative`) with places, of growing ones at one or all diameters."""
+    """Yield the extreme values of a parameter (internal units or `Relative`) with their places in the spec.
+
+    A value that depends on the diameter is evaluated at `diameter` (mm), or at all diameters of the study if None.
+    """
     if (place := draft.places.get(name)) is None:
         return
     if name in _growing(draft):
@@ -271,12 +271,12 @@ def possible_values(draft: Draft, name: str, diameter: float | None = None) -> I
 
 
 def _growing(draft: Draft) -> Mapping[str, Growth]:
-    """Return the parameters that follow the diameter; none while the material cannot be read."""
+    """Return the parameters that are powers of the diameter; none if the material section is invalid."""
     return draft.growing if has_fields(draft.study, "material") else {}
 
 
 def _reached(draft: Draft, name: str, diameter: float | None = None) -> list[float]:
-    """Return the values, internal units, of a growing parameter at the corners of what the study can ask for."""
+    """Return the values of a growing parameter, internal units, at the extreme levels of its factors and diameters."""
     growth, at = draft.growing[name], {factor.name: factor for factor in draft.factors.values()}
     if name in at and not _unit_fits(draft, at[name]):
         return []
@@ -299,7 +299,7 @@ def _unit_fits(draft: Draft, factor: Factor) -> bool:
 
 
 def _exponents_are_factors(draft: Draft) -> Iterator[Finding]:
-    """An exponent with a name is a factor, a pure number, and not a material parameter."""
+    """An exponent with a name is a dimensionless factor that is not a material parameter."""
     known = {factor.name: index for index, factor in draft.factors.items()}
     for name, growth in draft.growing.items():
         path, exponent = (*draft.places[name].path, "exponent"), growth.exponent
@@ -326,4 +326,3 @@ RULES: tuple[Callable[[Draft], Iterator[Finding]], ...] = (
     _sections_are_given_once, _settings_act, _rate_parameters_are_used, _material_is_complete,
     _exponents_are_factors, _tangent_stays_below_elastic,
 )  # fmt: skip
-"""The rules of this file."""

@@ -11,13 +11,12 @@ from stemcal.vocabulary import DIAMETER, FIRST
 
 
 def _goal_is_complete(draft: Draft) -> Iterator[Finding]:
-    """One or two responses are optimised, each once."""
     if (goal := draft.study.goal) is None:
         return
     listed = [*goal.minimise, *goal.maximise]
     if not listed:
         yield Finding(("goal",), "no response is optimised", f"add `minimise: [{draft.naming.response.name}]`")
-    for name in {one for one in listed if listed.count(one) > 1}:
+    for name in {response for response in listed if listed.count(response) > 1}:
         yield Finding(("goal",), f"{draft.naming.named(name).name} is listed twice", "remove one")
     if len(set(listed)) > 2:
         message = f"{len(set(listed))} responses are optimised, but a Pareto front has two"
@@ -26,7 +25,6 @@ def _goal_is_complete(draft: Draft) -> Iterator[Finding]:
 
 
 def _goal_or_targets(draft: Draft) -> Iterator[Finding]:
-    """A study with a goal measures nothing, at one stem diameter."""
     if draft.study.goal is None:
         return
     if draft.study.targets.means:
@@ -36,14 +34,13 @@ def _goal_or_targets(draft: Draft) -> Iterator[Finding]:
     if draft.naming.condition not in (None, DIAMETER):
         message = "a study with a goal has no condition"
         yield Finding(("conditions",), message, "remove `conditions`, and set its value in the program", at_key=True)
-    for stage in (one for one in STAGES.built_in if "targets" in one.reads):
+    for stage in (stage for stage in STAGES.built_in if "targets" in stage.reads):
         if (section := field_or_none(draft.study, stage.name)) is not None and section.model_fields_set:
             message = f"the `{stage.name}` stage requires `targets`, but this study has a goal"
             yield Finding((stage.name,), message, "remove this key", at_key=True)
 
 
 def _goal_is_simulated(draft: Draft) -> Iterator[Finding]:
-    """The solver returns the responses of the goal."""
     if (goal := draft.study.goal) is None or not draft.naming.is_cutting:
         return
     severed = draft.study.loading.until == "severed"
@@ -52,10 +49,9 @@ def _goal_is_simulated(draft: Draft) -> Iterator[Finding]:
         if name != FIRST and not draft.kind.gives_curve:
             message = f"a solver of kind `{draft.study.solver.kind}` returns only the force"
             yield Finding(path, message, f"declare both under `responses`, such as `- {{name: {name}, unit: mJ}}`")
-        elif (found := response_of(name, CUT)) and FURTHER_CUT not in found.tests and not severed:
+        elif (response := response_of(name, CUT)) and FURTHER_CUT not in response.tests and not severed:
             message = f"{name} requires a cut all the way through the stem"
             yield Finding(path, message, "write `until: severed` in the `loading` section")
 
 
 RULES: tuple[Callable[[Draft], Iterator[Finding]], ...] = (_goal_is_complete, _goal_or_targets, _goal_is_simulated)
-"""The rules of this file."""

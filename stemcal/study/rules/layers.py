@@ -1,4 +1,4 @@
-"""Rules on layers, fibres, and a geometry that follows the stem diameter."""
+"""Rules on layers, fibres, and a geometry that depends on the stem diameter."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from stemcal.study.rules.factors import possible_values, values_in
 from stemcal.study.types.factor import PARAMETERS, TRANSVERSE
 from stemcal.study.types.strict_yaml import Finding, NodePath
 
-# Elements through a layer, at least; and the mass that an element of it may be given for the time step, times its own.
+# Least number of elements through a layer; largest mass of an element with mass scaling over its true mass.
 _ELEMENTS, _MOST_MASS = 3, 100.0
 
 
 def _solver_has_layers(draft: Draft) -> Iterator[Finding]:
-    """Layers and fibres are for a solver that simulates them, also where the study is refined."""
+    """Layers and fibres require a solver that simulates them, also in the model of a `refine` section."""
     there = draft.study.there
     if draft.kind.has_layers and not there.kind.writes_decks:
         return
@@ -36,7 +36,6 @@ def _solver_has_layers(draft: Draft) -> Iterator[Finding]:
 
 
 def _layers_are_complete(draft: Draft) -> Iterator[Finding]:
-    """There are two or three, with different names; all but the innermost have a thickness."""
     layers, seen = draft.study.layers, set[str]()
     if len(layers) == 1:
         message = "one layer is not enough"
@@ -65,7 +64,7 @@ def _layers_are_complete(draft: Draft) -> Iterator[Finding]:
 
 
 def _factors_act_in_a_layer(draft: Draft) -> Iterator[Finding]:
-    """A factor of the whole stem is a parameter of at least one layer: not all have their own value."""
+    """A factor of the whole stem has an effect: at least one layer has no own value of the parameter."""
     for index, factor in draft.factors.items() if draft.layers and draft.kind.has_layers else ():
         each = [f"{layer.name}_{factor.name}" for layer in draft.layers]
         follow = [name for name in each if name in draft.places and draft.places[name].given is None]
@@ -76,7 +75,6 @@ def _factors_act_in_a_layer(draft: Draft) -> Iterator[Finding]:
 
 
 def _bore_is_given_once(draft: Draft) -> Iterator[Finding]:
-    """The bore is a diameter or a ratio, and smaller than each stem."""
     specimen = draft.study.specimen
     if {"bore", "diameter_ratio"} <= specimen.model_fields_set:
         message = "`diameter_ratio` also sets the bore"
@@ -90,7 +88,6 @@ def _bore_is_given_once(draft: Draft) -> Iterator[Finding]:
 
 
 def _measured_values_cover_the_diameters(draft: Draft) -> Iterator[Finding]:
-    """What was measured per diameter is known at each diameter of the study."""
     specimen = draft.study.specimen
     given: dict[NodePath, object] = {("specimen", key): getattr(specimen, key) for key in ("diameter_ratio", "bore")}
     given |= {("layers", i, "thickness"): layer.thickness for i, layer in enumerate(draft.layers)}
@@ -103,16 +100,16 @@ def _measured_values_cover_the_diameters(draft: Draft) -> Iterator[Finding]:
 
 
 def _layers_fit_the_wall(draft: Draft) -> Iterator[Finding]:
-    """The layers leave room for the innermost one at each diameter, and are not too thin for the time step."""
+    """At every diameter, the layers are thinner than the wall, and not too thin for the time step of the solver."""
     specimen, outer = draft.study.specimen, draft.study.layers[:-1]
     ratio = specimen.bore if specimen.bore is not None else specimen.diameter_ratio
     for diameter in _diameters(draft) if outer else ():
-        covered = all(_is_covered(one, diameter) for one in (ratio, *(layer.thickness for layer in outer)))
+        covered = all(_is_covered(size, diameter) for size in (ratio, *(layer.thickness for layer in outer)))
         each = [[*possible_values(draft, f"{layer.name}_thickness", diameter)] for layer in outer] if covered else []
         if not each or not all(each):
             return  # reported already
         wall = 0.5 * diameter * (1.0 - specimen.ratio_at(diameter))
-        place, most = f"at a diameter of {diameter:g} mm, the", sum(max(mm for _, mm in one) for one in each)
+        place, most = f"at a diameter of {diameter:g} mm, the", sum(max(mm for _, mm in values) for values in each)
         if most >= wall:
             path, _ = max(each[0], key=itemgetter(1))
             message = f"{place} layers are {most:.3g} mm thick, but the wall {wall:.3g} mm"
@@ -131,7 +128,10 @@ def _layers_fit_the_wall(draft: Draft) -> Iterator[Finding]:
 
 
 def _least_thickness(draft: Draft, layer: LayerSection, diameter: float) -> float:
-    """Return the thickness (mm) below which elements need 100 times their mass; the stable step is h √(ρ/C), C ≥ E."""
+    """Return the thickness (mm) of a layer whose elements need 100 times their mass for the time step of the solver.
+
+    The stable time step of an element of size h is h √(ρ/C), with the modulus C of waves, which is at least E.
+    """
     solver = draft.study.solver
     names = ("elastic_modulus", "density")
     moduli, densities = ([value for _, value in values_in(draft, layer, name, diameter)] for name in names)
@@ -146,31 +146,28 @@ def _is_covered(value: object, diameter: float) -> bool:
 
 
 def _diameters(draft: Draft) -> list[float]:
-    """Return the diameters that the study simulates: of the targets, and the specimen's if the spec has it."""
+    """Return the diameters that the study simulates: those of the targets, and the specimen's if it is in the spec."""
     written = "outer_diameter" in draft.study.specimen.model_fields_set
     all_ = draft.diameters
     targets = {d for path, d in all_.items() if path[0] == "targets"}
     return sorted(targets | {d for path, d in all_.items() if path[0] == "specimen" and (written or not targets)})
 
 
-# ---- laws that a material can have
-
-
 def _laws_are_possible(draft: Draft) -> Iterator[Finding]:
-    """Across the axis, the elastic energy is positive and the yield surface is closed, for all levels."""
+    """For all levels of the factors, the elastic energy is positive and the yield surface is closed."""
     for layer in draft.study.layers or (None,):
         prefix = "" if layer is None else f"{layer.name}_"
         if f"{prefix}transverse_yield_stress" not in draft.places:
             continue
         for diameter in _diameters(draft):
-            found = [*_stiffness(draft, layer, diameter), *_surface(draft, layer, diameter)]
-            yield from found
-            if found:
+            findings = [*_stiffness(draft, layer, diameter), *_surface(draft, layer, diameter)]
+            yield from findings
+            if findings:
                 return
 
 
 def _surface(draft: Draft, layer: LayerSection | None, diameter: float) -> Iterator[Finding]:
-    """Hill's surface is closed if the yield stress across is below twice that along the axis."""
+    """Hill's yield surface is closed if the yield stress across the axis is below twice that along it."""
     for path, ratio in _ratios(draft, layer, "yield_stress", diameter)[-1:]:
         if ratio >= 2.0:
             message = f"the yield stress across the axis is {ratio:.3g} times that along the axis"
@@ -195,14 +192,14 @@ def _stiffness(draft: Draft, layer: LayerSection | None, diameter: float) -> Ite
 
 
 def _ratios(draft: Draft, layer: LayerSection | None, name: str, diameter: float) -> list[tuple[NodePath, float]]:
-    """Return the largest ratio that a stress across the axis can have to that along it, with its place; or nothing."""
+    """Return [(place, ratio)] of the largest possible ratio of a stress across the axis to that along it, or []."""
     along = [value for _, value in values_in(draft, layer, name, diameter)]
     each = [
         (path, value.value if isinstance(value, Relative) else value / min(along))
         for path, value in _across(draft, layer, name, diameter)
         if isinstance(value, Relative) or along
     ]
-    return sorted(each, key=lambda one: one[1])[-1:]
+    return sorted(each, key=itemgetter(1))[-1:]
 
 
 def _across(draft: Draft, layer: LayerSection | None, name: str, diameter: float) -> list[tuple[NodePath, Any]]:
@@ -214,4 +211,3 @@ RULES: tuple[Callable[[Draft], Iterator[Finding]], ...] = (
     _solver_has_layers, _layers_are_complete, _factors_act_in_a_layer, _bore_is_given_once,
     _measured_values_cover_the_diameters, _layers_fit_the_wall, _laws_are_possible,
 )  # fmt: skip
-"""The rules of this file."""

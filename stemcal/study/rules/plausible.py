@@ -1,4 +1,4 @@
-"""Values that are possible but look like a slip of the unit: far from what plant stems and blades are."""
+"""Values that are possible but probably mistakes, such as a wrong unit: outside the usual range of stems and blades."""
 
 import math
 from collections.abc import Iterator
@@ -20,9 +20,9 @@ from stemcal.study.types.strict_yaml import Finding, NodePath
 from stemcal.vocabulary import DIAMETER, FIRST, FORCE, TRAVEL
 
 _RANGES: dict[tuple[str, str], tuple[float, float, str]] = {
-    (one.section, name): (*one.parameter.plausible, one.parameter.unit)
-    for name, one in SETTINGS.items()
-    if one.parameter.unit != "1"
+    (setting.section, name): (*setting.parameter.plausible, setting.parameter.unit)
+    for name, setting in SETTINGS.items()
+    if setting.parameter.unit != "1"
 } | {
     ("specimen", "length"): (5, 1000, "mm"),
     ("specimen", "bore"): (0.1, 500, "mm"),
@@ -37,40 +37,42 @@ _RANGES: dict[tuple[str, str], tuple[float, float, str]] = {
     ("solver", "time_limit"): (1, 1e7, "s"),
     ("solver", "time_step"): (1e-6, 1e-3, "s"),
 }
-# Between these powers of the diameter a cutting force grows; beyond this ratio it is questioned.
+# Cutting forces increase with a power of the diameter between the first and the last of these; a force that deviates
+# from all expected ones by more than the factor _FAR is questioned.
 _POWERS, _FAR = (1.5, 2.5, 3.5), 3.0
-# Elements: fewer through the wall are questioned; of a wall thinner than a fifth of the diameter the second number.
+# Fewer elements through the wall than _THROUGH are questioned; with a bore ratio above _THIN, fewer than _THROUGH_THIN.
 _THROUGH, _THROUGH_THIN, _THIN = 3, 4, 0.6
-# Elements of more than this share of a length do not resolve it.
+# Largest element size over the internal length and the edge spread.
 _RESOLVED = 0.6
-# Nor do they resolve a blade thinner than this: at 0.75 the force is within 1 %, at 0.94 5 % and at 1.25 11 % too low.
+# Largest element size over the thickness of the blade. At 0.75 the error of the force is below 1 %; at 0.94 the force
+# is 5 % too low, at 1.25 it is 11 % too low.
 _OF_BLADE = 0.75
-_MOST_SHEAR = 0.05  # of a deflection
-_LEAST_SCATTER = 3e-4  # of a mean
-_SCATTER = 0.15  # of the ratio of two mean forces, without a fall that is worth a question
+_MOST_SHEAR = 0.05  # largest share of shear in a deflection
+_LEAST_SCATTER = 3e-4  # smallest plausible standard deviation over mean
+_SCATTER = 0.15  # a decrease of the force with the diameter below this share may be scatter
 _MACHINE, _MOWER = 50.0, 1000.0  # mm/s: the fastest testing machine, the slowest mower
-# Largest smoothed strain rate of a cut, in speeds over diameters; measured: 3.9 to 5.4, before the rate law slows it.
+# Largest smoothed strain rate of a cut over speed/diameter; simulations had 3.9 to 5.4 without a rate law.
 _RATE = 4.0
 FALL = "the simulated values decrease by up to 10 % if the element size is reduced by a third"
 
 
 def doubts(study: Study) -> list[Finding]:
-    """Return values that look like a wrong unit; none of them is certainly wrong."""
+    """Return a finding for each value that is probably, but not certainly, a mistake."""
     virtual, measured = (_sizes, _speeds, _rates, _tests, _spans, _mesh), (_targets, _scatters, _outliers, _falls)
-    found = (*virtual, *measured, _materials, _factors, _agreement)
-    findings = [finding for of in found for finding in of(study)]
+    questions = (*virtual, *measured, _materials, _factors, _agreement)
+    findings = [finding for question in questions for finding in question(study)]
     return [*findings, *(finding for stage in STAGES.with_(study.further) for finding in stage.doubts(study))]
 
 
 def _sizes(study: Study) -> Iterator[Finding]:
     for path, (low, high, unit) in _RANGES.items():
         value = value_at(getattr(getattr(study, path[0]), path[1], None), study.specimen.outer_diameter, None, {})
-        if value:  # none, or none of it, is no slip
+        if value:  # 0 and an omitted value are plausible
             yield from doubt(path, value, low, high, unit)
 
 
 def _speeds(study: Study) -> Iterator[Finding]:
-    """Question speeds above that of a testing machine and below that of a mower: mm/min may be meant."""
+    """Question speeds between those of testing machines and of mowers, whose unit may be mm/min."""
     speeds: dict[NodePath, float] = {("loading", "speed"): study.loading.speed}
     speeds |= {("tests", index, "speed"): test.speed for index, test in enumerate(study.tests)}
     for path, speed in speeds.items():
@@ -80,12 +82,12 @@ def _speeds(study: Study) -> Iterator[Finding]:
 
 
 def _rates(study: Study) -> Iterator[Finding]:
-    """Question the law 1 + (ε̇/C)^P where ε̇ comes near C: there it explodes instead of being a small correction."""
+    """Question the law 1 + (ε̇/C)^P if ε̇ approaches C: beyond it, a small correction becomes a large factor."""
     if study.solver.rate != "paper":
         return
     least = {factor.name: factor.low for factor in study.factors if factor.name == "strain_rate_c"}
     each = {d: study.parameters({**study.midlevels(), **least}, d)["strain_rate_c"] for d in _conditions(study)}
-    diameter, c = min(each.items(), key=lambda one: one[0] * one[1])
+    diameter, c = min(each.items(), key=lambda of_diameter: of_diameter[0] * of_diameter[1])
     cuts = {("tests", index, "speed"): test.speed for index, test in enumerate(study.tests) if test.is_further_cut}
     for path, speed in ({("loading", "speed"): study.loading.speed} | cuts).items():
         rate = _RATE * speed / diameter
@@ -98,9 +100,9 @@ def _rates(study: Study) -> Iterator[Finding]:
 
 
 def _tests(study: Study) -> Iterator[Finding]:
-    """Question the sizes of laboratory tests, and responses of a further cut that depend on the elements."""
+    """Question the dimensions of laboratory tests, and responses of a further cut that depend on the element size."""
     for index, test in enumerate(study.tests):
-        late = [one.name for one in test.responses if one.varies_with_mesh and one.name in test.measured]
+        late = [kind.name for kind in test.responses if kind.varies_with_mesh and kind.name in test.measured]
         if test.is_further_cut and late:
             yield Finding(("tests", index), f"{' and '.join(late)}: {FALL}", "fit only the maximum force")
         for key, (low, high) in test.plausible.items():
@@ -110,10 +112,10 @@ def _tests(study: Study) -> Iterator[Finding]:
 
 
 def _spans(study: Study) -> Iterator[Finding]:
-    """Question a span that is too short for a stem with fibres, which is soft in shear."""
+    """Question a bending span that is too short for a stem with fibres, whose shear modulus is small."""
     diameter = study.targets.calibrate_at
     stem = layers_at(study, {}, diameter) if study.is_layered else ()
-    softness = [one.along["elastic_modulus"] / one.across["shear_modulus"] for one in stem if one.across is not None]
+    softness = [law.along["elastic_modulus"] / law.across["shear_modulus"] for law in stem if law.across is not None]
     for index, test in enumerate(study.tests if softness else ()):
         over = test.shear_over_bending(diameter, study.specimen.ratio_at(diameter), max(softness))
         if (share := over / (1.0 + over)) > _MOST_SHEAR:
@@ -130,7 +132,7 @@ def _spans(study: Study) -> Iterator[Finding]:
 
 
 def _mesh(study: Study) -> Iterator[Finding]:
-    """Elements of more than 0.6 of a length cannot resolve it, and without the lengths the force is the mesh's."""
+    """Question elements too large for the edge spread, the internal length or the blade, and lengths of 0."""
     mesh = study.solver.mesh
     if mesh is None or not study.solver.has_lengths:
         return
@@ -163,14 +165,14 @@ def _mesh(study: Study) -> Iterator[Finding]:
 
 
 def _wall(study: Study, mesh: ElementCounts) -> Iterator[Finding]:
-    """Question a wall of fewer elements than its bending takes, at the thinnest stem and wall of the study."""
+    """Question a wall with too few elements through its thickness for bending, at any diameter of the study."""
     if mesh.through_wall is not None and mesh.through_wall >= _THROUGH:
         return
     for diameter in () if study.layers else _conditions(study):
         if (ratio := study.specimen.ratio_at(diameter)) == 0.0:
             continue
         wall = 0.5 * diameter * (1.0 - ratio)
-        elements = min(wall / mesh.element_size.at(diameter), 1e300)  # of a size near zero it overflows
+        elements = min(wall / mesh.element_size.at(diameter), 1e300)  # without the limit it may be infinite
         count = mesh.through_wall or max(1, math.ceil(elements - 1e-9))
         if count < (_THROUGH_THIN if ratio > _THIN else _THROUGH):
             message = (
@@ -204,7 +206,7 @@ def _targets(study: Study) -> Iterator[Finding]:
 
 
 def _scatters(study: Study) -> Iterator[Finding]:
-    """Question a mean whose scatter is not of its size: one of them has slipped."""
+    """Question a standard deviation that is too small or too large for its mean."""
     for target in study.targets.means:
         for named in study.naming.responses:
             mean, sd = target.mean_of(FIRST if named == study.naming.response else named.name)
@@ -214,7 +216,7 @@ def _scatters(study: Study) -> Iterator[Finding]:
 
 
 def _outliers(study: Study) -> Iterator[Finding]:
-    """Question a cutting force that is far from the trend of the others for all plausible powers of the diameter."""
+    """Question a cutting force far from the trend of the others for all plausible powers of the diameter."""
     targets = study.targets.means
     if len(targets) < 2 or not study.kind.parameters:
         return
@@ -234,13 +236,12 @@ def _outliers(study: Study) -> Iterator[Finding]:
 
 
 def _falls(study: Study) -> Iterator[Finding]:
-    """Question a cutting force that falls with the diameter: a row may be left over from a template."""
+    """Question a cutting force that decreases with the diameter: a row may be left over from a template."""
     if not study.naming.is_force_on_stems:
         return
     far = {finding.path[1] for finding in _outliers(study)}
-    stems = sorted(
-        (one for one in study.targets.means if one.response > 0.0 and one.row not in far), key=lambda one: one.condition
-    )
+    stems = [target for target in study.targets.means if target.response > 0.0 and target.row not in far]
+    stems.sort(key=lambda target: target.condition)
     pairs = [(_shortfall(*pair), *pair) for pair in combinations(stems, 2)]
     short, thin, thick = max(pairs, key=lambda pair: pair[0], default=(0.0, None, None))
     if short > 0.0 and thin is not None and thick is not None:
@@ -253,10 +254,13 @@ def _falls(study: Study) -> Iterator[Finding]:
 
 
 def _shortfall(thin: Target, thick: Target) -> float:
-    """Return ln of the shortfall of the force from F ~ d^1.5 beyond 2 standard errors, at least 15 %; 0 if none."""
+    """Return the excess of the shortfall ln(F expected/F) of a thicker stem over its tolerance; 0 if F increases.
+
+    The expected force follows F ~ d^1.5; the tolerance is 2 standard errors, at least 15 %.
+    """
     if thick.response >= thin.response:
         return 0.0
-    squares = sum(((one.sd or 0.0) / one.response) ** 2 / (one.n or 1) for one in (thin, thick))
+    squares = sum(((target.sd or 0.0) / target.response) ** 2 / (target.n or 1) for target in (thin, thick))
     grown = thin.response * (thick.condition / thin.condition) ** min(_POWERS)
     return math.log(grown / thick.response) - max(2.0 * math.sqrt(squares), _SCATTER)
 
@@ -307,7 +311,7 @@ def _agreement(study: Study) -> Iterator[Finding]:
 
 
 def doubt(path: NodePath, value: float, low: float, high: float, unit: str) -> Iterator[Finding]:
-    """Question a value outside its plausible range."""
+    """Question a value outside its plausible range from `low` to `high`, all in `unit`."""
     if low * (1 - 1e-9) <= value <= high * (1 + 1e-9):
         return
     usual = f"{low:g} to {in_unit(high, unit)}"

@@ -1,4 +1,4 @@
-"""Rules on what was measured, and on laboratory tests besides cutting."""
+"""Rules on measured data, on the geometry of the cutting test, and on other laboratory tests."""
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
@@ -24,11 +24,11 @@ def _names_are_free(draft: Draft) -> Iterator[Finding]:
     taken = {**dict.fromkeys(_OF_ROWS, "a key of `targets`"), **dict.fromkeys(CHANCE, "a placeholder")}
     taken |= dict.fromkeys(draft.names, "a factor")
     for section in ("responses", "conditions"):
-        for index, one in enumerate(getattr(draft.study, section) or ()):
-            if one.name in taken:
-                message = f"{one.name!r} is already {taken[one.name]}"
+        for index, declared in enumerate(getattr(draft.study, section) or ()):
+            if declared.name in taken:
+                message = f"{declared.name!r} is already {taken[declared.name]}"
                 yield Finding((section, index, "name"), message, "choose another name")
-            taken[one.name] = "the name of another response or condition"
+            taken[declared.name] = "the name of another response or condition"
             if index == 0:
                 taken.setdefault(FIRST, "a reserved name")
 
@@ -46,7 +46,7 @@ def _conditions_differ(draft: Draft) -> Iterator[Finding]:
 
 
 def _own_names_are_of_programs(draft: Draft) -> Iterator[Finding]:
-    """The embedded solver and the decks answer with the maximum force over the stem's diameter."""
+    """Only solvers with `own_responses` allow other responses than the force and other conditions than the diameter."""
     if draft.naming.is_cutting or draft.kind.own_responses or draft.tests or draft.study.targets.modes:
         return
     for section, is_own in (
@@ -60,7 +60,6 @@ def _own_names_are_of_programs(draft: Draft) -> Iterator[Finding]:
 
 
 def _stem_reaches_over_supports(draft: Draft) -> Iterator[Finding]:
-    """The specimen is on both supports."""
     if draft.study.supports.kind == "span" and draft.study.supports.clearance >= draft.study.specimen.length:
         message = (
             f"the supports are {draft.study.supports.clearance:g} mm apart, but the specimen is only "
@@ -70,7 +69,7 @@ def _stem_reaches_over_supports(draft: Draft) -> Iterator[Finding]:
 
 
 def _clamp_is_in_place(draft: Draft) -> Iterator[Finding]:
-    """The clamp is beside the blade and the fixed knife, and the cut is on the specimen."""
+    """The clamp is beyond the blade and the fixed knife, and the plane of the cut is within the specimen."""
     supports, blade, length = draft.study.supports, draft.study.blade, draft.study.specimen.length
     if supports.kind == "span":
         if "height" in supports.model_fields_set and "height" not in draft.names:
@@ -102,7 +101,7 @@ _OF_SECTIONS = (_stem_reaches_over_supports, _clamp_is_in_place, _edge_fits_blad
 
 
 def _at_ends(rule: Rule) -> Rule:
-    """Return a rule for all combinations of the ends of the settings of the test that are factors."""
+    """Return a rule that checks all combinations of `low` and `high` of the factors that are settings of the test."""
 
     def checked(draft: Draft) -> Iterator[Finding]:
         settings, reported = settings_varied(draft), set[NodePath]()
@@ -139,7 +138,6 @@ _CUTTING = "cutting"
 
 
 def _tests_are_simulated(draft: Draft) -> Iterator[Finding]:
-    """Laboratory tests are for the embedded solver, whose responses they extend."""
     if not draft.tests:
         return
     if not draft.kind.simulates_stems:
@@ -152,9 +150,9 @@ def _tests_are_simulated(draft: Draft) -> Iterator[Finding]:
 
 
 def _curves_are_simulated(draft: Draft) -> Iterator[Finding]:
-    """Curves are measured where the parameters are calibrated, and the solver has a curve to compare."""
+    """The calibration condition has measured curves, and the solver returns curves to compare with them."""
     targets = draft.study.targets
-    curved = {one.row: one.condition for one in targets.means if one.curves}
+    curved = {target.row: target.condition for target in targets.means if target.curves}
     for index in curved:
         path = ("targets", index, "curves")
         if (missing := draft.study.solver.without_curve()) is not None:
@@ -169,7 +167,7 @@ def _curves_are_simulated(draft: Draft) -> Iterator[Finding]:
 
 
 def _tests_differ(draft: Draft) -> Iterator[Finding]:
-    """Tests differ in name, also in lower case: responses and folders of sheets (on Windows) are named by it."""
+    """Test names differ, also in lower case: responses and folders of sheets (on Windows) are named after them."""
     seen: set[str] = set()
     for index, test in draft.tests.items():
         key = test.name.casefold()
@@ -185,14 +183,14 @@ def _tests_differ(draft: Draft) -> Iterator[Finding]:
 
 
 def _tests_have_what_they_need(draft: Draft) -> Iterator[Finding]:
-    """What is measured has a scatter, and is a response of the stem."""
+    """Each measured value is a response of its test, and has a standard deviation."""
     for test in draft.tests.values():
         for means in test.targets:
             own = [response.name for response in test.responses]
-            for one in responses_in(measured=means.means):
-                if one.name in means.means and one.name not in own:
-                    message = one.why_only or f"a test of kind `{test.kind}` has no {one.noun or one.label}"
-                    yield Finding(("targets", means.row, one.name), message, f"use {listed(own)} instead")
+            for kind in responses_in(measured=means.means):
+                if kind.name in means.means and kind.name not in own:
+                    message = kind.why_only or f"a test of kind `{test.kind}` has no {kind.noun or kind.label}"
+                    yield Finding(("targets", means.row, kind.name), message, f"use {listed(own)} instead")
             for response, mean in means.means.items():
                 if mean.sd is None:
                     message = f"without `sd`, the weight of {response} in the fit is unknown"
@@ -200,7 +198,7 @@ def _tests_have_what_they_need(draft: Draft) -> Iterator[Finding]:
 
 
 def _further_cuts_are_possible(draft: Draft) -> Iterator[Finding]:
-    """A further cutting test keeps the rules of the first, with what it changes."""
+    """A further cutting test, with its changed sections, obeys the same rules as the main cutting test."""
     for index, test in draft.tests.items():
         changed = replace(draft, study=draft.study.model_copy(update=test.in_place_of(draft.study)))
         for rule in _OF_SECTIONS:
@@ -209,7 +207,7 @@ def _further_cuts_are_possible(draft: Draft) -> Iterator[Finding]:
 
 
 def _tests_fit_the_stem(draft: Draft) -> Iterator[Finding]:
-    """The piece reaches over its supports, and the machine does not move farther than there is room."""
+    """The specimen is long enough for its supports, and the stroke is not too long for the specimen."""
     thickest = max(draft.diameters.values(), default=None)
     for index, test in draft.tests.items():
         for key, message, remedy in () if thickest is None else test.misfits(thickest):
@@ -217,7 +215,7 @@ def _tests_fit_the_stem(draft: Draft) -> Iterator[Finding]:
 
 
 def _test_targets_need_forces(draft: Draft) -> Iterator[Finding]:
-    """Each measurement in a test has a diameter that is also cut, once each."""
+    """Each row of a laboratory test has a different diameter, for which there is also a cutting force."""
     cut = [target.condition for target in draft.study.targets.means]
     for test in draft.tests.values():
         seen: list[float] = []
@@ -239,4 +237,3 @@ RULES: tuple[Rule, ...] = (
     _further_cuts_are_possible, _tests_fit_the_stem, _test_targets_need_forces,
     _own_names_are_of_programs,
 )  # fmt: skip
-"""The rules of this file."""

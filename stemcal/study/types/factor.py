@@ -9,7 +9,7 @@ from stemcal.study.types.field_types import MOST, ColumnName, FactorName, Frozen
 
 
 class Parameter(NamedTuple):
-    """One parameter and its plausible values, in `unit`; `…_allowed`: whether the bound itself may be taken."""
+    """A parameter with its physical limits and plausible range in `unit`; `…_allowed`: the limit itself is allowed."""
 
     label: str
     dimension: str
@@ -34,13 +34,13 @@ class Parameter(NamedTuple):
 
     @property
     def usual(self) -> str:
-        """The plausible values."""
+        """Text of the plausible range with its unit."""
         low, high = self.plausible
         return f"{low:g} to {in_unit(high, self.unit)}"
 
 
 def in_unit(value: float, unit: str) -> str:
-    """Return a value with its unit as a spec has it, 1100 kg/m3; pure numbers have none."""
+    """Return the text of a value with its unit, such as 1100 kg/m3; without a unit for dimensionless values."""
     return f"{value:g}" if unit == "1" else f"{value:g} {unit}"
 
 
@@ -67,12 +67,12 @@ TRANSVERSE: dict[str, Parameter] = {
 }
 THICKNESS = Parameter("thickness", "length", "mm", 0, False, _NO_LIMIT, False, (0.02, 20))
 
-FRICTION = "stem_friction"  # no property of the material: it takes the place of the friction of `contact`
+FRICTION = "stem_friction"  # not a material parameter: it replaces both coefficients of friction in `contact`
 _OF_STEM = Parameter("stem friction", "dimensionless", "1", 0, True, 2, True, (0.01, 1))
 
 
 class Setting(NamedTuple):
-    """A setting of the test that may be a factor: the section whose key has the name of the factor."""
+    """A setting of the test that can be a factor; the key with the factor's name is in `section`."""
 
     section: str
     parameter: Parameter
@@ -97,8 +97,8 @@ SETTINGS: dict[str, Setting] = {
     "outer_diameter": Setting("specimen", _length("outer diameter", 1, 100)),
     "diameter_ratio": Setting("specimen", Parameter("diameter ratio", "dimensionless", "1", 0, True, 1, False, (0, 1))),
 }
-IN_DECKS = {**PARAMETERS, **{name: one.parameter for name, one in SETTINGS.items() if one.in_decks}}
-EMBEDDED = {**PARAMETERS, **{name: one.parameter for name, one in SETTINGS.items()}, FRICTION: _OF_STEM}
+IN_DECKS = {**PARAMETERS, **{name: setting.parameter for name, setting in SETTINGS.items() if setting.in_decks}}
+EMBEDDED = {**PARAMETERS, **{name: setting.parameter for name, setting in SETTINGS.items()}, FRICTION: _OF_STEM}
 
 MOST_FACTORS = 100
 
@@ -151,12 +151,12 @@ class Factor(Frozen):
     @property
     def centre(self) -> float:
         """The mid-level, in `unit`."""
-        # twelve digits: the middle of 0.2 and 0.4 is 0.3
+        # twelve digits, so that the middle of 0.2 and 0.4 is 0.3
         return float(f"{0.5 * (self.low + self.high):.12g}")
 
     @property
     def half_range(self) -> float:
-        """Half the distance from low to high, in `unit`."""
+        """Half of `high` − `low`, in `unit`."""
         return 0.5 * (self.high - self.low)
 
     def internal(self, value: float) -> float:

@@ -1,7 +1,7 @@
-"""What sections are made of: quantities with a unit, lengths, files next to the spec, names.
+"""Types of the fields of sections: quantities with a unit, lengths, files next to the spec, names.
 
-The same models serve two readers. From YAML (validation context ``{"spec": folder}``) a quantity is a text
-with its unit and a file is resolved against the folder of the spec; from Python both are taken as they are.
+The same models validate specs and values from Python. In a spec (validation context ``{"spec": folder}``), a quantity
+is a text with its unit, and a file name is relative to the folder of the spec; from Python both are used unchanged.
 """
 
 from __future__ import annotations
@@ -38,12 +38,15 @@ from stemcal.study.types import units
 
 
 def complain(message: str, remedy: str = "") -> PydanticCustomError:
-    """Return the error that ends up as one `SpecProblem`; raise it inside a validator."""
+    """Return an error to raise in a validator, which is reported as one `SpecProblem`."""
     return PydanticCustomError("stemcal", "{message}", {"message": message, "remedy": remedy})
 
 
 class Frozen(BaseModel):
-    """Immutable, no unknown keys, finite numbers; of a stage, `rules` yield mistakes and `doubts` probable ones."""
+    """Base of all sections: immutable, without unknown keys, with finite numbers only.
+
+    For the section of a stage, `rules` yield mistakes in a spec, and `doubts` probable mistakes.
+    """
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, defer_build=True)
     rules: ClassVar[tuple[Callable[[Any], Iterator[Any]], ...]] = ()
@@ -58,28 +61,31 @@ class Frozen(BaseModel):
 
 
 class Missing(Exception):
-    """A field of a partly read section that is wrong in the spec; the mistake is reported where it was found."""
+    """Raised by access to a field that is invalid in the spec; the reader of the section reports the mistake."""
 
 
 def without_fields(section: BaseModel, names: Iterable[str]) -> None:
-    """Remove fields that are wrong in the spec from a section: reading one of them raises `Missing`."""
+    """Remove the fields that are invalid in the spec from a section, so that access to them raises `Missing`."""
     for name in names:
         section.__dict__.pop(name, None)
 
 
 def has_fields(section: BaseModel, *names: str) -> bool:
-    """Check that a section has these fields, so that none of them is `Missing`."""
+    """Check that a section has all of these fields, so that access raises no `Missing`."""
     return section.__dict__.keys() >= set(names)
 
 
 def field_or_none(section: object, name: str) -> Any:
-    """Return a field of a section; None if the section or the field is missing, or it has no such field."""
+    """Return a field of a section; None if the section or the field is missing or does not exist."""
     return None if section is None else vars(section).get(name)
 
 
 @dataclass(frozen=True)
 class OneOf:
-    """Reads `options` of a kind, called `noun` in messages; without `kind` the first, unless the keys are another's."""
+    """Validates a section whose keys depend on its `kind`, called `noun` in messages.
+
+    With `first_is_usual`, `kind` may be omitted for the first kind unless the keys indicate another kind.
+    """
 
     kinds: Registry[Any]
     noun: str
@@ -117,7 +123,7 @@ class OneOf:
 
 @dataclass(frozen=True)
 class Quantity:
-    """A number with a unit; value and bounds in internal units. Errors suggest `unit` or the dimension's usual one."""
+    """A number with a unit; value and bounds are in internal units, and errors suggest `unit` or the usual unit."""
 
     dimension: str
     above: float = -math.inf
@@ -132,11 +138,11 @@ class Quantity:
         return {"type": "string", "examples": [f"1 {units.INTERNAL[self.dimension]}"]}
 
     def read(self, given: Any, info: core_schema.ValidationInfo) -> float:
-        """Return the internal value of `given`, a text with unit or (outside YAML) a plain number."""
+        """Return the internal value of `given`: a text with a unit, or (from Python) a number in internal units."""
         return self.checked(given, from_yaml=info.context is not None)
 
     def checked(self, given: Any, from_yaml: bool) -> float:
-        """Return the same of a value that no model contains."""
+        """Return the internal value of `given` like `read`, outside the validation of a model."""
         value = self._parsed(given, from_yaml)
         unit = units.INTERNAL[self.dimension]
         if not abs(value) <= MOST:
@@ -156,12 +162,12 @@ class Quantity:
                 return units.parse(given, self.dimension, usual)
             except units.UnitError as error:
                 raise complain(error.message, error.remedy) from None
-        given = given.item() if hasattr(given, "item") else given  # a number of numpy's
+        given = given.item() if hasattr(given, "item") else given  # a scalar of numpy
         if isinstance(given, bool) or not isinstance(given, int | float):
             raise complain("the value is not a number with a unit", f'write a value such as "1 {usual}"')
         if from_yaml:
             raise complain(f"{given:g} has no unit", units.with_unit(f"{given:g}", self.dimension, usual))
-        return float(given) if -MOST <= given <= MOST else math.inf  # a whole number of 400 digits is no float
+        return float(given) if -MOST <= given <= MOST else math.inf  # float() fails for integers of 400 digits
 
 
 def _resolve_file(given: Any, info: core_schema.ValidationInfo) -> Any:
@@ -176,12 +182,12 @@ def _resolve_file(given: Any, info: core_schema.ValidationInfo) -> Any:
         raise outside
     try:
         path = (folder / given).resolve()
-        found = path.is_file()
+        is_file = path.is_file()
     except (OSError, RuntimeError, ValueError):
         raise complain(f"the file {given!r} cannot be opened", "check the file name") from None
     if not path.is_relative_to(folder.resolve()):
         raise outside
-    if not found:
+    if not is_file:
         raise complain(f"the file {given!r} does not exist ({path})", "write the path relative to the spec")
     return path
 
@@ -193,7 +199,7 @@ SpecFile = Annotated[
 ]
 """A file inside the folder of the spec, resolved; it exists when it came from YAML."""
 
-MOST = 1e30  # numbers whose powers are still numbers
+MOST = 1e30  # largest absolute value of a number, so that its powers do not overflow
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-MOST, le=MOST)]
 Whole = Annotated[int, Field(strict=True)]
 
@@ -206,9 +212,9 @@ Share = Annotated[Number, Field(gt=0, le=1)]
 
 
 def _readable(text: str) -> str:
-    """Refuse what would command a terminal, turn a line of a table around, or be invisible."""
-    if (found := unprintable(text)) is not None:
-        raise complain(f"the text contains the invisible or control character {found}", "remove the character")
+    """Refuse control and invisible characters, which could change a terminal or the direction of a line of text."""
+    if (character := unprintable(text)) is not None:
+        raise complain(f"the text contains the invisible or control character {character}", "remove the character")
     if text and not any(category(letter)[0] in "LNPS" for letter in text):
         raise complain(f"the text {text!a} has no visible character", "write a letter or a digit")
     return text
@@ -266,13 +272,13 @@ _SHARE = re.compile(r"d\s*/\s*([0-9]+(?:\.[0-9]*)?|\.[0-9]+)", re.ASCII)
 
 @dataclass(frozen=True)
 class Length:
-    """A length in mm, or one part in `divisor` of the stem's outer diameter: ``0.5 mm``, ``d/8``."""
+    """A length in mm, such as ``0.5 mm``, or the stem's outer diameter over `divisor`, such as ``d/8``."""
 
     mm: float = 0.0
     divisor: float | None = None
 
     def at(self, condition: float) -> float:
-        """Return the length at a stem of this outer diameter, mm."""
+        """Return the length at the condition of a study, which is the outer diameter of the stem, mm."""
         return self.mm if self.divisor is None else condition / self.divisor
 
     def __str__(self) -> str:

@@ -1,4 +1,4 @@
-"""Responses and conditions that a spec declares (`NOWHERE` without one), and values in their units."""
+"""Responses and conditions declared in a spec, values in their units, and placeholders in template files."""
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
@@ -15,7 +15,10 @@ from stemcal.vocabulary import CUTTING, DIAMETER, FIRST, FORCE, NOWHERE, Variabl
 
 
 def naming_of(responses: Sequence[Any], conditions: Sequence[Any] | None) -> Vocabulary:
-    """Return the responses and the condition (`OwnQuantity`s) of a study; it has none if it declares only responses."""
+    """Return the vocabulary of a study from the quantities (`OwnQuantity`) that it declares.
+
+    A study that declares responses but no conditions has no condition; one without both is a study of cutting forces.
+    """
     if not responses and conditions is None:
         return CUTTING
     condition = _named(conditions[0], "x") if conditions else None
@@ -25,7 +28,7 @@ def naming_of(responses: Sequence[Any], conditions: Sequence[Any] | None) -> Voc
 
 
 def _named(declared: Any, symbol: str) -> Variable:
-    """Return a declared quantity; force and diameter of the shear test, declared again, are those themselves."""
+    """Return the variable of a declared quantity; for a declaration equal to force or diameter, the built-in one."""
     for own in (FORCE, DIAMETER):
         if (declared.name, declared.unit, declared.label) == (own.name, own.unit, None):
             return own
@@ -34,14 +37,17 @@ def _named(declared: Any, symbol: str) -> Variable:
 
 
 def quantity(given: Any, named: Variable) -> float:
-    """Return a number, or a text with a compatible unit, in the unit of `named`; else raise the error of `complain`."""
+    """Return a value in the unit of `named` from a number or a text with a compatible unit.
+
+    Raises the error of `complain` for anything else.
+    """
     if not isinstance(given, str):
         if isinstance(given, bool) or not isinstance(given, int | float):
             raise complain("the value is not a number", f"write a value such as {named.text(1.0)!r}")
         return float(given)
     try:
         unit = units.parse_unit(named.unit)
-    except units.UnitError:  # of this unit there is only the name
+    except units.UnitError:  # a unit unknown to stemcal: its name can only be removed from the text
         try:
             return float(given.strip().removesuffix(named.unit).strip())
         except ValueError:
@@ -55,16 +61,16 @@ def quantity(given: Any, named: Variable) -> float:
 
 
 def as_written(value: float, unit: str) -> float:
-    """Return an internal value in a unit as people write it: 0.25 is 25 %, not 25.000000000000004 %."""
+    """Return an internal value in a unit, rounded to 12 digits: 0.25 is 25 %, not 25.000000000000004 %."""
     internal = units.INTERNAL[units.parse_unit(unit).dimension] == units.parse_unit(unit).name
     return value if internal else float(f"{units.from_internal(value, unit):.12g}")
 
 
 class OwnCondition(Quantity):
-    """A value of the condition: a stem's diameter, or what the spec declares in its place."""
+    """A value of the condition of a study: the stem diameter, or the condition that the spec declares."""
 
     def read(self, given: Any, info: core_schema.ValidationInfo) -> float:
-        """Return the value, of the diameter in mm; from Python any number, since it may be of what is declared."""
+        """Return the value, a diameter in mm; from Python any number, because the declared condition is unknown."""
         if info.context is None and isinstance(given, int | float) and abs(given) <= MOST:
             return float(given)
         if (condition := _naming(info).condition) == DIAMETER:
@@ -76,7 +82,7 @@ class OwnCondition(Quantity):
 
 
 def responses_by_name(given: Any, info: ValidationInfo) -> Any:
-    """Return the responses of a list, `FIRST` for the first; for ``all`` those that were measured."""
+    """Return the names of a list of responses, with `FIRST` for the first response; ``all`` are all measured ones."""
     if info.context is None:
         return given
     naming = _naming(info)
@@ -94,9 +100,6 @@ def _naming(info: core_schema.ValidationInfo) -> Vocabulary:
     return naming
 
 
-# ---- {{factor}} in text files: the one thing that templates can do
-
-
 SEED, REPLICATE = CHANCE = ("seed", "replicate")
 MAX_BYTES = 50 * MIB
 
@@ -104,16 +107,16 @@ _PLACEHOLDER = re.compile(rb"\{\{([^{}\r\n]{0,200})\}\}")
 
 
 def template_bytes(path: Path) -> bytes:
-    """Return the content of a template; raise `OSError` if it is not a plain file, or too large."""
+    """Return the content of a template file; raise `OSError` if it is not a regular file, or too large."""
     return read_plain(path, MAX_BYTES)
 
 
 def placeholders(content: bytes) -> Iterator[tuple[int, str]]:
-    """Yield (line, name) of every placeholder."""
+    """Yield (line, name) of every placeholder ``{{name}}``."""
     for match in _PLACEHOLDER.finditer(content):
         yield content.count(b"\n", 0, match.start()) + 1, match[1].decode("utf-8", "replace").strip()
 
 
 def fill(content: bytes, values: Mapping[str, str]) -> bytes:
-    """Return the content with each placeholder replaced; every other byte stays."""
+    """Return the content with each placeholder replaced by its value; all other bytes are unchanged."""
     return _PLACEHOLDER.sub(lambda match: values[match[1].decode("utf-8", "replace").strip()].encode(), content)

@@ -1,4 +1,4 @@
-"""Kinds of solvers: keys, constructor and capabilities, which code queries instead of a class or a name."""
+"""Kinds of solvers: their keys in a spec, constructors and capabilities."""
 
 from collections.abc import Callable, Iterator, Mapping
 from typing import Annotated, Any, ClassVar, Literal, NamedTuple
@@ -12,7 +12,7 @@ Answers = Literal["computes", "looks_up", "asks_people"]
 
 
 class ElementCounts(NamedTuple):
-    """The elements of the stem: their length under the edge, and how many there are through the wall."""
+    """Mesh of the stem: length of the elements under the edge, and number of elements through the wall."""
 
     element_size: Length
     through_wall: int | None
@@ -30,17 +30,17 @@ class SolverOptions(Frozen):
 
     @property
     def program_name(self) -> str:
-        """The program that computes: that of a deck, otherwise the kind."""
+        """Name of the program that computes: for decks the external program, otherwise the kind of solver."""
         return self.kind
 
     @property
     def version(self) -> str:
-        """Its version, if the spec contains it."""
+        """Version of the program if the spec has it, otherwise empty."""
         return ""
 
     @property
     def repeats(self) -> int:
-        """Number of simulations of the same levels; 0 if it is deterministic."""
+        """Number of simulations at the same levels of the factors; 0 for a deterministic solver."""
         return field_or_none(self, "replicates") or 0
 
     @property
@@ -60,7 +60,7 @@ class SolverOptions(Frozen):
 
     @property
     def has_lengths(self) -> bool:
-        """Whether its force depends on the lengths over which failure and contact are averaged."""
+        """Whether the force depends on the internal length and the edge spread of the spec."""
         return False
 
     def without_curve(self) -> tuple[str, str] | None:
@@ -72,7 +72,7 @@ class SolverOptions(Frozen):
         return Remedy("Reverse the sign of the values that the solver returns, then run the study again.")
 
     def chance_remedy(self) -> Remedy:
-        """Return the remedy that declares or removes the randomness of its answers."""
+        """Return the remedy for different results of equal simulations: declare replicates."""
         text = (
             "Write `replicates: 5` under `solver`, and write `{{seed}}` where the program expects a seed; each point "
             "is then simulated five times"
@@ -116,7 +116,7 @@ class SolverKind:
         raise NotImplementedError
 
     def ready(self) -> Iterator[tuple[str, str, bool | None]]:
-        """Yield the lines for `doctor`: a part, its state, whether it is fine (None: not needed)."""
+        """Yield the lines for `doctor`: a component, its state, and whether it works (None: not required)."""
         yield from ()
 
 
@@ -131,7 +131,7 @@ SOLVERS: Registry[SolverKind] = Registry(
 
 
 def kind_of(options: SolverOptions) -> SolverKind:
-    """Return the kind of a spec's solver."""
+    """Return the kind of solver to which the keys in a spec apply."""
     kind = SOLVERS.named(options.kind)
     assert kind is not None, options.kind
     return kind

@@ -1,8 +1,8 @@
-"""Kinds of stages: what a spec asks of a stage, and the list of stages.
+"""Kinds of stages: the section of a stage in the spec, and the registry of stages.
 
-A stage is a `stages.stage.Stage`, which adds its runs, its result and what shows it. The parts of a stage are in
-modules of its package and are found by their names there, so that its name, title and position are available without
-cost.
+The subclass `stages.stage.Stage` adds the runs, the result and its display. The parts of a stage are in modules of its
+package, which are imported when a part is needed: the names, titles and order of the stages are available without
+these imports.
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ if TYPE_CHECKING:
 
 
 class StageKind(Checked):
-    """What a study asks of a stage.
+    """A stage as the spec describes it.
 
     The class of its section has the stage's name, for example `ScreenOptions`, in the module `options` of its package.
 
-    name         name of its command, its files and its section in the spec
+    name         name of the command, the files and the section of the stage
     title        title of the stage
     purpose      purpose of its section in the spec
-    by_section   whether a study has it only if its spec has its section
+    by_section   whether only studies with its section in their spec have the stage
     """
 
     name: ClassVar[str] = ""
@@ -35,35 +35,39 @@ class StageKind(Checked):
     by_section: ClassVar[bool] = False
 
     def section(self) -> type[Frozen] | None:
-        """Return the model of its section in the spec."""
+        """Return the class of the stage's section in the spec, None if it has no section."""
         return self._part("options", self._class("Options"))  # type: ignore[no-any-return]
 
     def rules(self) -> Sequence[Callable[[Any], Iterator[Any]]]:
-        """Return the rules of its section: functions of a draft that yield mistakes."""
+        """Return the rules of the section: functions of a `Draft` that yield mistakes."""
         section = self.section()
         return () if section is None else section.rules
 
     def doubts(self, study: Any) -> Iterator[Any]:
-        """Yield values that are possible but probably mistakes."""
+        """Yield a finding for each value that is possible but probably a mistake."""
         section = self.section()
         yield from () if section is None else section.doubts(study)
 
     def completed(self, own: Any, data: Any, folder: Any) -> Any:
-        """Return sections with the material of another study, by the function of this name of its `material`."""
+        """Return sections completed with the material of another study, None for a stage that does not do this.
+
+        The function `completed` in the module `material` of the stage receives the sections that were read (`own`),
+        the tree of the spec (`data`) and the folder of the spec.
+        """
         completed = self._part("material", "completed")
         return None if completed is None else completed(own, data, folder)
 
     def seen(self, study: Any) -> Any:
-        """Return the study that the stage simulates, by the function `seen` of its `options` if there is one."""
+        """Return the study that the stage simulates: by `seen` in its module `options`, or the study itself."""
         seen = self._part("options", "seen")
         return study if seen is None else seen(study)
 
     def fits(self, study: Any) -> tuple[tuple[Any, ...], tuple[str, ...]] | None:
-        """Return the targets that it fits together (none if it fits one force) and the fitted responses."""
+        """Return the targets fitted together (empty for a fit to one force) and the fitted responses, or None."""
         return None
 
     def options(self, study: Any) -> Any:
-        """Return its section in the spec of a study."""
+        """Return the section of the stage in a study."""
         return study.of(self.section())
 
     def _class(self, part: str) -> str:

@@ -1,8 +1,8 @@
 """A strict reader of YAML: plain trees, YAML 1.2 numbers, every node with its line and column.
 
-PyYAML composes the nodes; their values are read here: no tags, anchors or aliases, no duplicate keys, finite numbers
-only, and a limit on size. So ``1e9`` is a number, ``010`` is ten, ``190:20:30`` and ``no``
-are texts, and no file can make it crash.
+PyYAML parses the text into nodes; this module converts the nodes into values. Tags, anchors, aliases, duplicate keys,
+numbers that are not finite and large files are errors. ``1e9`` is a number, ``010`` is ten, ``190:20:30`` and ``no``
+are texts. Errors in a file are reported; no file raises an exception.
 
 >>> document = read_yaml(b"low: 1e3\\nunits: [mm, no]")
 >>> document.data, document.place(("units", 1))
@@ -22,7 +22,7 @@ from stemcal.study.types.units import with_point
 MAX_BYTES = 1 << 20
 MAX_PROBLEMS = 100
 
-# what unquoted scalars mean: the core schema of YAML 1.2
+# values of unquoted scalars by the core schema of YAML 1.2
 _INTEGER = re.compile(r"[-+]?[0-9]+")
 _FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
 _NOT_FINITE = re.compile(r"[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)")
@@ -34,11 +34,11 @@ _WORDS: dict[str, bool | None] = {
 }
 
 NodePath = tuple[str | int, ...]
-"""The way from the top to a node: keys and list indices."""
+"""The keys and list indices from the top of the tree to a node."""
 
 
 class Position(NamedTuple):
-    """A place in the file, both from 1."""
+    """A place in the file; lines and columns are counted from 1."""
 
     line: int
     column: int
@@ -48,7 +48,7 @@ _TOP = Position(1, 1)
 
 
 class Finding(NamedTuple):
-    """Something wrong at `path`; `at_key` when the key itself is at fault."""
+    """A mistake at `path` in a spec; with `at_key`, the key itself is the mistake, not its value."""
 
     path: NodePath
     message: str
@@ -58,7 +58,7 @@ class Finding(NamedTuple):
 
 @dataclass
 class Document:
-    """The tree of a file, places of keys and values, and errors; not `complete` if reading stopped before the end."""
+    """The tree of a file, the positions of keys and values, and the errors; `complete` if it was read to the end."""
 
     data: Any = None
     keys: dict[NodePath, Position] = field(default_factory=dict)
@@ -67,7 +67,10 @@ class Document:
     complete: bool = False
 
     def place(self, path: NodePath, at_key: bool = False) -> Position:
-        """Return the place of `path`: its key if asked or if it has more keys, its value, or the nearest above."""
+        """Return the position of the value at `path` (of its key if `at_key` or for lists and mappings).
+
+        For a path that is not in the file, it is the position of the nearest node above.
+        """
         if at_key and path in self.keys:
             return self.keys[path]
         if path in self.values:
@@ -84,7 +87,7 @@ class Document:
 
 
 def read_yaml(content: bytes) -> Document:
-    """Return the tree of a file with everything that is wrong with it; never raises."""
+    """Return the tree of a file and all errors in it; never raises an exception."""
     document = Document()
     text = decode(content)
     if len(content) > MAX_BYTES:
@@ -131,18 +134,18 @@ def _read_text(document: Document, text: str) -> None:
 
 
 class _Stopped(Exception):
-    """Raised when a problem has been noted that makes reading on useless."""
+    """Raised after an error that makes further reading useless."""
 
 
 class _Loader(yaml.SafeLoader):
-    """Composes nodes within limits, reads their values, and notes the problems."""
+    """Parses nodes, converts them into values, and adds errors to the document."""
 
     def __init__(self, text: str, document: Document) -> None:
         super().__init__(text)
         self._document = document
 
     def compose_node(self, parent: yaml.Node | None, index: Any) -> yaml.Node | None:
-        """Return the next node; that of an alias is empty."""
+        """Return the next node; an alias becomes an empty scalar."""
         event: Any = self.peek_event()  # type: ignore[no-untyped-call]
         if isinstance(event, yaml.AliasEvent):
             self._complain(event, f"*{str(event.anchor)[:40]} is an alias", "write the value itself")
@@ -155,11 +158,11 @@ class _Loader(yaml.SafeLoader):
             self._complain(event, f"{event.tag[:40]} is a tag", "remove the tag")
         if any("\ud800" <= letter <= "\udfff" for letter in getattr(event, "value", "")):
             self._complain(event, "an unpaired surrogate is not a valid character", "write the character itself")
-        self.anchors.clear()  # each is refused, repeated or not
+        self.anchors.clear()  # otherwise PyYAML would stop at a repeated anchor
         return super().compose_node(parent, index)
 
     def value_of(self, node: Any, path: NodePath) -> Any:
-        """Return the value of a node; note its place."""
+        """Return the value of a node, and store its position."""
         place = _place(node.start_mark)
         if isinstance(node, yaml.ScalarNode):
             self._document.values[path] = place
@@ -187,7 +190,7 @@ class _Loader(yaml.SafeLoader):
         return content
 
     def _with_points(self, node: yaml.MappingNode, path: NodePath) -> list[tuple[Any, Any]]:
-        """Return the keys and values of a mapping; a number in braces that a decimal comma divides is one value."""
+        """Return the keys and values of a mapping, with numbers that a decimal comma has split in braces rejoined."""
         pairs: list[tuple[Any, Any]] = []
         for key, value in node.value if node.flow_style else ():
             last = pairs[-1][1] if pairs else None
@@ -203,7 +206,7 @@ class _Loader(yaml.SafeLoader):
         return pairs if node.flow_style else node.value
 
     def stop(self, at: yaml.Event | yaml.Node, message: str, remedy: str) -> NoReturn:
-        """Note a problem and read no further."""
+        """Add an error and stop reading."""
         self._complain(at, message, remedy)
         raise _Stopped
 
@@ -214,7 +217,7 @@ class _Loader(yaml.SafeLoader):
 
 
 def resolve(text: str) -> str | int | float | bool | None:
-    """Return the value of an unquoted scalar; what is not finite comes as infinity."""
+    """Return the value of an unquoted scalar; infinity for all numbers that are not finite."""
     if text in _WORDS:
         return _WORDS[text]
     if _INTEGER.fullmatch(text) and len(text) <= _LONGEST_INTEGER:

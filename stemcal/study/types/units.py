@@ -1,7 +1,7 @@
-"""Units by name: what people write ("100 mm/min") to the internal system and back.
+"""Conversion of quantities with units, such as "100 mm/min", to internal units and back.
 
-Inside stemcal everything is mm, tonne, s, N, MPa, and angles are degrees. The table is small on purpose:
-a unit that is not in it is an error with a suggestion, never an expression to be evaluated.
+The internal units are mm, tonne, s, N and MPa; angles are in degrees. A unit that is not in the table below is an error
+with a suggestion; unit expressions are not evaluated.
 
 >>> parse("100 mm/min", "speed")
 1.6666666666666667
@@ -18,7 +18,7 @@ from stemcal.formats import did_you_mean, listed
 
 
 class UnitError(UsageError):
-    """A text that is no quantity, with the remedy apart so that a report can show it."""
+    """Raised for a text that is not a valid quantity; `message` and `remedy` can be shown separately."""
 
     def __init__(self, message: str, remedy: str = "") -> None:
         self.message, self.remedy = message, remedy
@@ -34,7 +34,7 @@ class Unit(NamedTuple):
     denominator: float
 
 
-# By dimension, the internal unit first: numerator and denominator of each.
+# Numerator and denominator of each unit by dimension, the internal unit first.
 _TABLE: dict[str, dict[str, tuple[float, float]]] = {
     "length": {"mm": (1, 1), "um": (1, 1000), "cm": (10, 1), "m": (1000, 1), "in": (25.4, 1)},
     "mass": {"t": (1, 1), "kg": (1, 1000), "g": (1, 1e6)},
@@ -63,15 +63,15 @@ _LONGEST = 60
 
 
 def parse_unit(text: str, dimension: str | None = None) -> Unit:
-    """Return the unit called `text`; raise `UnitError` if there is none or it measures something else."""
+    """Return the unit called `text`; raise `UnitError` if it is unknown or has another dimension."""
     name = text.strip().translate(_SIGNS)
     unit = _BY_NAME.get(_ALIASES.get(name, name))
     possible = tuple(dict.fromkeys((usual_unit(dimension), *_TABLE[dimension]))) if dimension else tuple(_BY_NAME)
     if unit is None:
         raise UnitError(f"unknown unit {_shown(text)}", did_you_mean(name, possible))
     if dimension is not None and unit.dimension != dimension:
-        given, wanted = (_QUANTITIES.get(one, one) for one in (unit.dimension, dimension))
-        raise UnitError(f"{unit.name} is a unit of {given}, not of {wanted}", f"use {listed(possible)}")
+        actual, wanted = (_QUANTITIES.get(name, name) for name in (unit.dimension, dimension))
+        raise UnitError(f"{unit.name} is a unit of {actual}, not of {wanted}", f"use {listed(possible)}")
     return unit
 
 
@@ -97,7 +97,7 @@ def from_internal(value: float, unit: str) -> float:
 
 
 def parse(text: str, dimension: str, usual: str = "") -> float:
-    """Read a quantity such as ``"8 mm"`` in the internal unit of `dimension`; errors suggest `usual` or its own."""
+    """Return a quantity such as ``"8 mm"`` in internal units; errors suggest the unit `usual`, or the usual unit."""
     usual = usual or usual_unit(dimension)
     match = _QUANTITY.fullmatch(text.strip().replace("−", "-")) if len(text) <= _LONGEST else None
     if match is None:
@@ -114,13 +114,14 @@ def parse(text: str, dimension: str, usual: str = "") -> float:
     return value
 
 
-# Internal values beyond which a number without a unit was probably meant in another one than the usual, and which.
+# Plausible internal values of a number without a unit. If the number is not plausible in the usual unit, the first unit
+# of _OTHERS in which it is plausible is suggested.
 _PLAUSIBLE = {"length": (0.02, 5e3), "stress": (1e-3, 1e6), "density": (5e-11, 2e-8)}
 _OTHERS = {"length": ("m",), "stress": ("Pa", "GPa"), "density": ("g/cm3", "t/mm3")}
 
 
 def with_unit(number: str, dimension: str, usual: str) -> str:
-    """Return the remedy for a number without a unit; where the usual one is not plausible, the first that is."""
+    """Return the remedy for a number without a unit: add the usual unit, or the first one with a plausible value."""
     low, high = _PLAUSIBLE.get(dimension, (-math.inf, math.inf))
     values = {unit: convert(abs(float(number)), unit) for unit in (usual, *_OTHERS.get(dimension, ()))}
     likely = next((unit for unit, value in values.items() if low <= value <= high), usual)
@@ -131,7 +132,7 @@ def with_unit(number: str, dimension: str, usual: str) -> str:
 
 
 def with_point(text: str) -> str:
-    """Return a number with a decimal point for its comma; three digits behind it may be thousands."""
+    """Return a number with its comma replaced by a decimal point; if three digits follow, also without the comma."""
     point = text.strip().replace(",", ".", 1)[:_LONGEST]
     if not re.fullmatch(r"[-+]?[1-9][0-9]{0,2},[0-9]{3}(?![0-9]).*", text.strip()):
         return point
@@ -139,7 +140,7 @@ def with_point(text: str) -> str:
 
 
 def usual_unit(dimension: str) -> str:
-    """Return the unit that is meant where none is written: as people write speeds and densities, else the internal."""
+    """Return the unit that errors suggest: mm/min for speeds, kg/m3 for densities, otherwise the internal unit."""
     return {"speed": "mm/min", "density": "kg/m3"}.get(dimension, INTERNAL[dimension])
 
 
