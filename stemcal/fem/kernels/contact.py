@@ -150,22 +150,13 @@ def contact_force(
 
 @kernel
 def push_nodes_out(
-    tools: Floats,
-    near: Any,
-    counts: Any,
-    x: Array,
-    v: Array,
-    mass: Array,
-    pushes: Floats,
-    dt0: float,
-    dt: float,
-    friction: Floats,
-    cut: Floats,
-) -> None:
+    tools: Floats, near: Any, counts: Any, x: Array, v: Array, mass: Array, pushes: Floats, dt0: float, dt: float,
+    friction: Floats, cut: Floats,
+) -> None:  # fmt: skip
     """Add the contact forces of all tools on the nodes near them, ``near[t, :counts[t]]``, to `pushes`.
 
     Where a blade parts the body, nodes beside the cut plane touch its sharp flanks. Other nodes near a spread edge are
-    left to that edge (`kernels.spread`).
+    left to that edge (`kernels.spread_edge`).
     """
     tool_count = tools.radius.shape[0]
     for t in range(tool_count):
@@ -326,18 +317,9 @@ HAIR = 1.0e-3
 
 @kernel
 def push_faces_out(
-    tools: Floats,
-    edge: Floats,
-    faces: Any,
-    corner_mass: Array,
-    count: int,
-    x: Array,
-    v: Array,
-    pushes: Floats,
-    dt0: float,
-    dt: float,
-    friction: Floats,
-) -> None:
+    tools: Floats, edge: Floats, faces: Any, corner_mass: Array, count: int, x: Array, v: Array, pushes: Floats,
+    dt0: float, dt: float, friction: Floats,
+) -> None:  # fmt: skip
     """Add the forces of the edge's samples on the exposed faces under it, ``faces[:count]``, to `pushes`.
 
     A sample below a face, inside the body, pushes the face along the face's normal. The four nodes share the force

@@ -175,15 +175,9 @@ def _add_forces_inside(share: Floats, body: Floats, clock: Floats, material: Flo
 
 @kernel
 def _look_for_contact(
-    body: Floats,
-    topology: Floats,
-    tools: Floats,
-    edge: Floats,
-    spread: Floats,
-    candidates: Floats,
-    clock: Floats,
+    body: Floats, topology: Floats, tools: Floats, edge: Floats, spread: Floats, candidates: Floats, clock: Floats,
     settings: Floats,
-) -> None:
+) -> None:  # fmt: skip
     """Update the lists of nodes and faces that can touch a tool."""
     list_near_skin(candidates, topology, tools, body.x, settings.margin)
     list_near_nodes(candidates, topology, tools, body.x, settings.margin)
@@ -203,15 +197,9 @@ def _mean_step(clock: Floats) -> float:
 
 @kernel
 def _add_contact_forces(
-    body: Floats,
-    tools: Floats,
-    edge: Floats,
-    spread: Floats,
-    candidates: Floats,
-    clock: Floats,
-    friction: Floats,
+    body: Floats, tools: Floats, edge: Floats, spread: Floats, candidates: Floats, clock: Floats, friction: Floats,
     settings: Floats,
-) -> None:
+) -> None:  # fmt: skip
     """Add the forces of all kinds of contact between tools and body."""
     tools.force[:, :] = 0.0
     x, v, dt0, dt, cut = body.x, body.v, settings.penalty_step, clock.step[0], spread.cut
@@ -245,18 +233,9 @@ def _move_tools(tools: Floats, ledger: Floats, kick: float, dt: float) -> float:
 
 @kernel
 def meet_tools(
-    failed: bool,
-    body: Floats,
-    topology: Floats,
-    tools: Floats,
-    edge: Floats,
-    spread: Floats,
-    candidates: Floats,
-    clock: Floats,
-    ledger: Floats,
-    friction: Floats,
-    settings: Floats,
-) -> None:
+    failed: bool, body: Floats, topology: Floats, tools: Floats, edge: Floats, spread: Floats, candidates: Floats,
+    clock: Floats, ledger: Floats, friction: Floats, settings: Floats,
+) -> None:  # fmt: skip
     """Erode failed elements, repeat the contact search if necessary, and add the contact forces."""
     eroded, due = 0, clock.steps[0] % STEP_LIFE == 0
     if failed:
@@ -299,22 +278,10 @@ def finish_step(body: Floats, tools: Floats, clock: Floats, ledger: Floats) -> i
 
 @entry
 def march(
-    until: float,
-    share: Floats,
-    team: Floats,
-    body: Floats,
-    topology: Floats,
-    tools: Floats,
-    edge: Floats,
-    spread: Floats,
-    candidates: Floats,
-    exchange: Floats,
-    clock: Floats,
-    ledger: Floats,
-    material: Floats,
-    friction: Floats,
-    settings: Floats,
-) -> int:
+    until: float, share: Floats, team: Floats, body: Floats, topology: Floats, tools: Floats, edge: Floats,
+    spread: Floats, candidates: Floats, exchange: Floats, clock: Floats, ledger: Floats, material: Floats,
+    friction: Floats, settings: Floats,
+) -> int:  # fmt: skip
     """Advance the model to time `until`; return the reason for the end. Each thread calls this with its share."""
     leads, outcome, apart = share.thread == 0, GOING_ON, False
     while True:

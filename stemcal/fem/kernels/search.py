@@ -82,15 +82,9 @@ def list_near_skin(candidates: Floats, topology: Floats, tools: Floats, x: Array
 
 @kernel
 def list_faces_under_edge(
-    candidates: Floats,
-    topology: Floats,
-    tools: Floats,
-    tool: int,
-    x: Array,
-    element_mass: Array,
-    margin: float,
+    candidates: Floats, topology: Floats, tools: Floats, tool: int, x: Array, element_mass: Array, margin: float,
     on_plane: Ints,
-) -> None:
+) -> None:  # fmt: skip
     """List the exposed faces within `margin` of a tool's edge or of the zone over which the edge is spread.
 
     Faces with all corners on the cut plane (`on_plane` ≥ 0) are excluded: `parting.find_front` locates the cut front.

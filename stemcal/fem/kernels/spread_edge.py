@@ -92,16 +92,9 @@ class SpreadEdge(NamedTuple):
 
 @kernel
 def take_hold(
-    edge: Floats,
-    faces: Any,
-    crowns: Array,
-    count: int,
-    x: Array,
-    free: Any,
-    mass: Array,
-    inverse_mass: Array,
+    edge: Floats, faces: Any, crowns: Array, count: int, x: Array, free: Any, mass: Array, inverse_mass: Array,
     tip: float,
-) -> None:
+) -> None:  # fmt: skip
     """Update the surface under each row, the highest of ``faces[:count]``, and its compliance to the row's force.
 
     Under lines where the top of the cut plane has parted, the surface is the cut front.
