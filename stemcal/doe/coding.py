@@ -86,16 +86,18 @@ def _pairs(k: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
 
 
 def term_columns(coded: ArrayLike) -> Array:
-    """Evaluate all p terms at m coded points (m, k); return the model matrix (m, p)."""
+    """Evaluate all p terms at coded points (…, k); return (…, p), for a single point (k,) the row (1, p)."""
     x = np.atleast_2d(np.asarray(coded, dtype=float))
-    first, second = _pairs(x.shape[1])
-    return np.concatenate([np.ones((len(x), 1)), x, x[:, first] * x[:, second], x**2], axis=1)
+    first, second = _pairs(x.shape[-1])
+    return np.concatenate([np.ones((*x.shape[:-1], 1)), x, x[..., first] * x[..., second], x**2], axis=-1)
 
 
 def term_gradient(coded: ArrayLike) -> Array:
-    """Return the derivatives of all p terms with respect to the k factors at one coded point, (p, k)."""
+    """Return the derivatives of all p terms with respect to the k factors at coded points (…, k), (…, p, k)."""
     x = np.asarray(coded, dtype=float)
-    first, second = _pairs(x.size)
-    products, rows = np.zeros((len(first), x.size)), np.arange(len(first))
-    products[rows, first], products[rows, second] = x[second], x[first]
-    return np.concatenate([np.zeros((1, x.size)), np.eye(x.size), products, np.diag(2.0 * x)])
+    first, second = _pairs(k := x.shape[-1])
+    gradient, pairs = np.zeros((*x.shape[:-1], 1 + 2 * k + len(first), k)), np.arange(1 + k, 1 + k + len(first))
+    gradient[..., 1 : 1 + k, :] = np.eye(k)
+    gradient[..., pairs, first], gradient[..., pairs, second] = x[..., second], x[..., first]
+    gradient[..., np.arange(k) - k, np.arange(k)] = 2.0 * x
+    return gradient

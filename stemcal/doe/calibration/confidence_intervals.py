@@ -306,5 +306,9 @@ def missed_observations(fit: Fit) -> list[int]:
 
 def _reached(fit: Fit) -> Array:
     """Return for each observation the value of its surface in the region that is nearest to the measured mean."""
-    ends = [[float(o.surface.predict(end)[0]) for end in extremes(o.surface, fit.region)] for o in fit.observations]
-    return np.asarray(np.clip(fit.measured, *np.array(ends).T))
+    predicted, nearest = fit.predict(fit.region.cloud(_CLOUD)), fit.measured.copy()
+    for i in np.flatnonzero((fit.measured < predicted.min(axis=0)) | (fit.measured > predicted.max(axis=0))):
+        surface = fit.observations[i].surface
+        low, high = (float(surface.predict(end)[0]) for end in extremes(surface, fit.region))
+        nearest[i] = np.clip(nearest[i], low, high)
+    return np.asarray(nearest)

@@ -33,18 +33,19 @@ from numpy.typing import NDArray
 
 from stemcal.doe.coding import Array, term_columns
 from stemcal.doe.regression.least_squares import same_points
-from stemcal.doe.regression.section import AnySurface, Section
+from stemcal.doe.regression.section import AnySurface, SeveralSurfaces
 from stemcal.doe.regression.surface import Surface
 from stemcal.errors import UsageError
 from stemcal.vocabulary import FIRST
 
-_DRAWS = 512
+_DRAWS, _MANY = 512, 64  # of more means than `_MANY`, a fourth of the draws: many show their scatter well
 FINEST, COARSEST = 1e-4, 0.1
 """Bounds of the relative error of a surface; the upper one is raised if its runs show a larger error."""
 _MOST_APART = 1.0
 _STEPS, _SHAPES = 48, 8  # grid points of ln σ, and of d₀
 _COMMON_SHAPE = 1e6  # d₀ if all conditions have the same variance; also the degrees of freedom of a known variance
 _WIDTH = 6.0  # half-width of the grid of ln τ²
+_NO_CONTRAST = 1e-9  # smaller eigenvalues of a sum of projectors are zero
 
 
 class Uniforms:
@@ -111,77 +112,74 @@ class Contrasts:
     maps: Array  # (m, points, terms): a = maps·φ are the weights of the design points in the prediction at φ
     runs: Array  # (m, points): number of runs at each design point
     scale: Array  # mean response of each surface, to which everything is relative
-    z: Array  # all contrasts Qᵀy
-    common: Array  # covariance of z for σ_c² = 1
-    noise: Array  # variances of z for σ_E² = 1
+    counts: Array  # number of contrasts Qᵀy in each group of equal variance
+    z2: Array  # sum of their squares
+    common: Array  # their variance for σ_c² = 1
+    noise: Array  # their variance for σ_E² = 1
     pure: Array  # pure-error variance of each surface
     pure_df: Array
-    sections: tuple[Section, ...] = ()  # the sections, if all are sections of one surface
+    sections: SeveralSurfaces | None = None  # the sections, if all are sections of one surface
 
     @classmethod
     def of(cls, surfaces: Sequence[AnySurface]) -> Contrasts:
         """Compute the contrasts of surfaces of one response, or of sections of one surface, which share its runs."""
-        sections = tuple(s for s in surfaces if isinstance(s, Section))
-        if not sections:
+        together = SeveralSurfaces(surfaces)
+        if not together.sections:
             return cls._of_each([s for s in surfaces if isinstance(s, Surface)])
-        contrasts, m = cls._of_each([sections[0].whole]), len(sections)
-        if sections[0].logarithm:
-            size = contrasts.scale[0]
-            contrasts = replace(contrasts, scale=np.ones(1), z=size * contrasts.z, pure=size**2 * contrasts.pure)
+        first, m = together.sections[0], len(surfaces)
+        contrasts = cls._of_each([first.whole])
+        if first.logarithm:
+            size = contrasts.scale[0] ** 2
+            contrasts = replace(contrasts, scale=np.ones(1), z2=size * contrasts.z2, pure=size * contrasts.pure)
         maps, runs, scale = (np.repeat(part, m, axis=0) for part in (contrasts.maps, contrasts.runs, contrasts.scale))
-        return replace(contrasts, maps=maps, runs=runs, scale=scale, sections=sections)
+        return replace(contrasts, maps=maps, runs=runs, scale=scale, sections=together)
 
     @classmethod
     def _of_each(cls, surfaces: Sequence[Surface]) -> Contrasts:
         point = same_points(np.vstack([s.design for s in surfaces]))
         places = np.split(point, np.cumsum([len(s.design) for s in surfaces])[:-1])
-        count, p = int(point.max()) + 1, len(surfaces[0].beta)
-        maps, runs, bases, z, noise = np.zeros((len(surfaces), count, p)), np.zeros((len(surfaces), count)), [], [], []
-        scale, pure, pure_df = np.ones(len(surfaces)), np.full(len(surfaces), np.nan), np.zeros(len(surfaces))
+        count, p, m = int(point.max()) + 1, len(surfaces[0].beta), len(surfaces)
+        maps, runs, bases = np.zeros((m, count, p)), np.zeros((m, count)), np.zeros((m, count, p))
+        scale, pure, pure_df = np.ones(m), np.full(m, np.nan), np.zeros(m)
+        residuals, free, noise = np.zeros((m, count)), np.zeros(m), np.zeros(m)
         for i, (s, place) in enumerate(zip(surfaces, places, strict=True)):
             x, size = term_columns(s.design), np.bincount(place, minlength=count)
             np.add.at(maps[i], place, x @ s.unscaled_covariance)
             scale[i], runs[i], there = float(np.mean(np.abs(s.response))) or 1.0, size, np.flatnonzero(size)
             means = np.bincount(place, s.response, minlength=count)[there] / size[there]
-            first = np.array([int(np.flatnonzero(place == a)[0]) for a in there])
-            kept = np.diag(s.unscaled_covariance) > 0.0
-            q = np.linalg.qr(x[first][:, kept], mode="complete")[0][:, int(kept.sum()) :]
-            basis = np.zeros((count, q.shape[1]))
-            basis[there] = q
-            bases.append(basis)
-            z.append(q.T @ means / scale[i])
-            noise.append((q**2 / size[there][:, None]).sum(axis=0))
+            kept = np.flatnonzero(np.diag(s.unscaled_covariance) > 0.0)
+            q = np.linalg.qr(x[np.unique(place, return_index=True)[1]][:, kept])[0]
+            bases[i, there, : len(kept)], residuals[i, there] = q, (means - q @ (q.T @ means)) / scale[i]
+            free[i], noise[i] = len(there) - len(kept), ((1.0 - (q**2).sum(axis=1)) / size[there]).sum()
             if len(place) > len(there):
                 pure_df[i] = len(place) - len(there)
                 apart = s.response - (np.bincount(place, s.response, minlength=count) / np.maximum(size, 1))[place]
                 pure[i] = float(apart @ apart) / pure_df[i] / scale[i] ** 2
-        together = np.hstack(bases)
-        return cls(maps, runs, scale, np.concatenate(z), together.T @ together, np.concatenate(noise), pure, pure_df)
+        counts, z2, common, noise = _groups_of(residuals, bases, runs, free, noise)
+        return cls(maps, runs, scale, counts, z2, common, noise, pure, pure_df)
 
     def only(self, kept: Sequence[int]) -> Contrasts:
         """Return the weights and scales of some of the surfaces, with the contrasts of all."""
         parts = {name: getattr(self, name)[kept] for name in ("maps", "runs", "scale")}
-        return replace(self, **parts, sections=tuple(self.sections[i] for i in kept) if self.sections else ())
+        sections = self.sections and SeveralSurfaces([self.sections.sections[i] for i in kept])
+        return replace(self, **parts, sections=sections)
 
     def by_chance(self, uniform: Uniforms) -> Array:
         """Draw σ_E², the variance of a single run, (draws, m); zero without pure error."""
         if not np.any(self.pure > 0.0):
             return np.zeros((uniform.draws, len(self.scale)))
         drawn = variances(np.where(self.pure_df > 0.0, self.pure, np.nan), self.pure_df, uniform)
-        return np.repeat(drawn, len(self.sections), axis=1) if self.sections else drawn
+        return np.repeat(drawn, len(self.scale), axis=1) if self.sections else drawn
 
     def missed(self, chance: Array, uniform: Uniforms) -> tuple[Array, Array]:
         """Draw σ_c² and σ_u², (draws,) each, given draws of σ_E²; a single surface has σ_c = 0."""
-        values, vectors = np.linalg.eigh(self.common)
-        z2 = (vectors.T @ self.z) ** 2
-        typical = float(np.median(chance.mean(axis=1)))
-        noise = typical * (vectors**2).T @ self.noise
-        most = max(COARSEST, 3.0 * float(np.sqrt(np.max(z2, initial=0.0))))
+        noise = float(np.median(chance.mean(axis=1))) * self.noise
+        most = max(COARSEST, 3.0 * float(np.sqrt(np.max(self.z2 / self.counts, initial=0.0))))
         grid = np.linspace(np.log(FINEST), np.log(most), _STEPS)
         separate = np.exp(2.0 * grid)
         common = np.zeros(1) if len(self.scale) == 1 or self.sections else separate
-        v = common[:, None, None] * np.maximum(values, 0.0) + separate[:, None] + noise
-        c, u = _drawn(-0.5 * (np.log(v) + z2 / v).sum(axis=2), uniform)
+        v = common[:, None, None] * self.common + separate[:, None] + noise
+        c, u = _drawn(-0.5 * (self.counts * np.log(v) + self.z2 / v).sum(axis=2), uniform)
         shift = 2.0 * (grid[1] - grid[0])
         return common[c] * np.exp(shift * (uniform() - 0.5)), separate[u] * np.exp(shift * (uniform() - 0.5))
 
@@ -192,25 +190,48 @@ class Contrasts:
 
     def _weights(self, point: Array) -> Array:
         """Return the weights a of the design points in the prediction of each surface at a point, (m, points)."""
-        if not self.sections:
+        if self.sections is None:
             return np.asarray(self.maps @ term_columns(point)[0])
-        each = np.vstack([term_columns(section.place.z(point)) for section in self.sections])
-        return np.asarray(np.einsum("mpt,mt->mp", self.maps, each))
+        return np.asarray(np.einsum("mpt,mt->mp", self.maps, self.sections.terms(point)[0]))
 
     def covariance(self, point: Array, common: Array, separate: Array, chance: Array) -> Array:
         """Return the covariance of the errors of the surfaces at a point for each draw, (draws, m, m)."""
         k, n = self.leverages(point)
         diagonal, scale = np.arange(len(k)), self.scale
-        if self.sections:
+        if self.sections is not None:
             a = self._weights(point)
             part = separate[:, None, None] * (np.eye(len(a)) + a @ a.T)
             part += chance[:, :1, None] * ((a / np.maximum(self.runs, 1.0)) @ a.T)
-            if self.sections[0].logarithm:
-                scale = np.array([float(section.predict(point)[0]) for section in self.sections])
+            if self.sections.sections[0].logarithm:
+                scale = self.sections.predict(point)[0]
         else:
             part = common[:, None, None] * k
             part[:, diagonal, diagonal] += separate[:, None] * np.diag(k) + chance * n
-        return np.asarray(part * np.outer(scale, scale))
+        part *= np.outer(scale, scale)
+        return np.asarray(part)
+
+
+def _groups_of(residuals: Array, bases: Array, runs: Array, free: Array, noise: Array) -> tuple[Array, ...]:
+    """Return counts, z2, common and noise of the groups of contrasts, (groups,) each.
+
+    Surface i has the residuals eᵢ = Mᵢyᵢ with Mᵢ = 1 − BᵢBᵢᵀ, B = `bases` (m, points, terms), `free` contrasts and the
+    sum `noise` of their variances by single runs. For each eigenvector w of ΣMᵢ with an eigenvalue λ > 0 one contrast,
+    wᵀΣeᵢ/√λ, has the variance λ by σ_c² and Σ|R^(−1/2) Mᵢw|²/λ by single runs; the others have no part of σ_c². If all
+    surfaces have the same runs, every λ is their number m.
+    """
+    total, m = residuals.sum(axis=0), len(residuals)
+    if np.array_equal(runs, np.broadcast_to(runs[0], runs.shape)) and np.allclose(bases, bases[0]):
+        counts, z2, common, scatter = free[:1], np.array([total @ total / m]), np.array([float(m)]), noise[:1]
+    else:
+        projectors = np.eye(len(total)) * (runs > 0.0)[:, None] - bases @ bases.transpose(0, 2, 1)
+        common, vectors = np.linalg.eigh(projectors.sum(axis=0))
+        common, vectors = common[common > _NO_CONTRAST], vectors[:, common > _NO_CONTRAST]
+        counts, z2 = np.ones(len(common)), (total @ vectors) ** 2 / common
+        scatter = ((projectors @ vectors) ** 2 / np.maximum(runs, 1.0)[:, :, None]).sum(axis=(0, 1)) / common
+    rest = free.sum() - counts.sum(), (residuals**2).sum() - z2.sum(), 0.0, noise.sum() - scatter.sum()
+    groups = np.column_stack([np.array([counts, z2, common, scatter]), rest])
+    groups = groups[:, groups[0] > 0.5].clip(min=0.0)
+    return *groups[:3], groups[3] / groups[0]
 
 
 Scatter = Literal["measured", "pooled", "misfit", "surface"]
@@ -247,7 +268,7 @@ class Errors:
     @property
     def surface_error_known(self) -> bool:
         """Whether the surfaces of each kind have residual degrees of freedom, from which their errors are estimated."""
-        return all(len(contrasts.z) > 0 for _, contrasts, *_ in self.surfaces)
+        return all(len(contrasts.counts) > 0 for _, contrasts, *_ in self.surfaces)
 
     def at(self, x: Array) -> Array:
         """Return the covariance V of the errors at a point for each draw, (draws, m, m)."""
@@ -262,7 +283,8 @@ def errors_of(observations: Sequence[Observation], spare: int) -> Errors:
 
     If no standard deviation was measured and `spare` > 0, the scatter is estimated from the misfit.
     """
-    uniform, m = Uniforms(), len(observations)
+    m = len(observations)
+    uniform = Uniforms(_DRAWS if m <= _MANY else _DRAWS // 4)
     measured = np.array([o.measured for o in observations])
     n = np.array([o.n or 1 for o in observations])
     cv2 = np.array([np.nan if o.sd is None else (o.sd / o.measured) ** 2 for o in observations])

@@ -48,17 +48,34 @@ class Place:
 
     def z(self, points: ArrayLike) -> Array:
         """Return the coordinates z of points x, (m, number of factors without exponents + 1); the condition is last."""
-        x, (factors, start, rate, exponents) = np.atleast_2d(np.asarray(points, dtype=float)), self.coordinates
-        coded = (start + x[:, factors]) * np.exp(rate * x[:, exponents]) - start
-        return np.column_stack([coded, np.full(len(x), self.condition)])
+        return self._alone.z(np.atleast_2d(np.asarray(points, dtype=float)))[:, 0]
+
+    @cached_property
+    def _alone(self) -> _Places:
+        return _Places([self])
+
+
+class _Places:
+    """Several conditions of one surface, evaluated together: `rates` (places, factors without exponents)."""
+
+    def __init__(self, each: Sequence[Place]) -> None:
+        self._factors, self._start, _, self._exponents = each[0].coordinates
+        self._rates = np.array([place.coordinates[2] for place in each])
+        self._conditions = np.array([[place.condition] for place in each])
+
+    def z(self, x: Array) -> Array:
+        """Return the coordinates of points (m, k), (m, places, factors without exponents + 1)."""
+        growth = np.exp(self._rates * x[:, None, self._exponents])
+        moved = (self._start + x[:, None, self._factors]) * growth - self._start
+        return np.concatenate([moved, np.broadcast_to(self._conditions, (len(x), *self._conditions.shape))], axis=2)
 
     def slopes(self, x: Array) -> Array:
-        """Return ∂z/∂x at one point, without the row of the condition, (number of factors without exponents, k)."""
-        factors, start, rate, exponents = self.coordinates
-        jacobian, rows, growth = np.zeros((len(factors), len(x))), range(len(factors)), np.exp(rate * x[exponents])
-        jacobian[rows, factors] = growth
-        jacobian[rows, exponents] += (start + x[factors]) * growth * rate
-        return jacobian
+        """Return ∂z/∂x at one point without the condition, (places, factors without exponents, k)."""
+        rows, growth = range(len(self._factors)), np.exp(self._rates * x[self._exponents])
+        slopes = np.zeros((*growth.shape, len(x)))
+        slopes[:, rows, self._factors] = growth
+        slopes[:, rows, self._exponents] += (self._start + x[self._factors]) * growth * self._rates
+        return slopes
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,10 +110,7 @@ class Section:
 
     def gradient(self, coded: ArrayLike) -> Array:
         """Return ∂ŷ/∂x at one point, (k,)."""
-        x = np.asarray(coded, dtype=float)
-        z = self.place.z(x)[0]
-        slope = self.whole.gradient(z)[:-1] @ self.place.slopes(x)
-        return np.asarray(slope * np.exp(self.whole.predict(z)[0]) if self.logarithm else slope)
+        return np.asarray(SeveralSurfaces([self]).slopes(np.asarray(coded, dtype=float))[0])
 
     def mean_interval(self, coded: ArrayLike, level: float = 0.95) -> Array:
         """Return the confidence interval of the mean response."""
@@ -121,24 +135,34 @@ AnySurface = Surface | Section
 
 
 class SeveralSurfaces:
-    """Several surfaces over the same factors, evaluated together for speed."""
+    """Several surfaces over the same factors, or several sections of surfaces, evaluated together for speed."""
 
     def __init__(self, each: Sequence[AnySurface]) -> None:
-        self._each = each
-        quadratics = [surface.beta for surface in each if isinstance(surface, Surface)]
-        self._beta = np.array(quadratics) if len(quadratics) == len(each) else None
+        self.sections = tuple(surface for surface in each if isinstance(surface, Section))
+        wholes = (surface.whole if isinstance(surface, Section) else surface for surface in each)
+        self._beta = np.array([whole.beta for whole in wholes])
+        self._logarithm = np.array([section.logarithm for section in self.sections], dtype=bool)
+        self._places = _Places([section.place for section in self.sections]) if self.sections else None
+
+    def terms(self, points: Array) -> Array:
+        """Return the terms of each section at (points, factors), (points, sections, terms)."""
+        assert self._places is not None
+        return term_columns(self._places.z(np.atleast_2d(points)))
 
     def predict(self, points: Array) -> Array:
         """Return ŷ of all surfaces at coded points, (points, surfaces)."""
-        if self._beta is not None:
+        if self._places is None:
             return np.asarray(term_columns(points) @ self._beta.T)
-        return np.column_stack([surface.predict(points) for surface in self._each])
+        y = np.einsum("pst,st->ps", self.terms(points), self._beta)
+        return np.asarray(np.exp(y, out=y, where=self._logarithm))
 
     def slopes(self, x: Array) -> Array:
         """Return ∂ŷ/∂x of all surfaces at one point, (surfaces, factors)."""
-        if self._beta is not None:
+        if self._places is None:
             return np.asarray(self._beta @ term_gradient(x))
-        return np.array([surface.gradient(x) for surface in self._each])
+        along_z = np.einsum("st,stz->sz", self._beta, term_gradient(self._places.z(x[None])[0]))[:, :-1]
+        slopes = np.einsum("sz,szk->sk", along_z, self._places.slopes(x))
+        return np.asarray(np.where(self._logarithm, self.predict(x)[0], 1.0)[:, None] * slopes)
 
 
 # ---- lack of fit over the condition: would terms of third and fourth order improve the surface?

@@ -1,5 +1,6 @@
 """The one fit against closed answers: planes without error, so that what is planted is all that there is."""
 
+import tracemalloc
 from dataclasses import replace
 
 import numpy as np
@@ -17,6 +18,7 @@ from stemcal.doe.calibration.confidence_intervals import (
 from stemcal.doe.calibration.likelihood import Fit, Prior, fit
 from stemcal.doe.calibration.observations import Contrasts, Observation, Uniforms, variances
 from stemcal.doe.calibration.region import Region
+from stemcal.doe.coding import term_columns
 from stemcal.doe.designs import central_composite
 from stemcal.doe.regression.surface import Surface, fit_surface
 from stemcal.errors import UsageError
@@ -140,6 +142,41 @@ def test_the_error_of_surfaces_is_split_into_a_common_and_a_separate_part() -> N
     common, separate = Contrasts.of(found).missed(np.zeros((512, 5)), Uniforms())
     assert np.median(common) ** 0.5 == pytest.approx(0.02, rel=0.25)
     assert np.median(separate) ** 0.5 == pytest.approx(0.003, rel=0.25)
+
+
+@pytest.mark.parametrize("lost", [(), (2, 7, 11)])
+def test_groups_of_contrasts_have_the_density_of_all_of_them(lost: tuple[int, ...]) -> None:
+    """ln N(z; 0, σ_c² QᵀQ + σ_u²) with Q, the whole basis of what each surface cannot follow, by a dense inverse."""
+    random, design = np.random.default_rng(8), central_composite(2, 1, "rotatable")
+    design = np.vstack([design, random.uniform(-1.0, 1.0, (5, 2))])
+    surfaces, bases, z = [], [], []
+    for i in range(3):
+        kept = np.delete(np.arange(len(design)), [lost[i]] if lost else [])
+        y = (100.0 + 8.0 * design[:, 0]) * (1.0 + 0.03 * random.standard_normal(len(design)))
+        surfaces.append(fit_surface(design[kept], y[kept], ["a", "b"]))
+        q = np.linalg.qr(term_columns(design[kept]), mode="complete")[0][:, 6:]
+        bases.append(np.zeros((len(design), q.shape[1])))
+        bases[-1][kept] = q
+        z.append(q.T @ y[kept] / y[kept].mean())
+    together, every, found = np.hstack(bases), np.concatenate(z), Contrasts.of(surfaces)
+    for common, separate in ((0.02, 0.01), (0.001, 0.03), (0.05, 0.002)):
+        v = common**2 * together.T @ together + separate**2 * np.eye(len(every))
+        dense = np.linalg.slogdet(v)[1] + every @ np.linalg.solve(v, every)
+        grouped = common**2 * found.common + separate**2
+        assert found.counts @ np.log(grouped) + (found.z2 / grouped).sum() == pytest.approx(dense, rel=1e-9)
+
+
+def test_many_runs_need_no_square_matrix() -> None:
+    """8,000 runs: an n × n matrix has 512 MB."""
+    points = np.random.default_rng(1).uniform(-1.0, 1.0, (8_000, 2))
+    y = 100.0 + points @ [8.0, 3.0] + np.random.default_rng(2).standard_normal(8_000)
+    tracemalloc.start()
+    found = Contrasts.of([fit_surface(points, y, ["a", "b"])])
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 50e6
+    assert found.counts == pytest.approx(8_000 - 6)
+    assert found.z2 / found.counts == pytest.approx(y.mean() ** -2, rel=0.05)  # scatter of 1
 
 
 def test_without_residual_degrees_of_freedom_the_error_is_unknown_not_zero() -> None:
