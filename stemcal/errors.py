@@ -69,10 +69,7 @@ class RunsFailed(StemcalError):
 
 
 class TargetUnreachable(StemcalError):
-    """The response surface reaches the target nowhere in the region; `low` and `high` are its least and largest value.
-
-    `unit_suffix` follows the values in the message.
-    """
+    """The response surface has values from `low` to `high` in the region and does not reach the target."""
 
     exit_code = 4
 
@@ -92,10 +89,7 @@ class FolderLocked(StemcalError):
 
 
 class Waiting(StemcalError):
-    """A stage needs results that a person must enter.
-
-    `requests` are the runs (`solvers.protocol.Request`) that the stage is waiting for, as far as they are known.
-    """
+    """A stage needs results that a person must enter; `requests` are these runs, as far as they are known."""
 
     exit_code = 6
 

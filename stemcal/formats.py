@@ -66,10 +66,7 @@ def interval(
     missing: str = MISSING,
     bounded: tuple[bool, bool] = (True, True),
 ) -> str:
-    """Format an interval; a bound that is only the limit of the search range is marked: ``≤ 10.00 to 18.96``.
-
-    `bounded` states for both ends whether they are true bounds.
-    """
+    """Format an interval; an end that is not `bounded`, but the limit of a range, is marked: ``≤ 10.00 to 18.96``."""
     if not bounds:
         return missing
     low, high = (significant(end, digits) for end in bounds)

@@ -9,16 +9,12 @@ import numpy as np
 
 @dataclass(frozen=True)
 class PowerLaw:
-    """F = factor·d^exponent (N, mm), fitted to `n` points.
-
-    `exponent_interval` is the 95 % confidence interval of the exponent, None for two points; `r2` is the coefficient of
-    determination of ln F.
-    """
+    """F = factor·d^exponent (N, mm), fitted to `n` points."""
 
     factor: float
     exponent: float
-    exponent_interval: tuple[float, float] | None
-    r2: float
+    exponent_interval: tuple[float, float] | None  # 95 % confidence interval; None for two points
+    r2: float  # coefficient of determination of ln F
     n: int
 
     def at(self, diameter: float) -> float:

@@ -88,10 +88,7 @@ class Response:
     varies_with_mesh: bool = False
 
     def value(self, test: ForceTravel) -> float | None:
-        """Return the value in a test, in `unit`: the number that the solver reports, otherwise that of the curve.
-
-        None if neither determines it.
-        """
+        """Return the value in a test, in `unit`: reported by the solver, or else from the curve; None if by neither."""
         try:
             number = test.numbers[self.name] if self.name in test.numbers else self.of(test)
             return None if number is None or not isfinite(number) else float(number)
@@ -103,8 +100,7 @@ class Response:
 def secant(travel: Array, force: Array, shares: tuple[float, float] = SECANT) -> float | None:
     """Return the slope (N/mm) of a straight line fitted by least squares to part of a curve until the break.
 
-    The part begins and ends where the force first reaches the two `shares` of its maximum. None if it has fewer than
-    three points.
+    The part begins and ends where the force first reaches these `shares` of its maximum. None below three points.
     """
     low, high = (int(np.argmax(force >= share * force.max())) for share in shares)
     u, f = travel[low : high + 1], force[low : high + 1]

@@ -219,10 +219,7 @@ class Wording:
         return f"{interval(ends)}{self.response.unit_suffix}"
 
     def conditions(self, values: Iterable[float]) -> str:
-        """List values of the condition after its name, which is omitted for the stem diameter.
-
-        More than `MOST_LISTED` values are summarised: ``20 values from 5 to 12 mm``.
-        """
+        """List values of the condition, or summarise many, after its name, which is omitted for the stem diameter."""
         values = list(values)
         many = len(values) > MOST_LISTED
         listed = f"{len(values)} values from {short(min(values))} to {short(max(values))}" if many else ""

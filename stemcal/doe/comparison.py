@@ -1,8 +1,7 @@
 """Compare measured with simulated responses over the stem diameter or another condition, and with a power law.
 
 If the model predicts forces no better than F = a·dᵇ fitted to the same measurements, they are no evidence for its
-mechanics. The power law minimises the sum of squared relative errors Σ((F_d − a·dᵇ)/F_d)²; for each exponent b the best
-factor is a = Σr/Σr² with r = dᵇ/F_d.
+mechanics. The power law minimises Σ((F_d − a·dᵇ)/F_d)²; for each exponent b, a = Σr/Σr² with r = dᵇ/F_d.
 """
 
 from __future__ import annotations
@@ -127,10 +126,7 @@ def error_percent(measured: float, simulated: float | None) -> float | None:
 
 
 def _error_trend(rows: Sequence[ValidationRow]) -> tuple[float | None, tuple[Note, ...]]:
-    """Return the slope of the error over the diameter (% per mm), and a note if it explains over half of the variance.
-
-    The slope is None with fewer than three diameters.
-    """
+    """Return the slope of the error (% per mm, None below three diameters), and a note if it explains most variance."""
     d = np.array([row.condition for row in rows])
     if len(np.unique(d)) < 3:
         return None, ()

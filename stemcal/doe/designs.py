@@ -37,8 +37,7 @@ def screening_runs(name: str, k: int, runs: int | None = None, folded: bool = Fa
 def fold_over(coded: Array) -> Array:
     """Fold a design over: append every run with all signs reversed, so that resolution III becomes IV.
 
-    Main effects are then not aliased with two-factor interactions. Source: G. E. P. Box and K. B. Wilson, J. R. Stat.
-    Soc. B 13 (1951) 1–45.
+    Source: G. E. P. Box and K. B. Wilson, J. R. Stat. Soc. B 13 (1951) 1–45.
     """
     return np.vstack([coded, 0.0 - coded])
 

@@ -56,10 +56,7 @@ def is_beyond_margin(effect: Effect, margins: Lenth) -> bool:
 
 
 def residual_of(fit: LeastSquares, centre: Array) -> tuple[Residual, float | None]:
-    """Pool the residual of the corner runs with the pure error of the centre runs; return it and its mean square.
-
-    The mean square is None if it is zero or has no degrees of freedom.
-    """
+    """Return the residual of the corner runs pooled with the pure error of centre runs, and its mean square or None."""
     pure = _pure(centre)
     residual = Residual(fit.residual_ss + pure, fit.df + (len(centre) - 1 if pure else 0))
     return residual, residual.sum_of_squares / residual.df if residual.df and (pure or not fit.exact) else None

@@ -1,8 +1,7 @@
 """Figures that are drawn on demand, and their conversion to compact SVG for the report page, in light and dark mode.
 
-Matplotlib repeats the style with every path, writes coordinates to a millionth of a point and defines the same markers
-in each figure. The page shares styles and markers between figures and rounds to a tenth of a point: a quarter of the
-size.
+Matplotlib repeats the style with every path, writes millionths of a point, and defines the same markers in each figure.
+The page shares styles and markers between figures and rounds to tenths of a point, which saves three quarters.
 """
 
 import json
@@ -143,8 +142,7 @@ _SCALED = ("linear", "log")
 def readings(figure: Figure) -> list[dict[str, Any]]:
     """Return the data of the lines and bars of each two-dimensional panel of a figure.
 
-    Each panel has two axes `x` and `y` (see `_axis`), and a `series` for each line or bar: its name and its points in
-    the units of the axes.
+    A panel has two axes `x` and `y` (`_axis`), and `series` of lines and bars: name, and points in units of the axes.
     """
     wide, high = (72.0 * inches for inches in figure.get_size_inches())
     data: list[dict[str, Any]] = []

@@ -62,12 +62,9 @@ class Setting:
 
 
 class Showing(Checked, Generic[R]):
-    """Creates the sentences, tables and figures of a stage; a stage overrides the methods that it needs.
+    """Creates the sentences, tables and figures of a stage; a stage overrides the methods that it needs."""
 
-    With `claims` the outcome is shown only if the study is calibrated.
-    """
-
-    claims: ClassVar[bool] = False
+    claims: ClassVar[bool] = False  # whether the outcome is shown only if the study is calibrated
 
     def outcome(self, result: R, names: Wording) -> list[str]:
         """Return sentences that state the outcome."""
@@ -90,10 +87,7 @@ class Showing(Checked, Generic[R]):
         return {}
 
     def validity(self, result: R, holds: bool) -> list[str]:
-        """Return sentences on the settings for which the parameters are valid.
-
-        If the study is calibrated (`holds`), also the assumptions of the confidence intervals.
-        """
+        """Return the settings for which the parameters are valid; if the study `holds`, also what intervals assume."""
         return []
 
     def closing(self, result: R, setting: Setting) -> list[Table]:

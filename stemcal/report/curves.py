@@ -14,10 +14,7 @@ from stemcal.report.records import RunCurve
 
 
 def force_travel(curves: Mapping[str, RunCurve], highlighted: Collection[str] = (), of_blade: bool = True) -> Figure:
-    """Draw force over travel of runs: `highlighted` ones in colour with their names, the others grey.
-
-    Curves are dotted after the first fracture, where the force is that of the released stem.
-    """
+    """Draw force over travel of runs, dotted after the first fracture; `highlighted` ones are coloured and named."""
     colours = (BLUE, ORANGE, GREEN, "#cc79a7", "#e69f00", "#56b4e9")
     with new_figure(width=6.4 if len(curves) > 3 else 4.7) as figure:
         axes = figure.add_subplot()

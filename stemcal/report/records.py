@@ -83,10 +83,7 @@ def _distinct_of(records: Records) -> dict[str, tuple[str, _RunRecord]]:
 
 
 def run_warnings(records: Records, verdict: Verdict | None = None) -> list[Note]:
-    """Return a note for each kind of warning: the number of runs with it, and the first one.
-
-    Kinds that the `verdict` already reports are left out.
-    """
+    """Return a note for each kind of warning (number of runs, first text) that the `verdict` does not report yet."""
     reported = WARNED if verdict is not None and verdict.has("physics") else ()
     kinds: dict[str, dict[str, Note]] = {}
     distinct = _distinct_of(records)

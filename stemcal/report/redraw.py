@@ -24,10 +24,7 @@ _MOST = 200  # bytes at the end of the page, which contain its last line
 
 
 def draw(study: Study, folder: StudyFolder, results: Results, verdict: Verdict, again: bool = False) -> Path:
-    """Write page and figures if their inputs changed, or always if `again`; return the path of the page.
-
-    The last line of the page contains a hash of the inputs.
-    """
+    """Write page and figures if `again` or if the inputs differ from the hash in the page; return the page's path."""
     stages = [read_plain(path, MAX_BYTES).decode() for path in sorted(folder.path.glob("*.json"))]
     records = [(path.name, path.stat().st_size, path.stat().st_mtime_ns) for path in sorted(folder.runs.glob("*.json"))]
     spec = [study.model_dump_json(), study.source.name, spec_hash(study), list(study.warnings)]

@@ -89,10 +89,7 @@ def to_json(thing: Any) -> Any:
 
 
 def from_json(kind: type[T], content: Any) -> T:
-    """Return the object of class `kind` that `to_json` converted; ignore extra keys.
-
-    The message of a `ValueError` begins with the path to the wrong key.
-    """
+    """Return an object of class `kind` from its JSON; ignore extra keys. A `ValueError` has the path to a wrong key."""
     from pydantic import ValidationError
 
     try:

@@ -74,13 +74,13 @@ def _profile(fit: Fit, j: int, name: str, wider: Fit) -> Profile:
         return fit.rise(_held_at(fit, j, v, fit.best, cloud)) - allowed
 
     def crossing(inside: int, outside: int) -> float:
-        if beyond(values[inside]) > 0.0:  # the walk found a lower D for it than this search
+        if beyond(values[inside]) > 0.0:  # the walk along the grid found a lower D than this search
             return float(values[inside])
         return float(brentq(beyond, values[inside], values[outside], xtol=1e-6))
 
     kept = np.flatnonzero(rise <= allowed)
     first, final = int(kept[0]), int(kept[-1])
-    while first > 0 and beyond(values[first - 1]) <= 0.0:  # the walk had ended in a local minimum
+    while first > 0 and beyond(values[first - 1]) <= 0.0:  # the walk along the grid had found a local minimum only
         first -= 1
     while final < len(values) - 1 and beyond(values[final + 1]) <= 0.0:
         final += 1
@@ -128,10 +128,7 @@ def _held_at(fit: Fit, j: int, value: float, start: Array, cloud: Array) -> Arra
 
 
 def loose_directions(fit: Fit) -> tuple[Array, Array]:
-    """Return the directions in which no observation changes to first order, and the one with the least change.
-
-    The directions are unit vectors in coded units, (directions, factors) and (factors,).
-    """
+    """Return coded unit vectors (directions, factors) in which ŷ does not change to first order, and the flattest."""
     scale = np.sqrt(np.diagonal(fit.draws, axis1=1, axis2=2).T @ fit.weights)
     _, sizes, rows = np.linalg.svd(fit.tangents.slopes / scale[:, None])
     return np.asarray(rows[int(np.sum(sizes > 1e-8 * sizes.max(initial=0.0))) :]), np.asarray(rows[-1])
@@ -150,8 +147,7 @@ def moved_together(direction: Array) -> list[float]:
 def _flat_directions(fit: Fit) -> Array:
     """Return coded unit vectors of directions in which the interval fills most of the region, (directions, factors).
 
-    At a distance t from the solution along an eigenvector of JᵀWJ with eigenvalue λ, D is higher by λt². The interval
-    is therefore 2√(c/λ) long.
+    At a distance t along an eigenvector of JᵀWJ with eigenvalue λ, D rises by λt²: the interval is 2√(c/λ) long.
     """
     certainty, vectors = np.linalg.eigh(_scattered(fit).tangents.information)
     allowed = np.array([fit.tangents.allowed(v) for v in vectors.T])
@@ -253,10 +249,7 @@ def contradiction(fit: Fit) -> _Contradiction | None:
 
 
 def left_out(fit: Fit, groups: Sequence[object]) -> list[float]:
-    """Cross-validate: return the error (%) of each observation, predicted by the fit without its group.
-
-    Empty if there is only one group.
-    """
+    """Return the error (%) of each observation predicted by the fit without its group; empty with a single group."""
     errors = np.zeros(len(groups))
     for members in _members(groups):
         errors[members] = fit.errors_percent(fit.ignoring(*members).best)[members]

@@ -13,7 +13,7 @@ from stemcal.errors import TargetUnreachable, UsageError
 
 Interval = tuple[float, float]
 _CLOUD = 11  # 2^11 points fill the region
-_PARTNERS = 4  # number of distant points with which each point is connected by a line
+_PARTNERS = 4  # in `_level_points`, each point is connected by lines with this number of distant points
 
 
 @dataclass(frozen=True)
@@ -99,11 +99,7 @@ def assess_point(
     high: ArrayLike | None = None,
     radius: float | None = None,
 ) -> Assessment:
-    """Predict the response at one coded point.
-
-    The point is `inside` if it is in the box from `low` to `high` and within `radius`, by default that of the outermost
-    run.
-    """
+    """Predict at one coded point; `inside` tests the box and the radius, by default that of the outermost run."""
     x = np.asarray(coded, dtype=float)
     distance = float(np.linalg.norm(x))
     reach = surface.design_radius if radius is None else radius
@@ -125,10 +121,7 @@ def _interval(ends: Array) -> Interval | None:
 
 
 def _level_points(surface: Surface, target: float, region: Region, ends: tuple[Array, Array]) -> Array:
-    """Return points of the level set, spread over it: one on each line between a point below and one above the target.
-
-    These lines are inside the region, because it is convex.
-    """
+    """Return points spread over the level set: one on each of many lines between points below and above the target."""
     cloud = np.vstack([*ends, region.cloud(_CLOUD)])
     gap = surface.predict(cloud) - target
     below, above = cloud[gap <= 0.0], cloud[gap > 0.0]
@@ -166,10 +159,7 @@ def _crossings(surface: Surface, target: float, starts: Array, stops: Array) -> 
 
 
 def _others_at_centre(solutions: _LevelSet) -> list[Array]:
-    """Return solutions with all factors at 0 except the one with the largest linear coefficient, nearest first.
-
-    They are inside the box but may be outside the sphere.
-    """
+    """Return solutions in the box, maybe outside the sphere, with all factors except the `leading` one at 0."""
     surface, region, j = solutions.surface, solutions.region, solutions.surface.leading
     line = np.zeros((3, region.k))
     line[:, j] = (-1.0, 0.0, 1.0)

@@ -57,7 +57,7 @@ class Prior:
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """The result of `fit`."""
+    """The result of `fit`; the symbols x, r, D, V, W and L are defined at the top of this module."""
 
     observations: tuple[Observation, ...]
     priors: tuple[Prior, ...]
@@ -111,26 +111,26 @@ class Fit:
     # ---- the misfit
 
     def many(self, points: Array) -> Array:
-        """Return D at coded points (points, k)."""
+        """Return the misfit D = rᵀWr at coded points (points, k)."""
         gaps = self.gaps(points)
         return np.asarray(((gaps @ self.precision) * gaps).sum(axis=1))
 
     def value(self, x: Array) -> float:
-        """Return D at one point."""
+        """Return the misfit D at one point."""
         return float(self.many(x[None])[0])
 
     def gradient(self, x: Array) -> Array:
-        """Return ∂D/∂x."""
+        """Return the gradient ∂D/∂x of the misfit at one point, (k,)."""
         return np.asarray(-2.0 * self.gaps(x[None])[0] @ self.precision @ self.slopes(x))
 
     @cached_property
     def least(self) -> float:
-        """D at the solution."""
+        """The least misfit, D at the solution."""
         return self.value(self.best)
 
     @cached_property
     def objective(self) -> Objective:
-        """D as an objective, divided by its median over the region to be of order one."""
+        """The misfit D as an objective, divided by its median over the region to be of order one."""
         scale = max(float(np.median(self.many(self.region.cloud(9)))), 1e-300)
         return Objective(
             lambda x: self.value(x) / scale,
@@ -190,7 +190,7 @@ class Fit:
 
     @cached_property
     def p_value(self) -> float | None:
-        """The p-value of the misfit, see above; None if the scatter is estimated from the misfit, or df is zero."""
+        """The p-value of the least misfit; None if the scatter is estimated from the misfit, or df is zero."""
         from scipy.special import chdtrc
 
         if self.errors.scatter != "misfit":
@@ -204,12 +204,10 @@ class Fit:
 
     @property
     def evidence(self) -> Array:
-        """Weights of the draws: their evidence, or equal weights if the data contradict all draws.
-
-        Otherwise a wrong model would be mistaken for a large scatter.
-        """
+        """Weights of the draws: their evidence, or equal weights if the data contradict all draws."""
         from scipy.special import chdtrc
 
+        # with the evidence of a wrong model as weights, its misfit would be taken for a large scatter
         p = float(np.mean(chdtrc(max(self.df, 1), self.tangents.misfits)))
         if self.errors.scatter == "misfit" or p >= LEVEL:
             return self.tangents.evidence
@@ -221,10 +219,9 @@ class Fit:
         return np.asarray(np.linalg.inv(self.draws))
 
     def ignoring(self, *ignored: int) -> Fit:
-        """Return the fit in which these observations have no weight; solution and D equal those of `without`.
+        """Return the fit in which these observations have no weight: faster than `without`, same solution and D.
 
-        This is faster: with Λ = V⁻¹, the ignored observations b and the others a, the inverse is a Schur complement,
-        (V_aa)⁻¹ = Λ_aa − Λ_ab Λ_bb⁻¹ Λ_ba.
+        For the ignored observations b, the others a and Λ = V⁻¹, (V_aa)⁻¹ = Λ_aa − Λ_ab Λ_bb⁻¹ Λ_ba (Schur complement).
         """
         b = list(ignored)
         across, own = self.inverses[:, :, b], self.inverses[:, b][:, :, b]

@@ -49,10 +49,7 @@ _NO_CONTRAST = 1e-9  # smaller eigenvalues of a sum of projectors are zero
 
 
 class Uniforms:
-    """Generates columns of a Latin hypercube: (draws,) numbers evenly spread between 0 and 1 in a random order.
-
-    The seed is fixed, so that results are reproducible.
-    """
+    """Generates columns of a Latin hypercube: evenly spread numbers from 0 to 1 in random order, from a fixed seed."""
 
     def __init__(self, draws: int = _DRAWS) -> None:
         self._random, self.draws = np.random.default_rng(20_251), draws

@@ -77,11 +77,7 @@ class Region:
         return np.asarray(anchor + (-b + np.sqrt(b * b - a * c)) / a * line)
 
     def cloud(self, log2_points: int) -> Array:
-        """Return points (m, k) that fill the region and its boundary.
-
-        They are a Sobol sequence of 2^`log2_points` points, corners and ends of the axes; points outside the sphere are
-        moved onto it.
-        """
+        """Return points (m, k) that fill the region: a Sobol sequence of 2^`log2_points`, corners, ends of the axes."""
         from scipy.stats.qmc import Sobol
 
         low, high = self.bounds()
@@ -90,7 +86,7 @@ class Region:
         corners = list(product(*zip(low, high, strict=True))) if 2**self.k <= _MOST_CORNERS else []
         filling = low + (high - low) * Sobol(self.k, scramble=False).random_base2(log2_points)
         points = np.vstack([nearest, axes, *corners, filling])
-        if self.radius is not None:
+        if self.radius is not None:  # points outside the sphere are moved onto it
             length = np.linalg.norm(points, axis=1)
             points *= np.minimum(1.0, self.radius / np.maximum(length, 1e-300))[:, None]
         return np.asarray(points[self.contains(points)])

@@ -131,8 +131,7 @@ def fit_surface(
     """Fit y = β₀ + Σβᵢxᵢ + Σβᵢⱼxᵢxⱼ + Σβᵢᵢxᵢ² by least squares, or only some of its `terms` (see `term_names`).
 
     `coded` (n, k) are the design points; the response (n,) is NaN for failed runs, which are left out. `written` has
-    the names and units for the notes. Raises `RunsFailed`, or `UsageError` if no run failed, if a term cannot be
-    estimated.
+    names and units for notes. If a term cannot be estimated, raises `RunsFailed`, or `UsageError` if no run failed.
     """
     points, y = np.asarray(coded, dtype=float), np.asarray(response, dtype=float)
     if points.ndim != 2 or points.shape != (y.size, len(names)):
