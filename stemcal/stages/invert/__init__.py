@@ -1,4 +1,4 @@
-"""The calibration, the stage invert: the parameters with which the surface gives what was measured."""
+"""The stage invert: find the parameters at which the response surfaces reproduce the measured means."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 class Invert(Stage[Any]):
-    """The calibrated parameters, and how well they are known."""
+    """The calibrated parameters and their uncertainty."""
 
     name, title, attribute, reads = "invert", "Calibration", "inversion", ("invert", "targets")
     simulates, of_surface = False, True

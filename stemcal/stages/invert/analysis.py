@@ -1,6 +1,6 @@
-"""The calibration: the point of the surface that gives one measured mean, or of several surfaces for theirs.
+"""The analysis of the stage invert: solve one surface for one measured mean, or fit several surfaces to their means.
 
-At a condition (a diameter) each response (force, travel and work to the maximum force) has its own surface.
+Each response (force, travel and work to the maximum force) has its own surface at each condition (diameter).
 """
 
 from collections.abc import Sequence
@@ -37,7 +37,7 @@ from stemcal.vocabulary import FIRST
 
 @a_stage(InvertResult)
 def invert(work: Work, head: Head) -> InvertResult:
-    """Solve the surface for the force measured at the calibration diameter, or several surfaces for theirs."""
+    """Solve the surface for the target at the calibration diameter, or fit all surfaces of a joint fit."""
     study, surface = work.study, work.result(Surfaces)
     solved = (_solve_jointly if study.joint_targets else solve)(study, head, surface)
     idle = tuple(f.name for f in study.factors if f.prior is not None and f.name not in surface.names)
@@ -46,7 +46,7 @@ def invert(work: Work, head: Head) -> InvertResult:
 
 
 def solve(study: Study, head: Head, surface: Surfaces) -> InvertResult:
-    """Return the calibrated point, what is known about it, and every factor's level there."""
+    """Return the calibrated point of a single target, with its uncertainty."""
     coding, target = surface.scales, study.calibration_target
     region, unit = surface.region, study.naming.response.unit_suffix
     ends, rule = (region.low, region.high, region.radius), study.of(InvertOptions).rule
@@ -63,7 +63,7 @@ def solve(study: Study, head: Head, surface: Surfaces) -> InvertResult:
 
 
 def _solve_jointly(study: Study, head: Head, surface: Surfaces) -> InvertResult:
-    """Return the parameters that fit all diameters and responses of the spec best."""
+    """Return the parameters of the best fit to all fitted diameters and responses."""
     coding, means = surface.scales, measured_means(study)
     whole = fit_of_study(study, surface)
     fit, flat = certainty.settled(whole)
@@ -87,7 +87,7 @@ def _fitted(study: Study, means: Sequence[Measured], fit: Fit, flat: bool) -> Jo
     conditions, naming = [mean.condition for mean in means], study.naming
     several, own = len(set(conditions)) > 1, not naming.is_cutting
     tests = [study.test_of(mean.response) for mean in means]
-    apart = len(set(tests)) > 1  # then a test is held out, at all its conditions
+    apart = len(set(tests)) > 1  # then one whole test at a time is left out
     groups: Sequence[object] = tests if apart else conditions if several else [] if own else range(len(means))
     errors = certainty.left_out(fit, groups)
     every = _rows(means, fit, errors, certainty.left_out_intervals(fit, groups) if apart else [None] * len(means))
@@ -129,8 +129,7 @@ def _rows(
     ]
 
 
-# A factor that changes by this part of its half-step along a flat direction is not determined by itself.
-_MOVED = 0.25
+_MOVED = 0.25  # of a half step: a factor that changes more along a flat direction is not determined
 
 
 def _certainty_of(study: Study, coding: Coding, known: Fit, source: Literal["joint", "single"]) -> Certainty:
@@ -171,6 +170,6 @@ def _value(coding: Coding, j: int, coded: float) -> float:
 
 
 def _changes_along(coding: Coding, direction: Array) -> dict[str, float]:
-    """Return each factor's change (its unit) along a coded direction: at most a half step, none below 1/20 of that."""
+    """Return the changes of the factors (their units) along a coded direction, scaled to at most a half step."""
     steps = zip(coding.names, certainty.moved_together(direction), coding.half_step, strict=True)
     return {name: part * half_step for name, part, half_step in steps if part != 0.0}

@@ -1,4 +1,4 @@
-"""The section invert: what is fitted, and which of the points that give it is the solution."""
+"""The `invert` section: the fitted values, and the rule that selects a solution."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class InvertOptions(Frozen):
 
 
 def _joint_conditions_measured(draft: Draft) -> Iterator[Finding]:
-    """`invert.diameters` names measured diameters."""
+    """Check that `invert.diameters` lists measured diameters."""
     if (wanted := draft.study.of(InvertOptions).conditions) is None:
         return
     if draft.naming.condition is None:
@@ -99,7 +99,7 @@ def _responses_measured(draft: Draft) -> Iterator[Finding]:
 
 
 def _rule_uses_priors(draft: Draft) -> Iterator[Finding]:
-    """With priors the solution is the best fit, not one point of a level set."""
+    """Check that the spec has no rule with priors: the solution is then the best fit."""
     known = any(factor.prior is not None for factor in draft.factors.values())
     if known and draft.study.of(InvertOptions).rule != "least_coded_distance":
         remedy = "remove this key: with priors, the solution is the best fit to measurements and priors"
@@ -107,7 +107,7 @@ def _rule_uses_priors(draft: Draft) -> Iterator[Finding]:
 
 
 def _doubts(study: Study) -> Iterator[Finding]:
-    """Travel and work up to the break, unlike the force, fall as elements get smaller."""
+    """Yield fitted responses, such as travel and work, that depend on the mesh."""
     from stemcal.study.rules.plausible import FALL
 
     own = [response for named in study.naming.further if (response := named.in_table) is not None]
@@ -123,7 +123,7 @@ InvertOptions.doubts = _doubts
 
 
 def _growth_is_seen(draft: Draft) -> Iterator[Finding]:
-    """A surface that varies an exponent is fitted at another diameter than the one where it changes nothing."""
+    """Check that a varied exponent affects a fitted response: at its reference diameter it has no effect."""
     if isinstance(chosen := draft.study.of(RsmOptions).factors, str):
         return
     joint: Sequence[float] | str = draft.study.of(InvertOptions).conditions or [draft.study.targets.calibrate_at]
@@ -137,7 +137,7 @@ def _growth_is_seen(draft: Draft) -> Iterator[Finding]:
 
 
 def _surface_over_conditions(draft: Draft) -> Iterator[Finding]:
-    """A surface over conditions has several fitted ones, and a solver that simulates at any condition."""
+    """Check that a surface over conditions has several fitted conditions and a solver for any condition."""
     if draft.study.of(RsmOptions).over == "factors" or not draft.study.of(RsmOptions).wanted:
         return
     remedy = "remove `rsm.over`"
@@ -160,7 +160,7 @@ InvertOptions.rules = (
 
 
 def fitted_together(study: Study) -> tuple[Target, ...]:
-    """Return the targets that the parameters are fitted to together, with priors; none if one force alone is."""
+    """Return the targets of a joint fit, also with priors or several responses; none for one response alone."""
     options, means = study.of(InvertOptions), study.targets.means
     wanted = options.conditions
     if wanted is None or (wanted != "all" and len(wanted) == 1):
@@ -170,5 +170,5 @@ def fitted_together(study: Study) -> tuple[Target, ...]:
 
 
 def chose_conditions(study: Study) -> bool:
-    """Whether the spec lists the conditions to fit: no advice undoes that choice."""
+    """Whether the spec lists the conditions to fit, which no advice should then change."""
     return study.of(InvertOptions).conditions not in (None, "all")

@@ -1,4 +1,4 @@
-"""The result of a calibration: the parameters, other solutions, and their uncertainty."""
+"""The result of the stage invert: the parameters, other solutions, and the uncertainty."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from stemcal.vocabulary import FIRST
 
 @dataclass(frozen=True)
 class Point:
-    """A point in natural and coded units with its predictions; a saturated surface has no intervals."""
+    """A point in natural and coded units with predictions; intervals are None if the surface has no residual error."""
 
     solution: dict[str, float]
     coded: dict[str, float]
@@ -33,7 +33,7 @@ class Point:
 
     @classmethod
     def of(cls, assessed: Assessment, coding: Coding) -> Point:
-        """Return an assessed point with its factors by name."""
+        """Return the point of an assessment, with its factors by name."""
         natural, coded = coding.to_natural(assessed.coded), dict(zip(coding.names, assessed.coded, strict=True))
         intervals = assessed.mean_interval, assessed.prediction_interval
         point = coding.by_name(natural), coded, assessed.coded_radius, assessed.response
@@ -42,7 +42,7 @@ class Point:
 
 @dataclass(frozen=True)
 class ProfileCurve:
-    """Rise of the misfit over the values of a factor (its unit), all others free; `allowed` ends the interval."""
+    """Profile of the misfit over the values of a factor (its unit): `rise` over the minimum, other factors fitted."""
 
     values: tuple[float, ...]
     rise: tuple[float, ...]
@@ -51,7 +51,7 @@ class ProfileCurve:
 
 @dataclass(frozen=True)
 class PriorRow:
-    """What was known of a factor beforehand, in its unit, and from where."""
+    """The prior of a factor in its unit, and its source."""
 
     factor: str
     mean: float
@@ -62,13 +62,13 @@ class PriorRow:
 
 @dataclass(frozen=True, kw_only=True)
 class Certainty:
-    """What measurements leave possible, all of a joint fit or the target alone: 95 % intervals by profile likelihood.
+    """Uncertainty of the parameters: 95 % intervals by profile likelihood, for a joint fit or for one target
+    (`source`).
 
-    `free` factors are those whose interval holds most of their range; along `directions` (coded) nothing measured
-    changes, for example by `unseen_changes` (in the factors' `units`). `not_identified` are those and the factors
-    that move along such a direction; `loosest` are changes along which the measured values change least. `known_sd`
-    is whether standard deviations are treated as known; without `surface_error_known` no run is left over to show
-    the error of the surfaces.
+    `free` factors have an interval over most of their range. To first order the measured values do not change along
+    `directions` (coded), that is, with the `unseen_changes` (in the `units` of the factors). `not_identified` are these
+    factors and the free ones; `loosest` is the change with the least effect on the measured values. `known_sd`:
+    standard deviations are treated as known; `surface_error_known`: the surfaces have residual degrees of freedom.
     """
 
     source: Literal["joint", "single"]
@@ -91,7 +91,10 @@ class Certainty:
 
 @dataclass(frozen=True)
 class JointRow:
-    """A measured mean, the surface's, and error and allowed interval by a fit to the others (of tests: other tests)."""
+    """A measured mean and the prediction of its surface at the joint solution.
+
+    The left-out error and interval are from a fit without all means of the same test or condition, or this mean alone.
+    """
 
     condition: float
     response: str
@@ -107,7 +110,7 @@ class JointRow:
 
 @dataclass(frozen=True)
 class MeasuredMean:
-    """Which measured mean: of a response at a condition."""
+    """The response and condition of a measured mean."""
 
     response: str
     condition: float
@@ -115,7 +118,7 @@ class MeasuredMean:
 
 @dataclass(frozen=True)
 class Contradicted:
-    """A measured mean that the others contradict: what they allow it to be, and how many standard errors it is off."""
+    """A measured mean that contradicts the others: the interval they predict, and the difference in standard errors."""
 
     response: str
     condition: float
@@ -128,10 +131,10 @@ class Contradicted:
 
 @dataclass(frozen=True)
 class JointFitted:
-    """The result of a joint fit; `rows` are of the force, `further` of the other responses.
+    """The result of a joint fit; `rows` are of the first response and declared ones, `further` of all others.
 
-    `contradiction` is tested where no degree of freedom is left; `out_of_reach` are means that their own surface takes
-    nowhere in the region. `separated` is False where the data leave a direction of the parameters flat.
+    `contradiction` is the mean that contradicts the others; `out_of_reach` are means outside the range of their
+    surface. `separated` is False if the fit hardly changes along a direction of the parameters.
     """
 
     rows: Rows[JointRow]
@@ -150,7 +153,7 @@ class JointFitted:
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class InvertResult(StageResult):
-    """The calibrated point, the set it was chosen from, the `joint` fit; the values depend on settings `depends_on`."""
+    """The calibrated point, the ranges of all solutions, and the joint fit; valid with the settings `depends_on`."""
 
     name: ClassVar[str] = "invert"
     shown = ("point.solution",)
@@ -199,7 +202,7 @@ class InvertResult(StageResult):
 
     @property
     def left_out(self) -> dict[float, float | None]:
-        """The error of the first response at each fitted condition, predicted from a fit to the others."""
+        """Error of the first response at each fitted condition in the cross-validation."""
         first = (FIRST, self.naming.response.name)
         rows = () if self.joint is None else self.joint.rows
         return {row.condition: row.left_out_error_percent for row in rows if row.response in first}

@@ -1,4 +1,4 @@
-"""How a calibration is shown: the parameters with the range of each to cite, and what was fitted together."""
+"""Sentences, tables and figures of a calibration."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -24,7 +24,7 @@ from stemcal.vocabulary import Wording
 
 
 class InvertShowing(Showing[InvertResult]):
-    """The words, tables and figures of a calibration."""
+    """Sentences, tables and figures of a calibration."""
 
     def outcome(self, result: InvertResult, names: Wording) -> list[str]:
         return words.outcome(result, names)
@@ -63,7 +63,7 @@ class InvertShowing(Showing[InvertResult]):
 
 
 class NotebookInversion(InvertResult):
-    """A calibration with its likelihood."""
+    """A calibration for notebooks, with its likelihood."""
 
     _study: Study
     _surface: Surfaces
@@ -89,7 +89,7 @@ class NotebookInversion(InvertResult):
 
 
 def calibration_table(stage: InvertResult, names: Wording, refined: Mapping[str, float] | None = None) -> Table:
-    """Return the calibrated, or `refined`, parameters with the range of each to cite, the target and the prediction."""
+    """Return the table of calibrated, or `refined`, parameters with their ranges; below it target and prediction."""
     point, ranges = stage.point, _ranges(stage)
     rows: list[dict[str, Any]] = [
         {"factor": name, "range": ranges[name], "coded": coded, "solution": (refined or point.solution)[name]}
@@ -127,7 +127,7 @@ _RULES = {
 
 
 def _ranges(stage: InvertResult) -> dict[str, str]:
-    """Return the range of each parameter to cite; ends of the search are marked."""
+    """Return the range to report for each parameter; limits set by the factor range are marked."""
     known = stage.certainty
     return {name: interval(known.intervals[name], bounded=known.bounded[name]) for name in stage.point.solution}
 
@@ -150,7 +150,7 @@ def _joint_table(joint: JointFitted, names: Wording) -> Table:
 
 
 def profiles(invert: InvertResult, labels: Mapping[str, str] | None = None) -> Figure:
-    """Return the misfit of each factor, all others free: its interval is below the dashed line; `labels` of axes."""
+    """Draw the profile of the misfit for each factor; in its interval it is below the dashed line."""
     names = list(invert.point.solution)
     with new_figure(height=1.5 * len(names) + 0.4) as figure:
         for row, name in enumerate(names, 1):
@@ -166,7 +166,7 @@ def profiles(invert: InvertResult, labels: Mapping[str, str] | None = None) -> F
 
 
 def profile_points(part: Certainty, name: str) -> list[tuple[float, float]]:
-    """Return the profile of a factor over its limit, through the ends of its interval, where it is 1 by definition."""
+    """Return the points of a factor's profile relative to the allowed rise, with the interval limits at 1."""
     curve, ends = part.profiles[name], zip(part.intervals[name], part.bounded[name], strict=True)
     points = [(value, rise / (curve.allowed or 1.0)) for value, rise in zip(curve.values, curve.rise, strict=True)]
     return sorted(points + [(end, 1.0) for end, bounded in ends if bounded])

@@ -18,14 +18,14 @@ from stemcal.stages.verdict.verdict_rules import BEYOND_DOUBT, Evidence, Rank, r
 from stemcal.study.model.study import Study
 from stemcal.vocabulary import Wording
 
-_MISSED_PERCENT = 2.0
-_SAME_SIDE = 0.25  # of the largest error, up to which one to the other side is none
-_NEAR_RADIUS, _NEAR_END = 0.98, 0.01
+_MISSED_PERCENT = 2.0  # error of a fitted value that is reported
+_SAME_SIDE = 0.25  # share of the largest error up to which an error of the other sign is ignored
+_NEAR_RADIUS, _NEAR_END = 0.98, 0.01  # shares of radius and range: how near a solution on the edge is
 
 
 @ranked(Rank.TREND)
 def anisotropy(evidence: Evidence) -> Iterator[Note]:
-    """Yield the elastic moduli along and across the axis if the fitted slopes require both of an isotropic model."""
+    """Yield different elastic moduli along and across the axis that the fitted slopes require of an isotropic model."""
     surface, solved = evidence.of(Surfaces), evidence.of(InvertResult)
     if surface is not None and solved is not None:
         yield from direction_reason(evidence, surface, solved.point.solution)
@@ -33,12 +33,12 @@ def anisotropy(evidence: Evidence) -> Iterator[Note]:
 
 @ranked(Rank.TREND)
 def trend(evidence: Evidence) -> Iterator[Note]:
-    """Yield a trend of the errors of a joint fit over the diameter: no other change of model or data removes it."""
+    """Yield a trend with the diameter of the errors of a joint fit."""
     study, surface, solved = evidence.study, evidence.of(Surfaces), evidence.of(InvertResult)
     if surface is None or solved is None or solved.joint is None:
         return
     if _all_out_of_reach(evidence, surface, solved.point, solved.joint) is not None:
-        return  # wider ranges come first
+        return  # wider factor ranges are advised first
     rows = [
         (row.condition, row.measured, row.predicted, standard_error(row.measured, row.sd, row.n))
         for row in solved.joint.rows
@@ -50,7 +50,7 @@ def trend(evidence: Evidence) -> Iterator[Note]:
 
 @ranked(Rank.REACH)
 def conflict(evidence: Evidence) -> Iterator[Note]:
-    """Yield a measured mean that contradicts the others, or that the fit misses if no scatter is known."""
+    """Yield a measured mean that contradicts the others or, without known scatter, a large error of the joint fit."""
     surface, solved = evidence.of(Surfaces), evidence.of(InvertResult)
     if surface is None or solved is None or (joint := solved.joint) is None:
         return
@@ -68,13 +68,13 @@ def conflict(evidence: Evidence) -> Iterator[Note]:
         beyond = beyond or (one_place and joint.df < 1 and apart.p < BEYOND_DOUBT)
         text = _contradiction(apart, evidence.names)
     remedy, coded = _to_reconcile(evidence.study, joint), list(solved.point.coded.values())
-    if joint.out_of_reach and _on_edge(surface, coded):  # if each mean is reached by itself, no range is changed
+    if joint.out_of_reach and _on_edge(surface, coded):  # if every mean can be reached alone, no range is to be widened
         remedy = advice.from_the_edge(evidence.study, surface, coded)
     yield Note(kind, "error" if beyond else "warning", text, remedy)
 
 
 def _all_out_of_reach(evidence: Evidence, surface: Surfaces, point: Point, joint: JointFitted) -> str | None:
-    """Return the text on means that are out of reach to the same side, so that they do not contradict each other."""
+    """Return a sentence on means that are all out of reach on the same side, and so do not contradict; else None."""
     errors = [row.error_percent for row in (*joint.rows, *joint.further)]
     worst = max(errors, key=abs)
     if any(error * worst < -_SAME_SIDE * worst**2 for error in errors):
@@ -95,7 +95,7 @@ def _all_out_of_reach(evidence: Evidence, surface: Surfaces, point: Point, joint
 
 
 def _contradiction(apart: Contradicted, names: Wording) -> str:
-    """Return the measured mean that contradicts the others, and their prediction of it."""
+    """Return a sentence on the measured mean that contradicts the others, and their prediction."""
     named = names.naming.named(apart.response)
     values = (named.counted(value, apart.measured) for value in (apart.measured, apart.low, apart.high))
     measured, low, high = (f"{short(value, 4)}{named.unit_suffix}" for value in values)
@@ -112,12 +112,12 @@ def on_the_edge(evidence: Evidence) -> Iterator[Note]:
     if surface is None or solved is None:
         return
     if solved.joint is not None and (any(conflict(evidence)) or any(anisotropy(evidence))):
-        return  # the rule on the conflict has the remedy
+        return  # these rules have a remedy
     place = evidence.results.parameters
     coded = surface.scales.to_coded([place[name] for name in surface.names]).tolist()
     if _on_edge(surface, coded):
         remedy = advice.from_the_edge(evidence.study, surface, coded)
-        if solved.joint is not None and not solved.joint.separated:  # the fit is there because of a flat valley
+        if solved.joint is not None and not solved.joint.separated:  # the misfit is almost constant up to the edge
             remedy = _to_identify(evidence, solved.certainty)
         yield Note("on_the_edge", "warning", "The solution is at the limit of the search range.", remedy)
 
@@ -132,18 +132,18 @@ def _on_edge(surface: Surfaces, coded: Sequence[float]) -> bool:
 
 @ranked(Rank.MODEL)
 def misfit(evidence: Evidence) -> Iterator[Note]:
-    """Yield a misfit of the joint fit beyond the scatter if no single mean is the reason."""
+    """Yield a misfit of the joint fit beyond the scatter that no single mean explains."""
     solved = evidence.of(InvertResult)
     joint = solved.joint if solved is not None else None
     if solved is None or joint is None or joint.p is None or joint.misfit is None or joint.p >= 0.05:
         return
     if (joint.contradiction is not None and not solved.priors) or any(anisotropy(evidence)):
-        return  # the conflict names it
+        return  # reported by the rule `conflict`
     beyond = bool(solved.priors) and joint.p < BEYOND_DOUBT
     times, p = joint.misfit / joint.df, signed_probability(joint.p)
     text = f"The misfit is {times:.1f} times the value expected from the scatter of the measurements (p {p})."
     remedy, solution = _to_reconcile(evidence.study, joint), solved.point.solution
-    if solved.priors:  # the one that is farthest from the solution, in its standard deviations
+    if solved.priors:  # name the prior farthest from the solution in standard deviations
         prior = max(solved.priors, key=lambda prior: abs(solution[prior.factor] - prior.mean) / prior.sd)
         unit = f"the unit of the prior for {prior.factor}"
         remedy = Remedy(f"Check the source ({prior.source}) and {unit}, or remove the prior.")
@@ -152,7 +152,7 @@ def misfit(evidence: Evidence) -> Iterator[Note]:
 
 @ranked(Rank.IDENTIFICATION)
 def not_identified(evidence: Evidence) -> Iterator[Note]:
-    """Yield the factors that the measurements do not determine, and how they change together."""
+    """Yield the factors that the measurements do not determine, and the changes that leave the fit unchanged."""
     solved = evidence.of(InvertResult)
     if solved is not None and (known := solved.certainty).not_identified:
         factors = series(known.not_identified, "or")
@@ -166,13 +166,13 @@ def not_identified(evidence: Evidence) -> Iterator[Note]:
 
 @ranked(Rank.MODEL)
 def target_missed(evidence: Evidence) -> Iterator[Note]:
-    """Yield fitted values that a simulation misses."""
+    """Yield the largest error of a simulation at a fitted value, if it exceeds the tolerance."""
     fitted = [row for row in evidence.judged if row.fitted and row.error_percent is not None]
     if not fitted:
         return
     worst = max(fitted, key=lambda row: row.size)
     last = calibrating(evidence.study)
-    options = None if last.name == InvertResult.name else last.options(evidence.study)  # of the refinement
+    options = None if last.name == InvertResult.name else last.options(evidence.study)  # those of the refinement
     tolerance = _MISSED_PERCENT if options is None else max(options.tolerance_percent, _MISSED_PERCENT)
     if worst.size <= (evidence.equivalent_percent if evidence.study.joint_targets else tolerance):
         return
@@ -182,7 +182,7 @@ def target_missed(evidence: Evidence) -> Iterator[Note]:
     if options is not None:
         more, check = 2 * options.budget, "check whether the response is discontinuous between neighbouring points"
         remedy = Remedy(f"Raise `refine.budget` to {more}, or {check}.", f"refine: {{budget: {more}}}")
-    if evidence.study.joint_targets:  # no further run reconciles measurements that contradict each other
+    if evidence.study.joint_targets:  # further runs cannot resolve a contradiction between measurements
         reasons = [*anisotropy(evidence), *conflict(evidence)]
         remedy = next((reason.remedy for reason in reasons if reason.remedy), remedy)
     text = f"{words.miss(worst, evidence.names)}, although this measurement was included in the fit."
@@ -190,7 +190,7 @@ def target_missed(evidence: Evidence) -> Iterator[Note]:
 
 
 def _to_identify(evidence: Evidence, known: Certainty) -> Remedy:
-    """Return the remedy for undetermined factors: other data, or a prior of the least certain one."""
+    """Return the remedy for undetermined factors: fit more data, or a prior of the factor with the widest interval."""
     study = evidence.study
     free = list(known.not_identified or known.share)
     without = [name for name in free if study.factor(name).prior is None]
@@ -212,7 +212,7 @@ def _to_identify(evidence: Evidence, known: Certainty) -> Remedy:
 
 
 def _within_reach(evidence: Evidence, response: str) -> bool:
-    """Check that a response was measured at the calibration and is within the responses of the runs."""
+    """Check that a response was measured at the calibration and is in the range of the simulated values."""
     mean, sd = evidence.study.calibration_target.mean_of(response)
     surface = evidence.of(Surfaces)
     if mean is None or surface is None:
@@ -240,7 +240,7 @@ def _to_reconcile(study: Study, joint: JointFitted) -> Remedy:
 
 @ranked(Rank.FORMULA)
 def no_better_than_formula(evidence: Evidence) -> Iterator[Note]:
-    """Yield a formula that predicts each diameter from the others as well as the fit, if there is no other check."""
+    """Yield that a formula predicts left-out values as well as the fit, if nothing was held out."""
     solved, first = evidence.of(InvertResult), evidence.study.naming.response.name
     compared = [row for row in evidence.judged if row.response == first]
     held_out = any(not row.fitted and row.error_percent is not None for row in compared)

@@ -1,4 +1,4 @@
-"""The sentences of a calibration: its outcome, the validity of the parameters, its notes."""
+"""Sentences of a calibration: outcome, validity of the parameters, notes."""
 
 from collections.abc import Iterator, Mapping
 
@@ -11,7 +11,7 @@ from stemcal.vocabulary import Wording
 
 
 def outcome(stage: InvertResult, names: Wording) -> list[str]:
-    """Return the calibrated values and, for a joint fit, the largest error of the surfaces for each response."""
+    """Return sentences with the calibrated values and, for a joint fit, the largest error of each response."""
     units, solution = stage.certainty.units, stage.point.solution
     values = series(f"{names.in_text(n)} = {with_unit(significant(at), units[n])}" for n, at in solution.items())
     if stage.joint is None:
@@ -29,7 +29,7 @@ def outcome(stage: InvertResult, names: Wording) -> list[str]:
 
 
 def known(part: Certainty, stage: InvertResult, names: Wording) -> list[str]:
-    """Return the intervals of the factors, the factors that are not determined, and the assumptions."""
+    """Return sentences on the intervals, the undetermined factors, and the assumptions."""
     data = "joint fit" if part.source == "joint" else f"{names.response.long}{names.at(stage.condition)}"
     kept = [
         f"{names.in_text(factor)} to between {_ends(part, factor)} "
@@ -57,14 +57,14 @@ def priors(stage: InvertResult, names: Wording) -> list[str]:
 
 
 def _ends(part: Certainty, factor: str) -> str:
-    """Return the ends of an interval, marked where the range ended it."""
+    """Return the limits of an interval; ≤ or ≥ marks a limit of the factor range."""
     (low, high), (from_below, from_above) = part.intervals[factor], part.bounded[factor]
     ends = f"{'' if from_below else '≤ '}{significant(low)} and {'' if from_above else '≥ '}{significant(high)}"
     return with_unit(ends, part.units[factor])
 
 
 def assumption(part: Certainty) -> list[str]:
-    """Return the assumptions of the intervals about measured values and surfaces; none if both are estimated."""
+    """Return sentences on the assumptions about measured values and surfaces; none if all errors are estimated."""
     sentences = []
     if part.scatter == "surface":
         sentences.append("If no standard deviation is given, the measured value is treated as exact.")
@@ -79,14 +79,14 @@ def assumption(part: Certainty) -> list[str]:
 
 
 def valid_for(stage: InvertResult) -> list[str]:
-    """Return the settings that the values are valid with."""
+    """Return a sentence on the settings with which the values are valid."""
     settings = series(f"{name} {value}" for name, value in (stage.depends_on or {}).items())
     text = f"The parameters are valid only with {settings}. Always report the parameters together with these settings."
     return [text] if settings else []
 
 
 def assumptions(stage: InvertResult) -> list[str]:
-    """Return the assumptions of the 95 % intervals."""
+    """Return sentences on all assumptions of the 95 % intervals."""
     fixed_mesh = stage.depends_on is not None and "replicates" not in stage.depends_on
     mesh = "The intervals do not include the scatter of the force over mesh positions."
     scatter = f"{mesh} To include this scatter, add `replicates: 5` to the `solver` section."
@@ -94,7 +94,7 @@ def assumptions(stage: InvertResult) -> list[str]:
 
 
 def range_to_cite(stage: InvertResult, names: Wording) -> list[str]:
-    """Explain the interval to report, and list the exact solutions of a single target."""
+    """Return sentences on the interval to report and, for a single target, the ranges of the exact solutions."""
     if len(stage.point.solution) < 2 or stage.joint is not None:
         return []
     exact = series(
@@ -110,7 +110,7 @@ def range_to_cite(stage: InvertResult, names: Wording) -> list[str]:
 
 
 def invert_notes(stage: InvertResult) -> list[Note]:
-    """Return the notes on a solution: other solutions, the region, a formula, the intervals."""
+    """Return notes on a solution: other solutions, the valid region, a formula, the intervals."""
     names = Wording(stage.naming)
     notes = _of_one(stage, names) if stage.joint is None else _of_many(stage.joint, names)
     predicted = [] if stage.prediction is None else [predicted_note("left_out", stage.prediction, names)]
@@ -155,7 +155,7 @@ def prior_unused(factors: tuple[str, ...]) -> Note:
 
 
 def flat_direction(changes: Mapping[str, float], units: Mapping[str, str]) -> Note:
-    """Return the note on factors that a joint fit cannot separate; `changes` in their units go together."""
+    """Return the note on factors that a joint fit cannot separate: `changes` (in `units`) leave it unchanged."""
     together = series(change(name, size, units[name]) for name, size in changes.items())
     text = (
         f"The measurements cannot separate the parameters: if {together}, the fit hardly changes. Of all points "

@@ -1,4 +1,4 @@
-"""The validation: what was measured against what is simulated with the calibrated parameters."""
+"""The stage validate: compare measured means with simulations at the calibrated parameters."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 class Validate(Stage[Any]):
-    """The comparison with what was measured, at every condition."""
+    """Comparison with the measurements at every condition."""
 
     name, title, attribute, reads = "validate", "Validation", "validation", ("targets", "validate")
     pictured = True
@@ -19,7 +19,7 @@ class Validate(Stage[Any]):
     purpose = "Stage 5: comparison of simulated and measured responses at every measured diameter."
 
     def needs(self, study: Study) -> str | None:
-        """Return the last stage at the solution that the study asks for."""
+        """Return the last stage that calibrates the parameters."""
         return calibrating(study).name
 
     def tolerance_percent(self, study: Study) -> float:

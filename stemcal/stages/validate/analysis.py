@@ -1,4 +1,4 @@
-"""The validation as a stage: simulate all measurements with the calibrated parameters and compare."""
+"""The analysis of the stage validate: simulate all conditions with the calibrated parameters, and compare."""
 
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
@@ -29,7 +29,7 @@ from stemcal.study.model.measured_targets import Target
 from stemcal.study.model.study import Study
 from stemcal.vocabulary import CUTTING, TRAVEL, Wording
 
-_TRAVEL_PERCENT = 25.0  # error beyond which measured and simulated travel are not the same quantity
+_TRAVEL_PERCENT = 25.0  # a larger error shows that measured and simulated travel are different quantities
 
 
 @a_stage(ValidateResult)
@@ -86,7 +86,7 @@ def _result(
 
 
 def _from_table(study: Study, solver: Solver) -> Iterator[Note]:
-    """Find whether the simulated responses are rows of a sheet without levels, of other parameters perhaps."""
+    """Yield a note if the simulated responses are from a table without levels, so perhaps of other parameters."""
     if (table := solver.given_design("validate")) and len(table[0]) < len(study.factors):
         text = (
             f"The simulated {study.naming.response.long} was read from a table, so it may have been calculated with "
@@ -96,14 +96,14 @@ def _from_table(study: Study, solver: Solver) -> Iterator[Note]:
 
 
 def requests_at(study: Study, levels: Mapping[str, float]) -> list[Request]:
-    """Return the requests at these levels: one per measured diameter, or the replicates of a stochastic program."""
+    """Return requests at these levels for every measured condition, with the replicates of a stochastic program."""
     targets = enumerate(study.targets.means)
     requests = [Request("validate", row, levels, target.condition, pictured=True) for row, target in targets]
     return repeated(requests, study.solver.repeats)
 
 
 def foresee(study: Study, solver: Solver, folder: StudyFolder | None) -> Asked:
-    """Return a run per condition, at the solution if there is one, else at mid-levels."""
+    """Return a run per condition, at the solution if it is known, otherwise at mid-levels."""
     levels = None
     if folder is not None:
         with suppress(UsageError):
@@ -113,7 +113,7 @@ def foresee(study: Study, solver: Solver, folder: StudyFolder | None) -> Asked:
 
 
 def _further(study: Study, target: Target, outcome: Outcome) -> Rows[FurtherRow]:
-    """Compare the further responses that were measured, and the travel of curves, which is not fitted."""
+    """Return comparisons of further measured responses, and of the travel of curves, which is not fitted."""
     means = measured_of(target, [named.name for named in study.naming.further], study.naming)
     if (way := target.travel_of_curves) is not None and TRAVEL.name not in target.further:
         means.append(Measured(target.condition, TRAVEL.name, way.value, way.sd, way.n, CUTTING))
@@ -121,7 +121,7 @@ def _further(study: Study, target: Target, outcome: Outcome) -> Rows[FurtherRow]
 
 
 def validate_notes(stage: ValidateResult) -> Iterator[Note]:
-    """Yield notes on the comparison: its independence, growth, a formula, the travel."""
+    """Yield notes on the comparison: independence, growth, formula, travel."""
     names = Wording(stage.naming)
     if stage.fitted:
         where = names.at(*stage.fitted) if names.placed else " of a fitted response"
@@ -138,7 +138,7 @@ def validate_notes(stage: ValidateResult) -> Iterator[Note]:
 
 
 def _travel(stage: ValidateResult) -> Iterator[Note]:
-    """Find whether the measured travel is another one than the simulated one; no verdict depends on it."""
+    """Yield a note if measured and simulated travel differ in kind; it does not affect the verdict."""
     further = [row for compared in stage.rows for row in compared.further]
     rows = [row for row in further if row.response == TRAVEL.name and not row.judged]
     errors = [abs(row.error_percent) for row in rows if row.error_percent is not None]

@@ -1,4 +1,4 @@
-"""The section of the validation."""
+"""The `validate` section."""
 
 from typing import Annotated
 

@@ -1,4 +1,4 @@
-"""The result of a validation: what was measured against what was simulated, at every diameter."""
+"""The result of the stage validate: measured and simulated responses at every condition."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _COLUMNS = (
 
 @dataclass(frozen=True)
 class FurtherRow:
-    """Travel or work of a validation run next to what was measured of it."""
+    """A further response, such as travel or work: measured mean and simulation."""
 
     response: str
     unit: str
@@ -38,14 +38,14 @@ class FurtherRow:
 
     @classmethod
     def of(cls, mean: Measured, simulated: float) -> FurtherRow:
-        """Compare a mean with what was simulated; those a study declares itself are judged as the first is."""
+        """Return the comparison of a mean and a simulated value; `judged` for responses that the spec declares."""
         named, error = mean.named, error_percent(mean.value, simulated)
         return cls(named.name, named.unit, mean.value, mean.sd, simulated, error, mean.n, mean.leads)
 
 
 @dataclass(frozen=True, kw_only=True)
 class ValidateRow(Spread):
-    """One diameter: measured and simulated force compared, and what came of the run."""
+    """One condition: the comparison of the first response and further ones, and the outcome of the run."""
 
     compared: ValidationRow = inline()
     outcome: Outcome = inline()
@@ -53,14 +53,14 @@ class ValidateRow(Spread):
 
     @property
     def errors_percent(self) -> list[float]:
-        """The errors by which the study is judged: of the force, and of responses that are judged as it is."""
+        """Errors of the first response and of further responses that count in the verdict."""
         judged = [row.error_percent for row in self.further if row.judged]
         return [error for error in (self.compared.error_percent, *judged) if error is not None]
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class ValidateResult(StageResult):
-    """Measured and simulated responses at the conditions, and how a force grows with the stem's diameter."""
+    """Measured and simulated responses at all conditions, and exponents of the growth of a force with the diameter."""
 
     name: ClassVar[str] = "validate"
     shown = ("worst_percent",)
@@ -80,33 +80,33 @@ class ValidateResult(StageResult):
 
     @property
     def compared(self) -> list[ValidationRow]:
-        """The comparison at each diameter."""
+        """Comparisons of the first response."""
         return [row.compared for row in self.rows]
 
     @property
     def fitted(self) -> tuple[float, ...]:
-        """The conditions at which the parameters were fitted."""
+        """Conditions at which the parameters were fitted."""
         return tuple(row.condition for row in self.compared if row.role == "fitted")
 
     @property
     def held_out(self) -> list[ValidationRow]:
-        """The comparisons that check the result: what was not fitted, and was simulated."""
+        """Comparisons at held-out conditions whose run did not fail."""
         return [row for row in self.compared if row.role == "held_out" and row.error_percent is not None]
 
     @property
     def prediction(self) -> Prediction | None:
-        """The largest error at the held-out conditions, and that of a formula through the fitted forces."""
+        """Largest error at the held-out conditions, and that of a formula through the fitted forces."""
         if self.worst_held_out_percent is None or self.naming.condition is None or self.is_given:
             return None
         return Prediction(self.worst_held_out_percent, self.formula, tuple(row.condition for row in self.held_out))
 
     @property
     def is_given(self) -> bool:
-        """Whether it compares values of a sheet that were simulated elsewhere, with other parameters."""
+        """Whether the simulated values are from a table, computed with other parameters."""
         return any(note.kind == "from_table" for note in self.notes)
 
     def judged(self, study: Study) -> list[Judged]:
-        """Return every comparison, of other parameters none; a declared response that was not fitted is a check."""
+        """Return all comparisons, none for values from a table; a declared response that was not fitted is a check."""
         judged, first = [], study.naming.response.name
         for row in self.rows if not self.is_given else ():
             at, fitted = row.compared, row.compared.role == "fitted"

@@ -20,7 +20,7 @@ _LEFT_OUT = Column("left_out_percent", "Cross-val.", "%", direction)
 
 
 class ValidateShowing(Showing[ValidateResult]):
-    """The words, tables and figures of a validation."""
+    """Sentences, tables and figures of a validation."""
 
     claims = True
 
@@ -67,7 +67,7 @@ def _validation_table(stage: ValidateResult, names: Wording) -> Table:
 
 
 def _errors_in_short(stage: ValidateResult, names: Wording) -> str:
-    """Return the largest and the mean error, then the largest held-out error next to that of a formula."""
+    """Return a sentence with the largest and mean errors, and the largest held-out error with that of a formula."""
     of = " (all responses)" if names.naming.others else ""
     worst, mean = fixed(stage.worst_percent), fixed(stage.mean_abs_error_percent)
     every = f"Largest absolute percentage error: {worst} %; mean absolute percentage error: {mean} %{of}."
@@ -79,12 +79,12 @@ def _errors_in_short(stage: ValidateResult, names: Wording) -> str:
     return f"{held_out} (formula F = a·d^{formula.exponent:.3g}: {fixed(formula.worst_held_out_percent)} %)."
 
 
-MOST_RESPONSES = 6  # whose figures the page shows
+MOST_RESPONSES = 6  # largest number of responses with a figure in the report
 _MOST_TICKS = 12
 
 
 def validate_plots(study: Study, validate: ValidateResult) -> list[Plot]:
-    """Return a figure for each response; the page shows the first ones."""
+    """Return a figure for each response; the report shows the first `MOST_RESPONSES`."""
     naming, plots = study.naming, []
     simulated = {further.response for row in validate.rows for further in row.further}
     responses = [naming.response, *(other for other in naming.others if other.name in simulated)]
@@ -107,7 +107,7 @@ def validate_plots(study: Study, validate: ValidateResult) -> list[Plot]:
 def draw_validation(
     validate: ValidateResult, spread: Mapping[float, float] | None = None, response: Variable | None = None
 ) -> Figure:
-    """Return a response over the condition, the fitted ringed; `spread`: standard deviations by condition."""
+    """Draw a response over the condition, fitted values circled; `spread`: standard deviations by condition."""
     condition, response = validate.naming.condition, response or validate.naming.response
     rows, spread = _pairs(validate, response), spread or {}
     with new_figure(height=2.9) as figure:

@@ -1,4 +1,4 @@
-"""Rules of the verdict on the validation: errors of held-out values, failed runs, a trend, a formula as good."""
+"""Rules of the verdict on the validation: held-out errors, failed runs, a trend, a formula."""
 
 from collections.abc import Iterator
 
@@ -15,7 +15,7 @@ from stemcal.stages.verdict.words import miss
 
 @ranked(Rank.VALIDATION)
 def validation(evidence: Evidence) -> Iterator[Note]:
-    """Yield errors, failed runs and missing data among the checks."""
+    """Yield held-out errors and failed runs, or that nothing was held out."""
     study = evidence.study
     if (checked := evidence.of(ValidateResult)) is None:
         return
@@ -40,7 +40,7 @@ def validation(evidence: Evidence) -> Iterator[Note]:
         left_out = worst.response not in (study.naming.response.name, *study.fitted_responses)
         until = "Until the fit is repeated, use the parameters only where simulation and measurement agree."
         remedy = advice.fit_all(study, "responses" if left_out else "conditions", until)
-        if not left_out and chose_conditions(study):  # no advice undoes an earlier one
+        if not left_out and chose_conditions(study):  # do not advise against conditions that the spec lists
             remedy = Remedy(
                 "Use the parameters only where simulation and measurement agree, or add a factor that could "
                 "explain the error."
@@ -48,7 +48,7 @@ def validation(evidence: Evidence) -> Iterator[Note]:
         severity: Severity = "error" if evidence.mostly_off else "warning"
         yield Note("validation", severity, f"{miss(worst, evidence.names)}.", remedy)
     predictions = (prediction for result in evidence.results.done if (prediction := result.prediction) is not None)
-    in_turn = [each.worst_percent for each in predictions if each.in_turn]  # each fitted value, from the others
+    in_turn = [each.worst_percent for each in predictions if each.in_turn]  # cross-validation
     if not held_out and not any(percent <= evidence.equivalent_percent for percent in in_turn):
         text = "The parameters have not been independently validated because all measurements were used in the fit."
         yield Note("unchecked", "warning", text, advice.measure_more(study))
@@ -56,10 +56,10 @@ def validation(evidence: Evidence) -> Iterator[Note]:
 
 @ranked(Rank.TREND)
 def trend(evidence: Evidence) -> Iterator[Note]:
-    """Yield a trend of the error over the diameter if one force was fitted and determines the parameters."""
+    """Yield a trend of the error with the diameter, if a single fitted force determines the parameters."""
     study, checked, solved = evidence.study, evidence.of(ValidateResult), evidence.of(InvertResult)
     if checked is None or checked.is_given or study.joint_targets or solved is None or solved.certainty.not_identified:
-        return  # other parameters that fit as well may follow the diameter
+        return  # other parameter values may fit as well without a trend
     rows = [
         (row.condition, row.measured, row.simulated, standard_error(row.measured, row.sd, row.n))
         for row in checked.compared
@@ -72,7 +72,7 @@ def trend(evidence: Evidence) -> Iterator[Note]:
 
 @ranked(Rank.FORMULA)
 def no_better_than_formula(evidence: Evidence) -> Iterator[Note]:
-    """Yield a reservation where a formula predicts what was not fitted at least as well."""
+    """Yield that a formula predicts the held-out values at least as well as the model."""
     if (checked := evidence.of(ValidateResult)) is not None and not checked.is_given:
         yield from advice.formula_reason(checked)
 

@@ -1,5 +1,5 @@
-"""The verdict of a study by stated rules, each reason with its remedy.
+"""The verdict of a study: reasons from rules, each with its remedy.
 
-Stages give their reasons (`Stage.reasons`), `verdict_rules` those about all runs and the order of all; `advice`
-computes the numbers of the remedies.
+Stages provide their rules (`Stage.reasons`). `verdict_rules` has the rules about all runs and sorts all reasons;
+`advice` computes the numbers in the remedies.
 """

@@ -1,4 +1,4 @@
-"""Remedies with numbers: ranges that contain the target, changes that remove a trend, more runs."""
+"""Remedies with numbers: wider ranges, more data, more runs."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -16,14 +16,14 @@ from stemcal.study.model.study import Study
 from stemcal.study.types.factor import Factor
 from stemcal.vocabulary import DIAMETER, FIRST, Wording
 
-# A range is widened by at most this multiple of its width, and beyond the target by this part of the missing distance.
+# A range is widened by at most _WIDEST times its width; the target is passed by _BEYOND of the missing distance.
 _WIDEST, _BEYOND = 20.0, 0.25
 _CLOUD = 9
-_MOST_AVERAGED = 100  # replicates that a spec may ask for
+_MOST_AVERAGED = 100  # largest number of replicates in a spec
 
 
 def formula_reason(result: StageResult) -> Iterator[Note]:
-    """Yield a formula without mechanics that predicts better than the model, by more than the means scatter."""
+    """Yield that a formula F = a·dᵇ predicts better than the model, by more than the scatter of the means."""
     prediction = result.prediction
     if prediction is not None and prediction.better == "formula":
         within = "Use the parameters only within the range of the measured diameters"
@@ -32,16 +32,17 @@ def formula_reason(result: StageResult) -> Iterator[Note]:
 
 
 def reach(surface: Surfaces) -> tuple[float, float]:
-    """Return the least and the greatest response of a surface within ranges, design region and constraints."""
+    """Return the lowest and highest response of a surface within ranges, design region and constraints."""
     low, high = (surface.fitted.predict(end) for end in extremes(surface.fitted, surface.region))
     return float(low[0]), float(high[0])
 
 
 def to_reach(study: Study, surface: Surfaces, target: float) -> Remedy:
-    """Return by which factor alone, widened how far, the target would come within reach.
+    """Return the remedy to widen the range of one factor so that the target is within reach.
 
-    The surface is continued from its extreme point as a plane, F = F* + g·(x − x*); the new range is the first for
-    which the plane passes the target by a quarter of what was missing, inside the design region of the new range.
+    From its extreme point the surface is extrapolated as a plane, F = F* + g·(x − x*). The new range is the smallest
+    for which the plane passes the target by a quarter of the missing distance, inside the design region of the new
+    range.
     """
     end = extremes(surface.fitted, surface.region)[0 if target < reach(surface)[0] else 1]
     remedies = [
@@ -60,7 +61,7 @@ def to_reach(study: Study, surface: Surfaces, target: float) -> Remedy:
 
 
 def _widened(factor: Factor, up: bool, width: float) -> Remedy:
-    """Return the new end of a range that grows upwards or downwards by `width` times its own width."""
+    """Return the remedy to extend a range upwards or downwards by `width` times its width."""
     end = factor.high + width * (factor.high - factor.low) if up else factor.low - width * (factor.high - factor.low)
     value, key = outwards(end, up), "high" if up else "low"
     written = f"{value:g} {factor.unit}".removesuffix(" 1")
@@ -69,7 +70,7 @@ def _widened(factor: Factor, up: bool, width: float) -> Remedy:
 
 
 def _least_width(surface: Surfaces, end: Array, factor: Factor, up: bool, target: float) -> float | None:
-    """Return by how much of its width a range has to grow; None where no sensible width does."""
+    """Return the required extension of a range in units of its width; None if no reasonable extension is enough."""
     at_end, slope = float(surface.fitted.predict(end)[0]), surface.fitted.gradient(end)
     missing = target - at_end
     goal, side = missing * (1.0 + _BEYOND), 1.0 if missing > 0.0 else -1.0
@@ -77,7 +78,7 @@ def _least_width(surface: Surfaces, end: Array, factor: Factor, up: bool, target
     low, high, inside = region.low, region.high, region.cloud(_CLOUD)
 
     def gained(width: float) -> float:
-        """What the plane gains within the design region of the new range, of which coded points are the old ones."""
+        """Return the gain of the plane in the design region of a new range, which has the same coded points."""
         stretch, shift = np.ones(len(slope)), np.zeros(len(slope))
         stretch[j], shift[j] = 1.0 + width, (1.0 if up else -1.0) * 0.5 * width * (high[j] - low[j])
         return float(np.max(side * ((inside * stretch + shift - end) @ slope)))
@@ -91,12 +92,12 @@ def _least_width(surface: Surfaces, end: Array, factor: Factor, up: bool, target
 
 
 def _above_zero(factor: Factor) -> float:
-    """Return the lower limit of a wider range: a positive value stays above a tenth of its low end."""
+    """Return the largest extension downwards: a positive value stays above a tenth of its lower limit."""
     return _WIDEST if factor.low < 0.0 else 0.9 * factor.low / (factor.high - factor.low)
 
 
 def from_the_edge(study: Study, surface: Surfaces, coded: Sequence[float]) -> Remedy:
-    """Return the range to widen by half, so that a solution on the edge of the region is inside."""
+    """Return the remedy to widen a range by half, so that a solution on the edge is inside."""
     region = surface.region
     place = np.asarray(coded) / np.where(np.asarray(coded) > 0.0, region.high, -region.low)
     order = np.argsort(-np.abs(place), kind="stable")
@@ -113,7 +114,7 @@ def fit_all(study: Study, over: str, then: str = "") -> Remedy:
     edit = f"invert: {{{key}: all}}"
     many = key if study.naming.condition == DIAMETER else "conditions"
     what = "all measured responses" if over == "responses" else f"the responses at all measured {many}"
-    unknown = []  # responses whose standard deviation is known at no condition: their fit would be refused
+    unknown = []  # responses without any standard deviation, which cannot be fitted
     for named in study.naming.responses if over == "responses" else ():
         name = FIRST if named == study.naming.response else named.name
         scatters = [sd for mean, sd in (target.mean_of(name) for target in study.targets.means) if mean is not None]
@@ -126,14 +127,14 @@ def fit_all(study: Study, over: str, then: str = "") -> Remedy:
 
 
 def more_runs(surface: Surfaces) -> Remedy:
-    """Return four times as many runs as coefficients, or twice the runs of the design, spread over the ranges."""
+    """Return the remedy to use four times as many runs as coefficients, or twice the runs of the design."""
     count = max(4 * len(surface.coefficients), 2 * len(surface.design.runs))
     text = f"Use more runs: `rsm: {{design: latin-hypercube, runs: {count}}}`."
     return Remedy(text, f"rsm: {{design: latin-hypercube, runs: {count}, extra_runs: 0}}")
 
 
 def measure_more(study: Study) -> Remedy:
-    """Return the remedy for a result that nothing checks."""
+    """Return the remedy for a study without a check by held-out values."""
     naming = study.naming
     if naming.condition is None:
         return Remedy("Measure under another condition, or measure a response that is not in `invert.responses`.")
@@ -142,7 +143,7 @@ def measure_more(study: Study) -> Remedy:
 
 
 def to_smooth(study: Study, surface: Surfaces, levels: Mapping[str, float] | None) -> Remedy:
-    """Return the remedy for a poor quadratic: more runs, then half the ranges; of a rough response also averaging."""
+    """Return the remedy for a poor quadratic: more runs, else half the ranges; and averaging of a rough response."""
     if len(surface.design.runs) < 4 * len(surface.coefficients) or levels is None:
         remedy = more_runs(surface)
     else:

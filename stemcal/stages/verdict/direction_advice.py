@@ -1,6 +1,7 @@
-"""Advice for a model that is isotropic although tests along and across the axis require different elastic moduli.
+"""Advice if tests along and across the axis require different elastic moduli of an isotropic model.
 
-While a piece is elastic its slope is proportional to E, so that a test requires E times measured over simulated slope.
+In the elastic range the slope of a test is proportional to E, so the required modulus is E times measured over
+simulated slope.
 """
 
 from collections.abc import Iterator, Mapping
@@ -20,7 +21,7 @@ _WIDER = 2.0  # the ranges of both moduli reach from half to twice the required 
 
 
 def direction_reason(evidence: Evidence, surface: Surfaces, solution: Mapping[str, float]) -> Iterator[Note]:
-    """Yield the moduli that the slopes along and across the axis require, if one modulus cannot give both."""
+    """Yield the moduli that the slopes along and across the axis require, if they differ."""
     study = evidence.study
     if study.naming.condition != DIAMETER or not study.tests or study.is_layered:
         return
@@ -43,7 +44,7 @@ def direction_reason(evidence: Evidence, surface: Surfaces, solution: Mapping[st
 def _required(
     study: Study, surface: Surfaces, solution: Mapping[str, float], across: bool
 ) -> tuple[list[str], float, float] | None:
-    """Return tests along or across, the factor on E of their slopes (geometric mean), its relative error or NaN."""
+    """Return tests along or across, the ratio of required to present E (geometric mean), its relative error or NaN."""
     point = surface.scales.to_coded([solution[name] for name in surface.names])
     tests = {test.called("slope"): test.name for test in study.tests if test.across_axis is across}
     rows = [
@@ -60,7 +61,7 @@ def _required(
 def _to_transverse(
     study: Study, surface: Surfaces, solution: Mapping[str, float], along: float, across: float
 ) -> Remedy:
-    """Return the YAML of `material.transverse` with the modulus across as a factor; `along` and `across` in MPa."""
+    """Return the remedy: `material.transverse` with the modulus across as a factor; `along` and `across` in MPa."""
     levels, ratio = {**study.midlevels(), **solution}, "poisson_ratio"
     nu = study.factor(ratio).high if ratio in study.names else study.parameters(levels)[ratio]
     most = 0.95 * (1.0 - nu) / (2.0 * nu * nu) * along / _WIDER if nu else inf  # positive definite in all ranges
@@ -84,5 +85,5 @@ def _to_transverse(
 
 
 def _range(value: float, most: float = inf) -> str:
-    """Return half and twice a value as the range of a factor in YAML."""
+    """Return a range from half of a value to twice it, as YAML keys of a factor."""
     return f"low: {outwards(value / _WIDER, False):g}, high: {min(outwards(value * _WIDER, True), most):.4g}"

@@ -1,4 +1,4 @@
-"""How many of a study's runs have doubtful physics, according to their records, and what would correct it."""
+"""Doubts about the physical validity of runs, by the checks in their records, and remedies."""
 
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
@@ -26,12 +26,12 @@ _DETAILS: dict[DoubtKind, str] = {
     "drift": "energy_drift_percent",
 }
 WARNED = frozenset({"hourglass_energy", "inertia_in_force", "energy_drifts", "stroke_too_short"})
-"""The kinds of the warnings of single runs with the same content as these doubts."""
+"""Kinds of the warnings of single runs that correspond to these doubts."""
 
 
 @dataclass(frozen=True)
 class Doubt:
-    """A kind of doubt, its runs, the worst in % (None of a stroke); of a calibrated run its condition, if `fitted`."""
+    """A doubt: kind, number of runs, worst value in % (None for a stroke); for a calibrated run its condition."""
 
     kind: DoubtKind
     runs: int
@@ -42,7 +42,7 @@ class Doubt:
 
 @dataclass(frozen=True)
 class Physics:
-    """The number of distinct runs with checks, of doubtful ones, the reasons, and the doubts `at_solution`."""
+    """Numbers of checked and of doubtful runs, the doubts, and the doubts about runs `at_solution`."""
 
     checked: int
     doubtful: int
@@ -51,26 +51,26 @@ class Physics:
 
     @property
     def share(self) -> float:
-        """Share of the checked runs that are doubtful."""
+        """Share of doubtful runs among the checked ones."""
         return self.doubtful / self.checked if self.checked else 0.0
 
 
 def physics_of(study: Study, results: Results, folder: StudyFolder) -> Physics:
-    """Read the checks of every run of the study's own solver; runs of solvers without checks are not counted."""
+    """Return the doubts about the runs of the study's own solver; runs without checks are not counted."""
     own = [result for result in results.done if stage_called(result.name).seen(study) is study]
     outcomes = [outcome for result in own for _, outcome in result.runs()]
     keys = dict.fromkeys(outcome.key for outcome in outcomes if outcome.key and outcome.ok)
     contents = {key: content for key in keys if (content := folder.peek(key)) is not None}
     every = {key: doubts for key, content in contents.items() if (doubts := _doubts(content["details"])) is not None}
-    found = list(every.values())
+    checked = list(every.values())
     compared = {row.key: row for result in results.done for row in reversed(result.judged(study))}
     sizes: dict[DoubtKind, list[float | None]] = defaultdict(list)
-    for kind, size in (pair for doubts in found for pair in doubts.items()):
+    for kind, size in (pair for doubts in checked for pair in doubts.items()):
         sizes[kind].append(size)
     gathered = [Doubt(kind, len(each), max(filter(None, each), default=None)) for kind, each in sizes.items()]
     return Physics(
-        checked=len(found),
-        doubtful=sum(bool(doubts) for doubts in found),
+        checked=len(checked),
+        doubtful=sum(bool(doubts) for doubts in checked),
         doubts=tuple(sorted(gathered, key=lambda doubt: (-doubt.runs, doubt.kind))),
         at_solution=tuple(
             Doubt(kind, 1, size, row.condition, row.fitted)
@@ -81,20 +81,18 @@ def physics_of(study: Study, results: Results, folder: StudyFolder) -> Physics:
 
 
 def _doubts(details: Mapping[str, Any]) -> _Doubts | None:
-    """Return the doubts about a run with their sizes; None for a value that the solver did not report."""
+    """Return the doubts about a run with their values; None if the solver reports no checks."""
     sizes = {kind: details[name] for kind, name in _DETAILS.items() if isinstance(details.get(name), int | float)}
     if not sizes and "stroke_was_enough" not in details:
         return None
     if details.get("added_mass_percent", inf) <= NEGLIGIBLE_MASS:
-        sizes.pop("inertia", None)  # it is the stem's own
-    found: _Doubts = {kind: value for kind, value in sizes.items() if value > LIMITS[kind]}
-    return found | ({"stroke": None} if details.get("stroke_was_enough") is False else {})
+        sizes.pop("inertia", None)  # without added mass the inertia is real
+    doubts: _Doubts = {kind: value for kind, value in sizes.items() if value > LIMITS[kind]}
+    return doubts | ({"stroke": None} if details.get("stroke_was_enough") is False else {})
 
 
-# What has to fall below a limit is aimed at this part of it: runs of one study scatter about their mean.
-_SAFELY = 0.5
-# Finer elements are recommended up to this many times the time of a run.
-_MOST_TIMES = 12.0
+_SAFELY = 0.5  # share of a limit at which a remedy aims, because runs of a study scatter
+_MOST_TIMES = 12.0  # finer elements are recommended up to this increase of the run time
 _INPUT: dict[DoubtKind, str] = {
     "inertia": "less mass scaling or a slower blade",
     "hourglass": "a finer mesh or fully integrated elements",
@@ -104,7 +102,7 @@ _INPUT: dict[DoubtKind, str] = {
 
 
 def for_physics(study: Study, doubt: Doubt, every: Sequence[Doubt] = ()) -> Remedy:
-    """Return the remedy for a doubt; with `every` doubt, for the worst of its kind and the time step of all."""
+    """Return the remedy for a doubt, for the worst of its kind in `every` and for the time step of all."""
     solver: Any = study.solver
     worst = [each.worst or 0.0 for each in (doubt, *every) if each.kind == doubt.kind]
     doubt = replace(doubt, worst=max(worst) if doubt.worst is not None else None)
@@ -116,7 +114,7 @@ def for_physics(study: Study, doubt: Doubt, every: Sequence[Doubt] = ()) -> Reme
             return _inertia(solver, doubt.worst or 0.0, part)
         case "hourglass":
             return _hourglass(solver, doubt.worst or 0.0, part)
-        case "drift":  # a fixed time step, which adds mass, has to be halved as well as the safety factor
+        case "drift":  # halve the safety factor and a fixed time step
             safety = outwards(0.5 * solver.time_step_safety, False)
             values = {"time_step_safety": f"{safety:g}", **_time_step(solver, part)}
             return _in_solver(values, "to halve the time step.")
@@ -127,7 +125,7 @@ def for_physics(study: Study, doubt: Doubt, every: Sequence[Doubt] = ()) -> Reme
 
 
 def _part_of_step(doubt: Doubt) -> float:
-    """Return the part of a fixed time step that brings a doubt below its limit."""
+    """Return the factor on a fixed time step that reduces a doubt below its limit."""
     worst = doubt.worst or 0.0
     match doubt.kind:
         case "inertia":
@@ -149,16 +147,17 @@ def _edit(section: str, **values: str) -> str:
 
 
 def _in_solver(values: Mapping[str, str], effect: str) -> Remedy:
-    """Return the remedy to set keys of the solver, whose effect follows them in the text."""
+    """Return the remedy to set keys of the solver; `effect` completes its sentence."""
     keys = series(f"`{key}: {value}`" for key, value in values.items())
     return Remedy(f"Set {keys} under `solver` {effect}", _edit("solver", **values))
 
 
 def _inertia(solver: Any, worst: float, part: float) -> Remedy:
-    """Return mass scaling and time step at which the oscillation that the blade excites is well below the limit.
+    """Return the mass scaling and time step that reduce the oscillation excited by the blade well below the limit.
 
-    A body of stiffness k and mass m that is struck at the speed V oscillates with the force V √(k m): the share falls
-    with the root of the mass, and the mass that a time step asks for goes with its square.
+    A body of stiffness k and mass m that is struck at the speed V oscillates with the force V √(k m). The share of
+    inertia is therefore proportional to the root of the mass; the mass required by a fixed time step is proportional to
+    its square.
     """
     limit = LIMITS["inertia"]
     swing = _SAFELY * limit / worst
@@ -169,16 +168,16 @@ def _inertia(solver: Any, worst: float, part: float) -> Remedy:
 
 
 def _time_step(solver: Any, part: float) -> dict[str, str]:
-    """Return a part of the time step if it is fixed, rounded down."""
+    """Return a fixed time step times `part`, rounded down; nothing without a fixed time step."""
     if solver.time_step is None:
         return {}
     return {"time_step": f"{outwards(1e6 * solver.time_step * part, False):g} us"}
 
 
 def _hourglass(solver: Any, worst: float, part: float) -> Remedy:
-    """Return elements so fine that hourglass energy, which falls at least with their size, is below the limit.
+    """Return the element size that reduces the hourglass energy, at least proportional to it, below the limit.
 
-    Elements finer by a are a³ in number, and their steps 1/a as long; a fixed time step has to follow.
+    With elements finer by a factor a there are a³ as many, and a steps for one; a fixed time step is reduced as well.
     """
     limit, size = LIMITS["hourglass"], solver.element_size
     finer = worst / limit

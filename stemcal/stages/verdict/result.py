@@ -1,4 +1,4 @@
-"""The verdict of a study: one of three words, the reasons, and where the result may be used."""
+"""The verdict of a study: the word, the reasons, and the use of the result."""
 
 from __future__ import annotations
 
@@ -14,10 +14,7 @@ Word = Literal["calibrated", "with_reservations", "not_calibrated"]
 
 @dataclass(frozen=True)
 class Use:
-    """Where the result may be used: the `good` conditions, with errors of at most `largest_percent`.
-
-    `worst` is the largest error beyond the limit `within_percent`, `held_out` that of values which were not fitted.
-    """
+    """The use of the result: conditions of `good` agreement, largest error, largest error of held-out values."""
 
     within_percent: float
     good: tuple[float, ...]
@@ -30,7 +27,7 @@ class Use:
 
 @dataclass(frozen=True)
 class Verdict:
-    """The verdict, where the result may be used (None where no run shows it), and the reasons by importance."""
+    """The verdict with its reasons by importance; `use` is None without a comparison with simulations."""
 
     verdict: Word
     use: Use | None
@@ -40,21 +37,21 @@ class Verdict:
 
     @classmethod
     def of(cls, reasons: list[Note], use: Use | None, goal: bool = False, found: tuple[str, ...] = ()) -> Verdict:
-        """Return the verdict of the reasons: an error is not calibrated, else a reservation; a `goal` is confirmed."""
+        """Return the verdict from the worst severity of the reasons; `goal` if an optimum is judged."""
         worst = min((reason.severity for reason in reasons), key=SEVERITIES.index, default=None)
         word: Word = "calibrated" if worst is None else "not_calibrated" if worst == "error" else "with_reservations"
         return cls(word, use, tuple(reasons), goal, found)
 
     @property
     def holds(self) -> bool:
-        """Whether intervals and statements of agreement may be shown."""
+        """Whether the report may show intervals and agreement."""
         return self.goal or self.verdict != "not_calibrated"
 
     @property
     def may_hold(self) -> bool:
-        """Whether only unfinished stages speak against intervals and statements of agreement."""
+        """Whether intervals and agreement may be shown if unfinished stages are ignored."""
         return self.holds or all(reason.kind == "unfinished" for reason in self.reasons if reason.severity == "error")
 
     def has(self, kind: str) -> bool:
-        """Whether a reason of that kind is among them."""
+        """Whether a reason has this kind."""
         return any(reason.kind == kind for reason in self.reasons)

@@ -1,7 +1,7 @@
-"""Advice for an error that follows the diameter, computed from the surfaces of a joint fit without new runs.
+"""Advice for an error that depends on the diameter, computed from the surfaces of a joint fit without further runs.
 
-A parameter θ that grows as θ(d) = θ₀ (d/d₀)ⁿ gives the force F_d(θ₀ (d/d₀)ⁿ) on each diameter's own surface, as long as
-every level stays inside the ranges.
+If a parameter θ grows as θ(d) = θ₀ (d/d₀)ⁿ, the force at each diameter is F_d(θ₀ (d/d₀)ⁿ) on the surface of this
+diameter, as long as every level is inside the ranges.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -21,10 +21,8 @@ from stemcal.study.types.factor import PARAMETERS
 from stemcal.study.types.units import UnitError, parse_unit
 from stemcal.vocabulary import DIAMETER, FIRST, Variable, Wording
 
-# A trend changes the force by at least this over the diameters; less is not worth a parameter.
-_LEAST_CHANGE = 0.03
-# What is advised brings the largest error below this part of the present one.
-_BETTER = 0.6
+_LEAST_CHANGE = 0.03  # smallest relative change of the force over the diameters that is worth a parameter
+_BETTER = 0.6  # advice must reduce the largest error to this share of the present one
 _NORMAL = 1.96
 _EXPONENTS = np.arange(-2.0, 2.001, 0.05)
 _CLOUD = 8
@@ -42,7 +40,7 @@ class Change:
 
 @dataclass(frozen=True, eq=False)
 class Fitted:
-    """One surface per diameter (mm) with its measured force, in order; `at` is the diameter d₀, `solution` is coded."""
+    """The surfaces at the diameters (mm) with the measured forces; `at` is the diameter d₀, `solution` is coded."""
 
     diameters: Array
     measured: Array
@@ -54,12 +52,12 @@ class Fitted:
 
     @property
     def predicted(self) -> Array:
-        """The force at the solution, (n,)."""
+        """Forces at the solution, (n,)."""
         return np.array([float(surface.predict(self.solution)[0]) for surface in self.surfaces])
 
     @property
     def worst_percent(self) -> float:
-        """The largest error at the solution."""
+        """Largest error at the solution, %."""
         return _worst(self.predicted, self.measured)
 
 
@@ -69,10 +67,10 @@ def trend_of(
     simulated: Sequence[float],
     scatter: Sequence[float | None] = (),
 ) -> PowerLaw | None:
-    """Return the power law of measured over simulated force if its exponent is not 0, else None.
+    """Return the power law of measured over simulated force if its exponent is significant, else None.
 
-    The exponents of both forces differ if the 95 % interval of the ratio's excludes 0; where the standard errors of the
-    means are known (`scatter`, percent), the interval from these has to exclude 0 as well. Failed runs are left out.
+    It is significant if its 95 % interval excludes 0 and, if the standard errors of the means are known (`scatter`, %),
+    also the interval from these. Failed runs are left out.
 
     >>> d = [7.0, 8.0, 9.0, 10.0, 11.0]
     >>> round(trend_of(d, [x**2.5 for x in d], [x**2.0 for x in d]).exponent, 6)
@@ -124,14 +122,14 @@ def _is_length(condition: Variable) -> bool:
 
 
 def remedies_of(fitted: Fitted, may_grow: Sequence[str]) -> list[Change]:
-    """Return the best two changes, the smallest predicted error first; none that leaves most of the error."""
+    """Return the two best changes that reduce the largest error enough, the better one first."""
     changes = [change for name in may_grow if (change := _growing(fitted, name)) is not None]
     enough = [change for change in changes if change.worst_percent <= _BETTER * fitted.worst_percent]
     return sorted(enough, key=lambda change: change.worst_percent)[:2]
 
 
 def _growing(fitted: Fitted, factor: str) -> Change | None:
-    """Return the exponent with which a parameter fits all forces best; None if its levels are not all above 0."""
+    """Return the exponent of a parameter that fits all forces best; None if it has no positive levels."""
     from scipy.optimize import minimize
 
     j, centre, half = fitted.coding.names.index(factor), fitted.coding.centre, fitted.coding.half_step
@@ -141,7 +139,7 @@ def _growing(fitted: Fitted, factor: str) -> Change | None:
         return None
 
     def placed(x: Array, n: float) -> Array:
-        """Return x at every diameter, (diameters, points, k), with θ (d/d₀)ⁿ instead of θ."""
+        """Return the points at every diameter, (diameters, points, k), with θ (d/d₀)ⁿ instead of θ."""
         at = np.repeat(np.atleast_2d(x)[None], len(fitted.diameters), axis=0)
         level = (centre[j] + half[j] * at[:, :, j]) * (fitted.diameters[:, None] / fitted.at) ** n
         at[:, :, j] = (level - centre[j]) / half[j]
@@ -175,7 +173,7 @@ def _worst(forces: Array, measured: Array) -> float:
 
 
 def for_trend(study: Study, surface: Surfaces, solution: Mapping[str, float]) -> Remedy:
-    """Return the two best changes against a trend; in a program only the user can change what grows."""
+    """Return the remedy for a trend: the two best changes, or what to check in another program."""
     if not study.kind.simulates_stems:
         noun = Wording(study.naming).condition.noun
         return Remedy(
@@ -200,17 +198,17 @@ def for_trend(study: Study, surface: Surfaces, solution: Mapping[str, float]) ->
             "Check the wall thickness, the clearance of the supports and the stroke, or vary another parameter. The "
             f"trend cannot be removed by changing a single parameter of the response surface within its range.{others}"
         )
-    texts, edits = zip(*(_as_text_and_edit(study, surface, one) for one in changes), strict=True)
+    texts, edits = zip(*(_as_text_and_edit(study, surface, change) for change in changes), strict=True)
     best, *second = texts
     second = [f"Alternatively, {text[0].lower()}{text[1:]}" for text in second]
     return Remedy(f"{' '.join([best, *second])}{others}", edits[0])
 
 
 def _other_stems(study: Study, fitted: Fitted) -> str:
-    """Return the changes of the exponent of the force by fibres and skins, next to the one that is missing.
+    """Return a sentence on fibres and skins, which change the exponent of the force, and on the missing exponent.
 
-    Simulated on hollow stems of 7 to 11 mm: isotropic 2.0, yield stress ratio 3 2.4, skin of 0.5 mm 1.6, of
-    0.5 mm (d/8 mm)² 2.5.
+    Simulated exponents for hollow stems of 7 to 11 mm: isotropic 2.0, yield stress ratio 3 2.4, skin of 0.5 mm 1.6,
+    skin of 0.5 mm (d/8 mm)² 2.5.
     """
     if study.is_layered or not study.kind.has_layers:
         return ""
@@ -225,7 +223,7 @@ def _other_stems(study: Study, fitted: Fitted) -> str:
 
 
 def _as_text_and_edit(study: Study, surface: Surfaces, change: Change) -> tuple[str, str]:
-    """Return a change as a sentence and as YAML, one section a line."""
+    """Return a change as a sentence and as YAML with one section per line."""
     at, name, half = study.calibration_target.condition, f"{change.factor}_growth", max(0.5, abs(change.exponent))
     low, high = (round(change.exponent + side * half, 2) for side in (-1, 1))
     edit = [

@@ -1,9 +1,8 @@
-"""The verdict: the reasons of all rules, in one order.
+"""The verdict: evaluate all rules, and sort their reasons.
 
-A rule looks at the evidence and yields reasons, as notes with a remedy. One of severity ``error`` means not calibrated,
-one of severity ``warning`` a reservation. The given percentage is `validate.tolerance_percent`. A rule has a `Rank` and
-the name of the kind of its reasons. The rules about all runs are here, those of a stage in the module `verdict_rules`
-of its package.
+A rule is a function that examines the evidence and yields reasons: notes with a remedy. A reason of severity ``error``
+means not calibrated, one of severity ``warning`` a reservation. Each rule has a `Rank`. The rules about all runs are
+here; those of a stage are in the module `verdict_rules` of its package.
 """
 
 from collections.abc import Callable, Iterator, Mapping
@@ -24,12 +23,12 @@ from stemcal.stages.verdict.words import size_of
 from stemcal.study.model.study import Study
 from stemcal.vocabulary import Wording
 
-BEYOND_DOUBT = 0.001  # p of a contradiction below which no parameters are reported
+BEYOND_DOUBT = 0.001  # p-value below which a contradiction means not calibrated
 
 
 @dataclass(frozen=True)
 class Evidence:
-    """What the rules look at."""
+    """The evidence that the rules examine."""
 
     study: Study
     results: Results
@@ -42,7 +41,7 @@ class Evidence:
 
     @property
     def names(self) -> Wording:
-        """Names and units of the study."""
+        """Names and units in the study."""
         return Wording(self.study.naming)
 
     @property
@@ -53,24 +52,24 @@ class Evidence:
 
     @property
     def judged(self) -> list[Judged]:
-        """Measured against simulated at every condition that was simulated with the parameters found here."""
+        """Errors of all simulations with the calibrated parameters."""
         return [comparison for result in self.results.done for comparison in result.judged(self.study)]
 
     @cached_property
     def mostly_off(self) -> bool:
-        """Whether more than half of the comparisons are off; it decides on calibrated, however many were fitted."""
+        """Whether more than half of the errors exceed the tolerance; the study then is not calibrated."""
         sizes = [row.size for row in self.judged if row.error_percent is not None]
         sizes = sizes or [abs(error) for result in self.results.done for error in result.misses]
         return 2 * sum(size > self.equivalent_percent for size in sizes) > len(sizes)
 
     @property
     def records(self) -> Iterator[Mapping[str, Any]]:
-        """The records of the study folder, of all stages."""
+        """Run records in the study folder, of all stages."""
         yield from (record for key in self.folder.keys() if (record := self.folder.peek(key)) is not None)  # noqa: SIM118
 
 
 class Rank(IntEnum):
-    """The subject of a rule: reasons and their advice are listed in this order, in each rank by stage and rule."""
+    """The subject of a rule. Reasons are sorted by rank, and within a rank by stage and rule."""
 
     DATA = 1
     UNFINISHED = 2
@@ -99,31 +98,31 @@ def ranked(rank: Rank) -> Callable[[Rule], Rule]:
 
 
 _MAJORITY, _SOME = 0.5, 0.1
-_FAR = 2.0  # times its limit: from there a doubt of the calibrated run decides, below it may be that run's own chance
+_FAR = 2.0  # times its limit: a smaller doubt about the calibrated run may be scatter, and is only a reservation
 
 
 def verdict_of(study: Study, folder: StudyFolder, results: Results | None = None) -> Verdict:
-    """Judge a study as far as it has come; `results` if they are read already."""
+    """Return the verdict on the stages finished so far; `results` avoid reading them again."""
     results = results or fresh_results(study, folder)
     evidence = Evidence(study, results, physics_of(study, results, folder), folder)
     rules = [*RULES, *(rule for stage in stages_known(study) for rule in stage.reasons())]
     reasons = [(_RANKS.get(rule, Rank.OTHER), reason) for rule in rules for reason in rule(evidence)]
-    # doubts about most runs come before a trend, which they may cause
+    # doubts about most runs are listed before a trend, because they may cause it
     doubted = {(Rank.PHYSICS, "error"): Rank.UNFINISHED}
     reasons = [(doubted.get((rank, reason.severity), rank), reason) for rank, reason in reasons]
     if any(reason.kind in ("probable_unit", "reversed_sign") for _, reason in reasons):
-        # nothing that compares measured and simulated values is advice before these are corrected
+        # until units and signs are correct, reasons from comparing measured and simulated values are misleading
         reasons = [(rank, reason) for rank, reason in reasons if rank in (Rank.DATA, Rank.UNFINISHED, Rank.PHYSICS)]
     if any(rank in (Rank.DATA, Rank.REACH) and reason.severity == "error" for rank, reason in reasons):
-        # the study cannot continue, so that to run its other stages is no advice
+        # the study cannot continue, so do not advise to run the other stages
         reasons = [(rank, reason) for rank, reason in reasons if reason.kind != "unfinished"]
     reasons.sort(key=lambda pair: pair[0])
-    found = tuple(sentence for result in results.done for sentence in result.found)
-    return Verdict.of([reason for _, reason in reasons], _use(evidence), study.goal is not None, found)
+    optimum = tuple(sentence for result in results.done for sentence in result.found)
+    return Verdict.of([reason for _, reason in reasons], _use(evidence), study.goal is not None, optimum)
 
 
 def _use(evidence: Evidence) -> Use | None:
-    """Return at which conditions the simulated response agrees, and the largest error; None without a comparison."""
+    """Return the conditions of agreement and the largest error; None without a comparison of valid runs."""
     rows = [row for row in evidence.judged if row.error_percent is not None]
     if not rows or evidence.physics.share > _MAJORITY:
         return None
@@ -142,16 +141,16 @@ def _use(evidence: Evidence) -> Use | None:
 
 @ranked(Rank.PHYSICS)
 def physics(evidence: Evidence) -> Iterator[Note]:
-    """Yield doubts about many runs, and about runs with the calibrated parameters unless most are doubtful."""
-    found = evidence.physics
-    severity: Severity = "error" if found.share > _MAJORITY else "warning"
-    every = (*found.doubts, *found.at_solution)
-    for doubt in found.doubts if found.share >= _SOME else ():
-        runs = f"{doubt.runs} of {counted(found.checked, 'run')}"
+    """Yield doubts about the physical validity of many runs, or of runs with the calibrated parameters."""
+    checks = evidence.physics
+    severity: Severity = "error" if checks.share > _MAJORITY else "warning"
+    every = (*checks.doubts, *checks.at_solution)
+    for doubt in checks.doubts if checks.share >= _SOME else ():
+        runs = f"{doubt.runs} of {counted(checks.checked, 'run')}"
         text = f"The physical validity of {runs} is doubtful: {_doubtful(doubt, 'up to ')}."
         yield Note("physics", severity, text, for_physics(evidence.study, doubt, every))
     worst: dict[DoubtKind, Doubt] = {}
-    for at in found.at_solution if found.share <= _MAJORITY else ():
+    for at in checks.at_solution if checks.share <= _MAJORITY else ():
         before = worst.get(at.kind)
         if before is None or (at.fitted, at.worst or 0.0) > (before.fitted, before.worst or 0.0):
             worst[at.kind] = at

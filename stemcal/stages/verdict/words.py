@@ -1,4 +1,4 @@
-"""Sentences of the verdict: the verdict itself, and where the result may be used."""
+"""Sentences of the verdict and of the use of the result."""
 
 import re
 from dataclasses import asdict
@@ -38,7 +38,7 @@ def opening(verdict: Verdict) -> str:
 
 
 def lines(verdict: Verdict, names: Wording) -> list[str]:
-    """Return the verdict, its reasons in a line each, the most important first, where it may be used, the next step."""
+    """Return lines with the verdict, the reasons by importance, the use of the result, and the next step."""
     several = len(verdict.reasons) > 1
     reasons = [f"{number}. {brief(reason)}" for number, reason in enumerate(verdict.reasons, 1)] if several else []
     next_step = [f"Next: {reason.remedy.text}" for reason in verdict.reasons[:1] if reason.remedy]
@@ -46,7 +46,7 @@ def lines(verdict: Verdict, names: Wording) -> list[str]:
 
 
 def in_full(verdict: Verdict, names: Wording) -> list[str]:
-    """Return the verdict, where it may be used, and every reason with its remedy."""
+    """Return lines with the verdict, the use of the result, and every reason with its remedy."""
     reasons = [
         f"{number}. {reason.text}" + (f" Next: {reason.remedy.text}" if reason.remedy else "")
         for number, reason in enumerate(verdict.reasons, 1)
@@ -55,7 +55,7 @@ def in_full(verdict: Verdict, names: Wording) -> list[str]:
 
 
 def verdict_json(verdict: Verdict, names: Wording) -> dict[str, Any]:
-    """Return the verdict as commands print it: the word, the reasons as notes, and where the result may be used."""
+    """Return the verdict for JSON output: the verdict, the reasons as notes, and the use of the result."""
     reasons = [asdict(reason) for reason in verdict.reasons]
     return {"verdict": verdict.verdict, "reasons": reasons, "use": " ".join(uses(verdict, names))}
 
@@ -90,7 +90,7 @@ def uses(verdict: Verdict, names: Wording) -> list[str]:
 
 
 def predicted(prediction: Prediction, names: Wording, worst: Judged | None = None) -> str:
-    """Return the largest error of values that were not fitted, next to that of a formula, and which is better.
+    """Return a sentence on the largest error of values that were not fitted, compared with that of a formula.
 
     >>> from stemcal.doe.comparison import Formula
     >>> print(predicted(Prediction(2.88, Formula(2.53, 3.67, 4.4), (8.0, 10.0)), Wording()).replace(" (", "\\n("))
@@ -118,12 +118,12 @@ def predicted(prediction: Prediction, names: Wording, worst: Judged | None = Non
 
 
 def predicted_note(kind: str, prediction: Prediction, names: Wording) -> Note:
-    """Return the note of a stage on the prediction of values that were not fitted."""
+    """Return the note of a stage on its prediction of values that were not fitted."""
     return Note(kind, "warning" if prediction.better == "formula" else "info", predicted(prediction, names))
 
 
 def miss(worst: Judged, names: Wording) -> str:
-    """Return the error of a simulated response and its side.
+    """Return a clause on the error of a simulated response: size, direction and condition.
 
     >>> miss(Judged("force", 11.0, 42.3, fitted=False), Wording())
     'The simulated maximum force is 42 % too low at a diameter of 11 mm'
@@ -144,7 +144,7 @@ def _signed(worst: Judged, names: Wording) -> str:
 
 
 def size_of(percent: float) -> str:
-    """Return a percentage, with a decimal below 10.
+    """Return a percentage with one decimal below 10, otherwise with none.
 
     >>> size_of(42.3), size_of(4.23)
     ('42', '4.2')
