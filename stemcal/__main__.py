@@ -3,13 +3,13 @@
 import gc
 import sys
 
-from stemcal.processes.interrupts import Terminated, heard, ignore_signals
+from stemcal.processes.interrupts import Terminated, ignore_signals, raising_interrupts
 
 
 def main() -> None:
     """Entry point of the console script; Ctrl-C during the imports ends it without a message."""
     try:
-        with heard():
+        with raising_interrupts():
             from stemcal.cli.app import main as command
 
             command()

@@ -14,7 +14,7 @@ import typer
 
 from stemcal.cli.console import envelope, fail
 from stemcal.errors import SpecError, StemcalError
-from stemcal.processes.interrupts import Terminated, heard, raise_noted
+from stemcal.processes.interrupts import Terminated, raise_noted, raising_interrupts
 from stemcal.processes.outputs import drop, lossy_stderr
 from stemcal.registry import described
 
@@ -25,7 +25,7 @@ RESUMES = "finished runs are kept; run the same command again to resume"
 def exit_codes() -> Iterator[None]:
     """Run a command; an exception becomes one message on stderr and an exit code."""
     envelope.command, envelope.result, envelope.notes = "", None, []  # an earlier command of this process is over
-    with heard():
+    with raising_interrupts():
         try:
             raise_noted()
             yield

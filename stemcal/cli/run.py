@@ -148,11 +148,11 @@ def _show_findings(results: Results, verdict: Verdict, folder: StudyFolder, quie
     from stemcal.formats import counted
     from stemcal.report.outcome import KNOWN, MOST, notes_of_all, read_first, shortened, showing_of
     from stemcal.report.records import read_records, run_warnings
-    from stemcal.report.terminal import spoken
+    from stemcal.report.terminal import identifiability
 
     for result in results.done:
         say_tables(*(shortened(result, table) for table in showing_of(result).findings(result, names_of(result))))
-        say(*spoken(result, verdict.holds))
+        say(*identifiability(result, verdict.holds))
     if quiet:
         return
     warnings = run_warnings(read_records(results, folder), verdict)

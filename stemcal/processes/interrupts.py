@@ -22,7 +22,7 @@ _put_off: list[object] = []  # one entry for each active `put_off` block
 
 
 @contextmanager
-def heard() -> Iterator[None]:
+def raising_interrupts() -> Iterator[None]:
     """Let Ctrl-C and SIGTERM, unless ignored, raise exceptions; without effect outside the main thread."""
     former = {number: signal.getsignal(number) for number in KINDS if threading.current_thread() is _MAIN}
     replaced = {number: handler for number, handler in former.items() if handler not in (signal.SIG_IGN, None, _handle)}

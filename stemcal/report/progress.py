@@ -93,15 +93,15 @@ class _Lines(Watcher):
         self, console: Console, clock: Callable[[], float] = time.monotonic, naming: Vocabulary = CUTTING
     ) -> None:
         self.console, self.clock, self.naming = console, clock, naming
-        self.stage, self.ended, self.last_line, self.last_time = "", "", "", -_SPARSE_SECONDS
+        self.stage, self.completed, self.last_line, self.last_time = "", "", "", -_SPARSE_SECONDS
 
     def __call__(self, progress: Progress) -> None:
         line = describe(progress, self.naming)
-        complete = progress.done >= progress.total and self.ended != progress.stage  # only once a stage
+        complete = progress.done >= progress.total and self.completed != progress.stage  # only once a stage
         begins_or_ends = progress.stage != self.stage or complete or progress.preparing
         due = self.clock() - self.last_time >= _SPARSE_SECONDS
         if complete:
-            self.ended = progress.stage
+            self.completed = progress.stage
         if line != self.last_line and (begins_or_ends or due):
             self.console.print(line, soft_wrap=True)
             self.stage, self.last_line, self.last_time = progress.stage, line, self.clock()

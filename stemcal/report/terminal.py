@@ -34,10 +34,10 @@ _CROWDED = 8  # from this number of columns on the gaps between them are narrowe
 def stage_tables(stage: StageResult, holds: bool = True) -> list[RenderableType]:
     """Return tables and sentences of a stage; statements on intervals and agreement only for a calibrated study."""
     drawn = [part for table in showable(tables_of(stage), holds) for part in table_drawn(table)]
-    return [*drawn, *spoken(stage, holds)]
+    return [*drawn, *identifiability(stage, holds)]
 
 
-def spoken(stage: StageResult, holds: bool = True) -> list[RenderableType]:
+def identifiability(stage: StageResult, holds: bool = True) -> list[RenderableType]:
     """Return sentences on the identifiability of the parameters; none if the study is not calibrated."""
     lines = [note.text for note in stage.notes if note.kind == KNOWN] if holds else []
     shown = [Padding(Text(line), (0, 0, 0, 2), expand=False) for line in lines]

@@ -97,8 +97,8 @@ def from_json(kind: type[T], content: Any) -> T:
         return typing.cast(T, reader.validate_json(json.dumps(content), strict=True))
     except ValidationError as error:
         wrong = error.errors(include_url=False)[0]
-        found = "" if wrong["type"] == "missing" else f" (found {wrong['input']!r:.60})"
-        raise ValueError(f"{_path(wrong['loc'])}: {wrong['msg']}{found}".removeprefix(": ")) from None
+        value = "" if wrong["type"] == "missing" else f" (found {wrong['input']!r:.60})"
+        raise ValueError(f"{_path(wrong['loc'])}: {wrong['msg']}{value}".removeprefix(": ")) from None
 
 
 def _path(places: tuple[int | str, ...]) -> str:

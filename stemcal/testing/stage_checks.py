@@ -39,7 +39,7 @@ class StageAtWork(AtWork):
         return folder
 
     @cached_property
-    def made(self) -> tuple[TemporaryDirectory[str], StudyFolder, Any]:
+    def finished(self) -> tuple[TemporaryDirectory[str], StudyFolder, Any]:
         """The stage after a run: the temporary folder, the study folder in it, and the result."""
         temporary = TemporaryDirectory()
         with apart(self.study):
@@ -48,7 +48,7 @@ class StageAtWork(AtWork):
 
     def files(self, place: Path) -> Mapping[str, bytes]:
         """Return the contents of the files that the stage writes."""
-        names = [f"{self.thing.name}.json", *(f"{name}.csv" for name in self.made[2].tables())]
+        names = [f"{self.thing.name}.json", *(f"{name}.csv" for name in self.finished[2].tables())]
         return {name: (place / name).read_bytes() for name in names}
 
 
@@ -62,7 +62,7 @@ def _stage_is_declared(at: StageAtWork) -> None:
 
 def _result_is_its_file(at: StageAtWork) -> None:
     """Reading a result from its file and writing it again gives the same bytes; a result can be pickled."""
-    _, folder, result = at.made
+    _, folder, result = at.finished
     file = json.dumps(folder.read_stage(at.thing.name))
     require(json.dumps(result.to_json()) == file, "the result changes when it is read and written again")
     require(pickle.loads(pickle.dumps(result)) == result, "the result changes when it is pickled")
@@ -79,7 +79,7 @@ def _interrupted_stage_equals_uninterrupted_one(at: StageAtWork) -> None:
         with suppress(KeyboardInterrupt):
             at.make(place, interrupt)
         at.make(place)
-        resumed, uninterrupted = at.files(place), at.files(at.made[1].path)
+        resumed, uninterrupted = at.files(place), at.files(at.finished[1].path)
         differing = [name for name in uninterrupted if uninterrupted[name] != resumed[name]]
     names = ", ".join(differing)
     require(not differing, f"these files differ between an interrupted and an uninterrupted run: {names}")
@@ -95,14 +95,14 @@ def _stage_is_stale_when_an_input_changes(at: StageAtWork) -> None:
         for name, value in numbers.items():
             changed = own.model_copy(update={name: value + 1})
             studies.append(at.study.model_copy(update={"further": {**at.study.further, at.thing.name: changed}}))
-    now = [changes_since(study, None, at.made[1], at.thing.name) for study in (at.study, *studies)]
+    now = [changes_since(study, None, at.finished[1], at.thing.name) for study in (at.study, *studies)]
     require(now[0] == [], f"a new result is already out of date: {', '.join(now[0])} changed")
     require(all(now[1:]), "the result is still considered up to date although an input has changed")
 
 
 def _tables_have_titles_and_units(at: StageAtWork) -> None:
     """Each table has a title, and each number a unit in its heading or row, unless it is a count or a ratio."""
-    result = at.made[2]
+    result = at.finished[2]
     for table in at.thing.showing().tables(result, names_of(result)):
         require(bool(table.title), "a table has no title")
         has_units = any(row[0] in at.study.names for row in table.rows)  # a row for each factor, with its unit
@@ -118,7 +118,7 @@ def _tables_have_titles_and_units(at: StageAtWork) -> None:
 
 def _stage_is_shown(at: StageAtWork) -> None:
     """The outcome of a stage consists of sentences, its tables can be formatted and its figures can be drawn."""
-    _, folder, result = at.made
+    _, folder, result = at.finished
     showing, names = at.thing.showing(), names_of(result)
     assert isinstance(showing, Showing)
     message = "`outcome` must return a list of texts"

@@ -16,7 +16,7 @@ import stemcal.fem.warm as module
 from stemcal.fem.kernels.compile import CACHE
 from stemcal.fem.warm import is_compiled, warm
 from stemcal.processes.child import Child
-from stemcal.processes.interrupts import heard
+from stemcal.processes.interrupts import raising_interrupts
 
 WARM = "from stemcal.fem.warm import warm; warm(); print('warm')"
 
@@ -85,7 +85,7 @@ def test_interrupts_while_kernels_load_wait_for_the_end(
 
     monkeypatch.setattr(module, "_compiled_elsewhere", lambda *_: True)
     monkeypatch.setattr(module, "_smallest_simulation", loading)
-    with pytest.raises(KeyboardInterrupt), heard():
+    with pytest.raises(KeyboardInterrupt), raising_interrupts():
         module.warm()
     assert gone_on == [0, 1]
 
@@ -103,7 +103,7 @@ def test_an_interrupt_while_kernels_are_compiled_is_heard_at_once(
 
     monkeypatch.setattr(module, "Child", noting)
     monkeypatch.setattr(module, "_load", lambda _layered: pytest.fail("goes on"))
-    with pytest.raises(KeyboardInterrupt), heard():
+    with pytest.raises(KeyboardInterrupt), raising_interrupts():
         module.warm()
     assert [psutil.pid_exists(child.pid) for child in started] == [False]
     assert not module.is_compiled()

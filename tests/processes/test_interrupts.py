@@ -16,7 +16,7 @@ from fakes import ENVIRONMENT
 
 import stemcal
 from stemcal.cli.guard import exit_codes
-from stemcal.processes.interrupts import Terminated, heard, put_off, raise_noted
+from stemcal.processes.interrupts import Terminated, put_off, raise_noted, raising_interrupts
 from stemcal.processes.limits import next_of, wait_until
 
 BOTH = pytest.mark.parametrize(("number", "kind"), [(signal.SIGINT, KeyboardInterrupt), (signal.SIGTERM, Terminated)])
@@ -37,7 +37,7 @@ def test_a_signal_is_raised_at_once_and_the_handler_of_before_is_back_afterwards
     number: signal.Signals, kind: type[KeyboardInterrupt]
 ) -> None:
     before = signal.getsignal(number)
-    with pytest.raises(KeyboardInterrupt) as caught, heard():
+    with pytest.raises(KeyboardInterrupt) as caught, raising_interrupts():
         signal.raise_signal(number)
         pytest.fail("not raised")
     assert caught.type is kind and signal.getsignal(number) is before
@@ -48,7 +48,7 @@ def test_a_signal_is_raised_at_once_and_the_handler_of_before_is_back_afterwards
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 def test_a_lost_one_is_raised_by_the_next_wait(number: signal.Signals, kind: type[KeyboardInterrupt]) -> None:
     going_on = False
-    with pytest.raises(kind), heard():
+    with pytest.raises(kind), raising_interrupts():
         Losing(number)
         going_on = True
         next_of(queue.SimpleQueue())
@@ -64,7 +64,7 @@ def test_while_a_module_loads_one_is_only_noted(
     (tmp_path / "interrupted_module.py").write_text(text if falls_back else RAISING)
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.delitem(sys.modules, "interrupted_module", raising=False)
-    with heard():
+    with raising_interrupts():
         module = importlib.import_module("interrupted_module")
         with pytest.raises(KeyboardInterrupt):
             raise_noted()
@@ -76,7 +76,7 @@ RAISING = "import signal\nsignal.raise_signal(signal.SIGINT)\n"
 
 def test_put_off_to_the_end_of_a_block() -> None:
     gone_on: list[int] = []
-    with pytest.raises(Terminated), heard():
+    with pytest.raises(Terminated), raising_interrupts():
         with put_off(), put_off():
             signal.raise_signal(signal.SIGTERM)
             gone_on.append(1)
@@ -85,7 +85,7 @@ def test_put_off_to_the_end_of_a_block() -> None:
 
 
 def test_the_second_of_a_user_is_raised_too() -> None:
-    with pytest.raises(KeyboardInterrupt), heard():
+    with pytest.raises(KeyboardInterrupt), raising_interrupts():
         try:
             signal.raise_signal(signal.SIGINT)
         finally:
@@ -96,7 +96,7 @@ def test_the_second_of_a_user_is_raised_too() -> None:
 def test_one_that_is_ignored_stays_ignored() -> None:
     before = signal.signal(signal.SIGINT, signal.SIG_IGN)
     try:
-        with heard():
+        with raising_interrupts():
             signal.raise_signal(signal.SIGINT)
             raise_noted()
             assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN
@@ -108,13 +108,13 @@ def test_other_threads_set_no_handlers_and_are_not_interrupted() -> None:
     before, found = signal.getsignal(signal.SIGINT), []
 
     def work() -> None:
-        with heard(), put_off():
+        with raising_interrupts(), put_off():
             found.append(signal.getsignal(signal.SIGINT))
             signal.raise_signal(signal.SIGINT)
             wait_until(0.3, lambda seconds: bool(time.sleep(seconds)))
             found.append("done")
 
-    with pytest.raises(KeyboardInterrupt), heard():
+    with pytest.raises(KeyboardInterrupt), raising_interrupts():
         inside = signal.getsignal(signal.SIGINT)
         thread = threading.Thread(target=work)
         thread.start()
