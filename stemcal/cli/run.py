@@ -176,8 +176,9 @@ def _warn_of_failed(*results: StageResult) -> bool:
 # ---- one stage
 
 
-def command_of(stage: Stage[Any], example: str = "configs/smoke.yaml") -> Callable[..., None]:
+def command_of(stage: Stage[Any], example: str = "") -> Callable[..., None]:
     """Return the command that runs a stage and shows its result."""
+    example = example or f"configs/{'chrysanthemum-cutter' if 'goal' in stage.reads else 'smoke'}.yaml"
 
     def command(
         spec: Spec,

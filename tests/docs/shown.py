@@ -57,7 +57,7 @@ def are_printed(lines: Iterable[str], printed: Iterable[str]) -> None:
     """Assert that lines were printed, whatever the blanks between their words."""
     there = {tuple(line.split()) for text in printed for line in text.splitlines()}
     missing = [line for line in lines if tuple(line.split()) not in there]
-    assert not missing
+    assert missing == []
 
 
 def give(lines: Iterable[str], folder: Path, replaced: dict[str, str] | None = None, code: int = 0) -> dict[str, str]:

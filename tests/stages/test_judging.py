@@ -202,6 +202,28 @@ def test_inertia_and_after_the_advice(tmp_path: Path, judged: Judge) -> None:
     assert better(after, before)
 
 
+def test_the_remedy_corrects_as_many_runs_as_needed(tmp_path: Path, judged: Judge) -> None:
+    """Inertia of 50, 10 and 8 % in three of 16 runs: fewer than a tenth is one, so 10 % is corrected to 2.5 %."""
+
+    @dataclass(frozen=True)
+    class Three(Doubtful):
+        scaling: float = 1.0
+
+        def solve(self, request: Request) -> Answer:
+            answer = super().solve(request)
+            size = {0: 50.0, 1: 10.0, 2: 8.0}.get(request.row, 1.0) if request.stage == "screen" else 1.0
+            return Answer("ok", answer.response, details={**answer.details, "inertia_percent": size * self.scaling})
+
+    study = written(tmp_path / "first", extra="solver: {kind: embedded}\n")
+    before = judged(study, tmp_path / "first", Three())
+    assert kinds(before) == ["physics"] and numbers(before.reasons[0].text) == [3.0, 16.0, 50.0]
+    remedy = before.reasons[0].remedy
+    assert remedy.edit == "solver: {mass_scaling: 620, time_step: 10 us}"
+    lighter = edited(study, remedy, tmp_path / "second")
+    after = judged(lighter, tmp_path / "second", Three(scaling=0.25))
+    assert after.verdict == "calibrated"
+
+
 def test_a_few_doubtful_runs_are_a_reservation(tmp_path: Path, judged: Judge) -> None:
     @dataclass(frozen=True)
     class Some(Doubtful):

@@ -2,8 +2,8 @@
 
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from math import inf
+from dataclasses import dataclass
+from math import ceil, inf
 from typing import Any, Literal
 
 import numpy as np
@@ -25,19 +25,24 @@ _DETAILS: dict[DoubtKind, str] = {
     "inertia": "inertia_percent",
     "drift": "energy_drift_percent",
 }
+MOST_DOUBTFUL = 0.1  # of the runs
 WARNED = frozenset({"hourglass_energy", "inertia_in_force", "energy_drifts", "stroke_too_short"})
 """Kinds of the warnings of single runs that correspond to these doubts."""
 
 
 @dataclass(frozen=True)
 class Doubt:
-    """A doubt: kind, number of runs, worst value in % (None for a stroke); for a calibrated run its condition."""
+    """A doubt: kind, number of runs, worst value in % (None for a stroke); for a calibrated run its condition.
+
+    The remedy corrects runs up to the value `aim`; fewer doubtful runs than `MOST_DOUBTFUL` may remain.
+    """
 
     kind: DoubtKind
     runs: int
     worst: float | None
     condition: float = NOWHERE
     fitted: bool = False
+    aim: float | None = None
 
 
 @dataclass(frozen=True)
@@ -67,7 +72,12 @@ def physics_of(study: Study, results: Results, folder: StudyFolder) -> Physics:
     sizes: dict[DoubtKind, list[float | None]] = defaultdict(list)
     for kind, size in (pair for doubts in checked for pair in doubts.items()):
         sizes[kind].append(size)
-    gathered = [Doubt(kind, len(each), max(filter(None, each), default=None)) for kind, each in sizes.items()]
+    spared = max(ceil(MOST_DOUBTFUL * len(checked)) - 1, 0)
+    gathered = []
+    for kind, each in sizes.items():
+        worst = sorted(filter(None, each), reverse=True)
+        aim = worst[min(spared, len(worst) - 1)] if worst else None
+        gathered.append(Doubt(kind, len(each), max(worst, default=None), aim=aim))
     return Physics(
         checked=len(checked),
         doubtful=sum(bool(doubts) for doubts in checked),
@@ -102,18 +112,17 @@ _INPUT: dict[DoubtKind, str] = {
 
 
 def for_physics(study: Study, doubt: Doubt, every: Sequence[Doubt] = ()) -> Remedy:
-    """Return the remedy for a doubt, for the worst of its kind in `every` and for the time step of all."""
+    """Return the remedy for a doubt, for the largest of its kind in `every` and for the time step of all."""
     solver: Any = study.solver
-    worst = [each.worst or 0.0 for each in (doubt, *every) if each.kind == doubt.kind]
-    doubt = replace(doubt, worst=max(worst) if doubt.worst is not None else None)
+    size = max(_aim(each) for each in (doubt, *every) if each.kind == doubt.kind)
     part = min(_part_of_step(each) for each in (doubt, *every))
     if not study.kind.simulates_stems:
         return Remedy(f"Use {_INPUT[doubt.kind]} in the solver input.")
     match doubt.kind:
         case "inertia":
-            return _inertia(solver, doubt.worst or 0.0, part)
+            return _inertia(solver, size, part)
         case "hourglass":
-            return _hourglass(solver, doubt.worst or 0.0, part)
+            return _hourglass(solver, size, part)
         case "drift":  # halve the safety factor and a fixed time step
             safety = outwards(0.5 * solver.time_step_safety, False)
             values = {"time_step_safety": f"{safety:g}", **_time_step(solver, part)}
@@ -124,9 +133,13 @@ def for_physics(study: Study, doubt: Doubt, every: Sequence[Doubt] = ()) -> Reme
             return Remedy(f"Set `{key}: {value}` under `loading` to double the stroke.", edit)
 
 
+def _aim(doubt: Doubt) -> float:
+    return doubt.aim or doubt.worst or 0.0
+
+
 def _part_of_step(doubt: Doubt) -> float:
     """Return the factor on a fixed time step that reduces a doubt below its limit."""
-    worst = doubt.worst or 0.0
+    worst = _aim(doubt)
     match doubt.kind:
         case "inertia":
             return _SAFELY * LIMITS["inertia"] / worst

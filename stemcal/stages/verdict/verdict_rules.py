@@ -17,7 +17,7 @@ from stemcal.runs.study_folder import StudyFolder
 from stemcal.stages.result import Judged, R
 from stemcal.stages.results import Results, fresh_results
 from stemcal.stages.stage import STAGES, stages_known, stages_of
-from stemcal.stages.verdict.physics import LIMITS, Doubt, DoubtKind, Physics, for_physics, physics_of
+from stemcal.stages.verdict.physics import LIMITS, MOST_DOUBTFUL, Doubt, DoubtKind, Physics, for_physics, physics_of
 from stemcal.stages.verdict.result import Use, Verdict
 from stemcal.stages.verdict.words import size_of
 from stemcal.study.model.study import Study
@@ -97,7 +97,7 @@ def ranked(rank: Rank) -> Callable[[Rule], Rule]:
     return with_rank
 
 
-_MAJORITY, _SOME = 0.5, 0.1
+_MAJORITY = 0.5
 _FAR = 2.0  # times its limit: a smaller doubt about the calibrated run may be scatter, and is only a reservation
 
 
@@ -145,7 +145,7 @@ def physics(evidence: Evidence) -> Iterator[Note]:
     checks = evidence.physics
     severity: Severity = "error" if checks.share > _MAJORITY else "warning"
     every = (*checks.doubts, *checks.at_solution)
-    for doubt in checks.doubts if checks.share >= _SOME else ():
+    for doubt in checks.doubts if checks.share >= MOST_DOUBTFUL else ():
         runs = f"{doubt.runs} of {counted(checks.checked, 'run')}"
         text = f"The physical validity of {runs} is doubtful: {_doubtful(doubt, 'up to ')}."
         yield Note("physics", severity, text, for_physics(evidence.study, doubt, every))

@@ -4,7 +4,8 @@ from collections.abc import Mapping
 from math import nan
 from typing import Annotated, Any
 
-from pydantic import BeforeValidator, Field, ValidationInfo, WithJsonSchema
+from pydantic import BeforeValidator, Field, ValidationError, ValidationInfo, WithJsonSchema
+from pydantic_core import InitErrorDetails, PydanticCustomError
 
 from stemcal.formats import did_you_mean
 from stemcal.responses import CUT, responses_in
@@ -51,14 +52,19 @@ def _limits(given: Any, info: ValidationInfo) -> Any:
         return given
     if not isinstance(given, Mapping):
         raise complain("the limits are not a mapping", "write a mapping, such as `{force: 150 N}`")
-    naming, limits = info.context.get("naming", CUTTING), {}
+    naming, limits, wrong = info.context.get("naming", CUTTING), {}, []
     for name, value in given.items():
-        named = _response(name, naming)
-        if naming.is_cutting:
-            kind = Quantity(parse_unit(named.unit).dimension, above=0.0, unit=named.unit)
-            limits[_key(named, naming)] = as_written(kind.checked(value, from_yaml=True), named.unit)
-        else:
-            limits[_key(named, naming)] = quantity(value, named)
+        try:
+            named = _response(name, naming)
+            if naming.is_cutting:
+                kind = Quantity(parse_unit(named.unit).dimension, above=0.0, unit=named.unit)
+                limits[_key(named, naming)] = as_written(kind.checked(value, from_yaml=True), named.unit)
+            else:
+                limits[_key(named, naming)] = quantity(value, named)
+        except PydanticCustomError as error:
+            wrong.append(InitErrorDetails(type=error, loc=(str(name),), input=value))
+    if wrong:
+        raise ValidationError.from_exception_data("at_most", wrong)
     return limits
 
 

@@ -6,7 +6,7 @@ from stemcal.responses import CUT, FURTHER_CUT, response_of
 from stemcal.study.rules import Draft
 from stemcal.study.types.field_types import field_or_none
 from stemcal.study.types.stage_kind import STAGES
-from stemcal.study.types.strict_yaml import Finding
+from stemcal.study.types.strict_yaml import Finding, NodePath
 from stemcal.vocabulary import DIAMETER, FIRST
 
 
@@ -44,7 +44,8 @@ def _goal_is_simulated(draft: Draft) -> Iterator[Finding]:
     if (goal := draft.study.goal) is None or not draft.naming.is_cutting:
         return
     severed = draft.study.loading.until == "severed"
-    places = {name: ("goal", key) for key in ("minimise", "maximise", "at_most") for name in getattr(goal, key)}
+    places: dict[str, NodePath] = {name: ("goal", "at_most", draft.naming.named(name).name) for name in goal.at_most}
+    places |= {name: ("goal", key) for key in ("minimise", "maximise") for name in getattr(goal, key)}
     for name, path in places.items():
         if name != FIRST and not draft.kind.gives_curve:
             message = f"a solver of kind `{draft.study.solver.kind}` returns only the force"

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from stemcal.errors import SpecError
 from stemcal.study.model.study import Study
 from stemcal.study.reading import load_study
 
@@ -61,3 +62,22 @@ def test_goal_of_a_program(tmp_path: Path) -> None:
     assert study.goal.at_most == pytest.approx({"response": 0.5})
     assert study.targets.calibrate_at == 0.0
     assert study.naming.condition is None
+
+
+def mistakes(folder: Path, text: str) -> list[str]:
+    """Return the path of each mistake of a spec."""
+    with pytest.raises(SpecError) as caught:
+        read(folder, text)
+    return [one.path for one in caught.value.problems]
+
+
+def test_each_wrong_limit_is_found_at_its_key(tmp_path: Path) -> None:
+    """All at once: an unknown response, a wrong unit, no number, a value of 0; and one that needs a whole cut."""
+    limits = "{fource: 150 N, travel: 3 N, force: many, work: 0 mJ}"
+    found = mistakes(tmp_path, f"{EMBEDDED}goal: {{minimise: [force], at_most: {limits}}}\n")
+    assert found == [f"goal.at_most.{name}" for name in ("fource", "travel", "force", "work")]
+    early = EMBEDDED.replace("until: severed", "until: first_fracture")
+    found = mistakes(tmp_path, f"{early}goal: {{minimise: [force], at_most: {{cutting_energy: 1 J}}}}\n")
+    assert [path for path in found if path.startswith("goal")] == ["goal.at_most.cutting_energy"]
+    found = mistakes(tmp_path, f"{OWN}goal: {{minimise: [mass], at_most: {{energy: 5 N}}}}\n")
+    assert found == ["goal.at_most.energy"]
