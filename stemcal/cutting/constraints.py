@@ -8,7 +8,7 @@ from stemcal.fem.mesh import Mesh
 
 
 def mirrors(mesh: Mesh, symmetry: Symmetry) -> NDArray[np.bool_]:
-    """Return the velocity components that mirror planes fix: x on x = 0 (quarter), y on y = 0 (half, quarter)."""
+    """Return (N, 3) the velocity components fixed by mirror planes: x on x = 0 (quarter), y on y = 0 (also half)."""
     held = np.zeros(mesh.nodes.shape, dtype=bool)
     if symmetry == "quarter":
         held[:, 0] = np.abs(mesh.nodes[:, 0]) < 1e-9
@@ -18,7 +18,7 @@ def mirrors(mesh: Mesh, symmetry: Symmetry) -> NDArray[np.bool_]:
 
 
 def held_components(mesh: Mesh, test: ShearTest) -> NDArray[np.bool_]:
-    """Return the velocity components that the mirror planes and the clamp fix."""
+    """Return (N, 3) the velocity components fixed by the mirror planes and the clamp."""
     held, x = mirrors(mesh, test.discretisation.symmetry), mesh.nodes[:, 0]
     if test.supports.kind != "span":
         held[x < x.min() + 1e-9] = True

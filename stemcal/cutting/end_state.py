@@ -17,6 +17,11 @@ from stemcal.fem.stepper import History
 Array = NDArray[np.float64]
 
 LARGEST = 40_000  # nodes; a finer body is not kept in records
+# Arrays of a shape: type in the record, number of columns (0 for a vector), type in memory.
+_ARRAYS: dict[str, tuple[str, int, type]] = {
+    "reference": ("<f4", 3, float), "nodes": ("<f4", 3, float), "hexes": ("<i4", 8, np.int32),
+    "standing": ("|u1", 0, bool), "plastic_strain": ("<f4", 0, float),
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -41,28 +46,18 @@ class Shape:
 
     def packed(self) -> dict[str, Any]:
         """Return the shape as JSON values: single precision, compressed, base 64."""
-        return {
-            "reference": packed_text(self.reference, "<f4"),
-            "nodes": packed_text(self.nodes, "<f4"),
-            "hexes": packed_text(self.hexes, "<i4"),
-            "standing": packed_text(self.standing, "|u1"),
-            "plastic_strain": packed_text(self.plastic_strain, "<f4"),
-            "tools": [np.round(tool, 4).tolist() for tool in self.tools],
-            "symmetry": self.symmetry,
-        }
+        arrays = {name: packed_text(getattr(self, name), packed) for name, (packed, _, _) in _ARRAYS.items()}
+        return {**arrays, "tools": [np.round(tool, 4).tolist() for tool in self.tools], "symmetry": self.symmetry}
 
     @classmethod
     def unpacked(cls, packed: Mapping[str, Any]) -> Shape:
         """Return the shape from the values of `packed`."""
-        return cls(
-            reference=unpacked_text(packed["reference"], "<f4", 3).astype(float),
-            nodes=unpacked_text(packed["nodes"], "<f4", 3).astype(float),
-            hexes=unpacked_text(packed["hexes"], "<i4", 8).astype(np.int32),
-            standing=unpacked_text(packed["standing"], "|u1").astype(bool),
-            plastic_strain=unpacked_text(packed["plastic_strain"], "<f4").astype(float),
-            tools=tuple(np.array(tool) for tool in packed["tools"]),
-            symmetry=str(packed["symmetry"]),
-        )
+        arrays: dict[str, Any] = {
+            name: unpacked_text(packed[name], kind, columns).astype(own)
+            for name, (kind, columns, own) in _ARRAYS.items()
+        }
+        tools = tuple(np.array(tool) for tool in packed["tools"])
+        return cls(**arrays, tools=tools, symmetry=str(packed["symmetry"]))
 
 
 def shape_of(model: Model, history: History, symmetry: str) -> Shape:

@@ -1,24 +1,12 @@
 """Evaluation of a solver's history: the force curve of a shear test, its peak, and the checks of the result."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import cos, radians, sin
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stemcal.cutting.checks import (
-    MOST_DRIFT,
-    MOST_HOURGLASS,
-    MOST_INERTIA,
-    NEGLIGIBLE_MASS,
-    energy_drifts,
-    force_after_break,
-    hourglass_energy,
-    inertia_in_force,
-    rate_above_law,
-    stroke_too_short,
-)
+from stemcal.cutting import checks
 from stemcal.cutting.end_state import Shape
 from stemcal.cutting.parts import Discretisation, Loading
 from stemcal.errors import SimulationFailed
@@ -192,7 +180,7 @@ def short_stroke(travel: Array, force: Array, broken: int | None) -> list[Note]:
     peak = int(np.argmax(force[:broken]))
     if broken is not None or force[-1] < _FALLEN * force[peak]:
         return []
-    return [stroke_too_short(float(force[peak]), float(travel[peak]), float(force[-1]), float(travel[-1]))]
+    return [checks.stroke_too_short(float(force[peak]), float(travel[peak]), float(force[-1]), float(travel[-1]))]
 
 
 class BreakWatch:
@@ -240,14 +228,9 @@ def evaluate(
             "no_contact", "the blade exerted no force on the stem; check the gap, the speed and the duration of loading"
         )
     short = short_stroke(curve.travel, curve.force_filtered, broken)
-    added = 100.0 * history.added_mass
-    checks: dict[str, Any] = {
-        "energy_drift_percent": history.drift_percent(balanced),
-        "kinetic_ratio_percent": _ratio_percent(curve.kinetic, curve, _before_fracture(curve)),
-        "hourglass_ratio_percent": _ratio_percent(curve.hourglass, curve, peak),
-        "inertia_percent": float(100.0 * abs(1.0 - curve.supports[peak] / curve.force_filtered[peak])),
-    }
-    return CuttingResult(
+    # the last row before the first failure
+    whole = max(int(np.argmax(curve.failed > 0)) - 1, 1) if curve.failed[-1] > 0 else len(curve.time) - 1
+    result = CuttingResult(
         peak_force=float(curve.force_filtered[peak]),
         peak_force_raw=float(curve.force[:broken].max()),
         peak_time=float(curve.time[peak]),
@@ -257,35 +240,30 @@ def evaluate(
         steps=history.steps,
         wall_seconds=wall,
         element_steps_per_second=elements * history.steps / wall,
-        **checks,
+        energy_drift_percent=history.drift_percent(balanced),
+        kinetic_ratio_percent=_ratio_percent(curve.kinetic, curve, whole),
+        hourglass_ratio_percent=_ratio_percent(curve.hourglass, curve, peak),
         contact_energy_percent=_least_contact_percent(curve, broken),
+        inertia_percent=float(100.0 * abs(1.0 - curve.supports[peak] / curve.force_filtered[peak])),
         stroke_was_enough=not short,
-        warnings=(
-            *short,
-            *_of_energies(**checks, added_mass_percent=added),
-            *_of_curve(curve, peak, broken, float(history.plastic_rate[: peak + 1].max()), material),
-        ),
+        warnings=(),
         history=curve,
         break_travel=None if broken is None else float(curve.travel[broken]),
-        added_mass_percent=added,
+        added_mass_percent=100.0 * history.added_mass,
     )
+    rate = float(history.plastic_rate[: peak + 1].max())
+    notes = (*short, *_of_energies(result), *_of_curve(curve, peak, broken, rate, material))
+    return replace(result, warnings=notes)
 
 
 def _of_curve(curve: ForceHistory, peak: int, broken: int | None, rate: float, material: Material) -> list[Note]:
     """Return warnings for a strain rate (1/s) above C of the paper's law, and for a larger force after a break."""
     notes, c, before = list[Note](), material.strain_rate_c, float(curve.force_filtered[peak])
     if material.rate_law == "paper" and 0.0 < c < rate:
-        notes.append(rate_above_law(rate, c, 1.0 + (rate / c) ** material.strain_rate_p))
+        notes.append(checks.rate_above_law(rate, c, 1.0 + (rate / c) ** material.strain_rate_p))
     if broken is not None and (largest := float(curve.force_filtered[broken:].max())) > before:
-        notes.append(force_after_break(float(curve.travel[broken]), largest, before))
+        notes.append(checks.force_after_break(float(curve.travel[broken]), largest, before))
     return notes
-
-
-def _before_fracture(curve: ForceHistory) -> int:
-    """Return the last row before the first failure."""
-    if curve.failed[-1] == 0:
-        return len(curve.time) - 1
-    return max(int(np.argmax(curve.failed > 0)) - 1, 1)
 
 
 def _ratio_percent(part: Array, curve: ForceHistory, until: int) -> float:
@@ -303,18 +281,12 @@ def _least_contact_percent(curve: ForceHistory, broken: int | None) -> float:
     return float(100.0 * np.min(contact[counted] / work[counted], initial=100.0))
 
 
-def _of_energies(
-    energy_drift_percent: float,
-    kinetic_ratio_percent: float,
-    hourglass_ratio_percent: float,
-    inertia_percent: float,
-    added_mass_percent: float,
-) -> list[Note]:
+def _of_energies(result: CuttingResult) -> list[Note]:
     notes = []
-    if energy_drift_percent > MOST_DRIFT:
-        notes.append(energy_drifts(energy_drift_percent))
-    if inertia_percent > MOST_INERTIA and added_mass_percent > NEGLIGIBLE_MASS:
-        notes.append(inertia_in_force(inertia_percent, kinetic_ratio_percent))
-    if hourglass_ratio_percent > MOST_HOURGLASS:
-        notes.append(hourglass_energy(hourglass_ratio_percent))
+    if result.energy_drift_percent > checks.MOST_DRIFT:
+        notes.append(checks.energy_drifts(result.energy_drift_percent))
+    if result.inertia_percent > checks.MOST_INERTIA and result.added_mass_percent > checks.NEGLIGIBLE_MASS:
+        notes.append(checks.inertia_in_force(result.inertia_percent, result.kinetic_ratio_percent))
+    if result.hourglass_ratio_percent > checks.MOST_HOURGLASS:
+        notes.append(checks.hourglass_energy(result.hourglass_ratio_percent))
     return notes

@@ -4,14 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from stemcal.cutting.checks import (
-    MOST_KINETIC,
-    STROKE_TOO_SHORT,
-    bent_away,
-    broken_elsewhere,
-    kinetic_energy,
-    not_severed,
-)
+from stemcal.cutting import checks
 from stemcal.cutting.parts import Discretisation, ShearTest
 from stemcal.cutting.result import CuttingResult, filter_rows, moving_mean
 from stemcal.cutting.severing import Severing
@@ -34,7 +27,7 @@ def of_whole_cut(result: CuttingResult, test: ShearTest, severing: Severing) -> 
     first = int(np.argmax(curve.failed > 0))
     before = moving_mean(curve.force, filter_rows(loading, test.discretisation))[: first + 1]
     failed = curve.failed[-1] > 0
-    kept = tuple(note for note in result.warnings if note.kind != STROKE_TOO_SHORT)
+    kept = tuple(note for note in result.warnings if note.kind != checks.STROKE_TOO_SHORT)
     return replace(
         result,
         first_fracture_force=float(before.max()) if failed else None,
@@ -52,10 +45,10 @@ def _outcome(result: CuttingResult, test: ShearTest, severing: Severing) -> list
     curve, notes = result.history, list[Note]()
     travel, percent = float(curve.travel[-1]), 100.0 * severing.holding
     if severing.time is not None and not severing.cut_through:
-        notes.append(broken_elsewhere(travel, severing.elsewhere))
+        notes.append(checks.broken_elsewhere(travel, severing.elsewhere))
     elif not severing.cut_through and test.supports.kind == "clamped":
-        notes.append(bent_away(travel, severing.aside, percent))
+        notes.append(checks.bent_away(travel, severing.aside, percent))
     elif not severing.cut_through:
-        notes.append(not_severed(travel, percent))
+        notes.append(checks.not_severed(travel, percent))
     kinetic = float(100.0 * curve.kinetic[-1] / curve.external[-1])
-    return [*notes, kinetic_energy(kinetic)] if kinetic > MOST_KINETIC else notes
+    return [*notes, checks.kinetic_energy(kinetic)] if kinetic > checks.MOST_KINETIC else notes

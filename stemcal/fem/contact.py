@@ -163,6 +163,9 @@ def spread_edge(tools: tuple[Tool, ...], x: NDArray[np.float64], hexes: NDArray[
     length = tools[tool].spread if tool >= 0 else 1.0
     along, rows = _places(ends, length / _LINES), _places(ends, length / _ROWS)
     lines, places, image = _lines_of_rows(rows, along, a, half)
+    # each row with the one opposite in y, from the middle outwards; −1 if a mirror replaces the opposite row
+    first = np.arange(0 if half else len(rows) // 2, len(rows))
+    opposite = np.full(len(rows), -1) if half else len(rows) - 1 - first
     most = 4 * (ceil(2.0 * _WIDEST * a / size) + 4) ** 2
     return SpreadEdge(
         tool=tool,
@@ -175,7 +178,7 @@ def spread_edge(tools: tuple[Tool, ...], x: NDArray[np.float64], hexes: NDArray[
         lines=lines,
         bell=_bell(places / a),
         image=image,
-        pairs=_pairs(len(rows), half),
+        pairs=np.stack([first, opposite], axis=1).astype(np.int32),
         found=np.full((len(along), len(across)), -1, dtype=np.int32),
         place=np.zeros((len(along), len(across), 6)),
         line_sums=np.zeros((len(along), 2)),
@@ -263,12 +266,6 @@ def _lines_of_rows(
     for j, n in enumerate(near):
         lines[j, : len(n)], distance[j, : len(n)], image[j, : len(n)] = index[n], y[n] - rows[j], sign[n]
     return lines, distance, image
-
-
-def _pairs(rows: int, half: bool) -> NDArray[np.int32]:
-    """Return (P, 2) each row with the one opposite in y, from the middle outwards; −1 if a mirror replaces it."""
-    first = np.arange(0 if half else rows // 2, rows)
-    return np.stack([first, np.full(rows, -1) if half else rows - 1 - first], axis=1).astype(np.int32)
 
 
 def _places(ends: tuple[float, float], spacing: float) -> NDArray[np.float64]:

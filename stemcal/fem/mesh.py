@@ -45,10 +45,9 @@ class Mesh:
 
     def volumes(self) -> Array:
         """Return the volume of each element, mm³, V = Σ Xₘ Bₘ / 64 (see `kernels.hexahedron`)."""
-        each = (_modal_sums(self.nodes, some) for some in self._portions())
-        return np.concatenate(
-            [hexahedron.contract.py_func(x, hexahedron.minors.py_func(y, z)) / 64.0 for x, y, z in each]
-        )
+        portions = (_modal_sums(self.nodes, some) for some in self._portions())
+        volumes = [hexahedron.contract.py_func(x, hexahedron.minors.py_func(y, z)) / 64.0 for x, y, z in portions]
+        return np.concatenate(volumes)
 
     def largest_extent(self) -> float:
         """Return the largest extent of an element along a coordinate axis, mm."""

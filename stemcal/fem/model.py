@@ -11,8 +11,6 @@ from stemcal.fem.material import BulkViscosity, Layers, Material
 from stemcal.fem.mesh import Mesh
 
 Array = NDArray[np.float64]
-
-
 Precision = Literal["mixed", "double"]
 
 

@@ -168,7 +168,6 @@ def _is_isotropic(layers: Layers) -> bool:
 
 
 def _numbers(model: Model) -> list[Any]:
-    """Return the constants of each material for the kernels, in double precision."""
     layers, scaling = model.layers, model.integration.mass_scaling
     form = Material.numbers if _is_isotropic(layers) else Material.transverse_numbers
     return [form(law, scaling, model.viscosity) for law in layers.materials]

@@ -106,7 +106,6 @@ def rounded(test: LaboratoryTest) -> LaboratoryTest:
 
 
 def _laws(test: LaboratoryTest) -> tuple[Material, ...]:
-    """Return the materials of the layers, from the inside."""
     return (test.material, *reversed(test.outer))
 
 

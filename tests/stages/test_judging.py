@@ -16,7 +16,7 @@ from planting import Law
 from planting import judged as planted
 
 from stemcal.by_hand.options import SheetSolver
-from stemcal.cutting import result as cutting_result
+from stemcal.cutting import checks
 from stemcal.errors import TargetUnreachable
 from stemcal.notes import Remedy
 from stemcal.runs.executors import InlineExecutor
@@ -267,8 +267,8 @@ def test_an_unfinished_study_says_what_is_missing(tmp_path: Path) -> None:
 
 
 def test_limits_are_those_the_solver_warns_of() -> None:
-    warned = (cutting_result.MOST_HOURGLASS, cutting_result.MOST_INERTIA, cutting_result.MOST_DRIFT)
-    assert tuple(LIMITS.values()) == warned and NEGLIGIBLE_MASS == cutting_result.NEGLIGIBLE_MASS
+    warned = (checks.MOST_HOURGLASS, checks.MOST_INERTIA, checks.MOST_DRIFT)
+    assert tuple(LIMITS.values()) == warned and NEGLIGIBLE_MASS == checks.NEGLIGIBLE_MASS
 
 
 def test_half_the_step_is_half_of_a_step_that_is_set(tmp_path: Path) -> None:

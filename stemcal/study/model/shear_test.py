@@ -121,7 +121,7 @@ class LoadingSection(Frozen):
         return self.speed * self.duration_at(diameter) - GAP
 
     def longer(self, times: float) -> Self:
-        """Return the same motion over a longer stroke."""
+        """Return the same motion with the stroke (or duration) multiplied by `times`."""
         if (stroke := self.chosen_stroke) is None:
             return self.model_copy(update={"duration": times * self.duration})
         divisor = None if stroke.divisor is None else stroke.divisor / times
@@ -209,11 +209,7 @@ class TransverseSection(Frozen):
 
 
 class MaterialSection(Frozen):
-    """Fixed values of the material parameters that are not factors.
-
-    Each of them except `internal_length` and `transverse` may be a power of the stem diameter, for example
-    `{value: 15 MPa, at: 8 mm, exponent: 0.5}`. Omit `value` if the parameter is a factor.
-    """
+    """The material parameters of a stem or of a layer that are not factors."""
 
     density: _Density | None = None
     """Mass density."""

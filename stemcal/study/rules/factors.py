@@ -45,7 +45,6 @@ def _ranges_rise(draft: Draft) -> Iterator[Finding]:
 
 
 def _priors_fit(draft: Draft) -> Iterator[Finding]:
-    """The prior distribution overlaps the range of the factor."""
     for index, factor in draft.factors.items():
         if (prior := factor.prior) is None:
             continue
@@ -57,7 +56,6 @@ def _priors_fit(draft: Draft) -> Iterator[Finding]:
 
 
 def _factors_are_known(draft: Draft) -> Iterator[Finding]:
-    """The solver has a parameter with the name of the factor, and the unit has the right dimension."""
     if not draft.kind.parameters:
         return
     exponents, known = {growth.exponent for growth in draft.growing.values()}, draft.places

@@ -206,7 +206,6 @@ def _targets(study: Study) -> Iterator[Finding]:
 
 
 def _scatters(study: Study) -> Iterator[Finding]:
-    """Question a standard deviation that is too small or too large for its mean."""
     for target in study.targets.means:
         for named in study.naming.responses:
             mean, sd = target.mean_of(FIRST if named == study.naming.response else named.name)
@@ -216,7 +215,6 @@ def _scatters(study: Study) -> Iterator[Finding]:
 
 
 def _outliers(study: Study) -> Iterator[Finding]:
-    """Question a cutting force far from the trend of the others for all plausible powers of the diameter."""
     targets = study.targets.means
     if len(targets) < 2 or not study.kind.parameters:
         return
@@ -254,9 +252,9 @@ def _falls(study: Study) -> Iterator[Finding]:
 
 
 def _shortfall(thin: Target, thick: Target) -> float:
-    """Return the excess of the shortfall ln(F expected/F) of a thicker stem over its tolerance; 0 if F increases.
+    """Return by how much the force of the thicker stem is too small, beyond its tolerance; 0 if the force increases.
 
-    The expected force follows F ~ d^1.5; the tolerance is 2 standard errors, at least 15 %.
+    The measure is ln(F expected / F), with F ~ d^1.5 expected; the tolerance is 2 standard errors, at least 15 %.
     """
     if thick.response >= thin.response:
         return 0.0

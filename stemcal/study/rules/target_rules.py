@@ -207,7 +207,6 @@ def _further_cuts_are_possible(draft: Draft) -> Iterator[Finding]:
 
 
 def _tests_fit_the_stem(draft: Draft) -> Iterator[Finding]:
-    """The specimen is long enough for its supports, and the stroke is not too long for the specimen."""
     thickest = max(draft.diameters.values(), default=None)
     for index, test in draft.tests.items():
         for key, message, remedy in () if thickest is None else test.misfits(thickest):

@@ -101,8 +101,6 @@ IN_DECKS = {**PARAMETERS, **{name: setting.parameter for name, setting in SETTIN
 EMBEDDED = {**PARAMETERS, **{name: setting.parameter for name, setting in SETTINGS.items()}, FRICTION: _OF_STEM}
 
 MOST_FACTORS = 100
-
-
 Symbol = Annotated[str, StringConstraints(strict=True, strip_whitespace=True, min_length=1, max_length=12), Readable]
 UnitText = Annotated[
     str,

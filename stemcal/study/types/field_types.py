@@ -265,8 +265,6 @@ StudyName = Annotated[
     AfterValidator(_study_name),
     WithJsonSchema({"type": "string", "maxLength": 64}),
 ]
-
-
 _SHARE = re.compile(r"d\s*/\s*([0-9]+(?:\.[0-9]*)?|\.[0-9]+)", re.ASCII)
 
 

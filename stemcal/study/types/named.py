@@ -37,10 +37,7 @@ def _named(declared: Any, symbol: str) -> Variable:
 
 
 def quantity(given: Any, named: Variable) -> float:
-    """Return a value in the unit of `named` from a number or a text with a compatible unit.
-
-    Raises the error of `complain` for anything else.
-    """
+    """Return a number, or a text with a unit, in the unit of `named`; raise the error of `complain` for others."""
     if not isinstance(given, str):
         if isinstance(given, bool) or not isinstance(given, int | float):
             raise complain("the value is not a number", f"write a value such as {named.text(1.0)!r}")

@@ -82,7 +82,7 @@ def convert(value: float, unit: str, dimension: str | None = None) -> float:
 
 
 def fits(unit: str, dimension: str) -> bool:
-    """Check that a unit exists and has a dimension."""
+    """Check that a unit is known and has the given dimension."""
     try:
         parse_unit(unit, dimension)
     except UnitError:
