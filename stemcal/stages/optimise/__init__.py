@@ -1,4 +1,4 @@
-"""The optimum of a goal, the stage optimise: found on the response surfaces, confirmed by simulations."""
+"""The stage optimise: find the optimum of a goal on the response surfaces, and confirm it by simulations."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 class Optimise(Stage[Any]):
-    """The optimum on the surfaces of the goal's responses, simulated, as is the present cutter."""
+    """The optimum on the surfaces of the goal's responses, simulated like the present cutter."""
 
     name, title, attribute, reads = "optimise", "Optimum", "optimum", ("goal", "optimise")
     pictured = True
@@ -30,6 +30,6 @@ class Optimise(Stage[Any]):
         return study.goal is not None
 
     def inputs(self, study: Study) -> Mapping[str, object]:
-        """Return the other materials in which the gain is simulated."""
-        others = [study.model_copy(update=one).model_dump(include=set(one)) for one in study.materials]
+        """Return the other materials for which the gain is simulated."""
+        others = [study.model_copy(update=other).model_dump(include=set(other)) for other in study.materials]
         return {"materials": others} if others else {}

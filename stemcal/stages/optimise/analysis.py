@@ -1,4 +1,4 @@
-"""The optimum of a goal as a stage: found on the surfaces, simulated, compared with the present cutter."""
+"""The analysis of the stage optimise: find the optimum on the surfaces, and simulate it and the present cutter."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
@@ -30,13 +30,13 @@ from stemcal.storage.rows import Rows
 from stemcal.study.model.study import Study
 from stemcal.study.types import units
 
-_EDGE = 1e-3  # coded
+_EDGE = 1e-3  # coded: an optimum nearer to the end of a range is at the end
 _NORMAL = 1.96
 
 
 @a_stage(OptimiseResult)
 def optimise(work: Work, head: Head) -> OptimiseResult:
-    """Find the optimum on the surfaces, simulate it and the present cutter, and compare."""
+    """Find the optimum on the surfaces, simulate it and the present cutter, and compare them."""
     study, surface, name = work.study, work.result(RsmResult), _namer(work.study)
     problem = problem_of(study, surface)
     found = find_optimum(problem)
@@ -47,7 +47,7 @@ def optimise(work: Work, head: Head) -> OptimiseResult:
     natural = {name: scale.natural for name, scale in surface.coding.items()}
     ends = intervals_of(problem, found)
     front = [_cutter("", _levels(study, surface, x), study, surface, problem) for x in found.front]
-    simulated, present = ({name(key): one.outcome.of(key) for key in problem.surfaces} for one in cutters[:2])
+    simulated, present = ({name(key): cutter.outcome.of(key) for key in problem.surfaces} for cutter in cutters[:2])
     return OptimiseResult(
         head=head,
         minimised=tuple(name(key) for key, sign in signs if sign > 0.0),
@@ -55,17 +55,18 @@ def optimise(work: Work, head: Head) -> OptimiseResult:
         limits={name(key): limit for key, limit in problem.limits.items()},
         units={factor.name: factor.unit for factor in study.factors},
         optimum=cutters[0].levels,
-        optimum_interval=ends and {one: (natural[one](low), natural[one](high)) for one, (low, high) in ends.items()},
+        optimum_interval=ends
+        and {factor: (natural[factor](low), natural[factor](high)) for factor, (low, high) in ends.items()},
         predicted=cutters[0].predicted,
         simulated=simulated,
         present_levels=cutters[1].levels,
         present=present,
-        gain_percent={key: one and one[0] for key, one in gains.items()},
-        gain_sd={key: one[1] for key, one in gains.items() if one is not None},
+        gain_percent={key: gain and gain[0] for key, gain in gains.items()},
+        gain_sd={key: gain[1] for key, gain in gains.items() if gain is not None},
         edges=_edges(study, surface, found.point),
-        front=tuple(FrontPoint(one.levels, one.predicted) for one in front),
+        front=tuple(FrontPoint(cutter.levels, cutter.predicted) for cutter in front),
         cutters=Rows([*cutters, *elsewhere]),
-        notes=(*_notes(study, found, gains), *lower_bound_notes([one.outcome for one in cutters])),
+        notes=(*_notes(study, found, gains), *lower_bound_notes([cutter.outcome for cutter in cutters])),
     )
 
 
@@ -74,15 +75,15 @@ def _namer(study: Study) -> Callable[[str], str]:
 
 
 def problem_of(study: Study, surface: RsmResult) -> Problem:
-    """Return the surfaces of the goal's responses with its signs and limits."""
+    """Return the optimisation problem: the surfaces of the goal's responses, signs and limits."""
     assert study.goal is not None
     means, fitted = measured_means(study), fitted_surfaces(study, surface)
-    surfaces = {mean.response: one for mean, one in zip(means, fitted, strict=True) if isinstance(one, Surface)}
+    surfaces = {mean.response: fit for mean, fit in zip(means, fitted, strict=True) if isinstance(fit, Surface)}
     return Problem(surfaces, study.goal.signs, study.goal.at_most, surface.region)
 
 
 def _cutters(study: Study, surface: RsmResult, problem: Problem, found: Optimum) -> list[Cutter]:
-    """Return the optimum, the present cutter and the ends of the front, not simulated yet."""
+    """Return the optimum, the present cutter and the ends of the front, before their simulation."""
     points = {OPTIMUM: _levels(study, surface, found.point), PRESENT: present_levels(study)}
     ends = (found.front[0], found.front[-1]) if found.front else ()
     points |= {f"front {n}": _levels(study, surface, x) for n, x in enumerate(ends, 1)}
@@ -90,49 +91,49 @@ def _cutters(study: Study, surface: RsmResult, problem: Problem, found: Optimum)
 
 
 def _levels(study: Study, surface: RsmResult, x: Array) -> dict[str, float]:
-    """Return the level of every factor at a coded point, four digits within its range."""
-    found = dict(surface.fixed)
+    """Return the levels of all factors at a coded point, rounded to four digits within the ranges."""
+    levels = dict(surface.fixed)
     for name, value in surface.scales.levels(x).items():
         factor = study.factor(name)
-        found[name] = min(max(float(f"{value:.4g}"), factor.low), factor.high)
-    return {name: found[name] for name in study.names}
+        levels[name] = min(max(float(f"{value:.4g}"), factor.low), factor.high)
+    return {name: levels[name] for name in study.names}
 
 
 def _cutter(name: str, levels: Mapping[str, float], study: Study, surface: RsmResult, problem: Problem) -> Cutter:
-    x, named = surface.scales.to_coded([levels[one] for one in surface.names]), _namer(study)
+    x, named = surface.scales.to_coded([levels[factor] for factor in surface.names]), _namer(study)
     return Cutter(
         cutter=name,
         levels=dict(levels),
-        predicted={named(key): float(one.predict(x)[0]) for key, one in problem.surfaces.items()},
+        predicted={named(key): float(fit.predict(x)[0]) for key, fit in problem.surfaces.items()},
         outcome=Outcome(response=None, status="failed"),
     )
 
 
 def _simulated(work: Work, cutters: Sequence[Cutter], pictured: bool, first: int = 0) -> list[Cutter]:
-    """Return the cutters with what came of their simulations."""
+    """Simulate the cutters; return them with the outcomes."""
     simulate, at = work.simulating("optimise", pictured), work.study.targets.calibrate_at
-    outcomes = simulate(first, [one.levels for one in cutters], [at])
-    return [replace(one, outcome=outcome) for one, outcome in zip(cutters, outcomes, strict=True)]
+    outcomes = simulate(first, [cutter.levels for cutter in cutters], [at])
+    return [replace(cutter, outcome=outcome) for cutter, outcome in zip(cutters, outcomes, strict=True)]
 
 
 def _in_materials(work: Work, cutters: Sequence[Cutter]) -> list[Cutter]:
-    """Return the optimum and the present cutter in the other materials of the study."""
-    found = []
+    """Simulate the optimum and the present cutter in the other materials of the study."""
+    simulated = []
     for number, material in enumerate(work.study.materials, 1):
         study = work.study.model_copy(update=material)
         other = replace(work, study=study, solver=make_solver(study).placed(work.folder.work))
-        numbered = [replace(one, material=number) for one in cutters]
-        found += _simulated(other, numbered, pictured=False, first=number * len(cutters))
-    return found
+        numbered = [replace(cutter, material=number) for cutter in cutters]
+        simulated += _simulated(other, numbered, pictured=False, first=number * len(cutters))
+    return simulated
 
 
 def gain_of(
     key: str, sign: float, fitted: Surface, cutters: Sequence[Cutter], elsewhere: Sequence[Cutter]
 ) -> tuple[Gain, dict[str, float]] | None:
-    """Compare the optimum O with the present cutter P: g = 100 (P − O)/|P| of a response to minimise.
+    """Return the gain of the optimum O over the present cutter P, g = 100 (P − O)/|P| to minimise, and its errors.
 
     A run scatters about the mean response with the variance v = s² own/n of its surface: var g = 100² v (1 + O²/P²)/P².
-    The other materials are one standard deviation away, along one direction each: the variance is Σ (gₘ − g)².
+    Each other material is one standard deviation away in one direction, so their variance is Σ (gₘ − g)².
     """
     optimum, present = cutters[:2]
     o, p = optimum.outcome.number(key), present.outcome.number(key)
@@ -152,7 +153,7 @@ def gain_of(
 
 
 def _edges(study: Study, surface: RsmResult, x: Array) -> dict[str, str]:
-    """Return the ends of ranges at which the optimum is, without those that no wider range can move."""
+    """Return the ends of ranges at which the optimum is, except physical bounds, which no range can exceed."""
     region = surface.region
     ends = {name: "high" for name, gap in zip(surface.names, region.high - x, strict=True) if gap < _EDGE}
     ends |= {name: "low" for name, gap in zip(surface.names, x - region.low, strict=True) if gap < _EDGE}
@@ -163,7 +164,7 @@ def _edges(study: Study, surface: RsmResult, x: Array) -> dict[str, str]:
 
 
 def _is_last(study: Study, name: str, end: str) -> bool:
-    """Check for the end of a range that is a bound of the parameter itself, such as an angle of 0°."""
+    """Check that the end of a range is a bound of the parameter itself, such as an angle of 0°."""
     factor, parameter = study.factor(name), study.kind.parameters.get(name)
     bound = None if parameter is None else parameter.lowest if end == "low" else parameter.highest
     if parameter is None or bound is None or not isfinite(bound):
@@ -172,15 +173,15 @@ def _is_last(study: Study, name: str, end: str) -> bool:
 
 
 def _notes(study: Study, found: Optimum, gains: Mapping[str, tuple[Gain, dict[str, float]] | None]) -> Iterator[Note]:
-    """Yield what the optimum of two responses is, and what the interval of the gain includes."""
+    """Yield notes on the kind of optimum of two responses, and on the parts of the interval of the gain."""
     if found.front:
         yield Note("knee", "info", "The optimum is the knee of the Pareto front, the point farthest from the chord.")
     elif len(found.weights) > 1:
         yield Note("no_conflict", "info", "One cutter is best for both responses, so there is no Pareto front.")
     parts = [
-        f"{name}: {', '.join(f'{source} {sd:.2g} %' for source, sd in one[1].items())}"
-        for name, one in gains.items()
-        if one is not None and one[1]
+        f"{name}: {', '.join(f'{source} {sd:.2g} %' for source, sd in gain[1].items())}"
+        for name, gain in gains.items()
+        if gain is not None and gain[1]
     ]
     if parts:
         text = f"Standard deviations of the gain by source ({'; '.join(parts)})."
@@ -190,13 +191,13 @@ def _notes(study: Study, found: Optimum, gains: Mapping[str, tuple[Gain, dict[st
 
 
 def foresee(study: Study, solver: Solver, folder: StudyFolder | None) -> Asked:
-    """Return the runs of the cutters, at mid-levels as long as the surfaces are unknown."""
+    """Return the runs of the cutters, at mid-levels while the surfaces are unknown."""
     cutters = None
     with suppress(UsageError, NoneAllowed):
         if folder is not None:
             surface = read_fresh(study, solver, folder, RsmResult)
             problem = problem_of(study, surface)
-            cutters = [one.levels for one in _cutters(study, surface, problem, find_optimum(problem))]
+            cutters = [cutter.levels for cutter in _cutters(study, surface, problem, find_optimum(problem))]
     count = 2 if study.goal is None or len(study.goal.signs) == 1 else 4
     levels = [study.midlevels()] * count if cutters is None else cutters
     at, note = study.targets.calibrate_at, None

@@ -1,9 +1,10 @@
-"""The calibrated material of a finished study (`material: {from: FOLDER}`), and materials that it also allows.
+"""The calibrated material of a finished study (`material: {from: FOLDER}`), and other materials that fit as well.
 
-A spec takes all that the calibrated values depend on: the section of the stem, layers, friction, lengths, the law and
-the mesh. A key that it sets itself must agree. The other materials are one standard deviation away, along the principal
-axes of the covariance Σ = (JᵀWJ + D)⁻¹ of the calibration: JᵀWJ is the information of its likelihood at the solution,
-and D that of the ranges (uniform, 12/width²), which ends what the measurements leave free.
+The spec uses all settings on which the calibrated values depend: cross-section of the stem, layers, friction, lengths,
+material law and mesh. A key that it sets itself must have the value of the calibration. The other materials are one
+standard deviation away along the principal axes of the covariance Σ = (JᵀWJ + D)⁻¹ of the calibration. JᵀWJ is the
+information of the likelihood at the solution; D is that of the ranges (uniform, 12/width²), which limits directions
+that the measurements do not determine.
 """
 
 from __future__ import annotations
@@ -29,20 +30,20 @@ from stemcal.study.types.field_types import field_or_none
 from stemcal.study.types.strict_yaml import Finding, NodePath
 
 _FROM: NodePath = ("material", "from")
-_TAKEN: dict[str, tuple[str, ...]] = {
+_SHARED: dict[str, tuple[str, ...]] = {
     "specimen": ("diameter_ratio", "bore"),
     "blade": ("edge_spread",),
     "contact": tuple(ContactSection.model_fields),
     "material": tuple(MaterialSection.model_fields),
     "solver": ("rate_law", "element_size", "elements_through_wall", "edge_over", "hourglass", "nonlocal_failure"),
 }
-_CLOSE = 1e-6
-_DIRECTIONS, _LEAST = 3, 0.01  # at most so many other materials; the part of the variance below which one is left out
+_CLOSE = 1e-6  # relative tolerance of diameters
+_DIRECTIONS, _LEAST = 3, 0.01  # largest number of other materials, smallest share of the variance
 
 
 @dataclass
-class Taken:
-    """Sections of a spec with its material, the same of other materials, the mistakes, and what must be run before."""
+class Borrowed:
+    """Sections of a spec with the calibrated material and with others; mistakes; a study that must be run first."""
 
     sections: dict[str, Any] = field(default_factory=dict)
     others: list[dict[str, Any]] = field(default_factory=list)
@@ -50,78 +51,80 @@ class Taken:
     pending: str = ""
 
     def find(self, message: str, remedy: str, path: NodePath = _FROM) -> None:
-        """Add a mistake."""
         self.findings.append(Finding(path, message, remedy))
 
 
-def completed(own: Mapping[str, Any], data: Mapping[str, Any], folder: Path) -> Taken:
-    """Return the sections of a spec in `folder`, which has `own` ones, with the material of the study that it names."""
-    taken, given = Taken(), own["material"].from_
-    place, beside = StudyFolder(folder / given), folder / f"{Path(given).name}.yaml"
+def completed(own: Mapping[str, Any], data: Mapping[str, Any], folder: Path) -> Borrowed:
+    """Return the sections of the spec in `folder`, with the material of the study that it refers to.
+
+    `own` are the sections of the spec as read, `data` the values as written.
+    """
+    borrowed, name = Borrowed(), own["material"].from_
+    place, beside = StudyFolder(folder / name), folder / f"{Path(name).name}.yaml"
     spec = place.remembered_spec()
     spec = beside if (spec is None or not spec.is_file()) and beside.is_file() else spec
     if spec is None or not spec.is_file():
-        message = f"{given[:100]} does not exist" if not place.path.is_dir() else f"{given[:100]} has no spec"
-        taken.find(message, "run the calibration that writes this folder with `stemcal run SPEC`")
-        return taken
+        message = f"{name[:100]} does not exist" if not place.path.is_dir() else f"{name[:100]} has no spec"
+        borrowed.find(message, "run the calibration that writes this folder with `stemcal run SPEC`")
+        return borrowed
     try:
         source = load_study(spec)
     except SpecError as error:
-        taken.find(f"the spec of the study has mistakes: {error.problems[0]}", "correct them")
-        return taken
+        borrowed.find(f"the spec of the study has mistakes: {error.problems[0]}", "correct them")
+        return borrowed
     levels = source.midlevels()
     if not place.path.is_dir():
-        taken.pending = (
-            f"material.from: {given} does not exist. Run `stemcal run {_shown(spec)}` first; until then, `check` uses "
+        borrowed.pending = (
+            f"material.from: {name} does not exist. Run `stemcal run {_shown(spec)}` first; until then, `check` uses "
             "the middle of its ranges."
         )
-    elif (results := _finished(taken, source, place, _shown(spec))) is not None:
+    elif (results := _finished(borrowed, source, place, _shown(spec))) is not None:
         levels = {**levels, **results.parameters}
-        taken.others = [calibrated_sections(source, other) for other in _other_levels(source, results)]
-    if not taken.findings:
-        _take(taken, source, levels, own, data)
-    return taken
+        borrowed.others = [calibrated_sections(source, other) for other in _other_levels(source, results)]
+    if not borrowed.findings:
+        _take(borrowed, source, levels, own, data)
+    return borrowed
 
 
 def _shown(spec: Path) -> str:
-    """Return a path as one types it here."""
+    """Return a path relative to the current folder, if it is inside."""
     here = Path.cwd()
     return spec.relative_to(here).as_posix() if spec.is_relative_to(here) else str(spec)
 
 
-def _finished(taken: Taken, source: Study, place: StudyFolder, spec: str) -> Results | None:
-    """Return the results of a study that is finished, up to date and calibrated; find what it is not."""
+def _finished(borrowed: Borrowed, source: Study, place: StudyFolder, spec: str) -> Results | None:
+    """Return the results of a finished, fresh and calibrated study; otherwise add a mistake and return None."""
     results = fresh_results(source, place)
     again = f"run `stemcal run {spec}`"
     if results.stale:
-        taken.find(f"the study is out of date: {results.stale[0]}", again)
+        borrowed.find(f"the study is out of date: {results.stale[0]}", again)
     elif not results.calibrated:
-        taken.find("the study is not calibrated yet", again)
+        borrowed.find("the study is not calibrated yet", again)
     elif not (verdict := verdict_of(source, place, results)).holds:
-        taken.find(f"the study is not calibrated: {brief(verdict.reasons[0])}", f"correct it, then {again}")
-    return None if taken.findings else results
+        borrowed.find(f"the study is not calibrated: {brief(verdict.reasons[0])}", f"correct it, then {again}")
+    return None if borrowed.findings else results
 
 
 def calibrated_sections(source: Study, levels: Mapping[str, float]) -> dict[str, Any]:
     """Return the sections of the material of a study at these levels."""
-    found = source.at(levels)  # with the friction
-    internal = {one.name: one.internal(levels[one.name]) for one in source.factors}
+    study = source.at(levels)  # sets the friction
+    internal = {factor.name: factor.internal(levels[factor.name]) for factor in source.factors}
     for name, place in source.places.items():
         if name in internal and name not in (*SETTINGS, FRICTION):
             value: Any = internal[name]
             if place.parameter.relative:
                 value = Relative(value, is_ratio=source.factor(name).unit == "1")
-            found = _with(found, place.path, value)
-    for index, part in enumerate((found.material, *found.layers)):
+            study = _with(study, place.path, value)
+    for index, part in enumerate((study.material, *study.layers)):
         for name, growth in part.growing().items():
             path: NodePath = ("material", name) if index == 0 else ("layers", index - 1, name)
             if isinstance(growth.exponent, str):
-                found = _with(found, (*path, "exponent"), internal[growth.exponent])
-    return {name: getattr(found, name) for name in ("material", "layers", "contact")}
+                study = _with(study, (*path, "exponent"), internal[growth.exponent])
+    return {name: getattr(study, name) for name in ("material", "layers", "contact")}
 
 
 def _with(part: Any, path: NodePath, value: Any) -> Any:
-    """Return a section, or a tuple of sections, with a value at a path; a growing parameter has it as its `value`."""
+    """Return a section, or a tuple of sections, with the value at a path set; for a growing parameter its `value`."""
     step, rest = path[0], path[1:]
     old = part[step] if isinstance(step, int) else getattr(part, step)
     if rest:
@@ -134,45 +137,45 @@ def _with(part: Any, path: NodePath, value: Any) -> Any:
 
 
 def _take(
-    taken: Taken, source: Study, levels: Mapping[str, float], own: Mapping[str, Any], data: Mapping[str, Any]
+    borrowed: Borrowed, source: Study, levels: Mapping[str, float], own: Mapping[str, Any], data: Mapping[str, Any]
 ) -> None:
-    """Add the sections; find keys of the spec that differ from the calibration."""
+    """Add the sections to `borrowed`, and a mistake for each key of the spec that differs from the calibration."""
     kind = own["solver"].kind if "solver" in own else source.solver.kind
     if not source.kind.parameters or kind != source.solver.kind:
         message = f"the material is calibrated with `kind: {source.solver.kind}`, but this study has `kind: {kind}`"
-        taken.find(message, f"use `solver: {{kind: {source.solver.kind}}}`, or calibrate with this solver")
+        borrowed.find(message, f"use `solver: {{kind: {source.solver.kind}}}`, or calibrate with this solver")
         return
-    theirs = {name: getattr(source, name) for name in _TAKEN} | calibrated_sections(source, levels)
+    theirs = {name: getattr(source, name) for name in _SHARED} | calibrated_sections(source, levels)
     varied = {factor.name for factor in own.get("factors", {}).values()}
-    for name in (name for name in _TAKEN if name in own):
+    for name in (name for name in _SHARED if name in own):
         section, other = own[name], theirs[name]
-        keys = [key for key in _TAKEN[name] if key in type(section).model_fields and key not in varied]
+        keys = [key for key in _SHARED[name] if key in type(section).model_fields and key not in varied]
         for key in (key for key in keys if key in section.model_fields_set):
             if getattr(section, key) != (value := getattr(other, key)):
                 shown = f"{value:g}" if isinstance(value, float) else value
                 message = f"{data[name][key]} differs from the calibration ({key}: {shown})"
-                taken.find(message, "remove this key", (name, key))
+                borrowed.find(message, "remove this key", (name, key))
         changes = {key: getattr(other, key) for key in keys if key in other.model_fields_set}
         if name == "solver":
             set_here = {key: getattr(section, key) for key in section.model_fields_set}
             section, changes = other, {**set_here, **changes}
         if name != "contact" or FRICTION not in varied:
-            taken.sections[name] = section.model_copy(update=changes)
+            borrowed.sections[name] = section.model_copy(update=changes)
     if own.get("layers") and own["layers"] != source.layers:
-        taken.find("the layers differ from those of the calibration", "remove this key", ("layers",))
-    taken.sections["layers"] = theirs["layers"]
+        borrowed.find("the layers differ from those of the calibration", "remove this key", ("layers",))
+    borrowed.sections["layers"] = theirs["layers"]
     measured = [target.condition for target in source.targets.means]
     diameter = field_or_none(own.get("specimen"), "outer_diameter")  # without one that of the calibration
     if diameter is not None and not (1.0 - _CLOSE) * min(measured) <= diameter <= (1.0 + _CLOSE) * max(measured):
         ends = f"{min(measured):g} to {max(measured):g} mm"
         message = f"{diameter:g} mm is outside the diameters of the calibration ({ends})"
-        taken.find(message, "use a diameter within them", ("specimen", "outer_diameter"))
+        borrowed.find(message, "use a diameter within them", ("specimen", "outer_diameter"))
 
 
 def _other_levels(source: Study, results: Results) -> Iterator[dict[str, float]]:
     """Yield the calibrated levels one standard deviation away along each principal axis, the widest first."""
-    if (surface := next((one for one in results.done if isinstance(one, Surfaces)), None)) is None:
-        return  # calibrated without a surface, and so without intervals
+    if (surface := next((result for result in results.done if isinstance(result, Surfaces)), None)) is None:
+        return  # calibrated without a surface, so the uncertainty is unknown
     region = surface.region
     ranges = 12.0 / (region.high - region.low) ** 2
     sizes, axes = np.linalg.eigh(fit_of_study(source, surface).tangents.information + np.diag(ranges))

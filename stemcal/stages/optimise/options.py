@@ -1,4 +1,4 @@
-"""The section optimise: the present cutter, and its levels."""
+"""The `optimise` section: the levels of the present cutter."""
 
 from __future__ import annotations
 
@@ -28,17 +28,17 @@ class OptimiseOptions(Frozen):
     its default value if the range of the factor contains it. All other factors are at the middle of their ranges."""
 
 
-def _level(factor: Factor, given: float | str) -> float:
-    """Return a level that a spec has, in the unit of the factor; raise `PydanticCustomError` if it is none."""
-    return quantity(given, Variable(factor.name, factor.name, "", factor.unit))
+def _level(factor: Factor, value: float | str) -> float:
+    """Return a level of the spec in the unit of the factor; raise `PydanticCustomError` if it is invalid."""
+    return quantity(value, Variable(factor.name, factor.name, "", factor.unit))
 
 
 def _present_is_possible(draft: Draft) -> Iterator[Finding]:
-    """The present cutter is within the ranges, and the study optimises."""
-    given, known = draft.study.of(OptimiseOptions).present, {one.name: one for one in draft.factors.values()}
-    if given and draft.study.goal is None:
+    """Check that the levels of the present cutter are within the ranges, and that the study has a goal."""
+    present, known = draft.study.of(OptimiseOptions).present, {f.name: f for f in draft.factors.values()}
+    if present and draft.study.goal is None:
         yield Finding(("optimise",), "the study has no goal", "add `goal: {minimise: [force]}`, or remove this key")
-    for name, value in given.items():
+    for name, value in present.items():
         path = ("optimise", "present", name)
         if name not in draft.names:
             yield draft.unknown_factor(path, name)
@@ -56,7 +56,7 @@ def _present_is_possible(draft: Draft) -> Iterator[Finding]:
 
 
 def _surface_is_made(draft: Draft) -> Iterator[Finding]:
-    """A goal has response surfaces."""
+    """Check that a study with a goal has a response surface."""
     if draft.study.goal is not None and draft.study.of(RsmOptions).design == "none":
         message = "a goal requires a response surface, but the spec has `rsm.design: none`"
         yield Finding(("goal",), message, "choose a design, or use no `--quick`")
@@ -66,14 +66,14 @@ OptimiseOptions.rules = (_present_is_possible, _surface_is_made)
 
 
 def present_levels(study: Study) -> dict[str, float]:
-    """Return the levels of the present cutter: of the spec, else of the sections, else the middle of the ranges."""
-    found, given = study.midlevels(), study.of(OptimiseOptions).present
+    """Return the levels of the present cutter: of the spec, else of the sections of the test, else mid-range."""
+    levels, present = study.midlevels(), study.of(OptimiseOptions).present
     for factor in study.factors:
-        if factor.name in given:
-            found[factor.name] = _level(factor, given[factor.name])
+        if factor.name in present:
+            levels[factor.name] = _level(factor, present[factor.name])
         elif factor.name in SETTINGS.keys() & study.kind.parameters.keys():
             usual = getattr(getattr(study, SETTINGS[factor.name].section), factor.name, None)
             level = units.from_internal(usual, factor.unit) if isinstance(usual, int | float) else None
             if level is not None and factor.low <= level <= factor.high:
-                found[factor.name] = float(f"{level:.12g}")
-    return found
+                levels[factor.name] = float(f"{level:.12g}")
+    return levels

@@ -1,4 +1,4 @@
-"""The result of an optimisation: the optimum and its front, simulated, next to the present cutter."""
+"""The result of the stage optimise: the optimum and its front, simulated, compared with the present cutter."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Gain = tuple[float, float | None, float | None]
 
 @dataclass(frozen=True, kw_only=True)
 class Cutter(Spread):
-    """One cutter: its levels, the responses on their surfaces, the outcome of its run; other materials from 1."""
+    """A cutter: its levels, the predicted responses, the outcome of its run; other materials are numbered from 1."""
 
     cutter: str
     levels: dict[str, float]
@@ -30,13 +30,13 @@ class Cutter(Spread):
 
     @property
     def label(self) -> str:
-        """The name of the run."""
+        """Label of the run."""
         return self.cutter if self.material is None else f"{self.cutter}, material {self.material}"
 
 
 @dataclass(frozen=True)
 class FrontPoint:
-    """A point of the Pareto front: its levels, and the responses there on their surfaces."""
+    """A point of the Pareto front: its levels and the predicted responses."""
 
     levels: dict[str, float]
     predicted: dict[str, float]
@@ -44,7 +44,7 @@ class FrontPoint:
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class OptimiseResult(StageResult):
-    """The optimum, its front, its gain (95 %), `gain_sd` by source; `edges` are the ends of ranges at which it is."""
+    """The optimum, its front, its gain (95 %) with `gain_sd` by source; `edges`: ends of ranges at which it is."""
 
     name: ClassVar[str] = "optimise"
     shown = ("optimum",)
@@ -73,11 +73,11 @@ class OptimiseResult(StageResult):
 
     @property
     def found(self) -> tuple[str, ...]:
-        """The simulated optimum, each response compared with the present cutter."""
+        """Sentence on the simulated optimum, each response compared with the present cutter."""
         return (f"{'; '.join(map(self.compared, self.gain_percent))}.",)
 
     def compared(self, name: str) -> str:
-        """Return a response at the optimum and its difference from the present cutter, with the interval."""
+        """Return a clause on a response at the optimum, its difference from the present cutter and the interval."""
         named, value, gain = self.naming.named(name), self.simulated[name], self.gain_percent[name]
         if value is None or gain is None:
             return f"{named.long}: not simulated"
@@ -89,23 +89,23 @@ class OptimiseResult(StageResult):
     def _tables(self) -> dict[str, Table]:
         names = (*self.optimum, *self.predicted)
         rows = [
-            {"cutter": one.label, **one.levels, **{name: one.outcome.of(self.key(name)) for name in self.predicted},
-             **{f"predicted_{name}": value for name, value in one.predicted.items()},
-             "status": one.outcome.status, "reason": one.outcome.reason}
-            for one in self.cutters
+            {"cutter": row.label, **row.levels, **{name: row.outcome.of(self.key(name)) for name in self.predicted},
+             **{f"predicted_{name}": value for name, value in row.predicted.items()},
+             "status": row.outcome.status, "reason": row.outcome.reason}
+            for row in self.cutters
         ]  # fmt: skip
         columns = ("cutter", *names, *(f"predicted_{name}" for name in self.predicted), "status", "reason")
         tables = {"optimise": Table.of(columns, rows)}
-        front = [{**one.levels, **one.predicted} for one in self.front]
+        front = [{**point.levels, **point.predicted} for point in self.front]
         return tables | ({"optimise_front": Table.of(names, front)} if front else {})
 
     def key(self, name: str) -> str:
-        """Return the key of a response in an outcome."""
+        """Return the key of a response in an `Outcome`."""
         return "response" if name == self.naming.response.name else name
 
     def runs(self) -> Iterator[tuple[str, Outcome]]:
-        for one in self.cutters:
-            yield one.label, one.outcome
+        for cutter in self.cutters:
+            yield cutter.label, cutter.outcome
 
 
 def _ends(low: float, high: float) -> str:

@@ -1,9 +1,9 @@
-"""The optimum on response surfaces: of one response its least value, of two their Pareto front and its knee.
+"""The optimum on response surfaces: of one response its minimum; of two the Pareto front and its knee.
 
-All responses are made small: one to maximise counts with the sign −1. With uᵢ the least value of response i on the
-front and nᵢ its value at the other end, fᵢ = (yᵢ − uᵢ)/(nᵢ − uᵢ). The front has the least f₂ for each bound on f₁
-(V. Chankong and Y. Y. Haimes, Multiobjective Decision Making, 1983). The knee is the point of the front farthest from
-the chord of its ends (I. Das, Structural Optimization 18 (1999) 107), which is the point of least f₁ + f₂.
+All responses are minimised; a response to maximise has the sign −1. With uᵢ the minimum of response i on the front and
+nᵢ its value at the other end, fᵢ = (yᵢ − uᵢ)/(nᵢ − uᵢ). Each point of the front is the minimum of f₂ under a bound on
+f₁ (V. Chankong and Y. Y. Haimes, Multiobjective Decision Making, 1983). The knee is the point of the front farthest
+from the chord between its ends (I. Das, Structural Optimization 18 (1999) 107), which is the minimum of f₁ + f₂.
 """
 
 from collections.abc import Mapping, Sequence
@@ -20,10 +20,10 @@ from stemcal.errors import TargetUnreachable
 
 _CLOUD = 12
 _FRONT = 13  # points of a front
-_STARTS = 2  # points of the cloud from which each of them is searched
-_SECOND = 1e-3  # weight of the other response at an end of the front, which makes that end unique
-_CONFLICT = 1e-3  # of the span of a response: ends of a front that are closer are one point
-_SHRINK = 0.6 ** np.arange(16)
+_STARTS = 2  # points of the cloud at which the search for a point of the front starts
+_SECOND = 1e-3  # weight of the other response at an end of the front; makes the end unique
+_CONFLICT = 1e-3  # of the span of a response: if the ends of a front are closer, the responses do not conflict
+_SHRINK = 0.6 ** np.arange(16)  # sizes of the cloud in the search for an interval
 
 
 class NoneAllowed(TargetUnreachable):
@@ -35,7 +35,7 @@ class NoneAllowed(TargetUnreachable):
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """Surfaces over the same coded factors, the signs of those to optimise, limits in the units of the responses."""
+    """Surfaces over the same coded factors, signs of the responses to optimise, limits in units of the responses."""
 
     surfaces: Mapping[str, Surface]
     signs: Mapping[str, float]
@@ -44,7 +44,7 @@ class Problem:
 
     @cached_property
     def cloud(self) -> Array:
-        """Points of the region within the limits; raises `NoneAllowed` if there are none."""
+        """Points of the region within the limits; raise `NoneAllowed` if there are none."""
         points = self.region.cloud(_CLOUD)
         seeds = [optimise(self.sum_of({name: 1.0}), points, self.region)[0] for name in self.limits]
         every = np.vstack([points, *seeds])
@@ -61,12 +61,12 @@ class Problem:
 
     @cached_property
     def spans(self) -> dict[str, float]:
-        """The span of each response over the region."""
+        """Span of each response over the region."""
         points = self.region.cloud(_CLOUD)
-        return {name: float(np.ptp(one.predict(points))) or 1.0 for name, one in self.surfaces.items()}
+        return {name: float(np.ptp(fit.predict(points))) or 1.0 for name, fit in self.surfaces.items()}
 
     def sum_of(self, weights: Mapping[str, float]) -> Objective:
-        """Make Σ wᵢ yᵢ small, of order one."""
+        """Return the objective Σ wᵢ yᵢ, scaled to order one."""
         scale = sum(abs(weight) * self.spans[name] for name, weight in weights.items())
         beta = np.sum([weight / scale * self.surfaces[name].beta for name, weight in weights.items()], axis=0)
         return Objective(
@@ -76,12 +76,12 @@ class Problem:
         )
 
     def least(self, weights: Mapping[str, float]) -> Array:
-        """Return the point of least Σ wᵢ yᵢ within the limits."""
+        """Return the point with the minimum of Σ wᵢ yᵢ within the limits."""
         bounds = [(1.0, name, limit) for name, limit in self.limits.items()]
         return optimise(self.sum_of(weights), self.cloud, self.region, self._rule(bounds) if bounds else None)[0]
 
     def next_on_front(self, last: Array, one: str, two: str, bound: float) -> Array:
-        """Return the point of least `two` with `one` up to a bound, searched from the last point and from the cloud."""
+        """Return the point with the minimum of `two` and `one` up to a bound; search from `last` and from the cloud."""
         objective, sign = self.sum_of({two: self.signs[two]}), self.signs[one]
         rule = self._rule([*((1.0, name, limit) for name, limit in self.limits.items()), (sign, one, bound)])
         within = np.vstack([last, self.cloud[sign * self.surfaces[one].predict(self.cloud) <= bound]])
@@ -90,7 +90,7 @@ class Problem:
         return min((x for x in (last, *ends) if x is not None), key=objective.value)
 
     def _rule(self, bounds: Sequence[tuple[float, str, float]]) -> dict[str, Any]:
-        """Return sᵢ yᵢ ≤ bᵢ as SLSQP takes it, of order one."""
+        """Return the constraints sᵢ yᵢ ≤ bᵢ (sign, name, bound) for SLSQP, scaled to order one."""
         betas = np.array([s * self.surfaces[n].beta / self.spans[n] for s, n, _ in bounds])
         most = np.array([b / self.spans[n] for _, n, b in bounds])
         return {
@@ -102,7 +102,7 @@ class Problem:
 
 @dataclass(frozen=True, eq=False)
 class Optimum:
-    """The optimum and the front of two responses in order, coded; `weights` make the optimum the least Σ wᵢ yᵢ."""
+    """The optimum, with `weights` wᵢ the minimum of Σ wᵢ yᵢ, and the front of two responses in order; coded."""
 
     point: Array
     weights: Mapping[str, float]
@@ -110,7 +110,7 @@ class Optimum:
 
 
 def find_optimum(problem: Problem) -> Optimum:
-    """Return the least point of one response, or the front of two and its knee."""
+    """Return the minimum of one response, or the front of two responses with its knee."""
     if len(problem.signs) == 1:
         return Optimum(problem.least(problem.signs), problem.signs)
     (one, s1), (two, s2) = problem.signs.items()
@@ -118,7 +118,7 @@ def find_optimum(problem: Problem) -> Optimum:
     ends = [problem.least({**each, name: _SECOND * each[name]}) for name in (two, one)]
     y1, y2 = ([sign * float(problem.surfaces[n].predict(x)[0]) for x in ends] for n, sign in problem.signs.items())
     if y1[1] - y1[0] < _CONFLICT * problem.spans[one] or y2[0] - y2[1] < _CONFLICT * problem.spans[two]:
-        return Optimum(problem.least(each), each)  # one cutter is best for both
+        return Optimum(problem.least(each), each)  # one cutter is the best for both responses
     weights = {one: s1 / (y1[1] - y1[0]), two: s2 / (y2[0] - y2[1])}
     bounds = np.linspace(y1[0], y1[1], _FRONT)[1:-1].tolist()
     front = [ends[0]]
@@ -128,11 +128,11 @@ def find_optimum(problem: Problem) -> Optimum:
 
 
 def intervals_of(problem: Problem, found: Optimum) -> dict[str, tuple[float, float]] | None:
-    """Return the coded 95 % interval of each factor at the optimum; None without an error of the surface.
+    """Return the coded 95 % interval of each factor at the optimum; None if the surface has no residual error.
 
-    With S = Σ wᵢ yᵢ and d = φ(x) − φ(x̂) a point x is possible if S(x) − S(x̂) = dᵀβ ≤ √(k F(k, ν)) s √(dᵀ(XᵀX)⁻¹d); the
-    interval spans the possible points. As G. E. P. Box and J. S. Hunter, Biometrika 41 (1954) 190, but within a region:
-    J. J. Peterson, S. Cahya and E. del Castillo, Biometrics 58 (2002) 422.
+    With S = Σ wᵢ yᵢ and d = φ(x) − φ(x̂), the terms φ, a point x may be the optimum if S(x) − S(x̂) = dᵀβ ≤ √(k F(k,
+    ν)) s √(dᵀ(XᵀX)⁻¹d). The interval spans these points. As G. E. P. Box and J. S. Hunter, Biometrika 41 (1954) 190,
+    but within a region: J. J. Peterson, S. Cahya and E. del Castillo, Biometrics 58 (2002) 422.
     """
     from scipy.special import fdtri
 

@@ -1,4 +1,4 @@
-"""How an optimum is shown: its levels, its confirmation, the Pareto front."""
+"""Sentences, tables and figures of an optimum."""
 
 from functools import partial
 
@@ -15,7 +15,7 @@ from stemcal.vocabulary import Wording
 
 
 class OptimiseShowing(Showing[OptimiseResult]):
-    """The words, tables and figures of an optimum."""
+    """Sentences, tables and figures of an optimum."""
 
     def outcome(self, result: OptimiseResult, names: Wording) -> list[str]:
         levels = series(
@@ -41,7 +41,6 @@ class OptimiseShowing(Showing[OptimiseResult]):
 
 
 def _levels_table(result: OptimiseResult, names: Wording) -> Table:
-    """Return the levels of both cutters."""
     known, before = result.optimum_interval or {}, result.present_levels
     rows = [
         {"factor": name, "unit": result.units[name], PRESENT: before[name], OPTIMUM: level, "range": known.get(name)}
@@ -60,28 +59,28 @@ def _levels_table(result: OptimiseResult, names: Wording) -> Table:
 def _confirmation(result: OptimiseResult, name: str) -> Table:
     unit, key, before = result.naming.named(name).written, result.key(name), result.present[name]
 
-    def error(one: Cutter) -> float | None:
-        value = one.outcome.of(key)
-        return None if value is None else error_percent(value, one.predicted[name])
+    def error(row: Cutter) -> float | None:
+        value = row.outcome.of(key)
+        return None if value is None else error_percent(value, row.predicted[name])
 
-    def change(one: Cutter) -> float | None:
-        value = one.outcome.of(key)
-        return 100.0 * (value / before - 1.0) if value and before and one.cutter != PRESENT else None
+    def change(row: Cutter) -> float | None:
+        value = row.outcome.of(key)
+        return 100.0 * (value / before - 1.0) if value and before and row.cutter != PRESENT else None
 
     columns = [
         Column("cutter", "Cutter"),
-        Column("predicted", "Predicted", unit, significant, lambda one: one.predicted[name]),
-        Column("simulated", "Simulated", unit, significant, lambda one: one.outcome.of(key)),
+        Column("predicted", "Predicted", unit, significant, lambda row: row.predicted[name]),
+        Column("simulated", "Simulated", unit, significant, lambda row: row.outcome.of(key)),
         Column("error_percent", "Error", "%", percent, error),
         Column("change", "Change", "%", percent, change),
     ]
     foot = "Error in % = 100·(simulated − predicted)/simulated. Change: difference from the present cutter."
-    rows = [one for one in result.cutters if one.material is None]
+    rows = [row for row in result.cutters if row.material is None]
     return Table.of(columns, rows, f"Confirmation by simulation: {result.naming.named(name).long}", (foot,))
 
 
 def draw_front(result: OptimiseResult, surface: RsmResult | None) -> Figure:
-    """Return the front in the plane of both responses."""
+    """Draw the front in the plane of both responses."""
     x, y = result.gain_percent
     with new_figure(height=3.4) as figure:
         axes = figure.add_subplot()

@@ -1,4 +1,4 @@
-"""Rules of the verdict on an optimum: limits, failed runs, a gain within its interval, an end of a range."""
+"""Rules of the verdict on an optimum: limits, failed runs, significance of the gain, ends of ranges."""
 
 from collections.abc import Iterator
 
@@ -11,7 +11,7 @@ from stemcal.stages.rsm.result import RsmResult
 from stemcal.stages.verdict import advice
 from stemcal.stages.verdict.verdict_rules import Evidence, Rank, ranked
 
-_WIDER = 0.5  # of the range
+_WIDER = 0.5  # of its width, by which a range is extended
 
 
 @ranked(Rank.REACH)
@@ -28,10 +28,10 @@ def limits_exclude_all(evidence: Evidence) -> Iterator[Note]:
 @ranked(Rank.REACH)
 def limit_exceeded(evidence: Evidence) -> Iterator[Note]:
     """Yield a limit that the simulated optimum exceeds."""
-    if (found := evidence.of(OptimiseResult)) is None:
+    if (result := evidence.of(OptimiseResult)) is None:
         return
-    for name, limit in found.limits.items():
-        named, value = found.naming.named(name), found.simulated[name]
+    for name, limit in result.limits.items():
+        named, value = result.naming.named(name), result.simulated[name]
         if value is not None and value > limit:
             shown, lower = named.text(value, ".4g"), outwards(limit * limit / value, up=False)
             text = f"The simulated {named.long} of the optimum is {shown}, above {named.text(limit)}."
@@ -40,19 +40,19 @@ def limit_exceeded(evidence: Evidence) -> Iterator[Note]:
 
 @ranked(Rank.VALIDATION)
 def indistinguishable(evidence: Evidence) -> Iterator[Note]:
-    """Yield responses whose gain is unknown, not distinguishable from 0, or a loss."""
-    if (found := evidence.of(OptimiseResult)) is None:
+    """Yield responses whose gain is unknown, not significant, or negative."""
+    if (result := evidence.of(OptimiseResult)) is None:
         return
     kinds: dict[str, list[str]] = {"optimum_failed": [], "not_distinguishable": [], "present_is_better": [], "": []}
-    for name, gain in found.gain_percent.items():
+    for name, gain in result.gain_percent.items():
         low, high = (0.0, 0.0) if gain is None else (gain[1], gain[2])
         kind = "optimum_failed" if gain is None else "present_is_better" if high is not None and high < 0.0 else ""
         better = gain is not None and gain[0] > 0.0 and (low is None or low > 0.0)
-        kinds[kind if kind or better else "not_distinguishable"].append(found.naming.named(name).long)
+        kinds[kind if kind or better else "not_distinguishable"].append(result.naming.named(name).long)
     what = "was not simulated for both cutters", "is not distinguishable from", "is worse than"
     surface, better_known = evidence.of(RsmResult), bool(kinds.pop(""))
     remedy = None if surface is None else advice.more_runs(surface)
-    if better_known and found.front:
+    if better_known and result.front:
         remedy = Remedy("Choose another point of the Pareto front, or limit the response with `goal.at_most`.")
     for (kind, names), words in zip(kinds.items(), what, strict=True):
         if names:
@@ -64,15 +64,12 @@ def indistinguishable(evidence: Evidence) -> Iterator[Note]:
 @ranked(Rank.IDENTIFICATION)
 def at_edge(evidence: Evidence) -> Iterator[Note]:
     """Yield an optimum at an end of a range."""
-    found = evidence.of(OptimiseResult)
-    for name, end in found.edges.items() if found is not None else ():
-        factor, up = evidence.study.factor(name), end == "high"
-        wider = getattr(factor, end) + (1.0 if up else -1.0) * _WIDER * (factor.high - factor.low)
-        value = outwards(max(wider, 0.1 * factor.low) if factor.low >= 0.0 else wider, up)
-        unit = f" {factor.unit}".removesuffix(" 1")
-        text = f"The optimum is at the edge of the range of {name} ({getattr(factor, end):g}{unit})."
-        change = Remedy(f"Set `{end}` of {name} to {value:g}{unit}.", f"factors: [{{name: {name}, {end}: {value:g}}}]")
-        yield Note("at_edge", "warning", text, change)
+    result = evidence.of(OptimiseResult)
+    for name, end in result.edges.items() if result is not None else ():
+        factor = evidence.study.factor(name)
+        level = f"{getattr(factor, end):g} {factor.unit}".removesuffix(" 1")
+        text = f"The optimum is at the edge of the range of {name} ({level})."
+        yield Note("at_edge", "warning", text, advice.widened(factor, end == "high", _WIDER))
 
 
 RULES = (limits_exclude_all, limit_exceeded, indistinguishable, at_edge)

@@ -46,7 +46,7 @@ def to_reach(study: Study, surface: Surfaces, target: float) -> Remedy:
     """
     end = extremes(surface.fitted, surface.region)[0 if target < reach(surface)[0] else 1]
     remedies = [
-        (width, _widened(factor, up, width))
+        (width, widened(factor, up, width))
         for factor in map(study.factor, surface.names)
         for up in (True, False)
         if (width := _least_width(surface, end, factor, up, target)) is not None
@@ -60,9 +60,10 @@ def to_reach(study: Study, surface: Surfaces, target: float) -> Remedy:
     )
 
 
-def _widened(factor: Factor, up: bool, width: float) -> Remedy:
-    """Return the remedy to extend a range upwards or downwards by `width` times its width."""
-    end = factor.high + width * (factor.high - factor.low) if up else factor.low - width * (factor.high - factor.low)
+def widened(factor: Factor, up: bool, width: float) -> Remedy:
+    """Return the remedy to extend a range upwards or downwards by `width` times its width, as far as it can be."""
+    width = (width if up else min(width, _above_zero(factor))) * (factor.high - factor.low)
+    end = factor.high + width if up else factor.low - width
     value, key = outwards(end, up), "high" if up else "low"
     written = f"{value:g} {factor.unit}".removesuffix(" 1")
     change = f"{'Raise' if up else 'Lower'} `{key}` of {factor.name} to {written}."
@@ -104,7 +105,7 @@ def from_the_edge(study: Study, surface: Surfaces, coded: Sequence[float]) -> Re
     for j in order:
         factor, up = study.factor(surface.names[j]), bool(coded[j] > 0.0)
         if up or _above_zero(factor) >= 0.5:
-            return _widened(factor, up, 0.5)
+            return widened(factor, up, 0.5)
     return Remedy(f"Add another factor because the range of {surface.names[order[0]]} cannot be widened.")
 
 
