@@ -121,8 +121,8 @@ _USUAL, _FEW = 12, 5
 def plackett_burman(k: int, runs: int | None = None) -> Array:
     """Return a Plackett–Burman design, (N, k): main effects of k ≤ N − 1 factors in N runs, with N − 1 a prime.
 
-    N is `runs`, by default the smallest suitable number. The columns are balanced and mutually orthogonal. The rows are
-    the cyclic shifts of a generator, and a row of −1. The generator is +1 at 0 and at the squares modulo N − 1, as
+    N is `runs`, by default the usual number for k factors. The columns are balanced and mutually orthogonal. The rows
+    are the cyclic shifts of a generator, and a row of −1. The generator is +1 at 0 and at the squares modulo N − 1, as
     published: ``++-+++---+-`` for 12 runs, ``++--++++-+-+----++-`` for 20, ``+++++-+-++--++--+-+----`` for 24.
     """
     if k < 1:

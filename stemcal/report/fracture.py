@@ -85,7 +85,7 @@ def _section_faces(shape: Shape) -> tuple[Array, Array]:
 
 
 def _faces(hexes: NDArray[np.int32], chosen: NDArray[np.bool_]) -> tuple[NDArray[np.int32], NDArray[np.intp]]:
-    """Return the outer faces (F, 4) of the chosen elements, those of only one element, and these elements (F,)."""
+    """Return the outer faces (F, 4) of the chosen elements, which no two of them share, and their elements (F,)."""
     owner = np.repeat(np.flatnonzero(chosen), 6)
     corners = hexes[chosen][:, FACES].reshape(-1, 4)
     _, first, count = np.unique(np.sort(corners, axis=1), axis=0, return_index=True, return_counts=True)

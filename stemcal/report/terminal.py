@@ -45,7 +45,7 @@ def identifiability(stage: StageResult, holds: bool = True) -> list[RenderableTy
 
 
 def table_drawn(table: Table) -> list[RenderableType]:
-    """Return a table for rich, and its foot as separate lines."""
+    """Return a table as an object that rich prints, followed by the lines of its foot."""
     shown = rich.Table(
         title=Text(table.title, style="bold"),
         title_justify="left",
@@ -111,7 +111,7 @@ def simulation_table(
 
 
 def _response_text(value: float | None, unit: str, measured: Mean | None, at_least: bool = False) -> str:
-    """Format a simulated response, None if the curve does not have it, or only a lower bound, and the measured mean.
+    """Format a simulated response or its lower bound (`at_least`), and the measured mean.
 
     >>> _response_text(41.234, "N/mm", Mean(value=42.1, sd=2.5, n=10))
     '41.23 N/mm, measured 42.1 ± 2.5 N/mm'

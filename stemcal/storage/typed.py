@@ -97,11 +97,7 @@ def from_json(kind: type[T], content: Any) -> T:
         return typing.cast(T, reader.validate_json(json.dumps(content), strict=True))
     except ValidationError as error:
         wrong = error.errors(include_url=False)[0]
+        keys = (key for key in wrong["loc"] if not str(key).startswith(_INLINE))
+        path = "".join(f"[{key}]" if isinstance(key, int) else f".{key}" for key in keys).lstrip(".")  # rows[0].x
         value = "" if wrong["type"] == "missing" else f" (found {wrong['input']!r:.60})"
-        raise ValueError(f"{_path(wrong['loc'])}: {wrong['msg']}{value}".removeprefix(": ")) from None
-
-
-def _path(places: tuple[int | str, ...]) -> str:
-    """Return the path to a value in JSON, such as ``rows[0].x``."""
-    named = (place for place in places if not str(place).startswith(_INLINE))
-    return "".join(f"[{place}]" if isinstance(place, int) else f".{place}" for place in named).lstrip(".")
+        raise ValueError(f"{path}: {wrong['msg']}{value}".removeprefix(": ")) from None

@@ -49,7 +49,7 @@ def require(holds: bool, message: str) -> None:
 
 @contextmanager
 def apart(study: Study) -> Iterator[Path]:
-    """Yield an empty study folder; require that the block leaves no file in the working folder or beside the spec."""
+    """Yield an empty study folder; require that the block leaves no file in the working folder or next to the spec."""
     before, spec_folder = Path.cwd(), study.source.resolve().parent
     with TemporaryDirectory() as there, TemporaryDirectory() as place:
         files = set(spec_folder.rglob("*")) if study.source.is_file() else None
