@@ -88,7 +88,7 @@ class Response:
     varies_with_mesh: bool = False
 
     def value(self, test: ForceTravel) -> float | None:
-        """Return the value in a test, in `unit`: reported by the solver, or else from the curve; None if by neither."""
+        """Return the value in a test, in `unit`: reported by the solver, or else from the curve; None without both."""
         try:
             number = test.numbers[self.name] if self.name in test.numbers else self.of(test)
             return None if number is None or not isfinite(number) else float(number)

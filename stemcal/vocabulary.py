@@ -72,7 +72,7 @@ class Variable:
 
     @property
     def capital(self) -> str:
-        """The noun with a capital first letter, for a heading or the begin of a sentence: ``Force``."""
+        """The noun with a capital first letter, for a heading or the beginning of a sentence: ``Force``."""
         return capital(self.noun)
 
     def counted(self, value: float, mean: float) -> float:

@@ -147,7 +147,8 @@ def legend_above(axes: Axes, most: int = 3) -> None:
     handles, labels = axes.get_legend_handles_labels()
     if labels:
         wide = 1.15 * axes.bbox.width / axes.figure.dpi
-        most = max(1, min(most, int(wide / (0.5 + 0.065 * max(map(len, labels))))))  # 0.5 inch a line, 0.065 a letter
+        # inches of a column: 0.5 for the sample of the line and 0.065 for each letter
+        most = max(1, min(most, int(wide / (0.5 + 0.065 * max(map(len, labels))))))
         axes.legend(
             handles, labels, loc="lower left", bbox_to_anchor=(-0.02, 1.0), borderaxespad=0.2,
             ncols=min(most, len(labels)), columnspacing=1.2, handlelength=1.8,

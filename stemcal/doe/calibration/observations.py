@@ -38,14 +38,14 @@ from stemcal.doe.regression.surface import Surface
 from stemcal.errors import UsageError
 from stemcal.vocabulary import FIRST
 
-_DRAWS, _MANY = 512, 64  # of more means than `_MANY`, a fourth of the draws: many show their scatter well
+_DRAWS, _MANY = 512, 64  # a quarter of the draws is enough for more means than `_MANY`: their scatter is well known
 FINEST, COARSEST = 1e-4, 0.1
-"""Bounds of the relative error of a surface; the upper one is raised if its runs show a larger error."""
+"""Bounds of the relative error of a surface (the first also of a mean); the second is raised if runs show more."""
 _MOST_APART = 1.0
 _STEPS, _SHAPES = 48, 8  # grid points of ln σ, and of d₀
 _COMMON_SHAPE = 1e6  # d₀ if all conditions have the same variance; also the degrees of freedom of a known variance
 _WIDTH = 6.0  # half-width of the grid of ln τ²
-_NO_CONTRAST = 1e-9  # smaller eigenvalues of a sum of projectors are zero
+_NO_CONTRAST = 1e-9  # smaller eigenvalues of a sum of projection matrices are zero
 
 
 class Uniforms:
@@ -109,10 +109,10 @@ class Contrasts:
     maps: Array  # (m, points, terms): a = maps·φ are the weights of the design points in the prediction at φ
     runs: Array  # (m, points): number of runs at each design point
     scale: Array  # mean response of each surface, to which everything is relative
-    counts: Array  # number of contrasts Qᵀy in each group of equal variance
-    z2: Array  # sum of their squares
-    common: Array  # their variance for σ_c² = 1
-    noise: Array  # their variance for σ_E² = 1
+    counts: Array  # number of contrasts Qᵀy in each group of contrasts with the same variance
+    z2: Array  # sum of squares of the contrasts of each group
+    common: Array  # variance of a contrast of each group for σ_c² = 1
+    noise: Array  # variance of a contrast of each group for σ_E² = 1
     pure: Array  # pure-error variance of each surface
     pure_df: Array
     sections: SeveralSurfaces | None = None  # the sections, if all are sections of one surface
@@ -209,12 +209,12 @@ class Contrasts:
 
 
 def _groups_of(residuals: Array, bases: Array, runs: Array, free: Array, noise: Array) -> tuple[Array, ...]:
-    """Return counts, z2, common and noise of the groups of contrasts, (groups,) each.
+    """Return `counts`, `z2`, `common` and `noise` of `Contrasts`, (groups,) each.
 
-    Surface i has the residuals eᵢ = Mᵢyᵢ with Mᵢ = 1 − BᵢBᵢᵀ, B = `bases` (m, points, terms), `free` contrasts and the
-    sum `noise` of their variances by single runs. For each eigenvector w of ΣMᵢ with an eigenvalue λ > 0 one contrast,
-    wᵀΣeᵢ/√λ, has the variance λ by σ_c² and Σ|R^(−1/2) Mᵢw|²/λ by single runs; the others have no part of σ_c². If all
-    surfaces have the same runs, every λ is their number m.
+    Surface i has the residuals eᵢ = Mᵢyᵢ, with Mᵢ = 1 − BᵢBᵢᵀ and B = `bases` (m, points, terms). It has `free`
+    contrasts, and `noise` is the sum of their variances for σ_E² = 1. An eigenvector w of ΣMᵢ with an eigenvalue λ > 0
+    has one contrast wᵀΣeᵢ/√λ, with the variance λ for σ_c² = 1 and Σ|R^(−1/2) Mᵢw|²/λ for σ_E² = 1. All other contrasts
+    are independent of σ_c². If all surfaces have the same runs, every λ equals their number m.
     """
     total, m = residuals.sum(axis=0), len(residuals)
     if np.array_equal(runs, np.broadcast_to(runs[0], runs.shape)) and np.allclose(bases, bases[0]):

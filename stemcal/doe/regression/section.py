@@ -56,7 +56,7 @@ class Place:
 
 
 class _Places:
-    """Several conditions of one surface, evaluated together: `rates` (places, factors without exponents)."""
+    """Several conditions of one surface, evaluated together for speed."""
 
     def __init__(self, each: Sequence[Place]) -> None:
         self._factors, self._start, _, self._exponents = each[0].coordinates
@@ -64,13 +64,13 @@ class _Places:
         self._conditions = np.array([[place.condition] for place in each])
 
     def z(self, x: Array) -> Array:
-        """Return the coordinates of points (m, k), (m, places, factors without exponents + 1)."""
+        """Return the coordinates z of points x (m, k), (m, places, coordinates); the last one is the condition."""
         growth = np.exp(self._rates * x[:, None, self._exponents])
         moved = (self._start + x[:, None, self._factors]) * growth - self._start
         return np.concatenate([moved, np.broadcast_to(self._conditions, (len(x), *self._conditions.shape))], axis=2)
 
     def slopes(self, x: Array) -> Array:
-        """Return ∂z/∂x at one point without the condition, (places, factors without exponents, k)."""
+        """Return ∂z/∂x at one point, without the row of the condition, (places, coordinates − 1, k)."""
         rows, growth = range(len(self._factors)), np.exp(self._rates * x[self._exponents])
         slopes = np.zeros((*growth.shape, len(x)))
         slopes[:, rows, self._factors] = growth
