@@ -270,12 +270,25 @@ def _problem_of(record: Mapping[str, Any], key: str) -> str:
     for part, kinds in zip(parts, (_RECORDED, *_WITHIN.values()), strict=False):
         if wrong := [name for name, kind in kinds.items() if name in part and not isinstance(part[name], kind)]:
             return f"is not a valid run record: {', '.join(f'`{name}` is {part[name]!r:.20}' for name in wrong)}"
+    if (curve := record["details"].get("curve")) and not _is_curve(curve):
+        return "is not a valid run record: `curve` requires the lists `travel` and `force` of as many numbers"
+    numbers = {**(record["details"].get("responses") or {}), **record["request"].get("levels", {})}
+    if wrong := [name for name, value in numbers.items() if not isinstance(value, float | int | None)]:
+        return f"is not a valid run record: {', '.join(f'`{name}` is {numbers[name]!r:.20}' for name in wrong)}"
     status, response = record["status"], record["response"]
     if status not in ("ok", "failed") or (status == "ok") != (response is not None):
         return f"is not a valid run record: the status {status!r:.20} contradicts the response {response!r:.20}"
     if record.get("key") != key or key_of(record["identity"]) != key:
         return "has a file name that does not match its content"
     return ""
+
+
+def _is_curve(curve: Mapping[str, Any]) -> bool:
+    """Check that there are as many forces as travels, each a number or null."""
+    travel, force = curve.get("travel"), curve.get("force")
+    if not (isinstance(travel, list) and isinstance(force, list) and len(travel) == len(force)):
+        return False
+    return all(isinstance(value, float | int | None) for value in (*travel, *force))
 
 
 def _file_lock(path: Path, patience: float) -> FileLock:

@@ -141,12 +141,25 @@ def test_a_sealed_record_of_something_else_is_set_aside(folder: StudyFolder, nam
     {"details": [1]}, {"details": None}, {"identity": "x"}, {"request": []}, {"provenance": 3}, {"reason": 3},
     {"response": "120"}, {"details": {"curve": [1]}}, {"details": {"responses": 2}}, {"details": {"time_limit": "s"}},
     {"details": {"peak_force": [1]}}, {"request": {**record()["request"], "levels": [1]}},
-    {"request": {**record()["request"], "condition": "8"}},
+    {"request": {**record()["request"], "condition": "8"}}, {"request": {**record()["request"], "levels": {"a": "1"}}},
+    {"details": {"responses": {"angle": "32"}}}, {"details": {"curve": {"travel": [0.0, 1.0]}}},
+    {"details": {"curve": {"travel": 1.0, "force": 2.0}}}, {"details": {"curve": {"travel": "01", "force": "01"}}},
+    {"details": {"curve": {"travel": [0.0, 1.0], "force": [0.0]}}},
+    {"details": {"curve": {"travel": [0.0, 1.0], "force": [0.0, "2"]}}},
 ])  # fmt: skip
 def test_a_sealed_record_with_values_of_other_types_is_set_aside(folder: StudyFolder, changed: dict[str, Any]) -> None:
     folder.save(record(**changed))
     assert folder.load(KEY) is None and folder.keys() == []
     assert list((folder.runs / "damaged").iterdir())
+
+
+@pytest.mark.parametrize(
+    "curve", [None, {}, {"travel": [], "force": []}, {"travel": [0, 0.5], "force": [0.0, None], "x": 1}]
+)
+def test_a_record_with_a_curve_or_none_is_read(folder: StudyFolder, curve: dict[str, Any] | None) -> None:
+    folder.save(record(details={"curve": curve, "responses": {"angle": 32.6, "bulk": None}}))
+    found = folder.load(KEY)
+    assert found is not None and found["details"]["curve"] == curve
 
 
 def test_a_folder_in_the_place_of_a_record_is_set_aside(folder: StudyFolder) -> None:

@@ -121,6 +121,7 @@ KINDS = {
     "unit, MN": Plant("probable_unit", times=1e-3),
     "fitted at one diameter": Plant("validation", growth=0.9, extra=RSM),
     "prior of another crop": Plant("misfit", spec=PRIOR),
+    "trend, sound prior": Plant("trend", growth=0.9, spec=PRIOR.replace("mean: 12", "mean: 16.4")),
     "fast blade": Plant("physics", law=Law(inertia=12.0)),
 }  # fmt: skip
 
@@ -168,12 +169,9 @@ def told_what_to_measure(reason: Note) -> bool:
 FEW = ("contradiction",)
 
 
-WRONG = {"prior of another crop": pytest.mark.xfail(strict=True, reason="the trend is named that the prior causes")}
-
-
 @pytest.mark.parametrize(
     "kind",
-    [pytest.param(k, marks=[*([] if k in FEW else [pytest.mark.slow]), *filter(None, [WRONG.get(k)])]) for k in KINDS],
+    [pytest.param(k, marks=[] if k in FEW else [pytest.mark.slow]) for k in KINDS],
 )
 def test_the_first_advice_is_right_and_leads_to_an_end(
     kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

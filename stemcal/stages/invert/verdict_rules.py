@@ -7,7 +7,7 @@ from stemcal.doe.calibration.region import extremes
 from stemcal.doe.comparison import standard_error
 from stemcal.formats import change, counted, interval, series, short, signed_probability
 from stemcal.notes import Note, Remedy, Severity
-from stemcal.stages.fitting import Surfaces, fitted_surfaces, measured_means
+from stemcal.stages.fitting import Surfaces, fit_over, fitted_surfaces, measured_means
 from stemcal.stages.invert.options import chose_conditions
 from stemcal.stages.invert.result import Certainty, Contradicted, InvertResult, JointFitted, Point
 from stemcal.stages.stage import calibrating
@@ -16,7 +16,7 @@ from stemcal.stages.verdict.direction_advice import direction_reason
 from stemcal.stages.verdict.trend_advice import for_trend, trend_reason
 from stemcal.stages.verdict.verdict_rules import BEYOND_DOUBT, Evidence, Rank, ranked
 from stemcal.study.model.study import Study
-from stemcal.vocabulary import Wording
+from stemcal.vocabulary import FIRST, Wording
 
 _MISSED_PERCENT = 2.0  # error of a fitted value that is reported
 _SAME_SIDE = 0.25  # share of the largest error up to which an error of the other sign is ignored
@@ -45,7 +45,14 @@ def trend(evidence: Evidence) -> Iterator[Note]:
         if row.response == study.naming.response.name
     ]
     worst, solution = solved.joint.max_abs_error_percent, solved.point.solution
-    yield from trend_reason(evidence, rows, worst, lambda: for_trend(study, surface, solution))
+    reasons = list(trend_reason(evidence, rows, worst, lambda: for_trend(study, surface, solution)))
+    if reasons and solved.priors:  # a trend that the priors cause is a misfit, which names them
+        means = measured_means(study)
+        free = fit_over(means, fitted_surfaces(study, surface), surface.region)
+        values = dict(zip([(mean.response, mean.condition) for mean in means], free.predict(free.best)[0], strict=True))
+        rows = [(at, measured, float(values[FIRST, at]), error) for at, measured, _, error in rows]
+        reasons = reasons if any(trend_reason(evidence, rows, worst, lambda: Remedy(""))) else []
+    yield from reasons
 
 
 @ranked(Rank.REACH)
