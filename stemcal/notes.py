@@ -25,16 +25,13 @@ class Remedy:
 class Note:
     """A fact that the reader of a result should know.
 
-    kind       identifier of the fact for programs, such as ``flat_response``
-    severity   ``error``: the result cannot be used; ``warning``: numbers are missing, are only bounds, or may be wrong;
-               ``caution``: the statistics are weaker than they look; ``info``: for completeness
-    text       one to three sentences, numbers with units
-    remedy     None if there is nothing to do
+    Severity ``error``: the result cannot be used; ``warning``: numbers are missing, are only bounds, or may be wrong;
+    ``caution``: the statistics are weaker than they look; ``info``: for completeness.
     """
 
-    kind: str
+    kind: str  # identifier of the fact for programs, such as ``flat_response``
     severity: Severity
-    text: str
+    text: str  # one to three sentences, numbers with units
     remedy: Remedy | None = None
 
     def __str__(self) -> str:

@@ -18,15 +18,12 @@ from stemcal.registry import Registry
 
 Array = NDArray[np.float64]
 
-CUT = "cut"
-"""The cutting test that the sections of a spec describe."""
-FURTHER_CUT = "cutting"
-"""The kind of the further cutting tests, those in the section `tests` of a spec."""
+CUT = "cut"  # the cutting test that the sections of a spec describe
+FURTHER_CUT = "cutting"  # the kind of the further cutting tests, those in the section `tests` of a spec
 PIECE = "piece"
 """All tests of a piece of stem together; a single kind has its own name, such as ``three-point-bending``."""
 
-SECANT = (0.2, 0.5)
-"""Fractions of the maximum force between which the slope of a curve is fitted."""
+SECANT = (0.2, 0.5)  # fractions of the maximum force between which the slope of a curve is fitted
 _FEWEST = 3  # points of a curve that a slope requires
 
 
@@ -34,21 +31,17 @@ _FEWEST = 3  # points of a curve that a slope requires
 class ForceTravel:
     """The force over the travel in one test of a stem, simulated or measured.
 
-    travel, force             the curve (n,), mm and N: until the specimen breaks in laboratory tests, to the end of the
-                              stroke in the cutting test of the spec; empty if a run record has no curve
-    peak_force, peak_travel   maximum force until the break, N, and the travel at that force, mm; NaN if not reported
-    diameter                  outer diameter of the stem, mm
-    kind                      `CUT`, or the kind of the laboratory test
-    numbers                   numbers that the solver reports by name, such as ``break_travel``, including responses
-                              that do not follow from the curve; empty for measured curves
+    The curve ends in laboratory tests when the specimen breaks, in the cutting test of the spec at the end of the
+    stroke. It is empty if a run record has no curve. `numbers` are reported by the solver, such as ``break_travel`` and
+    responses that do not follow from the curve; a measured curve has none.
     """
 
-    travel: Array
-    force: Array
-    peak_force: float
-    peak_travel: float
-    diameter: float
-    kind: str = CUT
+    travel: Array  # (n,), mm
+    force: Array  # (n,), N
+    peak_force: float  # maximum force until the break, N; NaN if not reported
+    peak_travel: float  # travel at the maximum force, mm
+    diameter: float  # outer diameter of the stem, mm
+    kind: str = CUT  # `CUT`, or the kind of the laboratory test
     numbers: Mapping[str, Any] = field(default_factory=dict)
 
     @classmethod
@@ -60,32 +53,20 @@ class ForceTravel:
 
 @dataclass(frozen=True)
 class Response:
-    """One response of a test of a stem.
+    """One response of a test of a stem."""
 
-    name                  key in `targets`, in tables and in files
-    label, symbol, unit   heading, symbol in equations, unit of all values
-    of                    returns the value from a `ForceTravel`, in `unit`; None if the curve does not determine it
-    meaning               description of the key in the reference of the spec
-    tests                 tests that have this response: `CUT`, `FURTHER_CUT`, `PIECE`, or a kind of test
-    why_only              why other tests do not have it; an error message shows it if a spec measures it there
-    noun                  word for it in sentences, by default the label
-    of_test               words that follow the name of a laboratory test, by default the noun
-    before_maximum        whether its value is valid even if the stroke ended before the maximum force
-    varies_with_mesh      whether its value falls as elements get smaller
-    """
-
-    name: str
-    label: str
-    symbol: str
-    unit: str
-    of: Callable[[ForceTravel], float | None]
-    meaning: str
-    tests: frozenset[str] = frozenset({CUT, FURTHER_CUT, PIECE})
-    why_only: str = ""
-    noun: str = ""
-    of_test: str = ""
-    before_maximum: bool = False
-    varies_with_mesh: bool = False
+    name: str  # key in `targets`, in tables and in files
+    label: str  # heading
+    symbol: str  # symbol in equations
+    unit: str  # unit of all values
+    of: Callable[[ForceTravel], float | None]  # returns the value in `unit`; None if the curve does not determine it
+    meaning: str  # description of the key in the reference of the spec
+    tests: frozenset[str] = frozenset({CUT, FURTHER_CUT, PIECE})  # these, or kinds of tests, that have this response
+    why_only: str = ""  # why other tests do not have it, for the error message if a spec measures it there
+    noun: str = ""  # word for it in sentences, by default the label
+    of_test: str = ""  # words that follow the name of a laboratory test, by default the noun
+    before_maximum: bool = False  # whether its value is valid even if the stroke ended before the maximum force
+    varies_with_mesh: bool = False  # whether its value falls as elements get smaller
 
     def value(self, test: ForceTravel) -> float | None:
         """Return the value in a test, in `unit`: reported by the solver, or else from the curve; None without both."""
@@ -164,6 +145,7 @@ WHOLE_CUT = ("cutting_energy", "first_fracture_force", "first_fracture_travel")
 """Responses of a test in which the stem is cut through completely."""
 _WHOLE_CUT: Any = {"tests": frozenset({CUT}), "why_only": "only a cut all the way through the stem has it"}
 
+# The built-in responses, in the order of records of laboratory tests.
 TABLE: tuple[Response, ...] = (
     Response(
         *("slope", "Slope", "k", "N/mm"),
@@ -219,7 +201,6 @@ TABLE: tuple[Response, ...] = (
         varies_with_mesh=True,
     ),
 )
-"""The built-in responses. Records of laboratory tests list their responses in this order."""
 
 RESPONSES: Registry[Response] = Registry(Response, "stemcal.responses", TABLE)
 """The built-in responses and those of other packages."""

@@ -13,10 +13,8 @@ from typing import Self
 from stemcal.formats import interval, minus, series, short, unit_written
 from stemcal.responses import CUT, TABLE, Response, known_response, response_of, responses_in
 
-FIRST = "response"
-"""The key of the first response in files and tables, independent of its name in the study."""
-NOWHERE = 0.0
-"""The value of the condition for the runs of a study without a condition."""
+FIRST = "response"  # the key of the first response in files and tables, independent of its name in the study
+NOWHERE = 0.0  # the value of the condition for the runs of a study without a condition
 
 _WRITTEN = {"1": "", "deg": "°", "degC": "°C", "kg/m3": "kg/m³", "g/cm3": "g/cm³", "t/mm3": "t/mm³", "N/mm2": "N/mm²"}
 

@@ -14,8 +14,7 @@ from stemcal.vocabulary import Wording
 
 R = TypeVar("R", bound=Any)  # the result of a stage
 
-RANGE = "95 % confidence interval"
-"""The name of the interval that is reported with a calibrated parameter."""
+RANGE = "95 % confidence interval"  # the name of the interval that is reported with a calibrated parameter
 
 
 class Finished(Protocol):

@@ -18,25 +18,15 @@ MOST_ROWS = 40  # most rows of a table on the terminal and the page; its file ha
 
 @dataclass(frozen=True)
 class Column:
-    """A column of a table.
+    """A column of a table; text in a column of numbers is the reason for a missing value, and is not formatted."""
 
-    key      heading in CSV files and data frames, and by default the field of a row that contains the value
-    label    heading on the terminal and the page; by default the key
-    unit     unit of the numbers
-    form     formats a value as text; None for a column of words. Text in a column of numbers, the reason for a missing
-             value, is not formatted
-    of       returns the value from a row, instead of the field `key`
-    words    whether the column contains words although it has a `form`, such as names replaced by labels
-    claims   whether it is shown only if the study is calibrated
-    """
-
-    key: str
-    label: str | None = None
+    key: str  # heading in CSV files and data frames, and by default the field of a row that contains the value
+    label: str | None = None  # heading on the terminal and the page; by default the key
     unit: str = ""
-    form: Callable[[Any], str] | None = None
-    of: Callable[[Any], Any] | None = None
-    words: bool = False
-    claims: bool = False
+    form: Callable[[Any], str] | None = None  # formats a value as text; None for a column of words
+    of: Callable[[Any], Any] | None = None  # returns the value from a row, instead of the field `key`
+    words: bool = False  # whether the column contains words although it has a `form`, which may replace names by labels
+    claims: bool = False  # whether it is shown only if the study is calibrated
 
     @property
     def left(self) -> bool:
@@ -66,24 +56,16 @@ class Column:
 
 @dataclass(frozen=True)
 class Table:
-    """A table of values, unformatted.
-
-    rows      a value for each column
-    foot      lines below the table
-    claimed   further lines, shown only if the study is calibrated
-    strong    indices of the rows that are emphasised
-    detail    whether the page shows the table folded
-    claims    whether the table is shown only if the study is calibrated
-    """
+    """A table of unformatted values, one in each row for each column."""
 
     columns: tuple[Column, ...]
     rows: tuple[tuple[Any, ...], ...]
     title: str = ""
-    foot: tuple[str, ...] = ()
-    claimed: tuple[str, ...] = ()
-    strong: frozenset[int] = frozenset()
-    detail: bool = False
-    claims: bool = False
+    foot: tuple[str, ...] = ()  # lines below the table
+    claimed: tuple[str, ...] = ()  # further lines, shown only if the study is calibrated
+    strong: frozenset[int] = frozenset()  # indices of the rows that are emphasised
+    detail: bool = False  # whether the page shows the table folded
+    claims: bool = False  # whether the table is shown only if the study is calibrated
 
     @classmethod
     def of(

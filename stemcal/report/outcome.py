@@ -39,10 +39,8 @@ def shortened(stage: StageResult, table: Table) -> Table:
     return table.shortened(f"`{file}.csv`")
 
 
-MOST = 5
-"""The largest number of notes printed after a run."""
-KNOWN = "known"
-"""The kind of notes on confidence intervals, which are shown only if the study is calibrated."""
+MOST = 5  # the largest number of notes printed after a run
+KNOWN = "known"  # the kind of notes on confidence intervals, which are shown only if the study is calibrated
 _WITHHELD = "The study is not calibrated: confidence intervals and agreement with the measurements are not reported."
 
 

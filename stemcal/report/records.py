@@ -54,8 +54,7 @@ class _RunRecord:
     at_solution: bool = False  # whether a stem was cut with the calibrated parameters: the page shows such runs
 
 
-Records = Mapping[str, _RunRecord]
-"""Run records by the label of the run."""
+Records = Mapping[str, _RunRecord]  # run records by the label of the run
 
 
 def read_records(results: Results | StageResult, folder: StudyFolder) -> dict[str, _RunRecord]:

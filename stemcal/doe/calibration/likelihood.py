@@ -68,8 +68,6 @@ class Fit:
     precision: Array  # W, the weighted mean of V⁻¹
     best: Array  # coded solution x (k,)
 
-    # ---- residuals and their slopes
-
     @cached_property
     def measured(self) -> Array:
         """The measured means ȳ."""
@@ -107,8 +105,6 @@ class Fit:
         for row, prior in zip(rows, self.priors, strict=True):
             row[prior.j] = prior.half_step / prior.sd  # ∂z/∂xⱼ
         return np.vstack([of_data, rows])
-
-    # ---- the misfit
 
     def many(self, points: Array) -> Array:
         """Return the misfit D = rᵀWr at coded points (points, k)."""
@@ -180,8 +176,6 @@ class Fit:
         top = logs.max(axis=1)
         logs = top + np.log(np.exp(logs - top[:, None]).mean(axis=1))
         return np.asarray(logs + sum(-0.5 * prior.z(points) ** 2 for prior in self.priors))
-
-    # ---- what is known
 
     @cached_property
     def tangents(self) -> Tangents:
