@@ -43,7 +43,7 @@ def simulated(named: Variable, label: str = "") -> Column:
 def measured_columns(names: Wording, each: bool, columns: Iterable[tuple[str, str, Form]]) -> list[Column]:
     """Return the condition and these `columns` (key, label, form) of values of the first response, with its unit.
 
-    If `each` row has a response of its own, a column with the name and one with the unit of that response are added.
+    If `each` row has another response, a column with the name and one with the unit of the response are added.
     """
     naming, unit = names.naming, "" if each else names.response.written
     values = [Column(key, label, unit, form) for key, label, form in columns]

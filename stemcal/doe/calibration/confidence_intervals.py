@@ -64,6 +64,7 @@ def _profile(fit: Fit, j: int, name: str, wider: Fit) -> Profile:
     low, high = (float(end[j]) for end in fit.region.bounds())
     values = np.unique(np.append(np.linspace(low, high, _GRID), fit.best[j]))
     middle, rise = int(np.searchsorted(values, fit.best[j])), np.zeros(len(values))
+    # from the solution to both ends of the range, each search starts at the point of the last value
     for walk in (range(middle - 1, -1, -1), range(middle + 1, len(values))):
         last = fit.best
         for i in walk:
