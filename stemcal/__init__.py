@@ -30,11 +30,15 @@ if TYPE_CHECKING:
     from stemcal.stages.validate.result import ValidateResult as ValidateResult
     from stemcal.study.model.study import Study as Study
 
-_STAGES = ("screen", "climb", "rsm", "invert", "refine", "validate")
 _NAMES = {
     **dict.fromkeys(("calibrate", "load_study", "open_results", "simulate"), "stemcal.python.study"),
     **dict.fromkeys(("Curve", "Simulated", "StudyResults"), "stemcal.python.results"),
-    **{f"{name.capitalize()}Result": f"stemcal.stages.{name}.result" for name in _STAGES},
+    "ScreenResult": "stemcal.stages.screen.result",
+    "ClimbResult": "stemcal.stages.climb.result",
+    "RsmResult": "stemcal.stages.rsm.result",
+    "InvertResult": "stemcal.stages.invert.result",
+    "RefineResult": "stemcal.stages.refine.result",
+    "ValidateResult": "stemcal.stages.validate.result",
     "Study": "stemcal.study.model.study",
 }
 __all__ = ["__version__", *_NAMES]
