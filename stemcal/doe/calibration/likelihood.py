@@ -198,7 +198,7 @@ class Fit:
 
     @property
     def evidence(self) -> Array:
-        """Weights of the draws: their evidence, or equal weights if the data contradict all draws."""
+        """Weights of the draws of V: their evidence, or equal weights if the data contradict all draws."""
         from scipy.special import chdtrc
 
         # with the evidence of a wrong model as weights, its misfit would be taken for a large scatter

@@ -178,8 +178,8 @@ class Bend:
     p: float  # p-value of their F test
 
     @property
-    def found(self) -> bool:
-        """Whether a quadratic in the condition misses the response significantly, and by more than a half percent."""
+    def significant(self) -> bool:
+        """Whether the terms improve the fit significantly, by more than half a percent of the mean response."""
         return self.percent > _BENT_PERCENT and self.p < _BENT_P
 
 

@@ -297,7 +297,7 @@ def rough_response(evidence: Evidence) -> Iterator[Note]:
 def bent_over_conditions(evidence: Evidence) -> Iterator[Note]:
     """Yield that one surface over factors and conditions does not follow the response over the condition."""
     surface = evidence.of(RsmResult)
-    if surface is None or surface.over is None or surface.over.bend is None or not surface.over.bend.found:
+    if surface is None or surface.over is None or surface.over.bend is None or not surface.over.bend.significant:
         return
     condition = surface.over.name
     text = (

@@ -124,5 +124,5 @@ def test_a_kink_over_the_diameter_is_found_and_smooth_laws_are_not(rough: float)
     for study in range(20):
         random = np.random.default_rng([7, study])
         smooth, exponent = (power, two_mechanisms)[study % 2](random), random.uniform(1.0, 2.0)
-        assert bend(kinked(smooth, exponent * random.choice([-1.0, 1.0])), rough, random).found
-        assert not bend(smooth, rough, random).found
+        assert bend(kinked(smooth, exponent * random.choice([-1.0, 1.0])), rough, random).significant
+        assert not bend(smooth, rough, random).significant
