@@ -80,8 +80,6 @@ if _config.CPU_FEATURES is None:
 _jit: Any = njit  # its types lack some of its options
 # Fused multiply-adds and unsigned zeros are allowed; NaN, infinity and the order of sums are preserved.
 _MATHS = {"contract", "nsz"}
-
-
 # Without entry points from Python and from C, which unpack and check all arguments, compilation takes half the time.
 _INNER: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 

@@ -28,20 +28,20 @@ class ToolArrays(NamedTuple):
 
     corners: Array  # (T, P, 2) polygon corners (x, z) counter-clockwise, the last one repeated to fill
     radius: Array  # (T,) outward offset of the polygon
-    height: Array  # (T,) current z of the tool's own origin, changes
+    height: Array  # (T,) current z of the tool's own origin; changes during the run
     speed: Array  # (T,) its velocity along z
     slide: Array  # (T,) its velocity along y
     edge: Array  # (T,) x of its edge
     spread: Array  # (T,) distance from its edge within which nodes touch only the spread edge, 0 without one
     reach: Array  # (T,) distance beside its edge within which faces can touch the edge, 0 without a spread edge
     traction: Array  # (T, N, 3) friction spring of each node
-    force: Array  # (T, 3) force of the stem on the tool in this step, changes
+    force: Array  # (T, 3) force of the stem on the tool in this step; changes during the run
     faces: NDArray[np.bool_]  # (T,) contact with the faces of the skin instead of with their nodes
     skin: NDArray[np.int32]  # (F, 5) corners of the crowned surface faces, and their element; none if `faces` is False
     crowns: Array  # (F,) height of the true surface over the middle of these faces
     skin_mass: Array  # (F, 4) share of these faces in the mass of each corner
     skin_traction: Array  # (T, F, SAMPLES, 3) friction springs of their samples
-    sunk: Array  # (T, 2) Σ f δ and Σ f of the samples in this step, changes
+    sunk: Array  # (T, 2) Σ f δ and Σ f of the samples in this step; changes during the run
 
 
 class FrictionNumbers(NamedTuple):

@@ -61,7 +61,7 @@ class Body(NamedTuple):
     seen: Any  # x and v in the form that elements read (`block.Seen`)
     f: Array  # internal forces in the precision of the elements; behind the nodes the separate rows of `late`
     pushes: Any  # contact forces (`nodes.Pushes`)
-    loads: Array  # (N, 3), or (0, 3) for none
+    loads: Array  # (N, 3) constant nodal forces, or (0, 3) for none
     mass: Array
     inverse_mass: Array
     free: NDArray[np.bool_]  # (N, 3) components that are not held
@@ -91,7 +91,7 @@ class Ledger(NamedTuple):
     impulse: Array  # (T, 3) of the stem on each tool, N s
     held: Array  # (S,) work of the tools that contact has stored or dissipated, by source (`nodes.Pushes`)
     external_work: Array  # (1,) of tools, loads and driven nodes
-    lost_kinetic: Array  # (1,) removed with nodes without elements
+    lost_kinetic: Array  # (1,) kinetic energy of nodes that have lost all their elements
     kinetic: Array  # (1,) of the last step
     node_sums: Array  # (chunks, 2) of the last step (`kick_and_drift`)
 

@@ -11,12 +11,9 @@ from stemcal.fem.kernels.llvm import maximum, see_place, see_velocity
 
 Array = NDArray[np.float64]
 
-
 # Number of nodes in a chunk. Each chunk has its own sums, so that the total is bit-identical for any number of threads.
 # The data of this number of nodes stay in the first-level cache from component to component.
 CHUNK = 512
-
-
 # Sources of contact forces: the surface of a tool, its edge, and the friction of both.
 SURFACE, EDGE, FRICTION = 0, 1, 2
 KINDS = 3

@@ -35,17 +35,20 @@ _ROUNDED = 1.0 - 1.0e-9
 
 
 class Exchange(NamedTuple):
-    """Coefficients and results of the averaging over neighbours; created by `stemcal.fem.state.exchange`."""
+    """Coefficients and results of the averaging over neighbours; created by `stemcal.fem.state.exchange`.
+
+    Arrays from `mean` on change during the run.
+    """
 
     share: Array  # (E, 6) τ T/V across each face, 0 where there is nothing behind it
     around: NDArray[np.uint32]  # (E, 6) the element behind each face, itself where there is none
     passes: int  # 0 for local failure
     failure_strain: Array  # (E,)
     spared: NDArray[np.bool_]  # (E,) elements that are never deleted, near a plane on which the body parts
-    mean: Array  # (E,) the mean strain, changes
+    mean: Array  # (E,) mean plastic strain around each element
     next: Array  # (E,) scratch
-    known: Array  # (blocks, lanes) the strain from which the mean was last computed, changes
-    spare: Array  # (1,) smallest increase of a mean, since then, at which a standing element fails, changes
+    known: Array  # (blocks, lanes) the strain from which the mean was last computed
+    spare: Array  # (1,) smallest increase of a mean, since then, at which a standing element fails
 
 
 @kernel

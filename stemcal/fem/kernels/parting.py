@@ -33,7 +33,10 @@ _LEAST = 1.0e-6
 
 
 class CutPlane(NamedTuple):
-    """The plane under an edge and its parted nodes; created by `stemcal.fem.parting.cut_plane`."""
+    """The plane under an edge and its parted nodes; created by `stemcal.fem.parting.cut_plane`.
+
+    Arrays from `strain` on change during the run.
+    """
 
     tool: int  # index of the tool whose edge parts the body, −1 for none
     nodes: Ints  # (P,) nodes of the plane, of the elements on its right side
@@ -41,17 +44,17 @@ class CutPlane(NamedTuple):
     number: Ints  # (N,) index of each node among `nodes` or `twins`, −1 for others
     side: Array  # (N,) 1 right of the plane, −1 left of it
     faces: Ints  # (F, 4) faces of elements on the plane, corners as `number` counts them
-    behind: Ints  # (F,) their elements
+    behind: Ints  # (F,) element of each of these faces
     around: Array  # (P,) number of faces around each node
     columns: Ints  # (P, M) lines of nodes across the plane, from left to right
-    layers: Array  # (M,) their distance from the plane at the start
+    layers: Array  # (M,) x of the columns' nodes from the plane at the start, mm
     flanks: Array  # (2, 5, 2) polygons (x, z) of the blade as a sharp wedge, for the right and (mirrored) the left side
-    strain: Array  # (P,) Σ ε̄/(n ε_f), changes
-    parted: NDArray[np.bool_]  # (P,) changes
-    offset: Array  # (N,) penetration of each node into the flank when it parted, mm, changes
-    front: Array  # (L,) z of the front under each line of the edge, `SKIN` or `NO_FRONT`, changes
-    ends: Ints  # (L, 4) nodes of the plane around the front, changes
-    shares: Array  # (L, 4) weights of these nodes, changes
+    strain: Array  # (P,) Σ ε̄/(n ε_f) over the n faces around each node
+    parted: NDArray[np.bool_]  # (P,) nodes that have parted
+    offset: Array  # (N,) penetration of each node into the flank when it parted, mm
+    front: Array  # (L,) z of the front under each line of the edge, `SKIN` or `NO_FRONT`
+    ends: Ints  # (L, 4) nodes of the plane around the front
+    shares: Array  # (L, 4) weights of these nodes
 
 
 @kernel

@@ -26,8 +26,8 @@ class Topology(NamedTuple):
     hexes: Ints  # (E, 8)
     slots: Ints  # (E,) block · LANES + lane of the elements' state
     neighbours: Ints  # (E, 6) element behind each face, −1 outside
-    standing: NDArray[np.bool_]  # (E,) elements not eroded yet, changes
-    live: Ints  # (N,) number of standing elements at each node, changes
+    standing: NDArray[np.bool_]  # (E,) elements not eroded yet; changes during the run
+    live: Ints  # (N,) number of standing elements at each node; changes during the run
     crowns: Array  # (E, 6) height of the true surface over the middle of each face, mm
 
 
@@ -38,7 +38,7 @@ class Candidates(NamedTuple):
     node_counts: Ints  # (T,)
     skin: Ints  # (T, F) faces of the skin near each tool whose contact is with faces
     skin_counts: Ints  # (T,)
-    covered: NDArray[np.bool_]  # (N,) nodes of such faces
+    covered: NDArray[np.bool_]  # (N,) nodes of the faces of the skin
     faces: Ints  # (F, 4) exposed faces under the edge
     corner_mass: Array  # (F,) mass of one corner of the element behind the face
     crowns: Array  # (F,) height of the true surface over the face

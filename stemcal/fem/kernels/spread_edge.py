@@ -52,12 +52,13 @@ class SpreadEdge(NamedTuple):
     """Rows along a spread edge and their nodes and forces; created by `stemcal.fem.contact.spread_edge`.
 
     The surface is sampled along L lines across the edge, with Q samples each. A row is the bell around a position on
-    the edge; it covers M lines, some of them mirror images beyond the plane y = 0.
+    the edge; it covers M lines, some of them mirror images beyond the plane y = 0. Arrays from `found` on change during
+    the run.
     """
 
     tool: int  # index of its tool, −1 for none
-    x: float  # position of the edge
-    spread: float  # a
+    x: float  # position of the edge, mm
+    spread: float  # a, mm
     mirrored: bool  # only the half x > 0 of body and bells is computed
     across: Array  # (Q,) positions of the samples across the edge
     weight: Array  # (Q,) bell across the edge at the samples
@@ -66,27 +67,27 @@ class SpreadEdge(NamedTuple):
     bell: Array  # (R, M) bell along the edge at these lines
     image: Array  # (R, M) −1 for mirror images, 1 for other lines
     pairs: Ints  # (P, 2) rows from y = 0 outwards with the rows at −y, −1 where a mirror replaces those
-    found: Ints  # (L, Q) face under each sample, −1 for none, changes
-    place: Array  # (L, Q, 6) ξ, η, height, additional height of the true surface, n_x/n_z, n_y/n_z, changes
-    line_sums: Array  # (L, 2) Σ w and Σ w z of the true surface over the samples above a face, changes
-    line_sizes: Ints  # (L,) number of nodes under each line, changes
-    line_nodes: Ints  # (L, 4 Q), changes
-    line_hold: Array  # (L, 4 Q, 3) Σ w N, Σ w N n_x/n_z and Σ w N n_y/n_z, changes
-    sizes: Ints  # (R,) number of nodes of each row, changes
-    nodes: Ints  # (R, K), changes
-    shape: Array  # (R, K, 3) Σ w N, with opposite sign where a mirror reverses the component, changes
-    normal: Array  # (R, K, 3) Σ w N n/n_z, likewise
-    slope: Array  # (R, 2) mean n_x/n_z and n_y/n_z, changes
-    offset: Array  # (R,) mean height less Σ normal·x, changes
-    compliance: Array  # (R, R) Σ normal·normal/m of two rows, symmetric, changes
-    own: Array  # (R,) compliance of a row with itself and with its opposite row, which changes alike, changes
-    give: Array  # (R,) Σ shape²/m along z, likewise, changes
-    force: Array  # (R, 4) λ and the friction force, changes
+    found: Ints  # (L, Q) face under each sample, −1 for none
+    place: Array  # (L, Q, 6) ξ, η, height, additional height of the true surface, n_x/n_z, n_y/n_z
+    line_sums: Array  # (L, 2) Σ w and Σ w z of the true surface over the samples above a face
+    line_sizes: Ints  # (L,) number of nodes under each line
+    line_nodes: Ints  # (L, 4 Q) nodes under each line
+    line_hold: Array  # (L, 4 Q, 3) Σ w N, Σ w N n_x/n_z and Σ w N n_y/n_z
+    sizes: Ints  # (R,) number of nodes of each row
+    nodes: Ints  # (R, K) nodes of each row
+    shape: Array  # (R, K, 3) Σ w N, with opposite sign where a mirror reverses the component
+    normal: Array  # (R, K, 3) Σ w N n/n_z, with the same signs
+    slope: Array  # (R, 2) mean n_x/n_z and n_y/n_z
+    offset: Array  # (R,) mean height less Σ normal·x
+    compliance: Array  # (R, R) Σ normal·normal/m of two rows, symmetric
+    own: Array  # (R,) compliance of a row with itself plus that with its opposite row
+    give: Array  # (R,) Σ shape²/m along z of both rows
+    force: Array  # (R, 4) λ and the friction force
     excess: Array  # (R,) scratch
     velocity: Array  # (N, 3) scratch
-    met: Ints  # (N,) nodes of all rows, each once, the first `met_count`, changes
-    met_count: NDArray[np.int64]  # (1,) changes
-    is_met: NDArray[np.bool_]  # (N,) nodes in that list, changes
+    met: Ints  # (N,) nodes of all rows, each once, the first `met_count`
+    met_count: NDArray[np.int64]  # (1,)
+    is_met: NDArray[np.bool_]  # (N,) nodes in that list
     cut: Any  # the plane on which the edge parts the body (`parting.CutPlane`)
 
 
