@@ -247,7 +247,6 @@ def _across(tool: Tool, mirrored: bool, h: float) -> tuple[NDArray[np.float64], 
 
 
 def _bell(s: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return (1 − s²)² for |s| < 1, else 0."""
     return np.asarray(np.maximum(1.0 - s * s, 0.0) ** 2)
 
 

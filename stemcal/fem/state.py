@@ -163,7 +163,6 @@ def start(model: Model) -> State:
 
 
 def _is_isotropic(layers: Layers) -> bool:
-    """Check that a body has one isotropic material, for which simpler kernels exist."""
     return len(layers.materials) == 1 and layers.materials[0].transverse is None
 
 

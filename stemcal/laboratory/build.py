@@ -96,10 +96,12 @@ def rounded(test: LaboratoryTest) -> LaboratoryTest:
     if moment is None:
         return thickened(test)
     mesh = test.kind.mesh(stem, how)
-    weights = _weights(test, mesh) if test.outer else 1.0
+    layers = materials(mesh, stem, test.material, test.outer)
+    moduli = [law.elastic_modulus / test.material.elastic_modulus for law in _laws(test)]
+    weights = layers.each(moduli) if isinstance(layers, Layers) else 1.0
     meshed = float((weights * mesh.volumes()) @ _centres(mesh) ** moment) / (SHARES[how.symmetry] * stem.length)
-    # Σ E (R^power − r^power) of the layers, E relative to that of the innermost one
-    power, moduli = moment + 2, [law.elastic_modulus / test.material.elastic_modulus for law in _laws(test)]
+    # ∫ E zᵐ dA of the round section from Σ E (R^power − r^power) of its layers, E over that of the innermost layer
+    power = moment + 2
     rings = zip(moduli, pairwise(stem.radii), strict=True)
     whole = pi * sum(E * (high**power - low**power) for E, (low, high) in rings) / (1.0 if moment == 0 else 4.0)
     return replace(test, stem=stem.wider((whole / meshed) ** (1.0 / power)))
@@ -107,14 +109,6 @@ def rounded(test: LaboratoryTest) -> LaboratoryTest:
 
 def _laws(test: LaboratoryTest) -> tuple[Material, ...]:
     return (test.material, *reversed(test.outer))
-
-
-def _weights(test: LaboratoryTest, mesh: Mesh) -> NDArray[np.float64]:
-    """Return E of each element relative to that of the innermost layer (E,)."""
-    layers = materials(mesh, test.stem, test.material, test.outer)
-    assert isinstance(layers, Layers)
-    moduli: NDArray[np.float64] = layers.each(law.elastic_modulus for law in layers.materials)
-    return moduli / test.material.elastic_modulus
 
 
 def _centres(mesh: Mesh) -> NDArray[np.float64]:

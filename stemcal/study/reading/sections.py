@@ -39,14 +39,14 @@ def read_sections(data: Any, folder: Path) -> Sections:
         if spelled(name) in data:
             _READ.get(name, Sections.read)(sections, name, data[spelled(name)])
         elif name == "targets" and "goal" in data:
-            sections.place_surfaces()
+            sections.set_goal_condition()
         elif key.is_required():
             sections.findings.append(Finding((), f"{name!r} is missing", f"add `{name}: …`"))
         else:
             sections.good[name] = key.get_default(call_default_factory=True)
         if name == "conditions":  # the following sections use the declared names
             sections.naming = naming_of(sections.good.get("responses", ()), sections.good.get("conditions"))
-    sections.take_material()
+    sections.add_borrowed_material()
     sections.fit_all_responses()
     return sections
 
@@ -134,9 +134,9 @@ class Sections:
         calibrate_at = rows.calibrated_at(chosen, field_or_none(specimen, "outer_diameter"))
         if (targets := rows.targets(calibrate_at, field_or_none(machine, "stiffness"))) is not None:
             self.good[name] = targets
-            self.take_in_tests(targets)
+            self.add_test_responses(targets)
 
-    def take_material(self) -> None:
+    def add_borrowed_material(self) -> None:
         """Add the material of another study (`material.from`) to the sections."""
         if field_or_none(self.good.get("material"), "from_") is not None:
             each = (stage.completed(self.good, self.data, self.folder) for stage in STAGES.built_in)
@@ -150,7 +150,7 @@ class Sections:
         self.naming = self.naming.measuring(list(map(str, keys))) if self.naming.is_cutting else self.naming
         self.read(name, given)
 
-    def place_surfaces(self) -> None:
+    def set_goal_condition(self) -> None:
         """Set the condition of a study with a goal: the diameter of the specimen."""
         specimen, condition = self.good.get("specimen"), self.naming.condition
         at = NOWHERE if condition is None else field_or_none(specimen, "outer_diameter")
@@ -189,7 +189,7 @@ class Sections:
                 self._find(error, (name, index))
         self.good[name] = good
 
-    def take_in_tests(self, targets: Targets) -> None:
+    def add_test_responses(self, targets: Targets) -> None:
         """Add means of laboratory tests and scores of curves to the targets, and their names to the vocabulary."""
         tests = tuple(self.tests.values())
         if not self.naming.is_cutting or not (tests or targets.modes):

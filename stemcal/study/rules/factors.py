@@ -209,7 +209,7 @@ def _material_is_complete(draft: Draft) -> Iterator[Finding]:
     if not draft.kind.parameters or not draft.names or draft.study.material.from_ is not None:
         return
     meant = {nearest(name, PARAMETERS) for name in draft.names if name not in SETTINGS}
-    wrong = {name for name in PARAMETERS if not has_fields(draft.study.material, name)}  # reported already
+    wrong = {name for name in PARAMETERS if not has_fields(draft.study.material, name)}  # reported elsewhere
     given = {*draft.study.material.given(), *draft.growing, *wrong, *draft.names, *meant}
     given |= set(RATE if draft.study.solver.rate == "none" else ())
     for name, parameter in PARAMETERS.items():

@@ -107,7 +107,7 @@ def _layers_fit_the_wall(draft: Draft) -> Iterator[Finding]:
         covered = all(_is_covered(size, diameter) for size in (ratio, *(layer.thickness for layer in outer)))
         each = [[*possible_values(draft, f"{layer.name}_thickness", diameter)] for layer in outer] if covered else []
         if not each or not all(each):
-            return  # reported already
+            return  # the missing values are reported by other rules
         wall = 0.5 * diameter * (1.0 - specimen.ratio_at(diameter))
         place, most = f"at a diameter of {diameter:g} mm, the", sum(max(mm for _, mm in values) for values in each)
         if most >= wall:
