@@ -14,6 +14,7 @@ from rich.console import Console
 
 from stemcal.cutting.checks import inertia_in_force
 from stemcal.cutting.result import CuttingResult, ForceHistory
+from stemcal.laboratory.perform import LaboratoryResult
 from stemcal.report.terminal import simulation_table
 from stemcal.study.reading import load_study
 
@@ -77,6 +78,8 @@ def test_json(calls: list[Any]) -> None:
     result = command("simulate", SMOKE, "--json")
     found = json.loads(result.stdout)["result"]
     assert found["peak_force"] == 120.0
+    # 120 N (1 − (x − 0.6)²/0.36) up to 0.6 mm: 120·0.6·2/3 mJ
+    assert found["responses"] == {"force": 120.0, "travel": 0.6, "work": pytest.approx(48.0, rel=1e-3)}
     assert {"peak_time", "peak_travel", "elements", "deleted_elements", "steps", "wall_seconds",
             "element_steps_per_second", "energy_drift_percent", "kinetic_ratio_percent"} <= set(found)  # fmt: skip
 
@@ -197,3 +200,15 @@ def test_only_a_blade_is_called_one(
     for test in ("bending", "cutting"):
         command("simulate", THREE, "--test", test, "--figure", tmp_path / "a.svg")
     assert drawn == ["travel, mm", "blade travel, mm"]
+
+
+def test_a_response_after_the_maximum_is_a_bound_only_of_a_short_stroke() -> None:
+    bending, _ = load_study(THREE).tests
+    for enough, shown in ((True, "120.0 N"), (False, "at least 120.0 N")):
+        curve = {**vars(known_result()), "stroke_was_enough": enough}
+        out = StringIO()
+        result = LaboratoryResult(**curve, responses={"slope": 41.5, "force": 120.0})
+        Console(file=out, width=80).print(simulation_table(result, bending, 8.0))
+        slope, force = (line.split(maxsplit=1) for line in out.getvalue().splitlines()[:2])
+        assert slope[1].strip() == "41.50 N/mm, measured 48.7 ± 2.9 N/mm"
+        assert force[1].split(maxsplit=1)[1].strip() == shown

@@ -6,11 +6,15 @@ import shutil
 import subprocess
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
+from stemcal.drawing.showing import Setting
 from stemcal.drawing.table import Column, Table
+from stemcal.report import export
+from stemcal.report.docx import _MARGIN, _widths
 from stemcal.report.export import _latex, _markdown, export_tables, numbered, study_tables
 from stemcal.report.gallery import gallery
 from stemcal.report.outcome import cited_ranges
@@ -233,3 +237,22 @@ def test_the_word_file_opens_in_a_word_processor(tables: dict[str, Table], tmp_p
 def test_an_unfinished_study_has_fewer_tables(replayed: tuple[Any, Any], results: Results) -> None:
     found = study_tables(replayed[0], Results(results.done[:1]))
     assert [table.title for table in found] == ["Factors", "Screening runs", "Effects on the maximum force"]
+
+
+def test_stars_stay_next_to_their_number() -> None:
+    """Where there is only room for words, "123456789 ***" is one word of 13 letters, next to words of 26."""
+    cells = ("123456789 ***", *["abcdefghijklmnopqrstuvwxyz"] * 7)
+    (paper,) = numbered([Table(tuple(Column(str(i), "h") for i in range(8)), (cells,))])
+    widths, _ = _widths(paper)
+    assert 2 * widths[0] - widths[1] == pytest.approx(_MARGIN)  # a width is this and something for each letter
+
+
+@pytest.mark.parametrize(("count", "feet"), [(9, 0), (8, 1)])
+def test_fixed_parameters_are_explained_where_there_are_any(
+    replayed: tuple[Any, Any], results: Results, monkeypatch: pytest.MonkeyPatch, count: int, feet: int
+) -> None:
+    ranges = {factor.name: "1 to 2" for factor in replayed[0].factors[:count]}
+    monkeypatch.setattr(export, "cited_ranges", lambda _: ranges)
+    parameters = dict.fromkeys(ranges, 1.5)
+    (table,) = export._parameters(Setting(replayed[0], SimpleNamespace(parameters=parameters)))
+    assert [row[3] for row in table.cells].count("fixed") == 9 - count and len(table.foot) == feet

@@ -1,5 +1,6 @@
 """Every figure by name, also for the laboratory, and the words of the glossary."""
 
+from collections import Counter
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -9,7 +10,7 @@ import numpy as np
 import pytest
 
 from stemcal.cli.explain import glossary, look_up
-from stemcal.drawing.style import resize, styled
+from stemcal.drawing.style import BLUE, FAINT, resize, styled
 from stemcal.report import curves as laboratory
 from stemcal.report.curves import energies
 from stemcal.report.gallery import _run_plots
@@ -105,3 +106,37 @@ def test_measured_curves_are_drawn_at_each_condition_that_was_simulated_at_the_s
     made: Any = plots[0].make
     drawn, coloured = made.args
     assert list(drawn) == ["7 mm", "8 mm", "9 mm"] and coloured == ["7 mm", "8 mm"]
+
+
+def test_points_of_several_runs_have_their_number(stages: dict[str, Any]) -> None:
+    pair = ("yield_stress", "failure_strain")
+    runs = stages["rsm"].design.runs
+    several = Counter((run.levels[pair[0]], run.levels[pair[1]]) for run in runs)
+    texts = {
+        tuple(each.xy): each.get_text() for each in contours(stages["rsm"], pair).axes[0].texts if hasattr(each, "xy")
+    }
+    assert texts == {place: str(count) for place, count in several.items() if count > 1} and len(texts) < len(several)
+
+
+def test_an_axis_without_a_radius_ends_with_the_runs(stages: dict[str, Any]) -> None:
+    whole = replace(stages["rsm"], radius=None)
+    coded = [run.coded["yield_stress"] for run in whole.design.runs]
+    assert whole.drawn_between("yield_stress") == pytest.approx((min(-1.0, *coded), max(1.0, *coded)))
+
+
+def test_only_highlighted_curves_are_coloured_and_named() -> None:
+    curve = RunCurve((0.0, 0.5, 1.0), (0.0, 100.0, 20.0), 0.5)
+    axes = laboratory.force_travel(dict.fromkeys(("7 mm", "8 mm", "9 mm"), curve), ["8 mm"]).axes[0]
+    named = [line for line in axes.lines if not str(line.get_label()).startswith("_")]
+    assert [(line.get_label(), line.get_color()) for line in named] == [("8 mm", BLUE)]
+    assert [line.get_color() for line in axes.lines].count(FAINT) == 4
+    assert [len(line.get_xdata()) for line in axes.lines[:2]] == [2, 2]  # dotted from the first fracture at 0.5 mm
+
+
+def test_the_band_is_two_standard_deviations_about_the_mean() -> None:
+    travel, mean, sd = np.array([0.0, 0.5, 1.0]), np.array([40.0, 100.0, 80.0]), np.array([5.0, 10.0, 20.0])
+    modes: Any = SimpleNamespace(band=(travel, mean, sd), at_shares=lambda _, force: force)
+    above, below = laboratory.measured_band(modes, RunCurve((0.0, 0.5, 1.0), (45.0, 90.0, 80.0))).axes
+    ends = above.collections[0].get_paths()[0].vertices
+    assert (ends[:, 1].min(), ends[:, 1].max()) == (30.0, 120.0)
+    assert below.lines[0].get_ydata() == pytest.approx([1.0, -1.0, 0.0])

@@ -88,6 +88,7 @@ def test_other_materials_have_the_scatter_of_the_measurement(calibrated: Path) -
         ("from: out", "from: out, elastic_modulus: 900 MPa", "material.elastic_modulus"),
         ("8.5 mm", "8.5 mm, diameter_ratio: 0.5", "specimen.diameter_ratio"),
         ("8.5 mm", "12 mm", "specimen.outer_diameter"),
+        ("8.5 mm", "6 mm", "specimen.outer_diameter"),
         ("from: out", "from: elsewhere", "material.from"),
         ("loading:", "solver: {kind: deck, program: openradioss}\nloading:", "material.from"),
     ],

@@ -1,6 +1,7 @@
 """The sentences of a calibration: of the paper's one force, and of a joint fit."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -8,6 +9,7 @@ import pytest
 from stemcal.doe.comparison import Formula
 from stemcal.stages.invert import words
 from stemcal.stages.invert.result import InvertResult, JointFitted, JointRow
+from stemcal.stages.invert.showing import profile_points
 from stemcal.storage.rows import Rows
 from stemcal.vocabulary import Wording
 
@@ -78,3 +80,10 @@ def test_the_range_to_cite_is_of_several_factors_and_one_target(results: Any, jo
     assert words.range_to_cite(joint, LABELLED) == []
     alone = replace(one.point, solution={"yield_stress": 18.37})
     assert words.range_to_cite(replace(one, point=alone), LABELLED) == []
+
+
+def test_a_profile_is_relative_to_the_allowed_rise() -> None:
+    """A rise of 3.84 is the limit, so 7.68 is drawn at 2; an end of the range is no limit."""
+    curve = SimpleNamespace(values=(1.0, 2.0, 3.0), rise=(7.68, 0.0, 1.92), allowed=3.84)
+    part: Any = SimpleNamespace(profiles={"a": curve}, intervals={"a": (1.4, 3.0)}, bounded={"a": (True, False)})
+    assert profile_points(part, "a") == [(1.0, 2.0), (1.4, 1.0), (2.0, 0.0), (3.0, 0.5)]

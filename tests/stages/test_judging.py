@@ -18,7 +18,7 @@ from planting import judged as planted
 from stemcal.by_hand.options import SheetSolver
 from stemcal.cutting import checks
 from stemcal.errors import TargetUnreachable
-from stemcal.notes import Remedy
+from stemcal.notes import Note, Remedy
 from stemcal.runs.executors import InlineExecutor
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers.options import EmbeddedSolver
@@ -390,3 +390,22 @@ def test_a_prior_that_exists_is_not_advised_and_the_publication_is(tmp_path: Pat
     last = advised("yield_stress", "failure_strain")
     assert "prior" not in last.text and "publish" in last.text and last.edit is None
     assert "1.5 MPa" in last.text and "0.02" in last.text
+
+
+def test_reasons_are_numbered_from_one() -> None:
+    reasons = [Note("a", "warning", "First. Its rest.", Remedy("Do this.")), Note("b", "warning", "Second.")]
+    verdict = Verdict.of(reasons, None)
+    assert verdict_words.in_full(verdict, Wording())[1:] == ["1. First. Its rest. Next: Do this.", "2. Second."]
+    assert verdict_words.lines(verdict, Wording())[1:] == ["1. First.", "2. Second.", "Next: Do this."]
+
+
+def test_one_measured_force_has_no_further_conditions_to_fit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """With three of them, fitting all is the advice."""
+    spec = f"{TWO_FACTORS}rsm: {{factors: [yield_stress, failure_strain], centre_points: 1}}\ntargets:\n"
+    edits = []
+    for number, diameters in enumerate(((8,), (7, 8, 10))):
+        rows = "".join(f"  - {{diameter: {d} mm, force: {110 * (d / 8) ** 2:g} N, sd: 3 N, n: 9}}\n" for d in diameters)
+        verdict, _ = planted(tmp_path / str(number), spec + rows, Law(), monkeypatch)
+        (reason,) = (one for one in verdict.reasons if one.kind == "not_identified")
+        edits.append(reason.remedy and reason.remedy.edit)
+    assert edits == [None, "invert: {diameters: all}"]

@@ -21,9 +21,10 @@ from stemcal.solvers import make_solver
 from stemcal.solvers.deck import Deck, deck_text
 from stemcal.solvers.deck.keywords import form_of
 from stemcal.stages.fresh import make_all
-from stemcal.stages.optimise.analysis import gain_of
+from stemcal.stages.optimise.analysis import _is_last, gain_of
 from stemcal.stages.optimise.result import Cutter, OptimiseResult
 from stemcal.stages.optimise.search import NoneAllowed, Problem, find_optimum, intervals_of
+from stemcal.stages.optimise.showing import OptimiseShowing
 from stemcal.stages.results import fresh_results
 from stemcal.stages.stage import stage_called, stages_of
 from stemcal.stages.verdict.result import Verdict
@@ -31,6 +32,7 @@ from stemcal.stages.verdict.verdict_rules import verdict_of
 from stemcal.stages.work import HERE
 from stemcal.study.reading import load_study
 from stemcal.testing import check_stage
+from stemcal.vocabulary import Wording
 
 SLOW = pytest.mark.slow
 NAMES = ("a", "b", "c", "e")
@@ -86,6 +88,23 @@ def test_front_of_two_quadratics() -> None:
     depth = 1.0 - scaled.sum(axis=1)  # √2 times the distance from the chord
     assert depth[-1] >= depth[:-1].max() - 1e-9
     assert depth[-1] > 0.3
+
+
+def test_responses_that_differ_less_than_their_tolerance_have_no_front() -> None:
+    """y = 10b + 0.004 (a + 1)² and −a: the first differs by 0.016 of a span of 20, the second by more than a third."""
+    runs = surface_runs(2, SurfaceOptions("central-composite", 1))
+    laws = {"force": lambda x: 10 * x[1] + 0.004 * (x[0] + 1) ** 2, "energy": lambda x: -x[0]}
+    surfaces = {name: fit_surface(runs, np.array([law(x) for x in runs]), ("a", "b")) for name, law in laws.items()}
+    problem = Problem(surfaces, dict.fromkeys(surfaces, 1.0), {}, Region(-np.ones(2), np.ones(2), None))
+    found = find_optimum(problem)
+    assert found.front == () and found.point == pytest.approx([1.0, -1.0], abs=1e-3)
+
+
+def test_the_end_of_a_range_may_be_that_of_the_parameter() -> None:
+    """A sliding angle of 0° is; 30° and an edge angle of 15° are not."""
+    study = load_study(Path(__file__).parents[2] / "configs" / "chrysanthemum-cutter.yaml")
+    ends = [("sliding_angle", "low"), ("sliding_angle", "high"), ("edge_angle", "low"), ("edge_angle", "high")]
+    assert [_is_last(study, name, end) for name, end in ends] == [True, False, False, False]
 
 
 def test_limit_moves_the_optimum_to_its_border() -> None:
@@ -194,6 +213,14 @@ def test_confirmed(tmp_path: Path) -> None:
     assert found.present["force"] == pytest.approx(before)
     assert gain is not None
     assert gain[0] == pytest.approx(100 * (1 - 150 / before), abs=1e-3)
+    place = StudyFolder(tmp_path / "out")
+    records = [place.peek(one.outcome.key) for one in found.cutters if one.material is None]
+    assert [record["request"]["row"] for record in records if record] == [0, 1]
+    (table,) = (each for each in OptimiseShowing().tables(found, Wording(found.naming)) if "Confirmation" in each.title)
+    keys = [column.key for column in table.columns]
+    rows = {row[0]: dict(zip(keys, row, strict=True)) for row in table.rows}
+    assert rows["optimum"]["change"] == pytest.approx(100 * (150 / before - 1), abs=1e-3)
+    assert rows["present"]["change"] is None and rows["present"]["error_percent"] == pytest.approx(0.0, abs=1e-6)
     assert verdict.found[0].startswith("maximum force 150 N, 16 % less than the present cutter (95 %: 16 to 16 %)")
 
 

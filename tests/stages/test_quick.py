@@ -3,6 +3,8 @@
 import math
 from dataclasses import dataclass
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -17,6 +19,7 @@ from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.stages.fresh import changes_since
 from stemcal.stages.refine.result import RefineResult
+from stemcal.stages.refine.secant import _weights
 from stemcal.stages.results import fresh_results
 from stemcal.stages.stage import stages_of
 from stemcal.stages.verdict.verdict_rules import verdict_of
@@ -201,3 +204,17 @@ def test_a_prior_is_the_start(tmp_path: Path) -> None:
     stage, *_ = quick(tmp_path, text + QUICK + ONE, Power())
     assert stage.converged and stage.parameters["failure_strain"] == pytest.approx(0.02)
     assert stage.undetermined == ("failure_strain",)
+
+
+def test_a_mean_weighs_by_its_scatter_and_its_specimens() -> None:
+    """n/s² where the scatter is known well; s is 3 % of each mean where none was measured."""
+
+    def weights(*means: tuple[float, float | None, int | None]) -> list[float]:
+        rows: list[Any] = [SimpleNamespace(value=value, sd=sd, n=n) for value, sd, n in means]
+        return [float(weight) for weight in _weights(rows)]
+
+    many = 10**6
+    known = weights((100.0, 5.0, many), (200.0, 20.0, 4 * many))
+    assert known == pytest.approx([many / 25.0, 4 * many / 400.0], rel=0.01)
+    assert weights((100.0, None, None), (200.0, None, 4)) == pytest.approx([1.0 / 9.0, 4.0 / 36.0])
+    assert weights((100.0, 5.0, None)) == pytest.approx([1.0 / 25.0])

@@ -3,16 +3,20 @@
 import math
 from dataclasses import dataclass, field
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 import workflow
 from fakes import FakeSolver, make_study
 
+from stemcal.doe.calibration.region import Region
 from stemcal.errors import Waiting
 from stemcal.runs.executors import InlineExecutor
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers.protocol import Answer, Request
+from stemcal.stages.refine.steps import toward
 from stemcal.study.reading import load_study
 
 TWO = "rsm: {factors: [yield_stress, failure_strain], centre_points: 3}\n"
@@ -89,3 +93,17 @@ def test_a_sheet_is_asked_for_the_solution(tmp_path: Path) -> None:
     workflow.run_stage("invert", study, folder)
     with pytest.raises(Waiting, match="waiting for 1 result from the refine stage"):
         workflow.run_stage("refine", study, folder, InlineExecutor())
+
+
+def test_steps_lead_to_a_level_and_stay_where_a_surface_is_flat() -> None:
+    """y = 100 + 20a + 10b: from the centre 110 is nearest at (0.4, 0.2); half of the way in half of the radius."""
+    region, start = Region(-np.ones(2), np.ones(2), None), np.zeros(2)
+
+    def surface(slope: list[float]) -> Any:
+        rising = np.array(slope)
+        return SimpleNamespace(predict=lambda x: np.array([100.0 + rising @ x]), gradient=lambda x: rising)
+
+    assert toward(surface([20.0, 10.0]), 110.0, region, start, 1.0) == pytest.approx([0.4, 0.2])
+    near = toward(surface([20.0, 10.0]), 110.0, region, start, 0.05 * 20**0.5)
+    assert near == pytest.approx([0.2, 0.1])
+    assert toward(surface([0.0, 0.0]), 110.0, region, np.array([0.3, -0.2]), 1.0).tolist() == [0.3, -0.2]

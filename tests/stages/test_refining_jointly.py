@@ -125,6 +125,7 @@ def test_the_first_point_is_the_joint_solution_with_its_intervals(tmp_path: Path
     invert = folder.read_stage("invert")
     predicted = [run["predicted"] for run in stage["runs"]]
     assert predicted == pytest.approx([row["predicted"] for row in invert["joint"]["rows"]])
+    assert {run["condition"] for run in stage["runs"]} == {7.0, 8.0, 10.0}
     result = RefineResult.from_json(stage)
     for run, made in zip(stage["runs"], result.made, strict=True):
         low, high = run["prediction_interval"]
