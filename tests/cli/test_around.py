@@ -12,6 +12,7 @@ from commanding import REPLAY, ROOT, SMOKE, command, undrawn
 
 from stemcal.cli.explain import look_up
 from stemcal.cli.spec import _say_plan
+from stemcal.errors import UsageError
 from stemcal.overview.plan import plan
 from stemcal.storage.rows import Rows
 from stemcal.study.reading import load_study
@@ -167,3 +168,10 @@ def test_check_shows_a_finished_stage_without_memory(capsys: pytest.CaptureFixtu
     _say_plan(replace(found, stages=Rows([replace(first, to_run=0, memory=None), *rest])))
     rows = {words[0]: words[-2:] for line in capsys.readouterr().out.splitlines() if (words := line.split())}
     assert rows["screen"][-1] == "–" and rows["rsm"][-1] == "GB"
+
+
+def test_at_most_three_terms_are_suggested() -> None:
+    with pytest.raises(UsageError) as caught:
+        look_up("diameters_")
+    meant = str(caught.value).partition("did you mean ")[2]
+    assert meant.startswith("invert.diameters") and len(meant.split(", ")) == 3

@@ -10,12 +10,13 @@ from planting import HALF, MIDDLE, Law, judged
 from stemcal.errors import SpecError, UsageError
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.stages.fresh import make_all
-from stemcal.stages.optimise.material import calibrated_sections
+from stemcal.stages.optimise.material import Borrowed, _take, calibrated_sections
 from stemcal.stages.work import HERE
 from stemcal.study.model.layers import layers_at
 from stemcal.study.model.study import Study
 from stemcal.study.reading import load_study
 
+CONFIGS = Path(__file__).parents[2] / "configs"
 LAW = Law(p=20.0, q=8.0, r=0.0)
 SOURCE = TWO_FACTORS.replace("failure_strain, low", "failure_strain, prior: {mean: 0.03, sd: 0.01, source: known}, low")
 SOURCE += """\
@@ -113,6 +114,23 @@ def test_stale_calibration_is_refused(calibrated: Path, old: str, new: str, reas
     (calibrated / "study.yaml").write_text(SOURCE.replace(old, new), encoding="utf-8")
     with pytest.raises(SpecError, match=reason):
         cutter(calibrated)
+
+
+def test_of_a_stale_calibration_nothing_else_is_compared(calibrated: Path) -> None:
+    (calibrated / "study.yaml").write_text(SOURCE.replace("110 N", "115 N"), encoding="utf-8")
+    with pytest.raises(SpecError) as caught:
+        cutter(calibrated, CUTTER.replace("from: out", "from: out, elastic_modulus: 900 MPa"))
+    assert [problem.path for problem in caught.value.problems] == ["material.from"]
+
+
+def test_equal_layers_are_accepted_and_others_are_not() -> None:
+    source = load_study(CONFIGS / "hemp-two-layers.yaml")
+    own = {"layers": source.layers, "solver": source.solver}
+    for layers, paths in ((source.layers, []), (source.layers[:1], [("layers",)])):
+        borrowed = Borrowed()
+        _take(borrowed, source, source.midlevels(), {**own, "layers": layers}, {})
+        assert [finding.path for finding in borrowed.findings] == paths
+        assert borrowed.sections["layers"] == calibrated_sections(source, source.midlevels())["layers"]
 
 
 def test_damaged_and_unfinished_calibrations_are_refused(calibrated: Path) -> None:
