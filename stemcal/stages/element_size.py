@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from math import ceil, sqrt
 from statistics import stdev
 
-from stemcal.doe.calibration.search_path import Mover, SearchPath, ends_of
+from stemcal.doe.calibration.search_path import Mover, SearchPath
 from stemcal.drawing.table import Column, Table
 from stemcal.errors import UsageError
 from stemcal.formats import fixed, interval, significant
@@ -21,12 +21,11 @@ from stemcal.stages.work import Work
 from stemcal.study.model.study import Study
 from stemcal.study.types.field_types import Length
 from stemcal.version import code_version
+from stemcal.vocabulary import FIRST
 
 STAGE, _STRAIN = "material", "failure_strain"
-_TOLERANCE, _VALID = (
-    0.02,
-    0.05,
-)  # errors of the force: the search ends below the first; above the second a size is invalid
+# relative errors of the force: the search ends below _TOLERANCE; an element size is valid up to _VALID
+_TOLERANCE, _VALID = 0.02, 0.05
 _LOWEST, _HIGHEST = 1e-3, 2.0  # range of the failure strain
 _FEWEST_POSITIONS, _MOST_POSITIONS = 5, 50
 _MOST_RUNS = 12
@@ -109,11 +108,11 @@ def _searched(work: Work, there: Study, levels: Mapping[str, float], size: float
     loop = Loop(steps, simulate, 100.0 * _TOLERANCE, _MOST_RUNS)
     loop.run()
     point = loop.best.point
-    outcome, tried = loop.responses(point.levels)[at], next(run for run in steps.tried if run.place == point.place)
-    forces = () if outcome.replicates is None else outcome.replicates.values
-    share = stdev(forces) / tried.response if len(forces) > 1 else None
+    outcome = loop.responses(point.levels)[at]
+    force, forces = outcome.number(FIRST), () if outcome.replicates is None else outcome.replicates.values
+    share = stdev(forces) / force if len(forces) > 1 else None
     error = None if share is None else share / sqrt(len(forces))
-    interval = None if error is None else ends_of(steps.tried, tried, path, error, len(forces) - 1.0)[_STRAIN]
+    interval = None if error is None else steps.intervals(point, error, len(forces) - 1.0)[_STRAIN]
     return SizedStrain(
         condition=at,
         aim=aim,
@@ -121,11 +120,11 @@ def _searched(work: Work, there: Study, levels: Mapping[str, float], size: float
         element_size=size,
         failure_strain=point.levels[_STRAIN],
         interval=interval,
-        force=tried.response,
+        force=force,
         sd_percent=None if share is None else 100.0 * share,
         positions=positions,
         runs=len(loop.runs),
-        valid=error is not None and error <= _VALID and abs(tried.response / aim - 1.0) <= _VALID,
+        valid=error is not None and error <= _VALID and abs(force / aim - 1.0) <= _VALID,
     )
 
 

@@ -34,9 +34,7 @@ logger = logging.getLogger(__name__)
 
 CODE = "stemcal"  # the key, among the inputs, of the version and hash of the code
 _SHORT = 16
-_PROBED = frozenset(
-    {"stage", "row", "levels", "condition"}
-)  # parts of an identity that describe the run, not the solver
+_PROBED = frozenset({"stage", "row", "levels", "condition"})  # parts of an identity that describe the run
 # Sections of the spec that determine the response of a virtual shear test, and keys in them that do not affect it.
 _TEST = ("specimen", "layers", "blade", "supports", "loading", "contact", "material", "solver")
 _NO_INPUT = frozenset({"solver.threads", "solver.time_limit"})

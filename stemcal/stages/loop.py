@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from math import inf, isfinite, log
 from typing import Any, Literal, Protocol
 
-from stemcal.doe.calibration.search_path import SearchPath, Tried, best_of, next_step
+from stemcal.doe.calibration.search_path import SearchPath, Tried, best_of, ends_of, next_step
 from stemcal.doe.calibration.search_path import Step as PathStep
 from stemcal.doe.comparison import error_percent
 from stemcal.errors import RunsFailed
@@ -187,6 +187,11 @@ class PathSteps:
     def end(self) -> Stopped:
         best = best_of(self.tried, self.aim)
         return "out_of_reach" if best is not None and best.place in self.path.ends else "settled"
+
+    def intervals(self, point: PointToTry, relative_error: float, df: float) -> dict[str, Interval]:
+        """Return the 95 % interval of each factor at a simulated point, by the error of the aim with `df`."""
+        tried = next(run for run in self.tried if run.place == point.place)
+        return ends_of(self.tried, tried, self.path, relative_error, df)
 
     def _point(self, step: PathStep, how: How) -> PointToTry:
         levels = {**self.levels, **(self.path.at(step.place) if step.place else {})}

@@ -39,9 +39,9 @@ class Results:
         return dict(levels[-1])
 
 
-def fresh_results(study: Study, folder: StudyFolder, made: Sequence[StageResult] = ()) -> Results:
-    """Return the results that are fresh, and why others are not used; the results in `made` are fresh."""
-    known = {result.name: result for result in made}
+def fresh_results(study: Study, folder: StudyFolder, known_fresh: Sequence[StageResult] = ()) -> Results:
+    """Return the fresh results, and why others are not used; those in `known_fresh` are not checked."""
+    known = {result.name: result for result in known_fresh}
     reasons: list[str] = []
     solver = functools.cache(lambda: make_solver(study))  # made only if it is needed
 

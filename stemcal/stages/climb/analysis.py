@@ -32,7 +32,7 @@ _SHARE = 0.5  # of each range, covered by the design of the surface about the be
 
 @a_stage(ClimbResult)
 def climb(work: Work, head: Head) -> ClimbResult:
-    """Step the significant factors together towards the target, and centre the next design on the best step."""
+    """Change the significant factors together towards the target; the best step becomes the next design centre."""
     study, before, simulate = work.study, work.result(ScreenResult), work.simulating("climb")
     names, chosen = surface_factors(study, work.solver, before)
     target = study.calibration_target.response

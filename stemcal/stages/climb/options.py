@@ -30,7 +30,6 @@ class ClimbOptions(Frozen):
 
 
 def _follows_a_slope(draft: Draft) -> Iterator[Finding]:
-    """Check that a study with steepest ascent has a screening."""
     if not draft.study.of(ScreenOptions).wanted and draft.study.given(ClimbOptions) is not None:
         message = "steepest ascent requires a screening, which this study does not have"
         yield Finding(("climb",), message, "remove `screen.design: none`")

@@ -63,7 +63,6 @@ def solve(study: Study, head: Head, surface: Surfaces) -> InvertResult:
 
 
 def _solve_jointly(study: Study, head: Head, surface: Surfaces) -> InvertResult:
-    """Return the parameters of the best fit to all fitted diameters and responses."""
     coding, means = surface.scales, measured_means(study)
     whole = fit_of_study(study, surface)
     fit, flat = certainty.settled(whole)

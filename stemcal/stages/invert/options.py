@@ -74,7 +74,7 @@ def _joint_conditions_measured(draft: Draft) -> Iterator[Finding]:
 
 
 def _responses_measured(draft: Draft) -> Iterator[Finding]:
-    """What is fitted next to the force is measured, with its scatter as the weight, and simulated."""
+    """Check that every fitted response is measured with a standard deviation, and that the solver returns it."""
     path, names, named = ("invert", "responses"), draft.study.of(InvertOptions).responses, draft.naming
     if names == (FIRST,):
         return
@@ -99,7 +99,7 @@ def _responses_measured(draft: Draft) -> Iterator[Finding]:
 
 
 def _rule_uses_priors(draft: Draft) -> Iterator[Finding]:
-    """Check that the spec has no rule with priors: the solution is then the best fit."""
+    """Check that the spec has no rule for a single target together with priors."""
     known = any(factor.prior is not None for factor in draft.factors.values())
     if known and draft.study.of(InvertOptions).rule != "least_coded_distance":
         remedy = "remove this key: with priors, the solution is the best fit to measurements and priors"
@@ -160,7 +160,7 @@ InvertOptions.rules = (
 
 
 def fitted_together(study: Study) -> tuple[Target, ...]:
-    """Return the targets of a joint fit, also with priors or several responses; none for one response alone."""
+    """Return the targets of a joint fit, which may be of one condition; none if a single value alone is fitted."""
     options, means = study.of(InvertOptions), study.targets.means
     wanted = options.conditions
     if wanted is None or (wanted != "all" and len(wanted) == 1):

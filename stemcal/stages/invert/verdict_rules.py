@@ -197,7 +197,7 @@ def target_missed(evidence: Evidence) -> Iterator[Note]:
 
 
 def _to_identify(evidence: Evidence, known: Certainty) -> Remedy:
-    """Return the remedy for undetermined factors: fit more data, or a prior of the factor with the widest interval."""
+    """Return the remedy for undetermined factors: fit more data, or add a prior of the least certain factor."""
     study = evidence.study
     free = list(known.not_identified or known.share)
     without = [name for name in free if study.factor(name).prior is None]
@@ -229,7 +229,6 @@ def _within_reach(evidence: Evidence, response: str) -> bool:
 
 
 def _to_reconcile(study: Study, joint: JointFitted) -> Remedy:
-    """Return the remedy for measurements that the model cannot reproduce together."""
     conditions = {row.condition for row in (*joint.rows, *joint.further)}
     apart = joint.contradiction
     if len(conditions) > 1 and apart is not None:

@@ -39,14 +39,14 @@ def optimise(work: Work, head: Head) -> OptimiseResult:
     """Find the optimum on the surfaces, simulate it and the present cutter, and compare them."""
     study, surface, name = work.study, work.result(RsmResult), _namer(work.study)
     problem = problem_of(study, surface)
-    found = find_optimum(problem)
-    cutters = _simulated(work, _cutters(study, surface, problem, found), pictured=True)
+    optimum = find_optimum(problem)
+    cutters = _simulated(work, _cutters(study, surface, problem, optimum), pictured=True)
     elsewhere = _in_materials(work, cutters[:2])
     signs = problem.signs.items()
     gains = {name(key): gain_of(key, sign, problem.surfaces[key], cutters, elsewhere) for key, sign in signs}
     natural = {name: scale.natural for name, scale in surface.coding.items()}
-    ends = intervals_of(problem, found)
-    front = [_cutter("", _levels(study, surface, x), study, surface, problem) for x in found.front]
+    ends = intervals_of(problem, optimum)
+    front = [_cutter("", _levels(study, surface, x), study, surface, problem) for x in optimum.front]
     simulated, present = ({name(key): cutter.outcome.of(key) for key in problem.surfaces} for cutter in cutters[:2])
     return OptimiseResult(
         head=head,
@@ -63,10 +63,10 @@ def optimise(work: Work, head: Head) -> OptimiseResult:
         present=present,
         gain_percent={key: gain and gain[0] for key, gain in gains.items()},
         gain_sd={key: gain[1] for key, gain in gains.items() if gain is not None},
-        edges=_edges(study, surface, found.point),
+        edges=_edges(study, surface, optimum.point),
         front=tuple(FrontPoint(cutter.levels, cutter.predicted) for cutter in front),
         cutters=Rows([*cutters, *elsewhere]),
-        notes=(*_notes(study, found, gains), *lower_bound_notes([cutter.outcome for cutter in cutters])),
+        notes=(*_notes(study, optimum, gains), *lower_bound_notes([cutter.outcome for cutter in cutters])),
     )
 
 
@@ -82,10 +82,10 @@ def problem_of(study: Study, surface: RsmResult) -> Problem:
     return Problem(surfaces, study.goal.signs, study.goal.at_most, surface.region)
 
 
-def _cutters(study: Study, surface: RsmResult, problem: Problem, found: Optimum) -> list[Cutter]:
+def _cutters(study: Study, surface: RsmResult, problem: Problem, optimum: Optimum) -> list[Cutter]:
     """Return the optimum, the present cutter and the ends of the front, before their simulation."""
-    points = {OPTIMUM: _levels(study, surface, found.point), PRESENT: present_levels(study)}
-    ends = (found.front[0], found.front[-1]) if found.front else ()
+    points = {OPTIMUM: _levels(study, surface, optimum.point), PRESENT: present_levels(study)}
+    ends = (optimum.front[0], optimum.front[-1]) if optimum.front else ()
     points |= {f"front {n}": _levels(study, surface, x) for n, x in enumerate(ends, 1)}
     return [_cutter(name, levels, study, surface, problem) for name, levels in points.items()]
 
@@ -135,8 +135,8 @@ def gain_of(
     A run scatters about the mean response with the variance v = s² own/n of its surface: var g = 100² v (1 + O²/P²)/P².
     Each other material is one standard deviation away in one direction, so their variance is Σ (gₘ − g)².
     """
-    optimum, present = cutters[:2]
-    o, p = optimum.outcome.number(key), present.outcome.number(key)
+    best, present = cutters[:2]
+    o, p = best.outcome.number(key), present.outcome.number(key)
     if not np.isfinite([o, p]).all() or p == 0.0:
         return None
     g = sign * 100.0 * (p - o) / abs(p)
@@ -160,10 +160,10 @@ def _edges(study: Study, surface: RsmResult, x: Array) -> dict[str, str]:
     if not ends and region.radius is not None and float(np.linalg.norm(x)) > region.radius - _EDGE:
         far = int(np.argmax(np.abs(x)))
         ends = {surface.names[far]: "high" if x[far] > 0.0 else "low"}
-    return {name: end for name, end in ends.items() if not _is_last(study, name, end)}
+    return {name: end for name, end in ends.items() if not _is_physical_bound(study, name, end)}
 
 
-def _is_last(study: Study, name: str, end: str) -> bool:
+def _is_physical_bound(study: Study, name: str, end: str) -> bool:
     """Check that the end of a range is a bound of the parameter itself, such as an angle of 0°."""
     factor, parameter = study.factor(name), study.kind.parameters.get(name)
     bound = None if parameter is None else parameter.lowest if end == "low" else parameter.highest
@@ -172,11 +172,11 @@ def _is_last(study: Study, name: str, end: str) -> bool:
     return isclose(units.from_internal(factor.internal(getattr(factor, end)), parameter.unit), bound, abs_tol=1e-12)
 
 
-def _notes(study: Study, found: Optimum, gains: Mapping[str, tuple[Gain, dict[str, float]] | None]) -> Iterator[Note]:
+def _notes(study: Study, optimum: Optimum, gains: Mapping[str, tuple[Gain, dict[str, float]] | None]) -> Iterator[Note]:
     """Yield notes on the kind of optimum of two responses, and on the parts of the interval of the gain."""
-    if found.front:
+    if optimum.front:
         yield Note("knee", "info", "The optimum is the knee of the Pareto front, the point farthest from the chord.")
-    elif len(found.weights) > 1:
+    elif len(optimum.weights) > 1:
         yield Note("no_conflict", "info", "One cutter is best for both responses, so there is no Pareto front.")
     parts = [
         f"{name}: {', '.join(f'{source} {sd:.2g} %' for source, sd in gain[1].items())}"

@@ -82,12 +82,12 @@ def completed(own: Mapping[str, Any], data: Mapping[str, Any], folder: Path) -> 
         levels = {**levels, **results.parameters}
         borrowed.others = [calibrated_sections(source, other) for other in _other_levels(source, results)]
     if not borrowed.findings:
-        _take(borrowed, source, levels, own, data)
+        _add_sections(borrowed, source, levels, own, data)
     return borrowed
 
 
 def _shown(spec: Path) -> str:
-    """Return a path relative to the current folder, if it is inside."""
+    """Return the path of a spec as the user would type it."""
     here = Path.cwd()
     return spec.relative_to(here).as_posix() if spec.is_relative_to(here) else str(spec)
 
@@ -136,7 +136,7 @@ def _with(part: Any, path: NodePath, value: Any) -> Any:
     return part.model_copy(update={step: value})
 
 
-def _take(
+def _add_sections(
     borrowed: Borrowed, source: Study, levels: Mapping[str, float], own: Mapping[str, Any], data: Mapping[str, Any]
 ) -> None:
     """Add the sections to `borrowed`, and a mistake for each key of the spec that differs from the calibration."""

@@ -56,7 +56,6 @@ def _present_is_possible(draft: Draft) -> Iterator[Finding]:
 
 
 def _surface_is_made(draft: Draft) -> Iterator[Finding]:
-    """Check that a study with a goal has a response surface."""
     if draft.study.goal is not None and draft.study.of(RsmOptions).design == "none":
         message = "a goal requires a response surface, but the spec has `rsm.design: none`"
         yield Finding(("goal",), message, "choose a design, or use no `--quick`")

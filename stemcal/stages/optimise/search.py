@@ -23,7 +23,7 @@ _FRONT = 13  # points of a front
 _STARTS = 2  # points of the cloud at which the search for a point of the front starts
 _SECOND = 1e-3  # weight of the other response at an end of the front; makes the end unique
 _CONFLICT = 1e-3  # of the span of a response: if the ends of a front are closer, the responses do not conflict
-_SHRINK = 0.6 ** np.arange(16)  # sizes of the cloud in the search for an interval
+_SHRINK = 0.6 ** np.arange(16)  # factors by which the cloud is drawn in on the optimum, to find its interval
 
 
 class NoneAllowed(TargetUnreachable):
@@ -127,7 +127,7 @@ def find_optimum(problem: Problem) -> Optimum:
     return Optimum(problem.least(weights), weights, (*front, ends[1]))
 
 
-def intervals_of(problem: Problem, found: Optimum) -> dict[str, tuple[float, float]] | None:
+def intervals_of(problem: Problem, optimum: Optimum) -> dict[str, tuple[float, float]] | None:
     """Return the coded 95 % interval of each factor at the optimum; None if the surface has no residual error.
 
     With S = Σ wᵢ yᵢ and d = φ(x) − φ(x̂), the terms φ, a point x may be the optimum if S(x) − S(x̂) = dᵀβ ≤ √(k F(k,
@@ -137,14 +137,14 @@ def intervals_of(problem: Problem, found: Optimum) -> dict[str, tuple[float, flo
     from scipy.special import fdtri
 
     first = next(iter(problem.surfaces.values()))
-    values = sum(weight * problem.surfaces[name].response for name, weight in found.weights.items())
+    values = sum(weight * problem.surfaces[name].response for name, weight in optimum.weights.items())
     whole = fit_surface(first.design, values, first.names, first.terms)
     if whole.mean_square is None:
         return None
-    points = np.vstack([found.point + part * (problem.cloud - found.point) for part in _SHRINK])
-    d = term_columns(points) - term_columns(found.point)
+    points = np.vstack([optimum.point + part * (problem.cloud - optimum.point) for part in _SHRINK])
+    d = term_columns(points) - term_columns(optimum.point)
     error = np.sqrt(whole.mean_square * np.einsum("ij,jk,ik->i", d, whole.unscaled_covariance, d))
     k = problem.region.k
     possible = points[d @ whole.beta <= np.sqrt(k * fdtri(k, whole.df, 0.95)) * error]
-    ends = np.vstack([possible, found.point])
+    ends = np.vstack([possible, optimum.point])
     return dict(zip(first.names, zip(ends.min(axis=0).tolist(), ends.max(axis=0).tolist(), strict=True), strict=True))

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from math import inf
 
-from stemcal.doe.calibration.search_path import Mover, SearchPath, ends_of
+from stemcal.doe.calibration.search_path import Mover, SearchPath
 from stemcal.doe.comparison import error_percent
 from stemcal.errors import UsageError
 from stemcal.formats import counted, listed, series
@@ -150,11 +150,10 @@ def _range(study: Study, options: RefineOptions, name: str, same_mesh: bool) -> 
 
 def _adjusted(loop: Loop, steps: PathSteps, target: Target) -> Iterator[AdjustedFactor]:
     best, known = loop.best.point, dict[str, Interval]()
-    tried = next(run for run in steps.tried if run.place == best.place)
     if target.sd and target.n != 1:  # relative standard error of the measured mean, and its degrees of freedom
         relative = target.sd / target.response
         scatter = (relative, inf) if target.n is None else (relative / target.n**0.5, target.n - 1.0)
-        known = ends_of(steps.tried, tried, steps.path, *scatter)
+        known = steps.intervals(best, *scatter)
     for mover in steps.path.movers:
         value = best.levels[mover.name]
         yield AdjustedFactor(mover.name, mover.start, value, known.get(mover.name), mover.low, mover.high)

@@ -92,7 +92,7 @@ def seen(study: Study) -> Study:
 
 
 def _refinement_is_possible(draft: Draft) -> Iterator[Finding]:
-    """Check `refine.adjust`, keys that need `refine.in`, and that results are entered by hand for one program only."""
+    """Check the factors and ranges of `refine.adjust`, and that all keys can be used with `refine.in` or without it."""
     if (refine := draft.study.given(RefineOptions)) is None:
         return
     if refine.elsewhere and not has_surface(draft.study):

@@ -90,7 +90,7 @@ class RefineResult(StageResult):
 
     @property
     def alone(self) -> bool:
-        """Whether the study has no response surface."""
+        """Whether the study has no response surface, so that the refinement alone calibrates it."""
         return self.made[0].how == "middle"
 
     @property

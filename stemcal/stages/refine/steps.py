@@ -32,7 +32,7 @@ from stemcal.vocabulary import FIRST
 
 FIRST_RADIUS, SHRINK = 1.0, 0.5  # coded
 _NEWTON_STEPS = 60
-_PROGRESS = 0.5  # share of the error above which a step counts as without progress
+_PROGRESS = 0.5  # a step makes progress if it reduces the error below this share of it
 _SAME, _SETTLED = 1e-9, 1e-3  # coded: shorter steps, of one target and of a joint fit, are not worth a run
 
 

@@ -44,7 +44,7 @@ _KEPT_P = 0.1  # terms with a larger p are removed
 def rsm(work: Work, head: Head) -> RsmResult:
     """Run the design over the selected factors and fit the response surface."""
     study, solver = work.study, work.solver
-    names, coding, chosen = _factors(study, solver, _read_before(study, solver, work.folder))
+    names, coding, chosen = _factors(study, solver, _result_before(study, solver, work.folder))
     design = study_design(study, solver, names, coding)
     requests = design.requests(study.targets.calibrate_at)
     outcomes = work.outcomes(requests)
@@ -105,7 +105,7 @@ def _fit_terms(
     return replace(fit, cv_percent=relative_percent(fit)) if logarithm else fit, steps
 
 
-def _read_before(study: Study, solver: Solver, folder: StudyFolder) -> StageResult | None:
+def _result_before(study: Study, solver: Solver, folder: StudyFolder) -> StageResult | None:
     """Return the result of the climb or the screening before it; None if the spec names the factors."""
     before = stage_called("rsm").needs(study)
     return read_fresh(study, solver, folder, stage_called(before).result()) if before else None
@@ -125,7 +125,7 @@ def foresee(study: Study, solver: Solver, folder: StudyFolder | None) -> Asked:
     """Return the runs of the design; the number of factors is assumed while a screening has not selected them."""
     before, table = None, solver.given_design("rsm")
     with suppress(UsageError):
-        before = None if folder is None else _read_before(study, solver, folder)
+        before = None if folder is None else _result_before(study, solver, folder)
     undecided = before is None and stage_called("rsm").needs(study) is not None
     if undecided:
         names = table[0] if table else study.names[:_USUAL_FACTORS]

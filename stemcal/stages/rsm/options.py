@@ -174,7 +174,6 @@ _LATIN_HYPERCUBE = "latin-hypercube"
 
 
 def _surface_factors_exist(draft: Draft) -> Iterator[Finding]:
-    """Check that `rsm.factors` lists factors of the study, each once."""
     if isinstance(chosen := draft.study.of(RsmOptions).factors, str):
         return
     for index, name in enumerate(chosen):
@@ -191,7 +190,6 @@ def _surface_factors_exist(draft: Draft) -> Iterator[Finding]:
 
 
 def _factors_are_found(draft: Draft) -> Iterator[Finding]:
-    """Check that the spec lists the factors of the surface if there is no screening."""
     chosen = draft.study.of(RsmOptions).factors
     if draft.study.of(RsmOptions).wanted and not draft.study.of(ScreenOptions).wanted and isinstance(chosen, str):
         names = ", ".join(draft.names[:3])
@@ -272,7 +270,7 @@ RsmOptions.rules = (
 
 
 def _doubts(study: Study) -> Iterator[Finding]:
-    """Yield factors that no run varies, and exponents without effect at their reference diameter."""
+    """Yield doubts: factors that no run varies, and exponents without effect at their reference diameter."""
     at, chosen = study.targets.calibrate_at, study.of(RsmOptions).factors
     if not study.of(RsmOptions).wanted:
         return

@@ -40,7 +40,7 @@ def over_design(study: Study, coding: Coding) -> Design:
     options, axis = study.of(RsmOptions), condition_axis(study, coding.names)
     held = [exponent for exponent, _ in axis.growing.values()]
     varied = [j for j, name in enumerate(coding.names) if name not in held]
-    coded = designs.surface_runs(len(varied) + 1, options.chosen()).copy()  # a Latin hypercube is cached
+    coded = designs.surface_runs(len(varied) + 1, options.chosen()).copy()  # the cached design must not change
     values = (axis.center + axis.half_step * coded[:, -1]).tolist()
     conditions = tuple(float(f"{exp(value) if axis.logarithmic else value:.4g}") for value in values)
     coded[:, -1] = [axis.coded(condition) for condition in conditions]
@@ -63,10 +63,10 @@ def runs_of_both(study: Study, names: Sequence[str], design: Design) -> Note | N
     sizes = len(names) + 1 - len(growing_with(study, names)), len(names)
     condition, text = study.naming.condition.noun if study.naming.condition is not None else "condition", ""
     with suppress(UsageError):  # the design does not exist for this number of factors
-        one, each = (len(np.unique(designs.surface_runs(k, options.chosen()), axis=0)) for k in sizes)
+        joint, each = (len(np.unique(designs.surface_runs(k, options.chosen()), axis=0)) for k in sizes)
         text = (
-            f"One response surface over factors and {condition} (`rsm.over: conditions`) needs {counted(one, 'run')}; "
-            f"a response surface at each of {len(conditions)} {condition}s needs {each * len(conditions)}. "
+            f"One response surface over factors and {condition} (`rsm.over: conditions`) needs {counted(joint, 'run')};"
+            f" a response surface at each of {len(conditions)} {condition}s needs {each * len(conditions)}. "
         )
     if design.conditions and bend_freedom(term_columns(design.coded), design.coded[:, -1]) < _BEND_FREEDOM:
         text += (

@@ -27,8 +27,8 @@ from stemcal.vocabulary import FIRST
 _UNITS = {1000.0: "kN and N, or mm and m", 9.80665: "kgf and N", 1000.0 / 9.80665: "g and N"}
 _DRAWN = frozenset({"replicate", "seed"})  # inputs that differ between repeated runs
 _FAR, _ROOM = 3.0, 0.25  # a wrong unit is suspected beyond _FAR times the simulated range; it is widened by _ROOM
-_SIGNS = 3  # fewest runs with the same sign that are no chance
-_MANY = 0.1  # share of failed runs that is a reservation even if enough runs are left
+_SIGNS = 3  # smallest number of runs from which a wrong sign is reported
+_MANY = 0.1  # share of failed runs from which they are reported
 _RETRY = (
     "Fix the causes of the failures (listed by `stemcal status SPEC --failed`), then run `stemcal run SPEC --retry`."
 )
@@ -36,7 +36,7 @@ _RETRY = (
 
 @ranked(Rank.DATA)
 def undeclared_scatter(evidence: Evidence) -> Iterator[Note]:
-    """Yield different responses of a program to equal inputs, without replicates in the spec."""
+    """Yield that equal inputs gave different responses, although the spec declares no replicates."""
     study = evidence.study
     if study.solver.repeats or evidence.of(RsmResult) is not None:
         return
@@ -282,7 +282,7 @@ def rough_response(evidence: Evidence) -> Iterator[Note]:
     surface = evidence.of(RsmResult)
     if surface is None:
         return
-    repeats = surface.pure_error  # None: no runs are repeated
+    repeats = surface.pure_error  # None if no runs are repeated
     exact = surface.deterministic if repeats is None else repeats.kind == "equal_repeats"
     if exact and (cv := surface.cv_percent) is not None and abs(cv) > ROUGH_PERCENT:
         text = (

@@ -50,7 +50,6 @@ class ScreenShowing(Showing[ScreenResult]):
 
 
 def _effects_table(stage: ScreenResult, names: Wording) -> Table:
-    """Return the table of effects as usual in papers, with the F test and Lenth's t."""
     effects, response, residual, lenth = stage.effects, names.response, stage.residual, stage.lenth
     rows = [{**to_json(e), "p": (e.p, stars(e.p))} for e in effects]
     empty = dict.fromkeys(("symbol", "effect", "f", "lenth_t"), "")

@@ -79,7 +79,7 @@ def _least_width(surface: Surfaces, end: Array, factor: Factor, up: bool, target
     low, high, inside = region.low, region.high, region.cloud(_CLOUD)
 
     def gained(width: float) -> float:
-        """Return the gain of the plane in the design region of a new range, which has the same coded points."""
+        """Return the change of the plane towards the target, at most, in the design region of the wider range."""
         stretch, shift = np.ones(len(slope)), np.zeros(len(slope))
         stretch[j], shift[j] = 1.0 + width, (1.0 if up else -1.0) * 0.5 * width * (high[j] - low[j])
         return float(np.max(side * ((inside * stretch + shift - end) @ slope)))

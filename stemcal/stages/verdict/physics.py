@@ -1,4 +1,4 @@
-"""Doubts about the physical validity of runs, by the checks in their records, and remedies."""
+"""Doubts about the physical validity of runs, from the checks in their records, and remedies for them."""
 
 from collections import defaultdict
 from collections.abc import Mapping, Sequence

@@ -37,7 +37,7 @@ class Verdict:
 
     @classmethod
     def of(cls, reasons: list[Note], use: Use | None, goal: bool = False, found: tuple[str, ...] = ()) -> Verdict:
-        """Return the verdict from the worst severity of the reasons; `goal` if an optimum is judged."""
+        """Return the verdict: not calibrated for a reason of severity error, with reservations for any other reason."""
         worst = min((reason.severity for reason in reasons), key=SEVERITIES.index, default=None)
         word: Word = "calibrated" if worst is None else "not_calibrated" if worst == "error" else "with_reservations"
         return cls(word, use, tuple(reasons), goal, found)

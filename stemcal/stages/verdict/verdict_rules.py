@@ -52,7 +52,7 @@ class Evidence:
 
     @property
     def judged(self) -> list[Judged]:
-        """Errors of all simulations with the calibrated parameters."""
+        """Errors of the simulated responses with the calibrated parameters."""
         return [comparison for result in self.results.done for comparison in result.judged(self.study)]
 
     @cached_property
@@ -102,7 +102,7 @@ _FAR = 2.0  # times its limit: a smaller doubt about the calibrated run may be s
 
 
 def verdict_of(study: Study, folder: StudyFolder, results: Results | None = None) -> Verdict:
-    """Return the verdict on the stages finished so far; `results` avoid reading them again."""
+    """Return the verdict on a study as far as it is finished; without `results` they are read from the folder."""
     results = results or fresh_results(study, folder)
     evidence = Evidence(study, results, physics_of(study, results, folder), folder)
     rules = [*RULES, *(rule for stage in stages_known(study) for rule in stage.reasons())]
