@@ -29,7 +29,7 @@ _TOLERANCE, _VALID = 0.02, 0.05
 _LOWEST, _HIGHEST = 1e-3, 2.0  # range of the failure strain
 _FEWEST_POSITIONS, _MOST_POSITIONS = 5, 50
 _MOST_RUNS = 12
-_LONGER_STROKE = 3.0  # without lengths the blade moves further to the same force
+_LONGER_STROKE = 3.0  # without lengths, the same force needs a longer stroke
 _FIRST_SLOPE = 0.5  # first estimate of ∂ ln F/∂ ln ε
 
 
@@ -97,7 +97,7 @@ def strain_of(work: Work, size: float) -> SizedStrain:
 
 def _searched(work: Work, there: Study, levels: Mapping[str, float], size: float, positions: int) -> SizedStrain:
     """Search the failure strain; the force of each is the mean over `positions` of the mesh."""
-    from stemcal.solvers.embedded import Embedded, meshed_as  # a table of strains is shown without the solver
+    from stemcal.solvers.embedded import Embedded, meshed_as  # not needed to show a table
 
     meshed = meshed_as(there, size)
     placed = meshed.model_copy(update={"solver": meshed.solver.model_copy(update={"replicates": positions})})

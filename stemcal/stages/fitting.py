@@ -127,7 +127,7 @@ class ConditionRun(Spread):
 
 
 _Answered = DesignRun | ConditionRun
-_Further = Sequence[tuple[Array, float]]  # points in coded units and the responses there
+_Further = Sequence[tuple[Array, float]]  # coded points with their responses
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -34,7 +34,7 @@ logger = logging.getLogger(__name__)
 
 CODE = "stemcal"  # the key, among the inputs, of the version and hash of the code
 _SHORT = 16
-_PROBED = frozenset({"stage", "row", "levels", "condition"})  # parts of an identity that describe the run
+_PROBED = frozenset({"stage", "row", "levels", "condition"})  # in the identity of a run, but not of its solver
 # Sections of the spec that determine the response of a virtual shear test, and keys in them that do not affect it.
 _TEST = ("specimen", "layers", "blade", "supports", "loading", "contact", "material", "solver")
 _NO_INPUT = frozenset({"solver.threads", "solver.time_limit"})
@@ -132,7 +132,7 @@ def changes_since(study: Study, solver: Solver | None, folder: StudyFolder, stag
     except UsageError:
         return [f"{stage_called(stage).needs(study)}.json"]
     differing = sorted(name for name in {*old, *new} if old.get(name) != new.get(name))
-    if not differing and _by_hand(study, stage):  # a result corrected by hand has the same key
+    if not differing and _by_hand(study, stage):  # a correction by hand does not change the key of a run
         result = read_result(folder, stage_called(stage).result())
         return [] if _runs_agree(result, study, folder, whole=False) else ["results"]
     return differing

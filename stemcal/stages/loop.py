@@ -143,7 +143,7 @@ class Loop:
         return {run.condition: run.outcome for run in self.runs if run.levels == levels}
 
     def _simulated(self, point: PointToTry, conditions: Sequence[float]) -> dict[float, Outcome]:
-        numbered = [judged.point.levels for judged in self.points]  # a point at other conditions keeps its row
+        numbered = [judged.point.levels for judged in self.points]  # a point that is simulated elsewhere keeps its row
         row = numbered.index(point.levels) if point.levels in numbered else len(numbered)
         outcomes = self.simulate(row, [point.levels], conditions) if conditions else []
         for condition, outcome in zip(conditions, outcomes, strict=True):

@@ -23,7 +23,7 @@ _FRONT = 13  # points of a front
 _STARTS = 2  # points of the cloud at which the search for a point of the front starts
 _SECOND = 1e-3  # weight of the other response at an end of the front; makes the end unique
 _CONFLICT = 1e-3  # of the span of a response: if the ends of a front are closer, the responses do not conflict
-_SHRINK = 0.6 ** np.arange(16)  # factors by which the cloud is drawn in on the optimum, to find its interval
+_SHRINK = 0.6 ** np.arange(16)  # factors that contract the cloud of points towards the optimum
 
 
 class NoneAllowed(TargetUnreachable):

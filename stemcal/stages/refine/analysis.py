@@ -53,7 +53,9 @@ def _refined_there(work: Work, head: Head, options: RefineOptions) -> RefineResu
     """Simulate the calibrated point in another model, correct it there, and simulate it at the other conditions."""
     study, there, start = work.study, work.there(), work.result(InvertResult).parameters
     target, own = study.calibration_target, replace(work, watch=watch_nothing).simulating("validate", pictured=True)
-    (outcome,) = own(study.targets.means.index(target), [start], [target.condition])  # recorded by the validation
+    (outcome,) = own(
+        study.targets.means.index(target), [start], [target.condition]
+    )  # already simulated in the validation
     expected = outcome.response or target.response
     # a joint fit is a compromise between the conditions: its force is the aim, not the measured one
     aim = expected if study.joint_targets else target.response

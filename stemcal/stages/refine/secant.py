@@ -101,9 +101,8 @@ class SecantSteps(MeanSteps):
             sign = -1.0 if (gap < 0.0) != (factor.expected_sign == "-") else 1.0
         size = abs(gap) / self.half_range[j] if self.by_ratio[j] and self.logarithmic else 0.0
         moved = min(max(point[j] + sign * min(max(size, _PROBE), 1.0), -1.0), 1.0)
-        point[j] = (
-            moved if abs(moved - point[j]) >= 0.5 * _PROBE else point[j] - sign * _PROBE
-        )  # near the end of the range: other way
+        has_room = abs(moved - point[j]) >= 0.5 * _PROBE  # otherwise the other way
+        point[j] = moved if has_room else point[j] - sign * _PROBE
         return point
 
     def _is_seen(self, change: Array) -> bool:

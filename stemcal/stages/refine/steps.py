@@ -30,7 +30,7 @@ from stemcal.stages.loop import NO_PREDICTION, How, JudgedPoint, PointToTry, Pre
 from stemcal.study.model.study import Study
 from stemcal.vocabulary import FIRST
 
-FIRST_RADIUS, SHRINK = 1.0, 0.5  # coded
+FIRST_RADIUS, SHRINK = 1.0, 0.5  # radius (coded) of the first step, factor on it after a step without progress
 _NEWTON_STEPS = 60
 _PROGRESS = 0.5  # a step makes progress if it reduces the error below this share of it
 _SAME, _SETTLED = 1e-9, 1e-3  # coded: shorter steps, of one target and of a joint fit, are not worth a run
@@ -61,7 +61,7 @@ class MeanSteps:
         self.conditions = list(dict.fromkeys(mean.condition for mean in self.means))
         self.visited: list[Array] = []
         self.trials: list[Trial] = []
-        self.failed = False  # a run of the last point
+        self.failed = False  # whether a run of the last point failed
 
     def judge(self, point: PointToTry, outcomes: Mapping[float, Outcome]) -> JudgedPoint:
         values = np.array([outcomes[mean.condition].number(mean.response) for mean in self.means])

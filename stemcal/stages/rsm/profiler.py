@@ -29,7 +29,7 @@ def profiler_data(
     before = {entry.factor: entry.center for entry in rsm.factors} if present is None else present
     pairs = zip(measured_means(study), fitted_surfaces(study, rsm), strict=True)
     surfaces = [(mean, fit) for mean, fit in pairs if not mean.named.apart]
-    if goal:  # compare with the prediction at the present cutter
+    if goal:  # the prediction at the present cutter replaces the measured mean
         x = rsm.scales.to_coded([before[name] for name in rsm.names])
         surfaces = [(replace(mean, value=float(fit.predict(x)[0])), fit) for mean, fit in surfaces]
     calibrated = [(mean.response, mean.condition) for mean, _ in surfaces[:MOST]]

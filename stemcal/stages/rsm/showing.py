@@ -50,7 +50,7 @@ class RsmShowing(Showing[RsmResult]):
         return [*first, *_further_tables(result, names), *_fits_table(result, names)]
 
     def figures(self, result: RsmResult, setting: Setting) -> list[Plot]:
-        settled = (each.settles for each in setting.results.done)  # only the first, not refined, is on the surface
+        settled = (each.settles for each in setting.results.done)  # the first: refined ones are not on the surface
         levels = next((point for point in settled if point is not None), None)
         study = setting.study
         shown = (FIRST, study.targets.calibrate_at)
@@ -190,7 +190,7 @@ def canonical_table(stage: RsmResult, shape: CanonicalForm, names: Wording) -> T
             f"The stationary point is a {shape.called} {where} the experimental region, at a coded distance of "
             f"{shape.coded_radius:.2f} from the design centre."
         )
-        if shape.inside:  # anywhere else the surface extrapolates
+        if shape.inside:  # outside the region the surface extrapolates
             place = ", ".join(
                 f"{names.in_text(f.factor, f.unit)} {with_unit(significant(shape.natural[f.factor]), f.unit)}"
                 for f in stage.factors

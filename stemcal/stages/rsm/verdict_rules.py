@@ -28,7 +28,7 @@ _UNITS = {1000.0: "kN and N, or mm and m", 9.80665: "kgf and N", 1000.0 / 9.8066
 _DRAWN = frozenset({"replicate", "seed"})  # inputs that differ between repeated runs
 _FAR, _ROOM = 3.0, 0.25  # a wrong unit is suspected beyond _FAR times the simulated range; it is widened by _ROOM
 _SIGNS = 3  # smallest number of runs from which a wrong sign is reported
-_MANY = 0.1  # share of failed runs from which they are reported
+_MANY = 0.1  # share of failed runs from which the failures are reported
 _RETRY = (
     "Fix the causes of the failures (listed by `stemcal status SPEC --failed`), then run `stemcal run SPEC --retry`."
 )
@@ -231,7 +231,7 @@ def _reached_by_others(evidence: Evidence, surface: RsmResult, target: float) ->
     """Return the screening runs beyond the target, and the further factor to vary; None if there are none."""
     study, names = evidence.study, evidence.names
     others = [factor for factor in study.factors if factor.name not in surface.names]
-    runs: list[tuple[Mapping[str, float], float]] = []  # of the screening, at the calibration, within the ranges
+    runs: list[tuple[Mapping[str, float], float]] = []  # screening runs at the calibration, within the ranges
     for record in evidence.records:
         request, levels = record["request"], record["request"]["levels"]
         here = float(request.get("condition") or 0.0) == study.calibration_target.condition
@@ -266,7 +266,7 @@ def sign_against_expectation(evidence: Evidence) -> Iterator[Note]:
     against = []
     for factor in evidence.study.factors:
         signs = (result.sign_of(factor.name) for result in reversed(evidence.results.done))
-        estimated = next((sign for sign in signs if sign is not None), None)  # of the last stage that is sure of it
+        estimated = next((sign for sign in signs if sign is not None), None)  # the last significant one
         if factor.expected_sign and estimated not in (None, factor.expected_sign):
             against.append(factor.name)
     if against:

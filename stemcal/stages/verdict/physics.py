@@ -25,7 +25,7 @@ _DETAILS: dict[DoubtKind, str] = {
     "inertia": "inertia_percent",
     "drift": "energy_drift_percent",
 }
-MOST_DOUBTFUL = 0.1  # of the runs
+MOST_DOUBTFUL = 0.1  # share of doubtful runs from which they are reported
 WARNED = frozenset({"hourglass_energy", "inertia_in_force", "energy_drifts", "stroke_too_short"})
 """Kinds of the warnings of single runs that correspond to these doubts."""
 

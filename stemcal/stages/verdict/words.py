@@ -85,7 +85,7 @@ def uses(verdict: Verdict, names: Wording) -> list[str]:
         sentences.append(f"The parameters were fitted to data{names.at(*where.fitted)}.")
         if all(prediction.in_turn for prediction in where.predictions):
             sentences.append(f"The largest held-out error is in the {_signed(where.held_out, names)}.")
-    in_order = sorted(where.predictions, key=lambda prediction: prediction.in_turn)  # held out first
+    in_order = sorted(where.predictions, key=lambda prediction: prediction.in_turn)  # held-out conditions come first
     return [" ".join([*sentences, *(predicted(prediction, names, where.held_out) for prediction in in_order)])]
 
 
