@@ -146,7 +146,7 @@ def _error_trend(rows: Sequence[ValidationRow]) -> tuple[float | None, tuple[Not
 # ---- comparison with a power law, a formula without mechanics
 
 _EXPONENTS = (-2.0, 8.0)  # bounds of b
-_NORMAL = 1.96  # 95 % of normally distributed means are within this number of standard errors
+NORMAL = 1.96  # 95 % of normally distributed means are within this number of standard errors
 
 Better = Literal["model", "formula", "neither"]
 Force = tuple[float, float, float | None]
@@ -171,7 +171,7 @@ class Formula:
         ('neither', 'formula', 'model')
         """
         difference = model_percent - self.worst_held_out_percent
-        if abs(difference) <= _NORMAL * (self.standard_error_percent or 0.0):
+        if abs(difference) <= NORMAL * (self.standard_error_percent or 0.0):
             return "neither"
         return "formula" if difference > 0.0 else "model"
 

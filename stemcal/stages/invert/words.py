@@ -50,8 +50,8 @@ def known(part: Certainty, stage: InvertResult, names: Wording) -> list[str]:
 def priors(stage: InvertResult, names: Wording) -> list[str]:
     """Return a sentence for each prior, with its source."""
     return [
-        f"The prior for {names.in_text(prior.factor)} is {short(prior.mean)} ± "
-        f"{with_unit(short(prior.sd), prior.unit)} ({prior.source})."
+        f"The prior for {names.in_text(prior.factor)} is {with_unit(short(prior.mean), prior.unit)} with a standard "
+        f"deviation of {with_unit(short(prior.sd), prior.unit)} ({prior.source})."
         for prior in stage.priors
     ]
 

@@ -4,6 +4,7 @@ import re
 from dataclasses import asdict
 from typing import Any
 
+from stemcal.doe.comparison import NORMAL
 from stemcal.formats import fixed
 from stemcal.notes import Note
 from stemcal.stages.result import Judged, Prediction
@@ -95,7 +96,7 @@ def predicted(prediction: Prediction, names: Wording, worst: Judged | None = Non
     >>> from stemcal.doe.comparison import Formula
     >>> print(predicted(Prediction(2.88, Formula(2.53, 3.67, 4.4), (8.0, 10.0)), Wording()).replace(" (", "\\n("))
     At the held-out diameters of 8 and 10 mm the error is at most 2.9 %
-    (formula F = a·d^2.53: 3.7 %; not distinguishable, since a measured mean has a standard error of 4.4 %).
+    (formula F = a·d^2.53: 3.7 %; no significant difference: a measured mean has a 95 % interval of ± 8.6 %).
     >>> predicted(Prediction(13.46, None, in_turn="stem diameter"), Wording())
     'Cross-validation (one stem diameter predicted from the others): the error is at most 13.5 %.'
     """
@@ -112,8 +113,8 @@ def predicted(prediction: Prediction, names: Wording, worst: Judged | None = Non
         return f"{text}."
     compared = f"formula F = a·d^{formula.exponent:.3g}: {formula.worst_held_out_percent:.1f} %"
     if prediction.better == "neither" and formula.standard_error_percent:
-        error = f"{formula.standard_error_percent:.1f} %"
-        compared += f"; not distinguishable, since a measured mean has a standard error of {error}"
+        half_width = NORMAL * formula.standard_error_percent
+        compared += f"; no significant difference: a measured mean has a 95 % interval of ± {half_width:.1f} %"
     return f"{text} ({compared})."
 
 
