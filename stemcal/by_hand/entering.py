@@ -1,7 +1,7 @@
-"""The runs that a study is waiting for, and the results that people enter.
+"""Record the results of manual runs, and list the runs whose results a study is waiting for.
 
-Every row of a sheet is checked; right ones are recorded like the results of any run, others are refused with a reason.
-A result that is there already is never overwritten by another without a reason; the log of the study has both.
+Every row of a sheet is checked. Correct rows are recorded as the results of any run; the others are refused with a
+reason. A recorded result is replaced only if the user states a reason; the log of the study contains both results.
 """
 
 import getpass
@@ -30,12 +30,12 @@ from stemcal.storage.log import now
 from stemcal.study.model.study import Study
 from stemcal.vocabulary import FIRST
 
-_SAME = 1e-9  # of a value: what writing and reading may change
+_SAME = 1e-9  # relative difference by which a value may change when a sheet is saved and read
 
 
 @dataclass(frozen=True)
 class Entered:
-    """The names of the runs that were taken, were known already, were replaced; the rows that were refused."""
+    """The runs whose results were recorded (`taken`), were recorded before, or were replaced, and the refused rows."""
 
     taken: tuple[str, ...] = ()
     known: tuple[str, ...] = ()
@@ -43,7 +43,7 @@ class Entered:
     refused: tuple[RowRefused, ...] = ()
 
     def summary(self) -> str:
-        """Return the number of accepted results in a sentence."""
+        """Return the numbers of accepted, known and replaced results in sentences."""
         sentences = [f"Results accepted: {len(self.taken)}."]
         if self.known:
             sentences.append(f"Results already recorded: {len(self.known)}.")
@@ -52,7 +52,7 @@ class Entered:
         return " ".join(sentences)
 
     def require_all(self) -> None:
-        """Raise `UsageError` with the rows that were refused; the others stay recorded."""
+        """Raise `UsageError` with the refused rows, if there are any; the other results remain recorded."""
         if self.refused:
             were = "row was" if len(self.refused) == 1 else "rows were"
             head = f"{len(self.refused)} {were} rejected; correct the sheet, then enter the results again."
@@ -61,7 +61,7 @@ class Entered:
 
 @dataclass(frozen=True)
 class _Result:
-    """A row that is right by itself."""
+    """A row without errors, the run that it is for, and its result."""
 
     filled: Filled
     request: Request
@@ -71,9 +71,9 @@ class _Result:
 def record_results(study: Study, folder: StudyFolder, sheet: Sequence[Filled], *, replace_because: str = "") -> Entered:
     """Record the results of a sheet; the folder must be locked.
 
-    Correct rows are accepted even if others are rejected. A row without a name is recorded with that of the user.
-    Results replace others only with a reason, `replace_because`. Raises `UsageError` if the study's solver is no sheet,
-    or a row is of another study.
+    Correct rows are accepted even if others are refused. A row in which no person is named is recorded with the name of
+    the user. Results replace others only if `replace_because` states a reason. Raises `UsageError` if the solver of the
+    study is not `sheet`, or if a row is from another study.
     """
     require_sheet(study)
     seen, rows = study.by_hand, [row for row in sheet if not row.is_empty]
@@ -87,23 +87,28 @@ def record_results(study: Study, folder: StudyFolder, sheet: Sequence[Filled], *
     refused += [wrong for row in sheet if (wrong := misplaced_value(seen, columns, runs, row)) is not None]
     names: dict[str, list[str]] = {"taken": [], "known": [], "replaced": []}
     for key, (first, *others) in results.items():
-        if other := next((one for one in others if not _agree(one.answer, first.answer)), None):
-            refused += [_second_result(first.filled, other.filled), _second_result(other.filled, first.filled)]
+        if other := next((result for result in others if not _agree(result.answer, first.answer)), None):
+            for row, twin in ((first.filled, other.filled), (other.filled, first.filled)):
+                message = f"{row.run} has a different result at {twin.place}; delete the wrong row"
+                refused.append(RowRefused(row, "two_results", message))
             continue
         try:
-            sort = _against_record(first, folder.load(key), study, replace_because)
-            if sort != "known":
+            state = _against_record(first, folder.load(key), study, replace_because)
+            if state != "known":
                 require_likely(seen, columns, key, first.filled, first.request, first.answer)
                 _record(key, first, solver, folder, replace_because)
-        except RowRefused as one:
-            refused.append(one)
+        except RowRefused as refusal:
+            refused.append(refusal)
             continue
-        names[sort].append(run_name(first.request))
-    return Entered(**{sort: tuple(each) for sort, each in names.items()}, refused=tuple(refused))
+        names[state].append(run_name(first.request))
+    return Entered(**{state: tuple(runs_of) for state, runs_of in names.items()}, refused=tuple(refused))
 
 
 def _enterable(study: Study, folder: StudyFolder, rows: Sequence[Filled]) -> dict[str, Request]:
-    """Return enterable runs by key, after continuing if there are `rows`, which may correct the error of a stage."""
+    """Return the runs whose results may be entered, by key; none if there are no rows and a stage fails.
+
+    If there are rows, the study first continues as far as it can: they may correct results with which a stage fails.
+    """
     waiting = None
     with suppress(StemcalError):
         if not rows:
@@ -139,7 +144,7 @@ def _by_run(
     sheet: Sequence[Filled],
     refused: list[RowRefused],
 ) -> dict[str, list[_Result]]:
-    """Return the rows that are right by themselves by the keys of their runs; the others are added to `refused`."""
+    """Return the rows without errors by the keys of their runs; add the others to `refused`."""
     results: dict[str, list[_Result]] = {}
     for row in sheet:
         try:
@@ -147,21 +152,17 @@ def _by_run(
                 raise RowRefused(row, "broken_row", row.broken)
             request = meant_run(study, runs, row)
             result = _Result(row, request, result_in(study, row))
-        except RowRefused as one:
-            refused.append(one)
+        except RowRefused as refusal:
+            refused.append(refusal)
             continue
         results.setdefault(Run.of(solver, request).key, []).append(result)
     return results
 
 
-def _second_result(row: Filled, other: Filled) -> RowRefused:
-    return RowRefused(row, "two_results", f"{row.run} has a different result at {other.place}; delete the wrong row")
-
-
 def _against_record(
     result: _Result, record: Mapping[str, Any] | None, study: Study, because: str
 ) -> Literal["taken", "known", "replaced"]:
-    """Return the state of a result: new, known or replacing another; refuse one that differs from a known one."""
+    """Return whether a result is new, known, or replaces another; raise `RowRefused` if it must not replace another."""
     filled = result.filled
     before = None if record is None or not is_final(record, study.by_hand.solver.run_limit) else _answer_in(record)
     if before is None or record is None:
@@ -183,11 +184,10 @@ def _answer_in(record: Mapping[str, Any]) -> Answer:
     return Answer(**{name: record[name] for name in ("status", FIRST, "reason", "message", "details")})
 
 
-def _agree(one: Answer, other: Answer) -> bool:
-    """Whether two results are the same, of every response."""
-    if not (one.ok and other.ok):
-        return (one.ok, one.reason) == (other.ok, other.reason)
-    pairs = zip(_values(one), _values(other), strict=True)
+def _agree(first: Answer, second: Answer) -> bool:
+    if not (first.ok and second.ok):
+        return (first.ok, first.reason) == (second.ok, second.reason)
+    pairs = zip(_values(first), _values(second), strict=True)
     return all(math.isclose(a, b, rel_tol=_SAME, abs_tol=1e-12) for a, b in pairs)
 
 
@@ -200,11 +200,11 @@ def _shown(answer: Answer) -> str:
 
 
 def _record(key: str, result: _Result, solver: Solver, folder: StudyFolder, because: str) -> None:
-    """Save a result with who entered it and when; an earlier one is in the log."""
+    """Save a result with the name of the person who entered it and the time; log the result that it replaces."""
     before, filled, time = folder.peek(key), result.filled, now()
     who = filled.origin.get(WHO, "")
     if not who:
-        with suppress(OSError, KeyError, ImportError):  # of a system that has no name of the user
+        with suppress(OSError, KeyError, ImportError):  # the system does not provide the name of the user
             who = getpass.getuser()
     origin: dict[str, Any] = {"entered": time, "entered_by": who}
     origin |= {name: text for name, text in (("done", filled.origin.get(WHEN)), ("remark", filled.remark)) if text}
@@ -220,7 +220,7 @@ def _record(key: str, result: _Result, solver: Solver, folder: StudyFolder, beca
 
 
 def advance_study(study: Study, folder: StudyFolder) -> Waiting | None:
-    """Take a study through its stages as far as its results allow; return what it waits for, None at the end."""
+    """Compute the stages as far as the results allow; return the pending runs, or None if all stages are complete."""
     try:
         for stage in stages_of(study):
             make(stage, study, folder, InlineExecutor(), watch_nothing)
@@ -230,7 +230,10 @@ def advance_study(study: Study, folder: StudyFolder) -> Waiting | None:
 
 
 def awaited_runs(study: Study, folder: StudyFolder, waiting: Waiting) -> list[Request]:
-    """Return all runs the stage awaits as far as known; equal ones that may differ in random order, against drift."""
+    """Return all runs that the waiting stage needs, as far as they are known.
+
+    Replicated runs are in random order, so that a drift of the experiment does not bias the results.
+    """
     study = stage_called(waiting.stage).seen(study)
     solver = make_solver(study)
     wanted = by_key(solver, waiting.requests)
@@ -240,41 +243,39 @@ def awaited_runs(study: Study, folder: StudyFolder, waiting: Waiting) -> list[Re
             wanted = left
     rows = list(wanted.values())
     if study.solver.repeats:
-        rows.sort(key=lambda row: seed_of(row))
+        rows.sort(key=seed_of)
     return rows
 
 
 def enterable_runs(study: Study, folder: StudyFolder, waiting: Waiting | None) -> dict[str, Request]:
-    """Return by their keys the runs whose results may be entered: those that are awaited, and those that have some."""
-    elsewhere = {stage.name for stage in stages_of(study) if stage.seen(study) is not study}
-    there = study.by_hand is not study
-    solver = make_solver(study.by_hand)
+    """Return the runs whose results may be entered, by their keys: pending runs and runs with a recorded result."""
+    of_other_model = {stage.name for stage in stages_of(study) if stage.seen(study) is not study}
+    by_hand_there = study.by_hand is not study
     awaited = () if waiting is None else waiting.requests
-    asked_for = [entry.request for entry in ledger(study, folder) if (entry.stage in elsewhere) is there]
-    return by_key(solver, (*awaited, *asked_for))
+    recorded = [entry.request for entry in ledger(study, folder) if (entry.stage in of_other_model) is by_hand_there]
+    return by_key(make_solver(study.by_hand), (*awaited, *recorded))
 
 
 # ---- from Python
 
 
-@dataclass(frozen=True)  # equal ones of two copies of a study
+@dataclass(frozen=True)  # so that two copies of a study are equal
 class AskAndTell:
-    """Lists the pending runs in a study folder and records their results; see `Study.ask` and `Study.tell`."""
+    """Implements `Study.ask` and `Study.tell`: lists the pending runs of a study folder and records their results."""
 
     def ask(self, study: Study, out: str | Path | None) -> list[dict[str, Any]]:
-        """Return the runs without results."""
+        """Return the pending runs; see `Study.ask`."""
         require_sheet(study)
         with StudyFolder(place_of(study.name, out)) as folder:
             waiting = advance_study(study, folder)
             runs = [] if waiting is None else awaited_runs(study, folder, waiting)
-        fields = fields_of(study.by_hand)
-        empty = ("response", "origin")
-        return [{one.name: None if one.kind in empty else one.asked(run) for one in fields} for run in runs]
+        empty, columns = ("response", "origin"), fields_of(study.by_hand)
+        return [{c.name: None if c.kind in empty else c.asked(run) for c in columns} for run in runs]
 
     def tell(
         self, study: Study, rows: Sequence[Mapping[str, Any]], out: str | Path | None, *, replace: str = ""
     ) -> int:
-        """Record results; return how many were accepted."""
+        """Record results; return the number of accepted results."""
         require_sheet(study)
         with StudyFolder(place_of(study.name, out)) as folder:
             sheet = rows_from_mappings(rows, study.by_hand)

@@ -1,4 +1,4 @@
-"""The kind of solver for runs that are done by hand, and its capabilities."""
+"""The solver kind `sheet` for manual runs, and its capabilities."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class SheetKind(SolverKind):
-    """A run sheet for runs that are done by hand."""
+    """A run sheet in which people enter the results of manual runs."""
 
     name, options = "sheet", SheetSolver
     answers = "asks_people"

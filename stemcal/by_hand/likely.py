@@ -1,4 +1,4 @@
-"""Values that look like slips: far from the others of their column, or typed in a wrong column."""
+"""Find probable typing errors in a sheet: values that are far from the others, or in the wrong column."""
 
 from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
@@ -7,7 +7,7 @@ from math import log
 from statistics import median
 
 from stemcal.by_hand.row_checks import RowRefused, other_level, values_in_row
-from stemcal.by_hand.run_sheet import RUN, STUDY, Filled, entered_responses, field_of, narrow
+from stemcal.by_hand.run_sheet import RUN, STUDY, Field, Filled, entered_responses, narrow
 from stemcal.measured.headings import as_number
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.stages.stage import stage_called
@@ -15,17 +15,17 @@ from stemcal.study.model.study import Study
 from stemcal.vocabulary import FIRST
 
 CONFIRMED = "confirmed"
-"""In the remark of a row: its values are right although they are far from the others."""
-_FEWEST = 4
-_FACTOR, _SPREADS = 3.0, 2.5  # a value may be this factor and this number of robust standard deviations off
-_SIGMA = 1.4826  # of a normal distribution, over its median absolute deviation
+"""Word in the remark of a row whose values are correct although they are far from the others."""
+_FEWEST = 4  # known values with which a value is compared
+_FACTOR, _SPREADS = 3.0, 2.5  # a value may differ by this factor and this number of robust standard deviations
+_SIGMA = 1.4826  # ratio of standard deviation to median absolute deviation of a normal distribution
 
 Columns = Mapping[tuple[float, str], Mapping[str, float]]
-"""The known values of each response at each condition, by the key of the run; those of targets have none."""
+"""The known values by (condition, response), each by the key of its run; the key of a target is empty."""
 
 
 def likely_columns(study: Study, answers: Iterable[tuple[str, Request, Answer]]) -> Columns:
-    """Return the values of runs, and of the measured means, which runs are to reproduce."""
+    """Return the known values: those of `answers` (key, request, answer), and the measured means of the targets."""
     columns: dict[tuple[float, str], dict[str, float]] = defaultdict(dict)
     first, *_ = names = [response.name for response in entered_responses(study)]
     for target in study.targets.means:
@@ -40,26 +40,29 @@ def likely_columns(study: Study, answers: Iterable[tuple[str, Request, Answer]])
 
 
 def _is_far(value: float, others: Sequence[float]) -> bool:
-    """Whether a value is so far from others, one at least, that a slip of the point or of the column is likely.
+    """Check whether a value v is so far from the others that a misplaced point or a wrong column is probable.
 
-    |ln v − median| > ln 3 + 2.5 s, with s the robust standard deviation of the others' logarithms.
+    |ln v − median| > ln 3 + 2.5 s, with the median and the robust standard deviation s of the logarithms of the others.
 
     >>> heaps = [28.2, 25.9, 30.6, 31.0, 27.4]
     >>> [_is_far(value, heaps) for value in (295.0, 2.95, -29.5, 35.0)]
     [True, True, True, False]
     """
-    if min(others) <= 0.0 <= max(others):  # no scale but their largest size
+    if min(others) <= 0.0 <= max(others):  # logarithms do not exist; the scale is the largest magnitude
         return abs(value) > 10.0 * max(map(abs, others))
     if value * others[0] <= 0.0:
         return True
     logs = [log(abs(other)) for other in others]
     middle = median(logs)
-    spread = _SIGMA * median(abs(one - middle) for one in logs)
+    spread = _SIGMA * median(abs(value_log - middle) for value_log in logs)
     return abs(log(abs(value)) - middle) > log(_FACTOR) + _SPREADS * spread
 
 
 def require_likely(study: Study, columns: Columns, key: str, row: Filled, request: Request, answer: Answer) -> None:
-    """Raise `RowRefused` if a value not `CONFIRMED` is far from the others at its condition or, if solved, the mean."""
+    """Raise `RowRefused` if a value is far from the others at its condition, unless the remark has `CONFIRMED`.
+
+    Runs at the calibrated levels must reproduce the measured mean, so one known value is enough for them.
+    """
     fewest = 1 if stage_called(request.stage).pictured else _FEWEST
     if CONFIRMED in row.remark.casefold():
         return
@@ -79,32 +82,31 @@ def require_likely(study: Study, columns: Columns, key: str, row: Filled, reques
 def misplaced_value(
     study: Study, columns: Columns, runs: Mapping[str, Sequence[Request]], row: Filled
 ) -> RowRefused | None:
-    """Return the refusal of a row without a result that has one in another column, None of any other row."""
+    """Return the refusal of a row without a result whose result is probably in another column; None otherwise."""
     if not row.is_empty:
         return None
-    own = runs.get(row.run_name, ())
-    given = row.with_levels_given()
-    single = [(name, replace(given, levels={name: text})) for name, text in given.levels.items()]
-    changed = [[name for name, one in single if other_level(study, run, one) is not None] for run in own]
+    named = runs.get(row.run_name, ())
+    filled = row.with_levels_given()
+    single = [(name, replace(filled, levels={name: text})) for name, text in filled.levels.items()]
+    changed = [[name for name, cells in single if other_level(study, run, cells) is not None] for run in named]
     nearest = min(changed, key=len, default=[])
-    # the level with another number, if it is the only one that differs from those of a run
+    # a level with another number, if all other levels are those of a run
     names = nearest if len(nearest) == 1 and _number(row.levels[nearest[0]]) is not None else []
-    names = [*names, *_result_among_remarks(study, columns, own, row)]
-    if not own and _number(row.run) is not None:
+    names = [*names, *_result_among_remarks(study, columns, named, row)]
+    if not named and _number(row.run) is not None:
         names.append(RUN)
     if not names:
         return None
-    first = field_of(entered_responses(study)[0])
-    cell = {RUN: row.run, **row.levels, **row.origin}[names[0]]
+    first, cell = entered_responses(study)[0], {RUN: row.run, **row.levels, **row.origin}[names[0]]
     text = (
         f"the row of {row.run} has no {first.name}, but the column {names[0]} contains {cell!r}; move the value to the "
-        f"column {first.heading}, or correct the cell"
+        f"column {Field(first.name, first.unit, 'response').heading}, or correct the cell"
     )
     return RowRefused(row, "wrong_column", text)
 
 
 def _result_among_remarks(study: Study, columns: Columns, runs: Sequence[Request], row: Filled) -> list[str]:
-    """Return the columns for people that contain a number like the results: no date, no staff number."""
+    """Return the columns for name, date and remark that contain a number near the known results."""
     places = {(run.condition, response.name) for run in runs for response in entered_responses(study)}
     known = [list(columns[place].values()) for place in places if place in columns]
     numbers = {name: _number(text) for name, text in row.origin.items() if (name, text) != (STUDY, narrow(study.name))}

@@ -1,4 +1,4 @@
-"""The keys of `solver` in a spec whose runs are done by hand."""
+"""The keys of the `solver` section in a spec with manual runs."""
 
 from typing import Annotated, Literal
 

@@ -1,4 +1,4 @@
-"""Judge one row of a sheet: which run it means, and its result, or why it is refused."""
+"""Check a row of a sheet: find the run that it is for and its result, or the reason why it is refused."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
@@ -15,15 +15,18 @@ from stemcal.vocabulary import Variable
 
 _MOST_LISTED = 20
 _OTHER = {".": ",", ",": "."}
-_LEVEL = 1e-4  # of a factor's range: levels that differ by more were not asked for
+_LEVEL = 1e-4  # share of the range of a factor by which an entered level may differ from the requested one
 
 
 class Unread(UsageError):
-    """A cell that holds no number in the unit that is wanted: why, and what to write."""
+    """Raised for a cell without a number in the required unit; the message says what to write."""
 
 
 class RowRefused(UsageError):
-    """A row that is not taken: where it is, the run it names, a word for programs, a sentence with the remedy."""
+    """Raised for a row that is not recorded.
+
+    It has the place of the row, the run, the `kind` of error (for programs), and a message with the remedy.
+    """
 
     def __init__(self, row: Filled, kind: str, message: str) -> None:
         self.place, self.run, self.kind = row.place, row.run, kind
@@ -31,13 +34,13 @@ class RowRefused(UsageError):
 
 
 def first_of(problems: Sequence[str]) -> list[str]:
-    """Return the first problems, and how many more there are."""
+    """Return the first `_MOST_LISTED` problems, and the number of further ones."""
     more = len(problems) - _MOST_LISTED
     return [*problems[:_MOST_LISTED], *([f"and {more} more"] if more > 0 else [])]
 
 
 def by_name(runs: Iterable[Request]) -> dict[str, list[Request]]:
-    """Return runs by their names; those at several conditions and replicates share one."""
+    """Return runs by their names; runs at several conditions and replicates share a name."""
     named: dict[str, list[Request]] = {}
     for run in runs:
         named.setdefault(run_name(run), []).append(run)
@@ -45,7 +48,7 @@ def by_name(runs: Iterable[Request]) -> dict[str, list[Request]]:
 
 
 def meant_run(study: Study, runs: Mapping[str, Sequence[Request]], row: Filled) -> Request:
-    """Return the run that a row means: of the same name, and of the same levels as far as it has them."""
+    """Return the run that a row is for: it has the same name, and the same levels as far as the row contains them."""
     named = runs.get(row.run_name, ())
     if not named:
         message = f"the study has no run {row.run!r}; write the name as in the sheet, such as rsm 3"
@@ -61,7 +64,7 @@ def meant_run(study: Study, runs: Mapping[str, Sequence[Request]], row: Filled) 
 
 
 def other_level(study: Study, run: Request, row: Filled) -> RowRefused | None:
-    """Return the first level, condition or replicate in which a row differs from a run."""
+    """Return a refusal with the first level, condition or replicate in which a row differs from a run, or None."""
     if (number := row.levels.get(REPLICATE, "")) and REPLICATE not in study.names and number != str(run.replicate):
         message = f"{row.run} has no replicate {number!r}; write the number as in the sheet"
         return RowRefused(row, "other_replicate", message)
@@ -69,12 +72,12 @@ def other_level(study: Study, run: Request, row: Filled) -> RowRefused | None:
     if (at := study.naming.condition) is not None:
         asked.append((at.name, run.condition, _LEVEL * abs(run.condition), at.unit))
     for name, level, near, unit in asked:
-        if name not in row.levels:  # a level without a column is not judged
+        if name not in row.levels:  # a level without a column is not checked
             continue
-        given = nan
+        entered = nan
         with suppress(Unread):
-            given = number_in(row.levels[name], row.decimal, row.units.get(name, unit), unit)
-        if not abs(given - level) <= near:
+            entered = number_in(row.levels[name], row.decimal, row.units.get(name, unit), unit)
+        if not abs(entered - level) <= near:
             message = (
                 f"{row.run} was requested at {name} = {level:.6g}{Variable('', '', '', unit).unit_suffix}, but the row "
                 f"has {row.levels[name]!r}; copy the row from the sheet, or repeat the run at the requested levels"
@@ -84,7 +87,7 @@ def other_level(study: Study, run: Request, row: Filled) -> RowRefused | None:
 
 
 def result_in(study: Study, row: Filled) -> Answer:
-    """Return the result of a row: a value of every response, or why the run gave none."""
+    """Return the result of a row: a value of every response, or a failed answer with the reason in the row."""
     failures = {text for text in (*row.values.values(), row.remark) if text.casefold().startswith(FAILED)}
     if failures and any(text and text not in failures for text in row.values.values()):
         message = f"{row.run} has a value but is marked as failed; delete the value or the word `failed`"
@@ -112,22 +115,19 @@ def result_in(study: Study, row: Filled) -> Answer:
 
 
 def values_in_row(study: Study, answer: Answer) -> dict[str, float]:
-    """Return the value of each response of a result, by its name; nothing of a run that failed."""
+    """Return the value of each response of a result, by its name; empty for a failed run."""
     if answer.response is None:
         return {}
     return {entered_responses(study)[0].name: answer.response, **answer.details.get(RESPONSES, {})}
 
 
-# ---- a cell as a number in the unit that is wanted
-
-
 def number_in(cell: str, decimal: str, heading: str, wanted: str) -> float:
-    """Return the number of a cell in the unit `wanted`; the cell has the unit of its column's `heading`.
+    """Return the number in a cell, converted from the unit in the `heading` of its column to the unit `wanted`.
 
     >>> number_in("12,5", ".", "N", "N"), number_in("12.5", ".", "kN", "N"), number_in("1,234", ",", "N", "N")
     (12.5, 12500.0, 1.234)
 
-    Raises `Unread` if there is none, or not in this unit, or if a single mark before three digits, 1,234, is ambiguous.
+    Raises `Unread` if the cell is not a number, the unit cannot be converted, or the number is ambiguous (1,234).
     """
     other = _OTHER[decimal]
     first, second = as_number(cell, decimal), as_number(cell, other)
@@ -138,8 +138,9 @@ def number_in(cell: str, decimal: str, heading: str, wanted: str) -> float:
         raise Unread(f"{cell!r} is not a number; write a number without a unit")
     if heading != wanted and (heading or wanted != "1"):
         try:
-            known, into = parse_unit(heading), parse_unit(wanted)
-            value = value if known == into else from_internal(convert(value, heading, into.dimension), wanted)
+            from_unit, to_unit = parse_unit(heading), parse_unit(wanted)
+            if from_unit != to_unit:
+                value = from_internal(convert(value, heading, to_unit.dimension), wanted)
         except UnitError:
             raise Unread(f"{cell!r} is in {heading}, not in {wanted}; convert the value") from None
     if abs(value) > MOST:

@@ -1,4 +1,4 @@
-"""The columns of a sheet, its text with a row for each run, and a sheet that is filled in, nothing judged yet."""
+"""Write the run sheet of a study as CSV, and read a filled-in sheet (CSV or xlsx) without checking its values."""
 
 import csv
 import io
@@ -20,16 +20,16 @@ from stemcal.vocabulary import Variable
 
 RUN, REPLICATE, WHO, WHEN, REMARK, STUDY = "run", "replicate", "who", "when", "remark", "study"
 FAILED = "failed"
-_DIGITS = 10  # of a number on the sheet
+_DIGITS = 10  # significant digits of a number in the sheet
 
 Kind = Literal["run", "factor", "condition", "replicate", "response", "origin", "study"]
 ASKED: tuple[Kind, ...] = ("factor", "condition", "replicate")
-SheetRow = tuple[Request, Mapping[str, str | float]]  # a run, and what is known of it by the names of columns
+SheetRow = tuple[Request, Mapping[str, str | float]]  # a run, and its cells that are already known, by column name
 
 
 @dataclass(frozen=True)
 class Field:
-    """A column of the sheet: its name, unit and kind; a `content` is the same in every row."""
+    """A column of the sheet: its name, unit and kind, and a `content` that is the same in every row."""
 
     name: str
     unit: str
@@ -38,11 +38,11 @@ class Field:
 
     @property
     def heading(self) -> str:
-        """The heading: ``force (N)``, or ``ratio`` without a unit."""
+        """Heading of the column, such as ``force (N)``; without a unit, its name."""
         return f"{self.name} ({self.unit})" if self.unit not in ("", "1") else self.name
 
     def asked(self, run: Request) -> str | float:
-        """Return the cell of a run; empty in columns for results."""
+        """Return the cell of a run in this column; empty in columns for results."""
         if self.kind == "factor":
             return run.levels[self.name]
         cells: dict[Kind, str | float] = {"run": run_name(run), "condition": run.condition, "replicate": run.replicate}
@@ -55,33 +55,28 @@ def run_name(request: Request) -> str:
 
 
 def fields_of(study: Study) -> list[Field]:
-    """Return the columns of a study's sheet."""
+    """Return the columns of the sheet of a study."""
     factors = [Field(f.name, f.unit, "factor") for f in study.factors]
     at = study.naming.condition
     conditions = [] if at is None else [Field(at.name, at.unit, "condition")]
     replicates = [Field(REPLICATE, "", "replicate")] if study.solver.repeats > 1 else []
-    responses = [field_of(response) for response in entered_responses(study)]
+    responses = [Field(response.name, response.unit, "response") for response in entered_responses(study)]
     asked = [Field(RUN, "", "run"), *factors, *conditions, *replicates, *responses]
     origin = [
         *(Field(name, "", "origin") for name in (WHO, WHEN, REMARK)),
         Field(STUDY, "", "study", content=study.name),
     ]
-    own = {field.name.casefold() for field in asked}  # a factor may be called `study`
-    return [*asked, *(field for field in origin if field.name not in own)]
-
-
-def field_of(response: Variable) -> Field:
-    """Return the column of a response."""
-    return Field(response.name, response.unit, "response")
+    used = {field.name.casefold() for field in asked}  # a factor may be called `study`
+    return [*asked, *(field for field in origin if field.name not in used)]
 
 
 def entered_responses(study: Study) -> tuple[Variable, ...]:
-    """Return the responses whose values are entered: of the shear test the force alone."""
+    """Return the responses whose values people enter; for the shear test, only the force."""
     return study.naming.response, *study.naming.others
 
 
 def sheet_text(study: Study, rows: Sequence[SheetRow]) -> str:
-    """Return the sheet as CSV, with the mark by which Excel recognises UTF-8."""
+    """Return the sheet as CSV, beginning with the byte order mark by which Excel recognises UTF-8."""
     fields, text = fields_of(study), io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow([field.heading for field in fields])
@@ -91,7 +86,7 @@ def sheet_text(study: Study, rows: Sequence[SheetRow]) -> str:
     return "\ufeff" + text.getvalue()
 
 
-# ---- a sheet that is filled in: cells under the columns of the study, nothing judged yet
+# ---- a filled-in sheet
 
 
 MAX_BYTES = 10 * MIB
@@ -102,10 +97,15 @@ _WIDE = {code: code - 0xFEE0 for code in range(0xFF01, 0xFF5F)} | {0x3000: 0x20}
 
 @dataclass(frozen=True)
 class Filled:
-    """The cells of one row, texts by the names of columns: responses as `values`, who, when, remark, study as `origin`.
+    """The cells of a row in a filled-in sheet, as texts by the names of the columns.
 
-    `levels` are those of factors, condition and replicate, `units` those of the columns. `broken` is what is wrong with
-    the row as a whole.
+    place     file and line
+    values    responses
+    levels    factors, condition and replicate
+    origin    person, date, remark and study
+    units     unit of each column
+    decimal   decimal mark of the sheet
+    broken    error of the row as a whole, such as a wrong number of cells; empty if there is none
     """
 
     place: str
@@ -119,12 +119,12 @@ class Filled:
 
     @property
     def run_name(self) -> str:
-        """The name of its run as `run_name` has it, whatever its case and spaces are on the sheet."""
+        """Name of the run, in the lower case and with the single spaces of the function `run_name`."""
         return " ".join(self.run.split()).casefold()
 
     @property
     def remark(self) -> str:
-        """The remark."""
+        """Remark, or an empty text."""
         return self.origin.get(REMARK, "")
 
     @property
@@ -133,17 +133,20 @@ class Filled:
         return not any(self.values.values()) and not self.remark.casefold().startswith(FAILED) and not self.broken
 
     def with_levels_given(self) -> Self:
-        """Return the row without the levels that it leaves open."""
+        """Return the row without the levels whose cells are empty."""
         return replace(self, levels={name: text for name, text in self.levels.items() if text})
 
 
 def narrow(text: str) -> str:
-    """Return a text with the wide letters, digits and signs of Chinese input as plain ones."""
+    """Replace the wide letters, digits and signs of Chinese input by ASCII ones, and strip spaces."""
     return text.translate(_WIDE).strip()
 
 
 def filled(content: bytes, source: str, study: Study, *, partial: bool = False) -> list[Filled]:
-    """Return the rows of a CSV file or workbook; `UsageError` if it is neither or, unless `partial`, lacks columns."""
+    """Return the rows of a CSV file or workbook; `UsageError` if it is neither or lacks columns.
+
+    With `partial`, the columns of factors, condition and replicate may be missing.
+    """
     if len(content) > MAX_BYTES:
         message = f"{source} is larger than {MAX_BYTES // MIB} MiB; save the worksheet with the runs as a separate file"
         raise UsageError(message)
@@ -156,9 +159,12 @@ def filled(content: bytes, source: str, study: Study, *, partial: bool = False) 
 
 
 def rows_from_mappings(rows: Sequence[Mapping[str, Any]], study: Study) -> list[Filled]:
-    """Return rows from values by column, `failed` the reason; `UsageError` for a faulty row or unknown key."""
+    """Return rows from mappings of column names to values; `UsageError` for an invalid row or an unknown key.
+
+    The key `failed` contains the reason why a run failed.
+    """
     fields = fields_of(study)
-    lines = [(0, [one.heading for one in fields])]
+    lines = [(0, [field.heading for field in fields])]
     lines += [(number, _cells(row, f"row {number}", fields)) for number, row in enumerate(rows, 1)]
     filled_rows = _of_lines(lines, "row", study, partial=True)
     return [replace(row.with_levels_given(), place=row.place.replace(":", " ")) for row in filled_rows]
@@ -167,7 +173,7 @@ def rows_from_mappings(rows: Sequence[Mapping[str, Any]], study: Study) -> list[
 def _cells(row: object, place: str, fields: Sequence[Field]) -> list[str]:
     if not isinstance(row, Mapping) or not isinstance(row.get(RUN), str):
         raise UsageError(f'{place}: the run has no name; write a mapping such as {{"run": "screen 1", "force": 12.5}}')
-    names = [one.name for one in fields]
+    names = [field.name for field in fields]
     for name in row:
         if name not in (*names, FAILED):
             raise UsageError(f"{place}: no column {name!r:.60}; {did_you_mean(str(name), names)}")
@@ -182,7 +188,7 @@ Lines = Sequence[tuple[int, Sequence[str]]]
 
 
 def _lines_of_workbook(content: bytes, source: str) -> Lines:
-    """Return the rows of the sheet that has a heading, by number and all of one width; none without such a sheet."""
+    """Return the rows of the worksheet with a `run` heading, padded to the same width; empty if there is none."""
     sheets: list[tuple[str, Lines]] = []
     for title, rows in tables_of(content, source).items():
         width = max((len(row.cells) for row in rows), default=0)
@@ -197,7 +203,7 @@ def _lines_of_workbook(content: bytes, source: str) -> Lines:
 
 
 def _split(text: str, source: str) -> Lines:
-    """Return line number and cells, split at the mark that gives the heading most columns."""
+    """Split the lines at the separator with which the heading has the most columns."""
     ways: list[Lines] = []
     for separator in (",", ";", "\t"):
         reader = csv.reader(text.splitlines(keepends=True), delimiter=separator, strict=True)
@@ -210,7 +216,7 @@ def _split(text: str, source: str) -> Lines:
 
 
 def _head(lines: Lines) -> int | None:
-    """Return the index of the heading: the first line with a cell `run`."""
+    """Return the index of the heading, which is the first line with a cell `run`; None if there is none."""
     return next((i for i, (_, cells) in enumerate(lines) if RUN in [narrow(c).casefold() for c in cells]), None)
 
 
@@ -247,17 +253,14 @@ def _broken(cells: int, width: int, cut: bool) -> str:
         return f"the row has {cells} cells, but the header row has {width}; put quotes around cells that contain commas"
     if cells < width:
         return f"the row has only {counted(cells, 'cell')}, but the header row has {width}; complete the row"
-    return (
-        "the last line may be truncated because it has no line break; check the line and add a line break"
-        if cut
-        else ""
-    )
+    message = "the last line may be truncated because it has no line break; check the line and add a line break"
+    return message if cut else ""
 
 
 def _columns(head: Sequence[str], source: str, study: Study, partial: bool) -> tuple[dict[Field, int], dict[str, str]]:
-    """Return the place of each column of the study, and the unit in its heading."""
+    """Return the index of each column of the study, and the units in the headings."""
     fields, places, units = fields_of(study), {}, {}
-    wanted = {one.name.casefold(): one for one in fields}
+    wanted = {field.name.casefold(): field for field in fields}
     for i, cell in enumerate(head):
         heading = narrow(cell)
         match = _HEADING.fullmatch(heading)
@@ -278,6 +281,6 @@ def _columns(head: Sequence[str], source: str, study: Study, partial: bool) -> t
 
 
 def _of(cells: Sequence[str], columns: Mapping[Field, int], *kinds: Kind) -> dict[str, str]:
-    """Return the texts of the columns of some kinds; none past the end of a row."""
-    places = {one.name: place for one, place in columns.items() if one.kind in kinds}
+    """Return the texts in the columns of some kinds; empty beyond the end of a row."""
+    places = {column.name: place for column, place in columns.items() if column.kind in kinds}
     return {name: narrow(cells[place]) if place < len(cells) else "" for name, place in places.items()}

@@ -1,4 +1,4 @@
-"""Sheets with a row for each run, and the solver that reads its answers there; other runs come from people."""
+"""The solver for manual runs: it answers from a file with a row for each run; people perform the other runs."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -23,21 +23,24 @@ SHEET_VERSION = 1
 
 @dataclass(frozen=True)
 class _KnownRow:
-    """A row of the file: its cells, its levels as numbers, and its result; None where that is still missing."""
+    """A row of the file: its cells, its levels as numbers, and its result, or None if it is missing."""
 
     cells: Filled
     levels: Mapping[str, float]
     answer: Answer | None
 
     def as_data(self) -> list[Any]:
-        """Return the inputs of the answer in a row."""
+        """Return the run, the levels and the answer as JSON values."""
         answer = self.answer and [self.answer.response, self.answer.message, self.answer.details]
         return [self.cells.run, dict(self.levels), self.cells.levels, answer]
 
 
 @dataclass(frozen=True)
 class Sheet(Solver):
-    """Answers from `solver.file` or the records; rows with equal levels are separate unless declared deterministic."""
+    """Answers requests from `solver.file`; for other runs it waits until people enter the results.
+
+    Runs with equal levels share a result if they are not in the file and the spec has no key `replicates`.
+    """
 
     immediate, asks_people = True, True
 
@@ -47,7 +50,7 @@ class Sheet(Solver):
 
     @classmethod
     def of(cls, study: Study) -> Self:
-        """Read what templates and the file hold now."""
+        """Return the solver of a study with the present content of its templates and its file."""
         options = study.solver
         assert isinstance(options, SheetSolver)
         rows = {} if options.file is None else _known_rows(study, options.file)
@@ -55,12 +58,12 @@ class Sheet(Solver):
 
     @property
     def options(self) -> SheetSolver:
-        """The section of the spec."""
+        """The `solver` section of the spec."""
         assert isinstance(self.study.solver, SheetSolver)
         return self.study.solver
 
     def identity(self, request: Request) -> dict[str, Any]:
-        """Return request and answer of the file; the row too unless equal levels give equal answers."""
+        """Return all data that determine the answer; stage and row are included unless equal levels share a result."""
         known = self._row(request)
         row = {} if not self.options.repeats and known is None else {"stage": request.stage, "row": request.row}
         return {
@@ -75,22 +78,22 @@ class Sheet(Solver):
         }
 
     def has_result(self, request: Request) -> bool:
-        """Whether the file has the result of a run."""
+        """Whether the file contains the result of a run."""
         return (row := self._row(request)) is not None and row.answer is not None
 
     def solve(self, request: Request) -> Answer:
-        """Return the result of a run in the file; raise `Waiting` if it has none."""
+        """Return the result of a run in the file; raise `Waiting` if there is none."""
         row = self._row(request)
         if row is None or row.answer is None:
             raise Waiting(request.stage, [request])
         return row.answer
 
     def given(self, stage: str) -> list[Any]:
-        """Return the inputs of a stage that are in the file."""
+        """Return the rows of a stage in the file as JSON values."""
         return [row.as_data() for row in self._of_stage(stage)]
 
     def given_design(self, stage: str) -> list[dict[str, float]] | None:
-        """Return the levels of the rows of a stage, None where the file has none; those of one name count once."""
+        """Return the levels of each run of a stage in the file; None if the file contains no run of the stage."""
         if not (rows := self._of_stage(stage)):
             return None
         return [dict(levels) for levels in {row.cells.run: row.levels for row in rows}.values()]
@@ -103,7 +106,7 @@ class Sheet(Solver):
         return next((row for row in rows if other_level(self.study, request, row.cells) is None), None)
 
     def write_inputs(self, place: Path, name: str, request: Request) -> None:
-        """Put the files of a run into a folder of that name below `place`, templates filled."""
+        """Write the templates with the values of a run to the folder `name` below `place`."""
         if not self.options.templates:
             return
         folder = make_folder(place) / name
@@ -115,15 +118,15 @@ class Sheet(Solver):
 
 
 def _known_rows(study: Study, path: Path) -> dict[str, list[_KnownRow]]:
-    """Return the rows of a sheet by the names of their runs, in their order; raise `UsageError` with all wrong rows."""
+    """Return the rows of a sheet by the names of their runs, sorted by number; `UsageError` with all wrong rows."""
     try:
         content = read_plain(path, MAX_BYTES)
     except OSError as error:
         raise UsageError(f"solver.file: {path.name}: {error.strerror}; specify the path of a run sheet") from None
     known: dict[str, list[_KnownRow]] = {}
     wrong: list[str] = []
-    for given in filled(content, path.name, study, partial=True):
-        cells = replace(given.with_levels_given(), run=given.run_name)
+    for filled_row in filled(content, path.name, study, partial=True):
+        cells = replace(filled_row.with_levels_given(), run=filled_row.run_name)
         try:
             row = _known(study, cells)
             known.setdefault(cells.run, []).append(row)
@@ -135,7 +138,7 @@ def _known_rows(study: Study, path: Path) -> dict[str, list[_KnownRow]]:
 
 
 def _slips(study: Study, rows: Mapping[str, Sequence[_KnownRow]]) -> list[str]:
-    """Return a question for each result that is far from the others at its condition."""
+    """Return a message for each result that is far from the others at its condition."""
     at, usual = study.naming.condition, study.targets.calibrate_at
     runs = []
     known = {name: several for name, several in rows.items() if STAGES.named(name.split()[0]) is not None}
@@ -172,7 +175,7 @@ def _known(study: Study, cells: Filled) -> _KnownRow:
 
 
 def _level(cells: Filled, name: str, unit: str) -> float | None:
-    """Return the number under a heading, None where there is none."""
+    """Return the number in a column, converted to a unit; None if the cell is empty."""
     if not (text := cells.levels.get(name)):
         return None
     try:
@@ -182,7 +185,7 @@ def _level(cells: Filled, name: str, unit: str) -> float | None:
 
 
 def _gaps(source: str, rows: Mapping[str, Sequence[_KnownRow]]) -> list[str]:
-    """Return the mistakes of whole designs: missing numbers, levels that only some rows have."""
+    """Return the errors of whole designs: gaps in the numbering, and levels that are missing in some rows."""
     wrong = []
     for stage in dict.fromkeys(name.split()[0] for name in rows):
         of_stage = {name: row[0] for name, row in rows.items() if name.split()[0] == stage}

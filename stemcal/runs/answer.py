@@ -1,7 +1,7 @@
-"""From requests to outcomes: look in the records, compute what is missing, keep each answer as it comes.
+"""Answer requests: read the existing records, compute the missing runs, and save each answer as soon as it is known.
 
-An answer counts once its record is in the study folder. A run that failed for physical reasons stays failed. One that
-failed by accident (its process died, the solver raised) is begun a second time, and once more by the next command.
+A run that failed for physical reasons is not repeated. A run that failed by accident (its process died, or the solver
+raised an exception) is started a second time, and again by the next command.
 """
 
 import logging
@@ -27,7 +27,13 @@ QUORUM = 0.5  # the fraction of the runs of a stage that must succeed
 
 @dataclass(frozen=True)
 class Progress:
-    """Runs done of a stage, equal `points` of its design counted once; `preparing` what every row must wait for."""
+    """Progress of a stage.
+
+    done, total     numbers of distinct runs; `cached` of those that are done were recorded before
+    last_response   response of the last run, and its `last_condition`; None if there is none
+    preparing       whether the solver is still being prepared, for which all runs wait
+    points          number of requested runs, including equal ones
+    """
 
     stage: str
     done: int
@@ -44,7 +50,7 @@ Watch = Callable[[Progress], None]
 
 
 def watch_nothing(_progress: Progress) -> None:
-    """Watch and say nothing."""
+    """Ignore the progress."""
 
 
 def answer_all(
@@ -58,14 +64,14 @@ def answer_all(
     again: Collection[str] = (),
     naming: Vocabulary = CUTTING,
 ) -> list[Outcome]:
-    """Answer every request, with the responses that a study names; the folder must be locked.
+    """Return the outcome of every request, with the responses in `naming`; the folder must be locked.
 
-    Requests with equal identities are computed once, those with a record not at all, unless their key is in
-    `again`. Interrupted, it leaves the records of all that was done. Raises `RunsFailed` if a smaller fraction of the
-    requests than `quorum` succeeds, and `Waiting` if results must be entered first; the known ones are recorded before.
+    Requests with equal identities are computed once. Runs with a record are not computed, unless their key is in
+    `again`. After an interruption, the records of all completed runs are saved. Raises `RunsFailed` if a smaller
+    fraction of the requests than `quorum` succeeds, and `Waiting` if people must enter results first.
     """
     runs = [Run.of(solver, request) for request in requests]
-    known: dict[str, Outcome] = {}  # what earlier commands have left for good
+    known: dict[str, Outcome] = {}  # outcomes by key, first those with a final record
     missing: dict[str, Run] = {}
     for run in runs:
         if run.key in known or run.key in missing:
@@ -114,7 +120,7 @@ class _Tally:
         self.report()
 
     def add(self, outcome: Outcome, request: Request) -> None:
-        """Count one more run; warn of the first failures one by one, and once of those that replicates share."""
+        """Count a run; warn of each of the first failures, but only once if replicates fail alike."""
         self.done += 1
         self.failed += not outcome.ok
         if not outcome.ok and (fault := (request.row, outcome.message)) not in self.warned:
@@ -133,10 +139,10 @@ class _Tally:
 
 
 def keep(run: Run, computed: Computed, folder: StudyFolder, naming: Vocabulary = CUTTING) -> Outcome:
-    """Save what came of a run durably, and return how it counts."""
+    """Save the record of a run, and return its outcome."""
     answer, circumstances = computed[0].readable(), computed[1]
-    asked = {"key": run.key, "identity": run.identity, "request": run.request.as_record()}
-    record = {**asked, **asdict(answer), "provenance": circumstances}
+    request = {"key": run.key, "identity": run.identity, "request": run.request.as_record()}
+    record = {**request, **asdict(answer), "provenance": circumstances}
     folder.save(record)
     if not answer.ok:
         folder.log("run_failed", key=run.key, stage=run.request.stage, row=run.request.row, reason=answer.reason)
@@ -144,7 +150,7 @@ def keep(run: Run, computed: Computed, folder: StudyFolder, naming: Vocabulary =
 
 
 def _reason_lines(requests: Iterable[Request], outcomes: Iterable[Outcome]) -> list[str]:
-    """Return a line per failed run with its reason, the first ten in full."""
+    """Return a line with the reason for each of the first failed runs, and the number of the others."""
     lines = [
         f"  run {request.row + 1}: {outcome.reason}: {outcome.message}".rstrip(": ")
         for request, outcome in zip(requests, outcomes, strict=True)
@@ -156,7 +162,7 @@ def _reason_lines(requests: Iterable[Request], outcomes: Iterable[Outcome]) -> l
 
 @contextmanager
 def reasons_given(requests: Sequence[Request], outcomes: Sequence[Outcome]) -> Iterator[None]:
-    """Add to a `RunsFailed` which runs failed and why."""
+    """Add the failed runs and their reasons to the message of a `RunsFailed` that is raised within."""
     try:
         yield
     except RunsFailed as error:

@@ -1,4 +1,4 @@
-"""A run and its record: key, whether it is final, outcome (a bound if the stroke was short), mean of replicates."""
+"""A run, the key of its record, the outcome read from a record, and the mean outcome of replicates."""
 
 import math
 import time
@@ -31,7 +31,10 @@ Computed = tuple[Answer, dict[str, Any]]
 
 @dataclass(frozen=True)
 class Run:
-    """A callable request to a solver; the `key`, a hash of all that determines its answer, is the record's name."""
+    """A request to a solver, as a function without arguments.
+
+    The `key` is a hash of the `identity`, which contains all data that determine the answer. It names the record.
+    """
 
     solver: Solver
     request: Request
@@ -46,7 +49,7 @@ class Run:
         return cls(solver, request, identity, key_of(identity))
 
     def get_ready(self) -> None:
-        """Do what the solver needs in this process before its first run; the clock of the run starts after it."""
+        """Prepare the solver in this process; the time limit of the run starts afterwards."""
         self.solver.get_ready()
 
     def __call__(self) -> Computed:
@@ -57,7 +60,7 @@ class Run:
 
 
 def by_key(solver: Solver, requests: Iterable[Request]) -> dict[str, Request]:
-    """Return the distinct runs among requests by their keys: the first request of each."""
+    """Return the distinct runs among requests by their keys; of equal runs, the first request."""
     distinct: dict[str, Request] = {}
     for request in requests:
         distinct.setdefault(Run.of(solver, request).key, request)
@@ -65,7 +68,7 @@ def by_key(solver: Solver, requests: Iterable[Request]) -> dict[str, Request]:
 
 
 def validated(answer: Answer, naming: Vocabulary = CUTTING) -> Answer:
-    """Return the answer, or a failed one in its place if its force, or any further response, is not a number."""
+    """Return the answer, or a failed answer if a response is not a finite number of plausible size."""
     if answer.status != "ok":
         return Answer("failed", None, answer.reason or "failed", answer.message, answer.details)
     rest, nouns = dict(answer.details), {response.name: response.noun for response in naming.responses}
@@ -79,7 +82,7 @@ def validated(answer: Answer, naming: Vocabulary = CUTTING) -> Answer:
 
 
 def is_final(record: Mapping[str, Any], time_limit: float | None) -> bool:
-    """Whether a record is final: accidents are tried again, and timeouts if the run may take longer now."""
+    """Check that a run need not be repeated: accidents are repeated, and timeouts if the time limit is longer now."""
     if record["reason"] in ACCIDENTS:
         return False
     allowed = record["details"].get("time_limit") if record["reason"] == TIMEOUT else None
@@ -88,10 +91,14 @@ def is_final(record: Mapping[str, Any], time_limit: float | None) -> bool:
 
 @dataclass(frozen=True, kw_only=True)
 class Outcome:
-    """The first response of a run, or why there is none; `key` names its record.
+    """The outcome of a run, or of the replicates of a point.
 
-    `travel` (mm) and `work` (mJ) reach to the maximum force, None if the solver does not report it; `responses` has the
-    others that the study names. Of a point simulated several times over the response is the mean of its `replicates`.
+    response       first response, in replicates their mean; None if the run failed
+    travel, work   blade travel (mm) and work (mJ) up to the maximum force; None if the solver does not report a curve
+    responses      other responses declared in the study, by name
+    censored       whether the response is only a lower bound, because the stroke was too short
+    reason         reason and `message` of a failed run
+    key            name of the record
     """
 
     response: float | None
@@ -107,16 +114,16 @@ class Outcome:
 
     @property
     def keys(self) -> tuple[str, ...]:
-        """The names of its records."""
+        """The keys of the record, or of the records of all replicates."""
         return (self.key,) if self.replicates is None else self.replicates.keys
 
     @property
     def ok(self) -> bool:
-        """Whether the response may enter an analysis."""
+        """Whether the run succeeded, so that its response may be used in an analysis."""
         return self.status == "ok"
 
     def of(self, name: str) -> float | None:
-        """Return a response by its name, or the first one for `FIRST`; None where there is none."""
+        """Return a response by its name (`FIRST` for the first response); None if it is missing."""
         if name == FIRST:
             return self.response
         if self.responses is not None and name in self.responses:
@@ -124,13 +131,13 @@ class Outcome:
         return {"travel": self.travel, "work": self.work}.get(name)
 
     def number(self, name: str) -> float:
-        """Return a response for statistics: NaN where there is none, so that a failed run cannot pass for a number."""
+        """Return a response for statistics; NaN if it is missing or the run failed."""
         value = self.of(name)
         return value if self.ok and value is not None else math.nan
 
 
 def outcome_of(record: Mapping[str, Any], naming: Vocabulary = CUTTING) -> Outcome:
-    """Return the outcome of a record; a force is a lower bound if the stroke ended before the maximum was passed."""
+    """Return the outcome in a record; the responses that need names are those of `naming`."""
     ok = record["status"] == "ok"
     details = record["details"] if ok else {}
     of_curve = of_the_table(details, record["request"]["condition"], naming)
@@ -148,18 +155,18 @@ def outcome_of(record: Mapping[str, Any], naming: Vocabulary = CUTTING) -> Outco
 
 
 def of_the_table(details: Mapping[str, Any], diameter: float, naming: Vocabulary = CUTTING) -> dict[str, float]:
-    """Return the responses of the table next to the first, from the curve and the numbers in a record's details."""
+    """Return the other responses in the table of responses, evaluated from the curve and values in the details."""
     curve = details.get("curve") or {"travel": (), "force": ()}
     travel, force = (np.asarray(curve[name], dtype=float) for name in ("travel", "force"))
     peak = (details.get("peak_force", math.nan), details.get("peak_travel", math.nan))
     cut = ForceTravel(travel, force, *peak, diameter, CUT, details)
     wanted = {named.name for named in (*CUTTING.further, *naming.further) if named.in_table}
-    found = responses_in(CUT, measured=wanted)
-    return {one.name: value for one in found if one.name in wanted and (value := one.value(cut)) is not None}
+    responses = (response for response in responses_in(CUT, measured=wanted) if response.name in wanted)
+    return {response.name: value for response in responses if (value := response.value(cut)) is not None}
 
 
 def lower_bound_notes(outcomes: Sequence[Outcome]) -> list[Note]:
-    """Return a note on the rows whose response is only a lower bound."""
+    """Return a note on the runs whose response is only a lower bound, if there are any."""
     rows = [row for row, outcome in enumerate(outcomes, 1) if outcome.censored]
     if not rows:
         return []
@@ -176,7 +183,7 @@ def lower_bound_notes(outcomes: Sequence[Outcome]) -> list[Note]:
 
 
 def merged(outcomes: Sequence[Outcome], times: int) -> list[Outcome]:
-    """Return one outcome for the replicates of each point: the mean of those that succeeded."""
+    """Return one outcome for every `times` replicates: the mean of those that succeeded. For 0, nothing is merged."""
     if not times:
         return list(outcomes)
     return [_mean(outcomes[i : i + times]) for i in range(0, len(outcomes), times)]
@@ -194,7 +201,7 @@ def _mean(replicates: Sequence[Outcome]) -> Outcome:
         response=fmean(values),
         travel=fmean(travels) if travels else None,
         work=fmean(works) if works else None,
-        responses={name: fmean(each) for name, each in further.items()} or None,
+        responses={name: fmean(numbers) for name, numbers in further.items()} or None,
         replicates=Replicates(values, keys, further or None),
     )
 

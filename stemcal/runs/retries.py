@@ -1,4 +1,4 @@
-"""Runs given to an executor: what each gives, what its failure is called, which are begun again."""
+"""Pass runs to an executor, convert exceptions into failed answers, and restart runs that ended by accident."""
 
 import logging
 import queue
@@ -18,11 +18,11 @@ from stemcal.storage.log import now
 
 logger = logging.getLogger(__name__)
 
-_TRIES = 2  # how often a run is begun that ends by accident
+_TRIES = 2  # number of times that a run is started if it ends by accident
 
 
 class Batch:
-    """Runs in the hands of an executor; `awaited` are those that people still have to do."""
+    """Runs that an executor computes; `awaited` collects the requests that people must answer."""
 
     def __init__(self, runs: Iterable[Run], executor: RunExecutor) -> None:
         self.executor, self.awaited = executor, list[Request]()
@@ -32,14 +32,14 @@ class Batch:
         self._done: queue.SimpleQueue[Future[Computed]] = queue.SimpleQueue()
 
     def arriving(self) -> Iterator[tuple[Run, Computed]]:
-        """Yield every run with what came of it as they are done."""
+        """Yield every run with its answer, in the order in which they finish."""
         while self._waiting or self._pending:
             while self._waiting and len(self._pending) < self.executor.ahead:
                 self._submit(self._waiting.popleft())
             future = next_of(self._done)
             run = self._pending.pop(future)
             try:
-                answer, circumstances = _ended(future)
+                answer, circumstances = _answer_of(future)
             except Waiting:
                 self.awaited.append(run.request)
                 continue
@@ -55,7 +55,7 @@ class Batch:
             yield run, (answer, circumstances)
 
     def rest(self) -> Iterator[tuple[Run, Computed]]:
-        """After an interruption yield what is done, and take back what has not begun."""
+        """Cancel the runs that have not begun, after an interruption, and yield those that have finished."""
         for future, run in self._pending.items():
             if not future.cancel() and future.done() and future.exception() is None:
                 yield run, future.result()
@@ -67,8 +67,8 @@ class Batch:
         future.add_done_callback(self._done.put)
 
 
-def _ended(future: Future[Computed]) -> Computed:
-    """Return the result of a finished future; an exception is a failed run, not the end of the study."""
+def _answer_of(future: Future[Computed]) -> Computed:
+    """Return the answer of a finished future; an exception of a run becomes a failed answer."""
     try:
         return future.result()
     except (ClusterLost, Waiting):

@@ -1,9 +1,8 @@
-"""The study folder: one durable, self-checking record per run, the stages' tables, a lock and a log.
+"""The study folder: a record of each run, the result files of the stages, a lock and a log.
 
-A run is acknowledged once `StudyFolder.save` has returned: its record then survives a killed process and,
-where the system can flush a folder, a power cut. Each record carries the SHA-256 of its content; one
-that does not match, or holds something else than a record, is set aside in ``runs/damaged`` and counts as missing.
-Stage files are sealed in the same way.
+After `StudyFolder.save` has returned, the record survives a killed process and, if the system can flush a folder, a
+power cut. Each record contains the SHA-256 of its content. A record that does not match its hash, or is not a valid
+record, is moved to ``runs/damaged`` and counts as missing. The result files of the stages contain a hash, too.
 """
 
 import logging
@@ -33,7 +32,7 @@ from stemcal.storage.sealed import Broken, read_sealed, sealed
 logger = logging.getLogger(__name__)
 
 SPEC_PLACE = "spec-path.txt"
-_MOST_NOTE = 1 << 16  # bytes
+_MOST_NOTE = 1 << 16  # bytes of a small text file
 SCHEMA_VERSION = 3  # of stage files
 RECORD_VERSION = 4
 _KEY = re.compile(r"[0-9a-f]{32}")
@@ -49,37 +48,40 @@ _WITHIN: dict[str, dict[str, Any]] = {
         **dict.fromkeys(("time_limit", "peak_force", "peak_travel", "added_mass_percent"), float | int | None),
     },
 }
-"""The types of the entries of a record, and of those that are read from its parts."""
-_MOST_KNOWN = 16 * MIB  # bytes of files whose records are kept in memory
-_TICK_NS = 100_000_000  # in which the clock of a file system advances
-_LOCK_PATIENCE_S = 0.2  # longer than `StudyFolder.holder` needs to look
+"""Types of the entries of a record, and of those entries within them that are read."""
+_MOST_KNOWN = 16 * MIB  # total size of the record files that are cached in memory, bytes
+_TICK_NS = 100_000_000  # largest step of the time stamps of a file system
+_LOCK_PATIENCE_S = 0.2  # longer than `StudyFolder.holder` holds the lock
 
 
 def place_of(study: str, out: str | Path | None = None) -> Path:
-    """Return the folder of a study's results: `out`, or else ``runs/<study name>``."""
+    """Return the study folder: `out`, or by default ``runs/<study name>``."""
     return Path("runs") / study if out is None else Path(out)
 
 
 class StudyFolder:
-    """The folder of one study, made at the first lock; ``with`` locks it, its holder also again; reading does not."""
+    """The folder of one study; it is created when it is locked for the first time.
+
+    A ``with`` statement locks the folder; the process that holds the lock may lock it again. Reading needs no lock.
+    """
 
     def __init__(self, path: Path | str) -> None:
         self.path = Path(path)
         self._lock = _file_lock(self.path / ".lock", _LOCK_PATIENCE_S)
-        self._known: dict[str, tuple[tuple[int, int, int], dict[str, Any]]] = {}  # records by key, with their stamp
+        # cached records by key, each with the time, size and inode of its file
+        self._known: dict[str, tuple[tuple[int, int, int], dict[str, Any]]] = {}
         self._room = _MOST_KNOWN
 
     def __repr__(self) -> str:
         return f"StudyFolder({str(self.path)!r})"
 
     def __reduce__(self) -> tuple[type, tuple[Path]]:
-        """Pickle and copy the place, not the lock."""
+        """Pickle and copy the path, not the lock."""
         return type(self), (self.path,)
 
     # ---- lock
 
     def __enter__(self) -> Self:
-        """Take the folder for this process; raise `FolderLocked` if another one has it."""
         self.lock()
         return self
 
@@ -92,7 +94,7 @@ class StudyFolder:
         self._lock.release()
 
     def lock(self) -> None:
-        """Take the folder for this process; raise `FolderLocked` if another one has it."""
+        """Lock the folder for this process; raise `FolderLocked` if another process is using it."""
         try:
             make_folder(self.runs)
             refuse_link(self.path / ".lock")
@@ -117,7 +119,7 @@ class StudyFolder:
         return self.path / ".lock.holder"
 
     def holder(self) -> str | None:
-        """Return a clause with the process that is using the folder, None if there is none."""
+        """Return a clause that names the process that is using the folder; None if there is none."""
         probe = _file_lock(self.path / ".lock", 0.0)
         try:
             if not Path(probe.lock_file).exists():
@@ -125,7 +127,7 @@ class StudyFolder:
             probe.acquire()
         except Timeout:
             return self._signature()
-        except (OSError, NotImplementedError):  # not ours to lock: a signature is all there is to see
+        except (OSError, NotImplementedError):  # without permission to lock, only the signature is available
             return self._signature() if self._holder_file.exists() else None
         probe.release()
         return None
@@ -140,16 +142,16 @@ class StudyFolder:
 
     @property
     def work(self) -> Path:
-        """Where solvers that need files have their run folders."""
+        """Folder for the run folders of solvers that need files."""
         return self.path.absolute() / "work"
 
     @property
     def runs(self) -> Path:
-        """Where the records lie."""
+        """Folder of the records."""
         return self.path / "runs"
 
     def record_path(self, key: str) -> Path:
-        """Return the file of a record."""
+        """Return the path of a record."""
         if _KEY.fullmatch(key) is None:
             raise ValueError(f"{key!r} is not a valid record key")
         return self.runs / f"{key}.json"
@@ -159,12 +161,12 @@ class StudyFolder:
         return sorted(path.stem for path in self.runs.glob("*.json") if _KEY.fullmatch(path.stem))
 
     def save(self, record: Mapping[str, Any]) -> None:
-        """Write a record whole or not at all; `record["key"]` names it."""
+        """Write a record in full or not at all; its file name is `record["key"]`."""
         path = self.record_path(record["key"])
         write_atomic(path, sealed({"record_version": RECORD_VERSION, **record}))
 
     def load(self, key: str) -> dict[str, Any] | None:
-        """Return a record without its seal; one that is damaged is set aside. None if there is none."""
+        """Return a record without its hash; None if there is none. A damaged record is moved to ``runs/damaged``."""
         record, problem = self._read(key)
         if problem:
             path = self.record_path(key)
@@ -177,11 +179,11 @@ class StudyFolder:
         return record
 
     def peek(self, key: str) -> dict[str, Any] | None:
-        """Return a record without its seal, None if there is none or it is damaged; changes nothing."""
+        """Return a record without its hash; None if there is none or it is damaged. No file is changed."""
         return self._read(key)[0]
 
     def _read(self, key: str) -> tuple[dict[str, Any] | None, str]:
-        """Examine a record whose file has changed since it was last read; a command asks for each many times."""
+        """Return what `examine` returns, from the cache if the file is unchanged: commands read a record many times."""
         try:
             status = self.record_path(key).stat()
         except OSError:
@@ -190,14 +192,14 @@ class StudyFolder:
         if key in self._known and self._known[key][0] == stamp:
             return self._known[key][1], ""
         record, problem = self.examine(key)
-        settled = time.time_ns() - status.st_mtime_ns > _TICK_NS  # a later change has another time
+        settled = time.time_ns() - status.st_mtime_ns > _TICK_NS  # so that a later change has another time stamp
         if record is not None and settled and self._room >= status.st_size:
             self._room -= status.st_size
             self._known[key] = stamp, record
         return record, problem
 
     def examine(self, key: str) -> tuple[dict[str, Any] | None, str]:
-        """Return a record without its seal, None if there is none or it is damaged, and what is wrong with it."""
+        """Return a record without its hash (None if there is none or it is damaged), and its fault ("" if none)."""
         try:
             record = read_sealed(self.record_path(key))
         except FileNotFoundError:
@@ -207,14 +209,14 @@ class StudyFolder:
         problem = _problem_of(record, key)
         return (None, problem) if problem else (record, "")
 
-    # ---- the files of the stages: sealed JSON, whole or not at all, and tables as CSV
+    # ---- result files of the stages
 
     def write_stage(self, stage: str, content: Mapping[str, Any]) -> None:
-        """Write a stage's JSON and its seal, whole or not at all; the same content gives the same bytes."""
+        """Write the result of a stage with its hash, in full or not at all; equal content gives equal bytes."""
         write_atomic(self.path / f"{stage}.json", sealed(content))
 
     def read_stage(self, stage: str) -> dict[str, Any]:
-        """Return a stage's JSON without its seal; `UsageError` if absent, changed, damaged or of another version."""
+        """Return the result of a stage; `UsageError` if it is missing, damaged or of another schema version."""
         content = self.examine_stage(stage)
         if (version := content.get("schema_version")) != SCHEMA_VERSION:
             raise UsageError(
@@ -224,7 +226,7 @@ class StudyFolder:
         return content
 
     def examine_stage(self, stage: str) -> dict[str, Any]:
-        """Return a stage's JSON of any version without its seal; raises as `read_stage` does."""
+        """Return the result of a stage, of any schema version; `UsageError` if it is missing or damaged."""
         path = self.path / f"{stage}.json"
         try:
             content = read_sealed(path)
@@ -237,17 +239,17 @@ class StudyFolder:
         return content
 
     def has_stage(self, stage: str) -> bool:
-        """Whether a stage has left its file."""
+        """Check whether a stage has written its result."""
         return (self.path / f"{stage}.json").exists()
 
     # ---- the spec
 
     def remember_spec(self, spec: Path) -> None:
-        """Keep the place of the spec, so that results can be opened by their folder alone."""
+        """Store the path of the spec, so that results can be opened with the path of the folder alone."""
         write_atomic(self.path / SPEC_PLACE, f"{spec.absolute()}\n")
 
     def remembered_spec(self) -> Path | None:
-        """Return the place of the spec, None if it is unknown."""
+        """Return the path of the spec; None if it is not stored."""
         try:
             return Path(read_plain(self.path / SPEC_PLACE, _MOST_NOTE).decode("utf-8", "surrogateescape").strip())
         except OSError:
@@ -256,12 +258,12 @@ class StudyFolder:
     # ---- log
 
     def log(self, event: str, **facts: Any) -> None:
-        """Append a line to ``log.jsonl``; a log that cannot be written stops nothing."""
+        """Append a line to ``log.jsonl``; a failure to write is ignored."""
         append(self.path / "log.jsonl", event, facts)
 
 
 def _problem_of(record: Mapping[str, Any], key: str) -> str:
-    """Return the fault of a sealed record with this key, "" if it has none."""
+    """Return the fault of a record whose hash is correct; "" if there is none."""
     if (version := record.get("record_version")) != RECORD_VERSION:
         return f"has record version {version!r:.20}; this version of stemcal requires {RECORD_VERSION}"
     if missing := [name for name in _RECORDED if name not in record]:
@@ -292,14 +294,14 @@ def _is_curve(curve: Mapping[str, Any]) -> bool:
 
 
 def _file_lock(path: Path, patience: float) -> FileLock:
-    """Return a lock of the kernel: one that is only a file would stay when its holder is killed."""
+    """Return a lock of the operating system; a lock that is only a file would remain if its holder is killed."""
     kernel_only = {"fallback_to_soft": False} if "fallback_to_soft" in signature(FileLock.__init__).parameters else {}
-    made: Callable[..., FileLock] = FileLock
-    return made(path, timeout=patience, poll_interval=0.02, **kernel_only)
+    any_lock: Callable[..., FileLock] = FileLock
+    return any_lock(path, timeout=patience, poll_interval=0.02, **kernel_only)
 
 
 def provenance() -> dict[str, str]:
-    """Return program, machine and time of a record, for people who read it later."""
+    """Return the versions of the programs, and the machine, for the record of a run."""
     import numpy
 
     from stemcal.version import __version__

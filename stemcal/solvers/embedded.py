@@ -17,20 +17,11 @@ from stemcal.fem.material import Material, Transverse
 from stemcal.fem.model import Integration
 from stemcal.fem.vtk_frames import FrameWriter
 from stemcal.fem.warm import compile_once, is_compiled, warm
+from stemcal.solvers import laboratory_runs
 from stemcal.solvers.cost import seconds
 from stemcal.solvers.film import Film
 from stemcal.solvers.kept_curve import curve_scores, kept_curve, kept_rows
-from stemcal.solvers.laboratory_runs import (
-    AnyTest,
-    determining,
-    distrusted,
-    identity,
-    laboratory_test,
-    measured_at,
-    perform_all,
-    perform_or_fail,
-    relevant_warnings,
-)
+from stemcal.solvers.laboratory_runs import AnyTest
 from stemcal.solvers.options import BREAK_DROP, EmbeddedSolver
 from stemcal.solvers.protocol import RESPONSES, Answer, Request, Solver
 from stemcal.solvers.replicates import MOST_SEED, seed_of
@@ -72,11 +63,11 @@ class Embedded(Solver):
     def identity(self, request: Request) -> dict[str, Any]:
         """Return the inputs of the tests as plain values, and the revision of the code that simulates them."""
         tests = self._laboratory_tests(request)
-        laboratory = [{"name": section.name, **identity(section, test)} for section, test in tests]
+        laboratory = [{"name": section.name, **laboratory_runs.identity(section, test)} for section, test in tests]
         return {
             "solver": "embedded",
             "revision": cutting.REVISION,
-            "tests": [determining(self._test(request))],
+            "tests": [laboratory_runs.determining(self._test(request))],
             **({"laboratory": laboratory} if laboratory else {}),
             **({"curves": asdict(modes)} if (modes := self.study.targets.modes_at(request.condition)) else {}),
             **({"pictured": True} if request.pictured else {}),
@@ -88,7 +79,7 @@ class Embedded(Solver):
             test, modes = self._test(request), self.study.targets.modes_at(request.condition)
             film = Film() if request.pictured else None
             result = shear(test, inspect=film)
-            responses, warnings = perform_all(self._laboratory_tests(request))
+            responses, warnings = laboratory_runs.perform_all(self._laboratory_tests(request))
             scores = curve_scores(modes, result.history.travel, result.history.force_filtered, result.break_travel)
         except SimulationFailed as failure:
             return Answer("failed", reason=failure.reason, message=str(failure))
@@ -100,7 +91,7 @@ class Embedded(Solver):
             details |= {RESPONSES: further}
         if film is not None:
             details |= pictured(result, film)
-        if (distrust := distrusted(result)) is not None:
+        if (distrust := laboratory_runs.distrusted(result)) is not None:
             return Answer("failed", reason=distrust.reason, message=str(distrust), details=details)
         return Answer("ok", response=result.peak_force, details=details)
 
@@ -143,7 +134,7 @@ class Embedded(Solver):
 
     def _laboratory_tests(self, request: Request) -> list[tuple[LaboratorySection, AnyTest]]:
         """Return the laboratory tests of a run; further cuts have the same mesh position as the first."""
-        sections = measured_at(self.study, request.condition)
+        sections = laboratory_runs.measured_at(self.study, request.condition)
         tests = [test_of(self.study, section, request.levels, request.condition) for section in sections]
         placed_tests = [self._placed(test, request) if isinstance(test, ShearTest) else test for test in tests]
         return list(zip(sections, placed_tests, strict=True))
@@ -199,14 +190,15 @@ def simulate_levels(
     if section is None:
         assert isinstance(test, ShearTest)
         return shear(test, writer)
-    result = perform_or_fail(test, writer).giving(section.responses)
-    return replace(result, warnings=tuple(relevant_warnings(result, section.measured or tuple(result.responses))))
+    result = laboratory_runs.perform_or_fail(test, writer).giving(section.responses)
+    measured = section.measured or tuple(result.responses)
+    return replace(result, warnings=tuple(laboratory_runs.relevant_warnings(result, measured)))
 
 
 def test_of(study: Study, section: LaboratorySection, levels: Mapping[str, float], diameter: float) -> AnyTest:
     """Return the test of a section under `tests` in the spec: a further cut, or a laboratory test of a piece."""
     if isinstance(section, PieceSection):
-        return laboratory_test(section, shear_test(study, levels, diameter))
+        return laboratory_runs.laboratory_test(section, shear_test(study, levels, diameter))
     diameter = study.stem_at(levels, diameter)
     return _shear_test(study.at(levels).cut_as(section, diameter), levels, diameter)
 

@@ -154,7 +154,9 @@ def bent(monkeypatch: pytest.MonkeyPatch) -> None:
     )
     responses = {"slope": 41.5, "force": 120.0, "travel": 0.6, "work": 60.0}
     monkeypatch.setattr(
-        embedded, "perform_or_fail", lambda *_: LaboratoryResult(**{**vars(curve), "responses": responses})
+        embedded.laboratory_runs,
+        "perform_or_fail",
+        lambda *_: LaboratoryResult(**{**vars(curve), "responses": responses}),
     )
     monkeypatch.setattr(embedded, "warm", lambda *_: None)
 

@@ -1,4 +1,4 @@
-"""What an executor of runs must offer beyond `concurrent.futures.Executor`, what may go wrong, and the simplest one."""
+"""The interface of executors, their exceptions, the simplest executor, and the cores and memory of this machine."""
 
 import os
 from abc import abstractmethod
@@ -16,14 +16,14 @@ T = TypeVar("T")
 
 
 class RunExecutor(Executor):
-    """Computes runs; `ahead` is how many it may be given before one of them is done."""
+    """An executor of runs; `ahead` is the number of runs that may be submitted before one of them has finished."""
 
     ahead: float = inf
 
     @property
     @abstractmethod
     def workers(self) -> int:
-        """How many runs it computes at a time."""
+        """Number of runs that it computes at the same time."""
 
 
 class WorkerDied(StemcalError):
@@ -31,11 +31,11 @@ class WorkerDied(StemcalError):
 
 
 class ClusterLost(StemcalError):
-    """The connection to the cluster broke: no run failed, but none can be computed now."""
+    """The connection to the cluster was lost: no run has failed, but none can be computed."""
 
 
 class InlineExecutor(RunExecutor):
-    """Computes in the calling thread while `submit` runs; for tables, tests and debuggers.
+    """Computes each call within `submit`, in the calling thread; for fast solvers, tests and debuggers.
 
     >>> with InlineExecutor() as executor:
     ...     executor.submit(pow, 2, 10).result()
@@ -46,11 +46,11 @@ class InlineExecutor(RunExecutor):
 
     @property
     def workers(self) -> int:
-        """The caller alone."""
+        """Number of runs that it computes at the same time."""
         return 1
 
     def submit(self, fn: Callable[P, T], /, *args: P.args, **kwargs: P.kwargs) -> Future[T]:
-        """Call `fn` now and return its finished future."""
+        """Call `fn` at once, and return its finished future."""
         future: Future[T] = Future()
         future.set_running_or_notify_cancel()
         try:
@@ -58,9 +58,6 @@ class InlineExecutor(RunExecutor):
         except Exception as error:
             future.set_exception(error)
         return future
-
-
-# ---- the machine that this process runs on
 
 
 _LIMITS = ("/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes")
@@ -74,11 +71,11 @@ def available_cores() -> int:
 
 
 def machine_memory() -> float:
-    """Return the memory limit of this process in bytes: that of the machine or of its container."""
+    """Return the memory limit of this process, bytes: the memory of the machine or the limit of its container."""
     import psutil
 
     limits = [float(psutil.virtual_memory().total)]
-    for place in _LIMITS:  # those of a container, where there is one
+    for place in _LIMITS:  # of a container
         with suppress(OSError, ValueError):
             text = Path(place).read_text(encoding="ascii").strip()
             limits += [float(text)] if text.isdigit() and int(text) > 0 else []

@@ -1,9 +1,8 @@
-"""The executor beyond one machine: runs go to the workers of a Dask scheduler.
+"""The executor for a cluster: runs are computed by the workers of a Dask scheduler.
 
-The cluster is the user's own, started by hand or by dask-jobqueue on Slurm and PBS. On a worker each run has its
-own process, as on one machine, so that time limits and crashes are handled alike: a run that hangs or
-crashes costs itself, not the worker with all that it holds. A worker that is lost hands its runs to the others. The
-processes serve one command: when it ends and can still notify them, they end.
+The user starts the cluster, by hand or with dask-jobqueue on Slurm or PBS. On a worker, each run has a separate
+process, as in `LocalExecutor`, so that a run that hangs or crashes does not affect the worker. If a worker is lost,
+Dask passes its runs to other workers. The processes compute for one command, and end with it if they can be notified.
 """
 
 import functools
@@ -29,7 +28,7 @@ P = ParamSpec("P")
 T = TypeVar("T")
 
 CONNECT_S = 10.0
-FAREWELL_S = 5.0  # for telling the workers that a command ends
+FAREWELL_S = 5.0  # time for notifying the workers that a command ends
 _LOUD = ("distributed", "tornado", "asyncio", "bokeh")
 _MOST_PROCESSES = 256
 _KILLED, _OF_DASK = ("KilledWorker", "NoValidWorkerError"), ("distributed", "tornado")
@@ -39,8 +38,8 @@ _making = threading.Lock()
 class DaskExecutor(RunExecutor):
     """Computes calls on the workers of the Dask scheduler at ``HOST:PORT``, each within a time limit in s.
 
-    The limit counts from the moment a call begins on a worker. Raises `UsageError` if Dask is not installed, no one
-    answers, or a worker has no stemcal or another version or code of it.
+    The limit starts when a call begins on a worker. Raises `UsageError` if Dask is not installed, no scheduler
+    responds, or stemcal on a worker is missing or differs from that of this process.
     """
 
     def __init__(self, address: str, time_limit: float | None = None) -> None:
@@ -56,14 +55,14 @@ class DaskExecutor(RunExecutor):
 
     @property
     def workers(self) -> int:
-        """How many runs the cluster can compute at a time, now."""
+        """Number of runs that the cluster can compute at the same time at present."""
         try:
             return max(1, sum(map(int, self._client.nthreads().values())))
         except Exception:
             raise self._lost() from None
 
     def submit(self, fn: Callable[P, T], /, *args: P.args, **kwargs: P.kwargs) -> Future[T]:
-        """Give a call to the cluster; function, arguments and result must be picklable."""
+        """Pass a call to the cluster; function, arguments and result must be picklable."""
         call = pickle.dumps((fn, args, kwargs)), self.time_limit, code_version(), self._session
         try:
             task = self._tasks.submit(_supervised, *call)
@@ -75,8 +74,8 @@ class DaskExecutor(RunExecutor):
         return future
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """Wait for what is under way, or end it on the workers, and leave the cluster as it was."""
-        with suppress(Exception):  # of a cluster that is lost there is nothing to leave
+        """Wait for the running calls, or end them on the workers; then disconnect. The cluster keeps running."""
+        with suppress(Exception):  # the cluster may be lost
             self._tasks.shutdown(wait=wait and not cancel_futures)
         _at_most(FAREWELL_S, lambda: self._client.run(_end_session, self._session))
         _at_most(FAREWELL_S, self._client.close)
@@ -87,13 +86,13 @@ class DaskExecutor(RunExecutor):
         self.shutdown(wait=kind is None)
 
     def _hand_over(self, future: Future[Any], task: Future[Any]) -> None:
-        """Pass a task's outcome on; cancelled without our doing, it means that the scheduler is gone."""
+        """Copy the outcome of a Dask task to a future; a task that Dask has cancelled means a lost scheduler."""
         if not future.set_running_or_notify_cancel():
             return
         try:
             future.set_result(task.result())
         except BaseException as error:
-            if type(error).__name__ in _KILLED:  # a run that outlived too many workers
+            if type(error).__name__ in _KILLED:  # several workers died during the run
                 future.set_exception(WorkerDied(f"the Dask workers of this run were lost: {error}"))
             elif isinstance(error, CancelledError) or type(error).__module__.partition(".")[0] in _OF_DASK:
                 future.set_exception(self._lost())
@@ -122,7 +121,7 @@ class DaskExecutor(RunExecutor):
 
 
 def _supervised(blob: bytes, time_limit: float | None, version: str, session: str) -> Any:
-    """Compute a pickled call in a process of this machine. Runs in a thread of a Dask worker."""
+    """Compute a pickled call in a separate process; called in a thread of a Dask worker."""
     if version != code_version():
         raise WorkerDied(_mismatch("this worker", code_version(), version))
     from distributed import get_worker
@@ -136,13 +135,13 @@ def _supervised(blob: bytes, time_limit: float | None, version: str, session: st
     return crew.submit_pickled(blob, time_limit).result()
 
 
-# On a worker: the processes of each command, one for each thread.
+# On a worker: the processes of each command (session), one for each thread of the worker.
 _sessions: dict[str, LocalExecutor] = {}
 _ended: set[str] = set()
 
 
 def _end_session(session: str) -> None:
-    """End the processes that compute for a command. Runs on a Dask worker, which does not wait for it."""
+    """End the processes that compute for a command, in the background; called on a Dask worker."""
     with _making:
         _ended.add(session)
         crew = _sessions.pop(session, None)
@@ -156,7 +155,7 @@ def _mismatch(worker: str, version: str, wanted: str) -> str:
 
 
 def _at_most(seconds: float, farewell: Callable[[], object]) -> None:
-    """Do something towards the cluster that may be lost, and wait so long for it."""
+    """Call a function in a thread and wait for it at most for some seconds, since the cluster may not respond."""
 
     def try_it() -> None:
         with suppress(Exception):
@@ -182,7 +181,7 @@ def _connected(address: str) -> Any:
     encrypted = dask.config.get("distributed.comm.require-encryption", False)
     scheme = "tls" if encrypted or dask.config.get("distributed.comm.tls.client.cert", None) else "tcp"
     url, clients = f"{scheme}://{address}", list[Any]()
-    # Dask's client waits for minutes where a port is silent or speaks another protocol
+    # the client of Dask waits for minutes if the port does not respond or uses another protocol
     _at_most(CONNECT_S, lambda: clients.append(Client(url, timeout=CONNECT_S, set_as_default=False)))
     if not clients:
         raise UsageError(

@@ -1,8 +1,8 @@
-"""The executor of one machine: a fixed number of worker processes, each of them expendable.
+"""The executor for one machine: a fixed number of worker processes, which are replaced if they die.
 
-`ProcessPoolExecutor` gives up every pending run when one worker dies. Here a thread feeds each worker: one that dies
-costs the run it was at, nothing else; its future gets `WorkerDied`, the next run a new process. A run that takes longer
-than its time limit is ended with all that it has started, and its future gets `RunTimedOut`.
+`ProcessPoolExecutor` gives up all pending runs if one worker dies. Here, each worker is controlled by a thread. If the
+worker dies, only its current run fails, with `WorkerDied`, and the next run starts a new process. If a run exceeds its
+time limit, it is terminated with all its child processes and fails with `RunTimedOut`.
 """
 
 import pickle
@@ -19,30 +19,30 @@ from stemcal.runs.executors import RunExecutor, WorkerDied, available_cores
 P = ParamSpec("P")
 T = TypeVar("T")
 
-# The runs share the cores.
+# Each run uses one thread, since the runs share the cores.
 _ONE_THREAD = dict.fromkeys(
     ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS", "NUMBA_NUM_THREADS"), "1"
 )
 
 
 class LocalExecutor(RunExecutor):
-    """Computes calls in `workers` processes of this machine, by default one per core, each within a time limit in s.
+    """Computes calls in `workers` processes (by default one per core), each call within `time_limit` (s).
 
-    Processes start when there is work for them; the limit counts from the moment a worker begins a call. Leaving a
-    ``with`` block by an exception (Ctrl-C) ends the workers at once and cancels what has not begun.
+    Processes are started when they are needed; the time limit starts when a worker begins a call. If a ``with`` block
+    is left by an exception (Ctrl-C), the workers are terminated at once and the pending calls are cancelled.
     """
 
     def __init__(self, workers: int | None = None, time_limit: float | None = None) -> None:
         self._workers = max(1, workers if workers is not None else available_cores())
         self.time_limit = time_limit
         self._threads = ThreadPoolExecutor(self._workers, "worker")
-        self._own = threading.local()  # of each thread: its `child`
+        self._own = threading.local()  # `child`, the worker process of each thread
         self._children: set[Child] = set()
         self._stopping = threading.Event()
 
     @property
     def workers(self) -> int:
-        """How many processes there are at most."""
+        """Largest number of worker processes."""
         return self._workers
 
     def submit(self, fn: Callable[P, T], /, *args: P.args, **kwargs: P.kwargs) -> Future[T]:
@@ -50,11 +50,11 @@ class LocalExecutor(RunExecutor):
         return self.submit_pickled(pickle.dumps((fn, args, kwargs)), self.time_limit)
 
     def submit_pickled(self, blob: bytes, time_limit: float | None) -> Future[Any]:
-        """Queue a pickled (function, args, kwargs) with its own time limit."""
+        """Queue a pickled (function, args, kwargs) with a time limit in s."""
         return self._threads.submit(self._computed, blob, time_limit)
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """Take no more calls; finish what is queued, or cancel it; then end the workers."""
+        """Accept no more calls, finish or cancel the queued ones, then end the workers."""
         self._threads.shutdown(wait, cancel_futures=cancel_futures)
         if wait and self._children:
             with ThreadPoolExecutor(len(self._children)) as dismissing:
@@ -62,7 +62,7 @@ class LocalExecutor(RunExecutor):
             self._children.clear()
 
     def stop(self) -> None:
-        """End the workers now, in the middle of their runs, and cancel everything queued."""
+        """Terminate the workers at once, even during a run, and cancel the queued calls."""
         self._stopping.set()
         self._threads.shutdown(wait=False, cancel_futures=True)
         for child in list(self._children):
@@ -78,12 +78,12 @@ class LocalExecutor(RunExecutor):
             self.stop()
 
     def _computed(self, blob: bytes, limit: float | None) -> Any:
-        """Compute a call in the thread's worker; replace a worker that dies or is late before the next call."""
+        """Compute a call in the worker of this thread; a worker that dies or exceeds the time limit is discarded."""
         try:
             if getattr(self._own, "child", None) is None:
                 self._own.child = Child(_ONE_THREAD)
                 self._children.add(self._own.child)
-            if self._stopping.is_set():  # which may have come while it started
+            if self._stopping.is_set():  # `stop` may have been called while the worker started
                 raise ChildDied("stopped")
             result, error = self._own.child.call(blob, limit)
         except (ChildDied, RunTimedOut) as problem:

@@ -18,13 +18,13 @@ from stemcal.storage.atomic import write_atomic
 __all__ = ["Deck", "DeckForm", "deck_text"]
 
 _SECTIONS = ("specimen", "blade", "supports", "loading", "contact")
-# Options that change no answer, or whose files are known by their content.
+# Options that do not change an answer, or that are part of the identity elsewhere.
 _APART = {"environment", "time_limit", "files", "home"}
 
 
 @dataclass(frozen=True)
 class DeckProgram(Program[DeckSolver]):
-    """Answers requests by the program of a `DeckSolver`."""
+    """Answers requests by running LS-DYNA or OpenRadioss on a deck."""
 
     revision: ClassVar[int] = 9
 
@@ -33,7 +33,7 @@ class DeckProgram(Program[DeckSolver]):
         return self.options.program == "lsdyna"
 
     def prepare(self) -> None:
-        """Refuse to begin if the program is not there."""
+        """Raise `UsageError` if the program is not installed."""
         folder = self.study.source.parent
         if self._is_lsdyna:
             executable(self.options.command[0], folder)
@@ -45,7 +45,6 @@ class DeckProgram(Program[DeckSolver]):
         return Inputs.of([], self.options.files, named)
 
     def _determining(self, request: Request) -> dict[str, Any]:
-        """Return all the deck is written from."""
         study, stem = self.study.at(request.levels), self.study.stem_at(request.levels, request.condition)
         dump = study.model_dump(mode="json")
         return {
@@ -55,7 +54,6 @@ class DeckProgram(Program[DeckSolver]):
         }
 
     def _write(self, folder: Path, request: Request) -> None:
-        """Write the deck of a request."""
         self.inputs.write(folder, {})
         deck = self._deck(request)
         write_atomic(folder / DECK, deck_text(deck))
@@ -63,7 +61,7 @@ class DeckProgram(Program[DeckSolver]):
             write_atomic(folder / STARTER_INPUT, starter_around(DECK, deck.nonlocal_lengths))
 
     def _deck(self, request: Request) -> Deck:
-        """Return the deck in the form that the program reads; for OpenRadioss without pictures, 50 files for a run."""
+        # without pictures for OpenRadioss, which would be 50 files for each run
         form = replace(form_of(self.study), pictures=self._is_lsdyna)
         return Deck.of(self.study, request.levels, request.condition, form)
 

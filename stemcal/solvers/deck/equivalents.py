@@ -1,7 +1,7 @@
-"""The embedded solver's numbers in the words of LS-DYNA's cards.
+"""Convert settings of the embedded solver to equivalent values for LS-DYNA and OpenRadioss.
 
-Contact stiffness, mass scaling and rate law are each defined in another way there. Every conversion is here once,
-with what it rests on; the hourglass coefficient means the same (`fem.material.HOURGLASS_SHARE`).
+Contact stiffness, mass scaling, rate law and nonlocal length are defined differently in these programs. The hourglass
+coefficient has the same definition (`fem.material.HOURGLASS_SHARE`).
 """
 
 from math import sqrt
@@ -16,67 +16,68 @@ from stemcal.solvers.options import DeckSolver, EmbeddedSolver
 
 Array = NDArray[np.float64]
 
-# OpenRadioss's 2L + h over ℓ on elements of length h. Of a zone of one row of them its mean is 1/(2L + h) of what the
-# zone elongates (ε̄ − L² ∇²ε̄ = ε, ε̄ the mean of an element's nodes), the mean by exp(−r²/ℓ²) 1/(ℓ √π). Bars that neck
-# part alike with 1.7 (tests/verification/necking_bar.py), stems of 8 mm under a nose with 2.
+# (2L + h)/ℓ for the nonlocal length L of OpenRadioss, elements of length h, and ℓ in exp(−r²/ℓ²) of the embedded
+# solver. If a row of elements elongates by u, the averaged strain is u/(2L + h) in OpenRadioss (ε̄ − L² ∇²ε̄ = ε, with the
+# mean of the nodes of an element) and u/(ℓ √π) here. Necking bars fracture at the same elongation with a factor of 1.7
+# (tests/verification/necking_bar.py), stems of 8 mm below a rounded edge with a factor of 2.
 _RADIOSS_LENGTH = 2.0
-# LS-DYNA's L over ℓ: ⟨r²⟩ is 3/5 L² for its weight (1 + (r/L)⁸)⁻², as of a ball, and 3/2 ℓ² for exp(−r²/ℓ²).
+# L/ℓ for LS-DYNA, by equal ⟨r²⟩: 3/5 L² for its weight (1 + (r/L)⁸)⁻², as for a ball, and 3/2 ℓ² for exp(−r²/ℓ²).
 _DYNA_LENGTH = sqrt(2.5)
-# The radius of a nose over the distance within which a sharp edge acts: with it both have the same force.
+# Radius of a rounded edge over the edge spread of a sharp edge with the same force.
 _NOSE = 1.4
-# A rate law that raises the yield stress by less than this at the highest rate has no effect.
+# Least relative increase of the yield stress, at the highest strain rate, for which a rate law is written.
 _NO_EFFECT = 1e-3
 
 
 def wanted_step(solver: EmbeddedSolver | DeckSolver, mesh: Mesh, material: Material) -> float:
-    """Return dt2ms less its sign, s: small elements are given mass until they can take it; 0 for no scaling.
+    """Return the magnitude of dt2ms, s: the time step up to which mass is added to small elements; 0 for no scaling.
 
-    The density of the cards is the real one. With a mass scaling n, the smallest element takes √n times its own step,
-    with a time step Δt all take Δt/TSSFAC, whichever is more.
+    The cards have the real density. A mass scaling n increases the step of the smallest element by √n; a minimum time
+    step Δt requires Δt/TSSFAC. The larger of both is returned.
     """
     scaled = sqrt(solver.mass_scaling) * shortest(mesh) / _sound(material) if solver.mass_scaling > 1.0 else 0.0
     return max(scaled, (_time_step(solver) or 0.0) / solver.time_step_safety)
 
 
 def density_factor(solver: EmbeddedSolver | DeckSolver, mesh: Mesh, material: Material) -> float:
-    """Return the factor on the density with which the smallest element takes the wanted step by itself, at least 1.
+    """Return the factor on the density, at least 1, for which `wanted_step` is the stable step of the smallest element.
 
-    For a program whose nonlocal field cannot bear mass that is added to nodes.
+    It replaces mass that is added to nodes, with which the nonlocal field of OpenRadioss diverges.
     """
     return max(1.0, (wanted_step(solver, mesh, material) * _sound(material) / shortest(mesh)) ** 2)
 
 
 def nose_radius(spread: float) -> float:
-    """Return the radius of the nose (mm) that parts a stem at the force of a sharp edge spread so far (mm)."""
+    """Return the radius (mm) of a rounded edge that cuts at the same force as a sharp edge with a spread (mm)."""
     return _NOSE * spread
 
 
 def nonlocal_length(length: float, program: str, size: float) -> float:
-    """Return the length (mm) of LS-DYNA or OpenRadioss whose average is that of ℓ (mm) here.
+    """Return the nonlocal length (mm) of LS-DYNA or OpenRadioss that is equivalent to `length` ℓ (mm).
 
-    OpenRadioss's is shorter on elements (mm) that are longer, since they average too; 0 where they alone do. `size` is
-    that of the spec, of which rows under an edge have some 0.9 to 0.95.
+    In OpenRadioss it decreases with the element size (mm), since elements also average; 0 if they average over more
+    than ℓ. `size` is that of the spec; the rows of elements under an edge are 0.9 to 0.95 of it.
     """
     return max(0.5 * (_RADIOSS_LENGTH * length - size), 0.0) if program == "openradioss" else length * _DYNA_LENGTH
 
 
 def shortest(mesh: Mesh) -> float:
-    """Return V/A of the smallest element, mm: its volume over its largest face, as LS-DYNA's time step has it."""
+    """Return the smallest V/A of an element, mm: volume over largest face, as for the time step of LS-DYNA."""
     return float((mesh.volumes() / _areas(mesh, mesh.hexes[:, FACES]).max(axis=1)).min())
 
 
 def contact_scale(
     solver: EmbeddedSolver | DeckSolver, mesh: Mesh, material: Material, share: float, place: tuple[float, float, float]
 ) -> float:
-    """Return the factor on K A²/V that makes a penalty as stiff as share · m/Δt² at a place of the stem's surface.
+    """Return the factor SFS for which the contact stiffness at a place of the stem's surface is share · m/Δt².
 
-    A segment of LS-DYNA's has the stiffness SLSFAC · SFS · K A²/V (K bulk modulus, A area, V volume of its element);
-    OpenRadioss takes SFS alone for SLSFAC · SFS. Both then combine those of stem and tool, one by the smaller, the
-    other by the mean: tools of the stem's moduli and SLSFAC = 1 make them agree.
+    A segment in LS-DYNA has the stiffness SLSFAC · SFS · K A²/V (K bulk modulus, A area, V volume of its element); in
+    OpenRadioss, SFS · K A²/V. LS-DYNA then uses the smaller stiffness of stem and tool, OpenRadioss the mean; they
+    agree if SLSFAC = 1 and the tools have the moduli of the stem.
     """
-    # the scaled mass of each element (t) and the time step (s) that the embedded solver begins with
+    # the scaled mass of each element (t) and the time step (s) at the start of the embedded solver
     mass = solver.mass_scaling * material.density * mesh.volumes()
-    # 2/ω of each element, s: fem.kernels.timestep without compiling it
+    # 2/ω of each element, s, as in fem.kernels.timestep, which would have to be compiled
     b, volumes = np.array(mesh.modal_gradients()), mesh.volumes()
     products = np.einsum("ime,jme->ije", b, b) / (8.0 * volumes**2)
     trace, norm = np.trace(products), np.abs(products).sum(axis=1).max(axis=0)
@@ -91,10 +92,11 @@ def contact_scale(
 
 
 def share_in_openradioss(mesh: Mesh, tool: Mesh, place: tuple[float, float, float]) -> float:
-    """Return K A²/V of OpenRadioss for a node of a tool's edge that acts on a mesh near a place.
+    """Return the contact stiffness, over K A²/V of a segment, of a node on the sharp edge of a tool in OpenRadioss.
 
-    It takes the mean of that and the node's own stiffness K (2 Vₙ)^⅓, Vₙ the volume that its elements give a node
-    (asstifi.F, i25cor3.F), and half of it (i25for3.F), since surfaces meet from both sides. A sharp edge does not.
+    OpenRadioss uses the mean of K A²/V and the stiffness of the node, K (2 Vₙ)^⅓, with Vₙ the volume of its elements
+    per node (asstifi.F, i25cor3.F). It halves the mean (i25for3.F), since surfaces usually act on each other from both
+    sides; a sharp edge acts from one side only.
     """
     _, segment = _segment(mesh, place)
     nearest = int(np.argmin(np.linalg.norm(tool.nodes - place, axis=1)))
@@ -103,7 +105,7 @@ def share_in_openradioss(mesh: Mesh, tool: Mesh, place: tuple[float, float, floa
 
 
 def _segment(mesh: Mesh, place: tuple[float, float, float]) -> tuple[NDArray[np.int32], float]:
-    """Return the corners of the outer face that is nearest to a place, and A²/V (mm) of it."""
+    """Return the corners of the surface face that is nearest to a place, and its A²/V (mm)."""
     elements, sides = np.nonzero(mesh.neighbours() < 0)
     corners = mesh.hexes[elements[:, None], np.asarray(FACES)[sides]]
     nearest = int(np.argmin(np.linalg.norm(mesh.nodes[corners].mean(axis=1) - place, axis=1)))
@@ -113,7 +115,7 @@ def _segment(mesh: Mesh, place: tuple[float, float, float]) -> tuple[NDArray[np.
 
 
 def rate_constants(law: str, c: float, p: float, rate: float) -> tuple[float, float]:
-    """Return C and P with which 1 + (ε̇/C)^(1/P) is equivalent to a law; zeros where it has no effect up to `rate`.
+    """Return C and P of 1 + (ε̇/C)^(1/P) for a rate law; zeros if it has almost no effect up to `rate` (1/s).
 
     >>> rate_constants("cowper_symonds", 90.0, 8.0, 10.0), rate_constants("paper", 90.0, 8.0, 10.0)
     ((90.0, 8.0), (0.0, 0.0))

@@ -1,4 +1,4 @@
-"""Keyword cards: fields of ten columns, numbers with as many digits as these hold; and which of them a deck has."""
+"""Write keyword cards in fields of ten columns, and choose the form of a deck."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ _HEADING = "$#"
 
 
 def keyword(name: str, *cards: Card, title: str | None = None) -> Iterable[str]:
-    """Yield the lines of a keyword: its name, a title if it has one, and each card below its fields' names.
+    """Yield the lines of a keyword: its name, an optional title, and each card below the names of its fields.
 
     >>> print(*keyword("DATABASE_GLSTAT", {"dt": 0.001, "binary": 1}), sep="\\n")
     *DATABASE_GLSTAT
@@ -38,7 +38,7 @@ def _text_of(value: float | int | str) -> str:
 
 
 def fitted(value: float, width: int) -> str:
-    """Return a number with as many of its digits as `width` columns hold.
+    """Return a number with the most digits that fit into `width` columns.
 
     >>> fitted(17.96, 10), fitted(14.204482103412, 10), fitted(-1.2345678901e-05, 10)
     ('17.96', '14.2044821', '-1.2346e-5')
@@ -54,14 +54,14 @@ def fitted(value: float, width: int) -> str:
 
 
 def _short_exponent(text: str) -> str:
-    """Return ``1.5e-05`` as ``1.5e-5``, and a whole number with its point."""
+    """Shorten an exponent, as in ``1.5e-5`` for ``1.5e-05``, and add a point to a whole number."""
     mantissa, exponent, power = text.partition("e")
     if not exponent:
         return mantissa if "." in mantissa else f"{mantissa}.0"
     return f"{mantissa}e{int(power)}"
 
 
-# ---- which of them a deck has
+# ---- the form of a deck
 
 
 DeckProgramName = Literal["lsdyna", "openradioss"]
@@ -69,13 +69,13 @@ DeckProgramName = Literal["lsdyna", "openradioss"]
 
 @dataclass(frozen=True)
 class DeckForm:
-    """Choices in writing a deck.
+    """The form in which a deck is written.
 
-    program    ``lsdyna``: *MAT_PLASTIC_KINEMATIC with all nine parameters. ``openradioss``: piecewise linear plasticity
-               with failure, by which both programs delete elements; the hardening is isotropic.
-    lengths    whether cards of this program carry the study's lengths: nonlocal failure over an equivalent of
-               `internal_length`, and a nose of radius `edge_spread`
-    pictures   whether states are written to look at
+    program    ``lsdyna``: *MAT_PLASTIC_KINEMATIC with all nine parameters; ``openradioss``: piecewise linear plasticity
+               with isotropic hardening and failure, with which both programs delete elements
+    lengths    whether the deck represents the lengths of the study: `internal_length` by nonlocal failure, and
+               `edge_spread` by a rounded edge
+    pictures   whether states are written for animations
     """
 
     program: DeckProgramName = "openradioss"
@@ -84,23 +84,24 @@ class DeckForm:
 
     @property
     def for_ls_dyna(self) -> bool:
-        """Whether material, contact and rate are as LS-DYNA has them.
+        """Whether the cards of material, contact and strain rate are those of LS-DYNA.
 
-        The rate is that of plastic strain, as in the study (VP = 1), in LS-DYNA alone: with VP = 1 OpenRadioss forgets
-        the rate (``sigeps44.F``). A stem gave 158.4 N with its effect, 158.2 N without, where VP = 0 gives 220 N.
+        The rate of plastic strain (VP = 1), as in the study, is used only for LS-DYNA, because OpenRadioss ignores the
+        rate with VP = 1 (``sigeps44.F``): a stem had 158.4 N with and 158.2 N without a rate effect, but 220 N with
+        VP = 0.
         """
         return self.program == "lsdyna"
 
     @property
     def by_density(self) -> bool:
-        """Whether the stem is made denser instead of mass on single nodes.
+        """Whether the density of the whole stem is increased instead of adding mass to single nodes.
 
-        OpenRadioss's nonlocal field diverges where nodes are given mass.
+        The nonlocal field of OpenRadioss diverges at nodes with added mass.
         """
         return self.lengths and not self.for_ls_dyna
 
 
 def form_of(study: Study) -> DeckForm:
-    """Return the form that the study's own program reads."""
+    """Return the form for the program of the study; the default form if its solver is the embedded one."""
     solver = study.solver
     return DeckForm(solver.program, solver.nonlocal_failure) if isinstance(solver, DeckSolver) else DeckForm()

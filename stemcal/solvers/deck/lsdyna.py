@@ -1,4 +1,4 @@
-"""A run of LS-DYNA: its command, its normal termination, the force in ``rcforc``."""
+"""Run LS-DYNA, check its normal termination, and read the blade force from ``rcforc``."""
 
 import re
 from collections.abc import Callable
@@ -20,10 +20,10 @@ from stemcal.storage.encodings import lenient
 from stemcal.storage.plain import open_plain
 
 FORCES = "rcforc"
-# Where LS-DYNA reports its termination, besides its standard output; MPP writes a file per process.
+# Files in which LS-DYNA reports its termination, besides its standard output; MPP writes a file per process.
 _MESSAGES = ("messag", "mes0000", "d3hsp")
 _TAIL_BYTES, _MOST_BYTES = 20_000, 20_000_000
-# " solid element     1911 failed at time  2.8203E-01", once for each element that is taken away.
+# " solid element     1911 failed at time  2.8203E-01", once for each deleted element.
 _FAILED = re.compile(rf"\belement[ \t]+(\d{{1,18}})[ \t]+failed at time[ \t]*({NUMBER})", re.IGNORECASE)
 _VALUE = rf"({NUMBER}|[-+]?NaN|[-+]?Inf(?:inity)?|\*+)"
 _ROW = re.compile(
@@ -32,12 +32,12 @@ _ROW = re.compile(
 
 
 def run(folder: Path, options: DeckSolver, spec_folder: Path, peak: Callable[..., Answer]) -> Answer:
-    """Run the deck in `folder` and return its answer, or why there is none."""
+    """Run the deck in `folder`; return the answer, or a failed answer with the reason."""
     return run_command(folder, options.command, options, spec_folder, {"deck": DECK}, partial(_read, folder, peak))
 
 
 def _read(folder: Path, peak: Callable[..., Answer], ended: Ended) -> Answer:
-    """Return the peak force by what LS-DYNA has printed and left; raise if it did not end normally."""
+    """Return the answer of a finished run; raise `SimulationFailed` if it did not terminate normally."""
     code_is_zero(ended)
     messages = ended.output + "".join(tail(folder / name) for name in _MESSAGES)
     letters = "".join(messages.lower().split())
@@ -51,24 +51,24 @@ def _read(folder: Path, peak: Callable[..., Answer], ended: Ended) -> Answer:
 
 
 def force_in_rcforc(text: str) -> ContactForce:
-    """Return the force along z of the blade's contact from the text of an ``rcforc`` in ASCII.
+    """Return the force of the blade contact along z from the text of an ASCII ``rcforc``.
 
-    Raises `SimulationFailed`: ``no_result`` if the contact is not there, ``nan`` or ``bad_result`` for wrong numbers.
+    Raises `SimulationFailed`: ``no_result`` if the contact is missing, ``nan`` or ``bad_result`` for invalid numbers.
     """
     rows = [match for line in text.splitlines() if (match := _ROW.match(line))]
-    mine = [match for match in rows if int(match[2]) == BLADE_CONTACT]
-    if not mine:
+    of_blade = [match for match in rows if int(match[2]) == BLADE_CONTACT]
+    if not of_blade:
         there = sorted({int(match[2]) for match in rows})
         message = f"{FORCES} contains no force for contact {BLADE_CONTACT} (contacts found: {there})"
         raise SimulationFailed("no_result", message)
-    side = mine[0][1].lower()
-    series = [(required_number(match[3]), required_number(match[4])) for match in mine if match[1].lower() == side]
+    side = of_blade[0][1].lower()
+    series = [(required_number(match[3]), required_number(match[4])) for match in of_blade if match[1].lower() == side]
     time, force = np.asarray(series, dtype=float).T
     return ContactForce.of(time, force, FORCES)
 
 
 def failed_elements(folder: Path, printed: str) -> list[float]:
-    """Return when each element was deleted, s, as far as LS-DYNA has reported; several files report an element."""
+    """Return the times (s) at which elements were deleted; an element that several files report counts once."""
     times: dict[int, float] = {}
     for text in (printed, *(tail(folder / name, _MOST_BYTES) for name in _MESSAGES)):
         times.update((int(number), required_number(time)) for number, time in _FAILED.findall(text))
@@ -76,7 +76,7 @@ def failed_elements(folder: Path, printed: str) -> list[float]:
 
 
 def tail(path: Path, most: int = _TAIL_BYTES) -> str:
-    """Return the end of a text file, empty if there is none."""
+    """Return the last `most` bytes of a text file as text; empty if there is no file."""
     try:
         with open_plain(path) as file:
             file.seek(0, 2)

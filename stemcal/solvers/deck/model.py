@@ -1,4 +1,4 @@
-"""The content of a deck: meshes, the stem's law and its values, and the differences from the study."""
+"""The content of a deck: the meshes, the materials of the stem, and the differences from the study."""
 
 from __future__ import annotations
 
@@ -17,14 +17,7 @@ from stemcal.fem.contact import POINTS_PER_FACE
 from stemcal.fem.material import Layers, Material
 from stemcal.fem.mesh import Mesh
 from stemcal.formats import series
-from stemcal.solvers.deck.equivalents import (
-    density_factor,
-    nonlocal_length,
-    nose_radius,
-    rate_constants,
-    share_in_openradioss,
-    shortest,
-)
+from stemcal.solvers.deck import equivalents
 from stemcal.solvers.deck.keywords import WIDTH, DeckForm, fitted, form_of
 from stemcal.solvers.deck.tools import blade_mesh, supports_mesh
 from stemcal.solvers.options import DeckSolver, EmbeddedSolver
@@ -33,26 +26,26 @@ from stemcal.study.model.shear_test import GAP
 from stemcal.study.model.study import Study
 from stemcal.study.types.factor import PARAMETERS
 
-MOST_ELEMENTS = 2e6  # a file of some hundred megabytes
-_BLADE_OVER_STEM = 1.5  # the length of the blade in a deck over the diameter of the stem, which its ends never touch
-# Distance of a nose from the row of nodes that the edge is over, in element sizes of the spec. Its force goes up
-# and down with the nodes that it holds, by 5 % to either side as over a row and over the middle between two; a quarter
-# is about half way, for the rows under the edge are shorter than that size, mostly by 4 to 10 % (`cutting.build`).
+MOST_ELEMENTS = 2e6  # elements in a deck of some hundred megabytes
+_BLADE_OVER_STEM = 1.5  # length of the blade in a deck over the diameter of the stem, so that its ends do not touch it
+# Distance of a rounded edge from the nearest row of nodes, in element sizes of the spec. With this position, the force
+# varies by ±5 %: the extremes are over a row and midway between two rows. At a quarter it is close to the mean, since the
+# rows under the edge are mostly 4 to 10 % shorter than the element size (`cutting.build`).
 _NOSE_BESIDE = 0.25
-# Longer elements than this share of `edge_spread` are too coarse for the nose: the stem parts at more force.
+# Largest element size as a share of `edge_spread`. With larger elements, the rounded edge cuts at too large a force.
 _RESOLVED = 0.6
-# What the stem's card calls the parameters, in their order.
+# Names of the parameters in the material card of the stem, in the order of `PARAMETERS`.
 _FIELDS = ("ro", "e", "pr", "sigy", "etan", "beta", "c", "p", "fail")
 
-# Coefficient QH of type 4 against hourglass modes, in decks of coarse local elements.
+# Hourglass coefficient QH of type 4 in decks with coarse elements that fail locally.
 HOURGLASS = 0.05
-# Numbers of the parts, and of their materials.
+# Numbers of the parts and of their materials.
 STEM, BLADE, SUPPORTS = 1, 2, 3
 
 
 @dataclass(frozen=True)
 class Parts:
-    """The meshes: the whole stem, no symmetry, and the tools."""
+    """The meshes of the whole stem, without symmetry, and of the tools."""
 
     stem: Mesh
     blade: Mesh
@@ -61,7 +54,7 @@ class Parts:
 
 @dataclass(frozen=True)
 class Deck:
-    """The deck of a shear test at given levels (units of the spec) and stem diameter (mm)."""
+    """The deck of a shear test at given levels (in the units of the spec) and stem diameter (mm)."""
 
     study: Study
     levels: Mapping[str, float]
@@ -70,10 +63,10 @@ class Deck:
 
     @classmethod
     def of(cls, study: Study, levels: Mapping[str, float], diameter: float, form: DeckForm | None = None) -> Deck:
-        """Return a deck in the form that the study's solver reads, unless another is given.
+        """Return the deck in a form, by default the one for the solver of the study.
 
-        Raises `UsageError` if the study's solver computes no stem: its factors are then no stem material. A deck has
-        one isotropic one, two supports and a straight edge.
+        Raises `UsageError` if a deck cannot represent the test: the solver does not simulate stems, the material is not
+        isotropic, the stem has one support, or the blade slides.
         """
         if not isinstance(study.solver, EmbeddedSolver | DeckSolver):
             kind = study.solver.kind
@@ -94,23 +87,23 @@ class Deck:
 
     @property
     def solver(self) -> EmbeddedSolver | DeckSolver:
-        """The study's solver."""
+        """The `solver` section of the spec."""
         assert isinstance(self.study.solver, EmbeddedSolver | DeckSolver)
         return self.study.solver
 
     @cached_property
     def layers(self) -> dict[int, LayerValues]:
-        """The layers of the stem by their parts, from the outside to the inside; the innermost is the part `STEM`."""
+        """The layers of the stem by part number, from the outside to the inside; the innermost is the part `STEM`."""
         layers = layers_at(self.study, self.levels, self.diameter)
         return dict(zip([*range(SUPPORTS + 1, SUPPORTS + len(layers)), STEM], layers, strict=True))
 
     @cached_property
     def layer_of(self) -> NDArray[np.int64]:
-        """The part of each element of the stem (E,)."""
+        """Part number of each element of the stem (E,)."""
         *outer, inner = map(self._law, self.layers.values())
-        found = materials(self.parts.stem, self._stem, inner, tuple(outer))
-        of = found.of if isinstance(found, Layers) else np.zeros(len(self.parts.stem.hexes), dtype=int)
-        return np.array([*self.layers])[::-1][of]
+        material = materials(self.parts.stem, self._stem, inner, tuple(outer))
+        layer = material.of if isinstance(material, Layers) else np.zeros(len(self.parts.stem.hexes), dtype=int)
+        return np.array([*self.layers])[::-1][layer]
 
     @property
     def _stem(self) -> Stem:
@@ -119,17 +112,17 @@ class Deck:
 
     @cached_property
     def given(self) -> dict[str, float]:
-        """The nine parameters of the study, in the innermost layer."""
+        """The nine parameters of the innermost layer in the study."""
         return self.layers[STEM].along
 
     @property
     def law(self) -> Material:
-        """The elastic law of the stem at its surface."""
+        """Elastic law of the outermost layer."""
         return self._law(next(iter(self.layers.values())))
 
     @property
     def fastest(self) -> Material:
-        """The elastic law of the layer with the fastest waves, which determines the time step."""
+        """Elastic law of the layer with the largest wave speed, which determines the time step."""
         return max(map(self._law, self.layers.values()), key=lambda law: law.p_wave_modulus / law.density)
 
     def _law(self, layer: LayerValues) -> Material:
@@ -137,12 +130,12 @@ class Deck:
 
     @property
     def edge_spread(self) -> float:
-        """How far the edge's force is spread in the study, mm; no deck has this length."""
+        """Length over which the force of the edge is spread in the study, mm; 0 if the deck ignores it."""
         return self.study.blade.edge_spread.at(self.diameter) if self._has_lengths else 0.0
 
     @property
     def internal_length(self) -> float:
-        """Over which length failure is averaged in the study, mm, in the innermost layer."""
+        """Length over which failure is averaged in the innermost layer, mm; 0 if the deck ignores it."""
         return self.layers[STEM].internal_length if self._has_lengths else 0.0
 
     @property
@@ -151,24 +144,25 @@ class Deck:
 
     @property
     def nose(self) -> float:
-        """The radius of the edge in the deck, mm: that of the blade, or of the spread that it represents."""
+        """Radius of the edge in the deck, mm: that of the blade, or the radius equivalent to the edge spread."""
         radius = self.study.blade.edge_radius
-        return max(radius, nose_radius(self.edge_spread)) if self.form.lengths else radius
+        return max(radius, equivalents.nose_radius(self.edge_spread)) if self.form.lengths else radius
 
     @property
     def is_sharp(self) -> bool:
-        """Whether the edge acts as a line, with the same number of nodes per stem element as in the embedded solver.
+        """Whether the edge is a line, with the same number of nodes per stem element as in the embedded solver.
 
-        With one, a stem of 11 mm parted at 0.73 of the force in OpenRadioss, another at 0.62: few elements bore it all.
+        With only one node per element, stems of 11 mm were cut at 0.73 and 0.62 of the force in OpenRadioss, because
+        the contact force acted on few elements.
         """
         return self.nose == self.study.blade.edge_radius
 
     @property
     def edge_share(self) -> float:
-        """The share of p m/Δt² that corresponds to the blade's factor, as defined by LS-DYNA.
+        """Factor on the contact stiffness p m/Δt² of the blade, by the definition of LS-DYNA, for a sharp edge.
 
-        A sharp edge has four nodes to an element. In the embedded solver each acts on a quarter of m over 1 + η², the
-        4 Σ N² of a face's shape functions at −1 < η < 1 of its width: on average π/4.
+        A sharp edge has four nodes per element. In the embedded solver, each acts on a quarter of m/(1 + η²), where
+        1 + η² = 4 Σ N² for the shape functions N of a face at −1 < η < 1 of its width; the mean of 1/(1 + η²) is π/4.
         """
         if not self.is_sharp:
             return 1.0
@@ -176,49 +170,51 @@ class Deck:
         if self.form.for_ls_dyna:
             return share
         top = (0.0, 0.0, 0.5 * self.diameter)
-        return share / share_in_openradioss(self.parts.stem, self.parts.blade, top)
+        return share / equivalents.share_in_openradioss(self.parts.stem, self.parts.blade, top)
 
     @property
     def nonlocal_length(self) -> float:
-        """The length of the program's own card of nonlocal failure in the innermost layer, mm; 0 for none."""
+        """Length in the program's card of nonlocal failure for the innermost layer, mm; 0 without a card."""
         return self.nonlocal_lengths.get(STEM, 0.0)
 
     @property
     def nonlocal_lengths(self) -> dict[int, float]:
-        """The lengths of the program's own cards of nonlocal failure, mm, by part; none for one without."""
+        """Lengths in the program's cards of nonlocal failure, mm, by part; parts without a card are left out."""
         lengths = {part: layer.internal_length for part, layer in self.layers.items()} if self.form.lengths else {}
-        found = {part: nonlocal_length(mm, self.form.program, self._element_size) for part, mm in lengths.items()}
-        return {part: length for part, length in found.items() if length > 0.0}
+        program, size = self.form.program, self._element_size
+        converted = {part: equivalents.nonlocal_length(mm, program, size) for part, mm in lengths.items()}
+        return {part: length for part, length in converted.items() if length > 0.0}
 
     @cached_property
     def density_factor(self) -> float:
-        """The factor on the stem's density; OpenRadioss's nonlocal field diverges where nodes are given mass."""
-        return density_factor(self.solver, self.parts.stem, self.fastest) if self.form.by_density else 1.0
+        """Factor on the density of the stem, since the nonlocal field of OpenRadioss diverges with added nodal mass."""
+        return equivalents.density_factor(self.solver, self.parts.stem, self.fastest) if self.form.by_density else 1.0
 
     @cached_property
     def material(self) -> dict[str, float]:
-        """The values of the stem's card, ``ro e pr sigy etan beta c p fail``, as its columns hold them."""
+        """Values of the material card of the innermost layer, ``ro e pr sigy etan beta c p fail``, as written."""
         return self.material_of(STEM)
 
     def material_of(self, part: int) -> dict[str, float]:
-        """Return the values of the card of a part of the stem."""
-        given = self.layers[part].along
-        c, p = rate_constants(self._rate_law, given["strain_rate_c"], given["strain_rate_p"], self._strain_rate)
-        density = given["density"] * self.density_factor
-        given = {**given, "density": density, "strain_rate_c": c, "strain_rate_p": p}
-        named = zip(_FIELDS, (given[name] for name in PARAMETERS), strict=True)
+        """Return the values of the material card of a part of the stem, rounded to the width of a field."""
+        values = self.layers[part].along
+        c, p = values["strain_rate_c"], values["strain_rate_p"]
+        c, p = equivalents.rate_constants(self._rate_law, c, p, self._strain_rate)
+        density = values["density"] * self.density_factor
+        values = {**values, "density": density, "strain_rate_c": c, "strain_rate_p": p}
+        named = zip(_FIELDS, (values[name] for name in PARAMETERS), strict=True)
         return {name: float(fitted(value, WIDTH)) for name, value in named}
 
     @property
     def card(self) -> dict[str, float]:
-        """The values of the stem's card, in the order of `PARAMETERS`; its density is the study's."""
+        """Values of the material card as it acts: with the density of the study, and β = 1 in OpenRadioss."""
         isotropic = {} if self.form.for_ls_dyna else {"beta": 1.0}
         density = self.material["ro"] if self.density_factor == 1.0 else self.given["density"]
         return {**self.material, **isotropic, "ro": density}
 
     @cached_property
     def parts(self) -> Parts:
-        """The meshes of the three parts."""
+        """Meshes of the stem, the blade and the supports."""
         study, diameter, stem, b = self.study, self.diameter, self._stem, self.study.blade
         blade = Blade(b.thickness, b.width, b.edge_angle, self.nose, b.bevel)
         how = _discretisation(self.solver, diameter)
@@ -239,7 +235,7 @@ class Deck:
 
     @cached_property
     def notes(self) -> list[str]:
-        """The differences of the deck from the study."""
+        """Sentences on the differences of the deck from the study."""
         first = (*self._of_layers(), *self._whole_cut(), *self._without_lengths())
         return [*first, *self._hardening(), *self._rate(), *self._rate_filter()]
 
@@ -254,15 +250,15 @@ class Deck:
 
     @property
     def _strain_rate(self) -> float:
-        """The largest strain rate that the blade can drive an element at, 1/s: its speed over the shortest."""
-        return self.study.loading.speed / shortest(self.parts.stem)
+        """Largest strain rate of an element, 1/s: blade speed over the length of the shortest element."""
+        return self.study.loading.speed / equivalents.shortest(self.parts.stem)
 
     def _of_layers(self) -> Iterator[str]:
         if len(self.layers) > 1:
             names = [layer.name for layer in self.study.layers]
-            each = series(f"{name} {part}" for name, part in zip(names, self.layers, strict=True))
+            parts = series(f"{name} {part}" for name, part in zip(names, self.layers, strict=True))
             yield (
-                f"the layers are separate parts that share nodes ({each}); their contact stiffness and time step are "
+                f"the layers are separate parts that share nodes ({parts}); their contact stiffness and time step are "
                 "those of the outer and of the stiffest layer, and these decks were not run"
             )
 
@@ -275,16 +271,16 @@ class Deck:
 
     def _without_lengths(self) -> Iterator[str]:
         lengths = {"edge_spread": self.edge_spread, "internal_length": self.internal_length}
-        given = [f"{name} ({length:.3g} mm)" for name, length in lengths.items() if length > 0.0]
-        if not given:
+        of_study = [f"{name} ({length:.3g} mm)" for name, length in lengths.items() if length > 0.0]
+        if not of_study:
             return
         if not self.form.lengths:
-            yield f"the deck has no card for {' and '.join(given)}, so the force depends on the mesh"
+            yield f"the deck has no card for {' and '.join(of_study)}, so the force depends on the mesh"
         else:
             most = _RESOLVED * self.edge_spread
             yield (
                 f"an edge radius of {self.nose:.3g} mm and a nonlocal length of {self.nonlocal_length:.3g} mm replace "
-                f"{' and '.join(given)}; the resulting force is similar to that of the embedded solver"
+                f"{' and '.join(of_study)}; the resulting force is similar to that of the embedded solver"
             )
             if self._element_size > most:
                 yield (

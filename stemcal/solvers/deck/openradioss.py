@@ -1,4 +1,4 @@
-"""A run of OpenRadioss: where starter, engine and ``th_to_csv`` lie, and how they run one after the other."""
+"""Find the programs of OpenRadioss, and run starter, engine and ``th_to_csv`` in sequence."""
 
 import os
 import re
@@ -18,17 +18,17 @@ from stemcal.solvers.program import run_in
 from stemcal.solvers.protocol import Answer
 
 HOME = "OPENRADIOSS_PATH"
-# The version that the starter prints.
+# Lines with the version in the output of the starter.
 _VERSION = re.compile(r"^[ \t]*(?:Commit ?ID|Date of build)[ \t]*:[ \t]*\S.*$", re.MULTILINE | re.IGNORECASE)
-_VERSION_S = 20.0  # for asking it
-# Names of the programs begin so; the rest is platform, precision and parallel library; the shortest is the plain one.
+_VERSION_S = 20.0  # time limit for printing the version
+# Beginnings of the program names. They end with platform, precision and parallel library; the shortest name is used.
 _BEGINNINGS = {"starter": "starter_", "engine": "engine_", "th_to_csv": "th_to_csv"}
 _LIBRARIES = ("exec", "extlib/hm_reader/linux64", "extlib/h3d/lib/linux64")
-_DEFINITIONS = "hm_cfg_files"  # the folder of the definitions of keywords, without which the starter reads no deck
+_DEFINITIONS = "hm_cfg_files"  # folder with the definitions of keywords, which the starter needs to read a deck
 
 
 class _Installation(NamedTuple):
-    """Full paths of the three programs, and variables to be set for them."""
+    """Full paths of the three programs, and the environment variables that they need."""
 
     starter: str
     engine: str
@@ -37,9 +37,9 @@ class _Installation(NamedTuple):
 
 
 def installation(options: DeckSolver, folder: Path) -> _Installation:
-    """Return the programs that a spec in `folder` means.
+    """Return the programs for a spec in `folder`.
 
-    Raises `UsageError` if there is no folder of OpenRadioss, or it lacks a program or the definitions of keywords.
+    Raises `UsageError` if the OpenRadioss folder is unknown, or lacks a program or the definitions of keywords.
     """
     named = options.home or options.environment.get(HOME) or os.environ.get(HOME)
     if named is None:
@@ -65,24 +65,24 @@ def installation(options: DeckSolver, folder: Path) -> _Installation:
 
 
 def _program(home: Path, name: str) -> str:
-    there = (path for path in (home / "exec").glob(f"{_BEGINNINGS[name]}*") if os.access(path, os.X_OK))
-    if not (found := sorted(there, key=lambda path: (len(path.name), path.name))):
+    programs = (path for path in (home / "exec").glob(f"{_BEGINNINGS[name]}*") if os.access(path, os.X_OK))
+    if (program := min(programs, key=lambda path: (len(path.name), path.name), default=None)) is None:
         raise UsageError(f"solver.home: {home / 'exec'} does not contain {name}; install the complete package")
-    return str(found[0])
+    return str(program)
 
 
-_LEAST_SECONDS = 2.0  # for each program, also after one that took all of the time
+_LEAST_SECONDS = 2.0  # time limit of a program if the programs before it have used the whole time
 
 
 def run(folder: Path, options: DeckSolver, spec_folder: Path, peak: Callable[..., Answer], deck: Deck) -> Answer:
-    """Run starter, engine and ``th_to_csv`` on the deck in `folder`, in one time limit; return the answer."""
-    given = STARTER_INPUT if deck.nonlocal_lengths else DECK
-    there = installation(options, spec_folder)
-    options = options.model_copy(update={"environment": there.environment})
+    """Run starter, engine and ``th_to_csv`` on the deck in `folder` within one time limit; return the answer."""
+    starter_input = STARTER_INPUT if deck.nonlocal_lengths else DECK
+    programs = installation(options, spec_folder)
+    options = options.model_copy(update={"environment": programs.environment})
     steps: dict[str, tuple[list[str], Callable[[Ended], Answer]]] = {
-        "starter": ([there.starter, "-i", given, "-np", "1"], partial(starter_ran, folder, deck)),
-        "engine": ([there.engine, "-i", ENGINE_INPUT], partial(engine_ran, folder)),
-        "th_to_csv": ([there.th_to_csv, HISTORY], partial(table_made, folder, peak)),
+        "starter": ([programs.starter, "-i", starter_input, "-np", "1"], partial(starter_ran, folder, deck)),
+        "engine": ([programs.engine, "-i", ENGINE_INPUT], partial(engine_ran, folder)),
+        "th_to_csv": ([programs.th_to_csv, HISTORY], partial(table_made, folder, peak)),
     }
     seconds: dict[str, float] = {}
     try:
@@ -93,17 +93,16 @@ def run(folder: Path, options: DeckSolver, spec_folder: Path, peak: Callable[...
             answer = replace(answer, details={**answer.details, "program_seconds": dict(seconds)})
             if not answer.ok:
                 return answer
-        return replace(answer, details={**answer.details, "program_version": _program_version(there)})
+        return replace(answer, details={**answer.details, "program_version": _program_version(programs)})
     finally:
-        for path in folder.glob("run_*.rst"):  # what takes most room and no one reads
+        for path in folder.glob("run_*.rst"):  # the largest files, which are not needed any more
             path.unlink(missing_ok=True)
 
 
-def _program_version(there: _Installation) -> str:
+def _program_version(programs: _Installation) -> str:
     """Return commit and date of build as the starter prints them; empty if it prints neither."""
     try:
-        printed = run_program([there.starter, "-version"], Path.cwd(), there.environment, _VERSION_S).output
+        printed = run_program([programs.starter, "-version"], Path.cwd(), programs.environment, _VERSION_S).output
     except OSError:
         return ""
-    found = [" ".join(match[0].split()) for match in _VERSION.finditer(printed)]
-    return ", ".join(dict.fromkeys(found))
+    return ", ".join(dict.fromkeys(" ".join(match[0].split()) for match in _VERSION.finditer(printed)))

@@ -1,4 +1,4 @@
-"""From the force of a contact over time to an answer, by the rule of the embedded solver."""
+"""Convert the history of a contact force into an answer, by the same rules as the embedded solver."""
 
 from collections.abc import Sequence
 from typing import Any, NamedTuple
@@ -20,16 +20,19 @@ Array = NDArray[np.float64]
 
 
 class ContactForce(NamedTuple):
-    """Time (s) and one component of the force on one side of a contact (N), turned so that its peak is positive."""
+    """Time (s) and a component of a contact force (N), with the sign that makes its peak positive."""
 
     time: Array
     force: Array
 
     @classmethod
     def of(cls, time: Array, force: Array, file: str) -> "ContactForce":
-        """Return the force of a result file with its larger extreme positive, or raise `SimulationFailed`."""
-        if not (good := np.isfinite(time) & np.isfinite(force)).all():
-            last = time[good].max(initial=0.0)
+        """Return the force in a result file with the sign that makes its peak positive.
+
+        Raises `SimulationFailed` if values are not finite, or if the time does not increase.
+        """
+        if not (finite := np.isfinite(time) & np.isfinite(force)).all():
+            last = time[finite].max(initial=0.0)
             raise SimulationFailed("nan", f"the blade force in {file} is not a number after {last:g} s")
         if len(time) < 2 or not (np.diff(time) > 0).all():
             message = f"the time values of the blade force in {file} are not in increasing order"
@@ -45,10 +48,10 @@ def peak_answer(
     warnings: Sequence[Note] = (),
     modes: CurveModes | None = None,
 ) -> Answer:
-    """Return the peak of the filtered force until the first fracture, as the embedded solver reports it.
+    """Return the peak of the filtered force before the first fracture, as the embedded solver reports it.
 
-    `failed` has the time (s) at which each element was taken away; without any there is no fracture, and the peak is
-    that of the stroke. `modes` are those of the measured curves, which the filtered force until then is scored on.
+    `failed` contains the time (s) at which each element was deleted. Without deleted elements there is no fracture, and
+    the peak is that of the whole stroke. The filtered force before the fracture is scored on the measured `modes`.
     """
     time, force = contact.time, contact.force
     rows = max(1, round(options.filter_window / float(np.median(np.diff(time)))))

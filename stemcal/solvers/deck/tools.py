@@ -1,4 +1,4 @@
-"""Blade and supports as meshes of hexahedra: rigid, so only their surface matters."""
+"""Meshes of the blade and the supports. They are rigid, so only their surfaces matter."""
 
 from math import ceil, cos, pi, radians, sin, tan
 
@@ -10,26 +10,24 @@ from stemcal.fem.mesh import Mesh
 
 Array = NDArray[np.float64]
 
-# Elements across half the blade at least, and around the supports' inner edge.
+# Least number of elements across half the blade edge, and around the inner edge of a support.
 _HALF = 2
 _AROUND = 4
-# Elements of the rounding of the edge over those of the stem: this number of facets is smooth enough.
+# Length of the facets of a rounded edge over the element size of the stem.
 _FACET = 0.5
-# The height of a sharp edge's V over the body's thickness: higher than the edge sinks into the stem.
+# Height of the V of a sharp edge over the thickness of the blade, which is more than its penetration into the stem.
 _VEE = 0.15
-# How far the supports reach beyond the stem and below it, mm.
+# Distances to which the supports extend beyond the ends of the stem and below it, mm.
 _BEYOND, _BELOW = 5.0, 10.0
 
 
 def blade_mesh(
     blade: Blade, length: float, lowest: float, size: float, stroke: float | None = None, samples: int | None = None
 ) -> Mesh:
-    """Return the blade, its edge along y, its lowest line at z = `lowest`; `size` is that of its elements, mm.
+    """Return the mesh of a blade with its edge along y and its lowest line at z = `lowest`, with elements of `size` mm.
 
-    With `samples` its edge is a line with this number of nodes per element, placed as the embedded solver's about y =
-    0.
-
-    Above what a stem can touch within the stroke its body is one element high.
+    With `samples`, the edge is a line with this number of nodes per element, placed about y = 0 as in the embedded
+    solver. The part of the blade that the stem cannot touch within the stroke is one element high.
     """
     section = _blade_section(blade, size, stroke, samples is not None)
     section[..., 1] += lowest
@@ -41,7 +39,7 @@ def blade_mesh(
 
 
 def supports_mesh(supports: Supports, stem: Stem, size: float) -> Mesh:
-    """Return both supports below the stem; the gap between them is the clearance."""
+    """Return the mesh of both supports below the stem; the gap between them is the clearance."""
     r, near = supports.fillet_radius, 0.5 * supports.clearance
     top = -0.5 * stem.outer_diameter
     far = max(0.5 * stem.length, near + r) + _BEYOND
@@ -57,11 +55,11 @@ def supports_mesh(supports: Supports, stem: Stem, size: float) -> Mesh:
 
 
 def _blade_section(blade: Blade, size: float, stroke: float | None = None, line: bool = False) -> Array:
-    """Return the nodes (rows, columns, 2) of the blade's section in x and z, the edge's lowest point at z = 0.
+    """Return the nodes (rows, columns, 2) of the cross-section of the blade in x and z, with the edge at z = 0.
 
-    The first row is on the rounded edge; the flanks rise from its ends to the body; the shoulders are sharp. A nose
-    too wide for the body makes it thicker. As a `line` the edge is its lowest point, without nodes next to it that
-    would act as well at a depth of some hundredths of a millimetre: the first row is a V.
+    The first row is on the rounded edge, whose ends continue in the flanks up to the body of the blade. A body that is
+    thinner than the rounding is widened. With `line`, the first row is a V: a sharp edge is a single node, because
+    other nodes close to it would also contact the stem at a depth of some hundredths of a millimetre.
     """
     r, t = blade.edge_radius, blade.thickness
     both = blade.bevel == "both"
@@ -69,7 +67,7 @@ def _blade_section(blade: Blade, size: float, stroke: float | None = None, line:
     lean_right = radians(blade.edge_angle) - lean_left
     t = max(t, r * (cos(lean_left) + cos(lean_right)) * (1.0 + 1e-6))
     body = (-0.5 * t, 0.5 * t) if both else (-r, t - r)
-    # the flank touches the rounding at r (cos α, 1 − sin α) and reaches the body at the shoulder
+    # the flank is tangent to the rounding at r (cos α, 1 − sin α) and meets the body at the shoulder
     touch, shoulder = r * cos(lean_right), r - r * sin(lean_right)
     shoulder += (body[1] - touch) / tan(lean_right)
 
@@ -78,7 +76,7 @@ def _blade_section(blade: Blade, size: float, stroke: float | None = None, line:
         right = touch + (z - r + r * sin(lean_right)) * tan(lean_right)
         return max(body[0], left), min(body[1], right)
 
-    if line:  # its lowest point, and the flanks at a height
+    if line:  # the edge, and the flanks at some height above it
         height = min(size, _VEE * t)
         (left, right) = ends(height)
         edge = np.array([[left, height], [0.0, 0.0], [right, height]])
@@ -94,7 +92,7 @@ def _blade_section(blade: Blade, size: float, stroke: float | None = None, line:
 
 
 def _rounding(r: float, lean_left: float, lean_right: float, size: float) -> Array:
-    """Return the nodes (columns, 2) of the rounding of an edge between its flanks."""
+    """Return the nodes (columns, 2) of a rounded edge of radius r between its flanks."""
     half = max(_HALF, ceil(r * (0.5 * pi - lean_right) / (_FACET * size)))
     lowest = -0.5 * pi
     turn = np.concatenate(
@@ -104,12 +102,12 @@ def _rounding(r: float, lean_left: float, lean_right: float, size: float) -> Arr
 
 
 def _even(low: float, high: float, size: float) -> Array:
-    """Return points from low to high, no further apart than `size`."""
+    """Return equally spaced points from low to high at distances of at most `size`."""
     return np.linspace(low, high, max(1, ceil((high - low) / size - 1e-9)) + 1)
 
 
 def _drawn_out(sections: list[Array], y: Array) -> Mesh:
-    """Return sections drawn out along y; nodes that fall together are one."""
+    """Return the mesh of sections extruded along y; coincident nodes are merged."""
     parts = [_one_drawn_out(section, y) for section in sections]
     offsets = np.cumsum([0, *(len(nodes) for nodes, _ in parts[:-1])])
     nodes = np.concatenate([nodes for nodes, _ in parts])
@@ -124,7 +122,7 @@ def _one_drawn_out(section: Array, y: Array) -> tuple[Array, NDArray[np.int64]]:
     nodes = np.concatenate([np.insert(flat, 1, value, axis=1) for value in y])
     corner = (np.arange(rows - 1)[:, None] * columns + np.arange(columns - 1)).reshape(-1)
     quads = np.stack([corner, corner + 1, corner + columns + 1, corner + columns], axis=-1)
-    # x → z → −y is right-handed: a quad turning left has its far face at smaller y
+    # x, z, −y is right-handed: the second face of an element from a counter-clockwise quad is at smaller y
     here, after = flat[quads], np.roll(flat[quads], -1, axis=1)
     turning_left = np.sum(here[..., 0] * after[..., 1] - here[..., 1] * after[..., 0]) > 0.0  # twice the area
     quads = quads if turning_left else quads[:, ::-1]

@@ -1,7 +1,7 @@
-"""The published model as a keyword deck: stem, blade and supports, their contact, how they move and what is kept.
+"""Write a shear test as a keyword deck: control, output, materials, parts, motion, contact and mesh.
 
-No keyword but those that OpenRadioss's reader of LS-DYNA decks lists, too: hm_cfg_files/config/CFG/Keyword971_R14.1/
-data_hierarchy.cfg in its sources, where ``*TITLE``, for one, is commented out.
+All keywords are in the list of the OpenRadioss reader for LS-DYNA decks (in its sources:
+hm_cfg_files/config/CFG/Keyword971_R14.1/data_hierarchy.cfg). ``*TITLE``, for example, is not.
 """
 
 from collections.abc import Iterable, Iterator, Mapping
@@ -14,41 +14,39 @@ from stemcal.solvers.deck.equivalents import wanted_step
 from stemcal.solvers.deck.keywords import Card, DeckForm, fitted, keyword
 from stemcal.solvers.deck.model import BLADE, HOURGLASS, STEM, SUPPORTS, Deck
 
-# Files of a run: all are named after the deck.
+# Files of a run, all of which are named after the deck.
 DECK, STARTER_LISTING, ENGINE_INPUT, ENGINE_LISTING, HISTORY, TABLE = (
     *("run.k", "run_0000.out", "run_0001.rad", "run_0001.out"),
     *("runT01", "runT01.csv"),
 )
-STARTER_INPUT = "run_0000.rad"  # around the deck, where that alone does not say all
-# Without it the time histories have no titles, and th_to_csv leaves impulses instead of forces.
-TITLES = "/TH/TITLE"
+STARTER_INPUT = "run_0000.rad"  # includes the deck and adds nonlocal failure
+TITLES = "/TH/TITLE"  # titles of the time histories, by which th_to_csv converts impulses to forces
 
 _STEEL_DENSITY = 7.8e-09  # of blade and supports, Table 2 of the published study, t/mm³
-# Of tools that are held: the density over the stem's, and what they never reach.
+# Tools of the stem's material: their density over that of the stem; a yield stress and failure strain out of reach.
 _HEAVY, _NEVER = 100.0, 1e6
 _NO_PLANE_MOTION, _NO_TRANSLATION, _NO_ROTATION = 4, 7, 7
 _ALONG_Z, _VELOCITY, _CURVE = 3, 0, 1
 
 
 def deck_text(deck: Deck) -> str:
-    """Return the whole deck as text."""
+    """Return the text of a deck."""
     return "\n".join(_deck_lines(deck)) + "\n"
 
 
 def _deck_lines(deck: Deck) -> Iterator[str]:
-    """Yield the lines of the deck."""
     yield from _head(deck)
     yield from _control(deck)
     yield from _output(deck)
     for part in deck.layers:
         yield from stem_material(deck.material_of(part), deck.form, part)
     for part, mm in deck.nonlocal_lengths.items() if deck.form.for_ls_dyna else ():
-        # the increments of plastic strain averaged over the part with LS-DYNA's usual exponents
+        # the increments of plastic strain are averaged over the part, with the usual exponents of LS-DYNA
         length = float(fitted(mm, 10))
         weight = {"idnl": part, "pid": part, "p": 8.0, "q": 2.0, "l": length, "nfreq": 100, "nhv": 1, "nhvt": 0}
         yield from keyword("MAT_NONLOCAL", weight, {"nl1": 1})
-    # OpenRadioss decides by the first group of elements whether failure is nonlocal (``sforc3.F``), and sorts
-    # groups by the number of their law: that of rigid bodies comes before any that fails. So the tools get the stem's.
+    # OpenRadioss uses nonlocal failure only if the first group of elements has it (``sforc3.F``). Groups are sorted by
+    # the number of their law, and that of rigid bodies would be first. So the tools have the law of the stem.
     held = deck.form.by_density
     yield from _held_tools(deck) if held else _tool_materials(deck.law)
     yield from _part_cards(deck, STEM if held else BLADE)
@@ -75,7 +73,7 @@ def _control(deck: Deck) -> Iterator[str]:
     yield from keyword("CONTROL_TIMESTEP", limits)
     yield from keyword("CONTROL_HOURGLASS", {"ihq": 4, "qh": getattr(solver, "hourglass", HOURGLASS)})
     yield from keyword("CONTROL_ENERGY", {"hgen": 2, "rwen": 2, "slnten": 2, "rylen": 1})
-    # the contacts' own factors are then all there is, in OpenRadioss too, which does not read this one
+    # with slsfac = 1, only the factors of the contacts count, as in OpenRadioss, which does not read slsfac
     checks = dict.fromkeys(("rwpnal", "islchk", "shlthk", "penopt", "thkchg", "orien", "enmass"), 0)
     yield from keyword("CONTROL_CONTACT", {"slsfac": 1.0, **checks})
 
@@ -89,7 +87,7 @@ def _output(deck: Deck) -> Iterator[str]:
 
 
 def stem_material(value: Mapping[str, float], form: DeckForm, part: int = STEM) -> Iterator[str]:
-    """Yield the stem's material: *MAT_024 with failure, or *MAT_003 with the nine parameters as they are."""
+    """Yield the material of the stem: *MAT_003 with the nine parameters, or *MAT_024 with failure (OpenRadioss)."""
     elastic = {"mid": part, "ro": value["ro"], "e": value["e"], "pr": value["pr"]}
     plastic = {"sigy": value["sigy"], "etan": value["etan"]}
     if form.for_ls_dyna:
@@ -104,7 +102,7 @@ def stem_material(value: Mapping[str, float], form: DeckForm, part: int = STEM) 
 
 
 def _tool_materials(law: Material) -> Iterator[str]:
-    """Yield blade and supports: rigid, so that their moduli only enter the contact, where the stem's own agree."""
+    """Yield the rigid materials of blade and supports; they have the moduli of the stem, which affect only contact."""
     moduli = {"e": law.elastic_modulus, "pr": law.poisson_ratio}
     for part, held in ((BLADE, _NO_PLANE_MOTION), (SUPPORTS, _NO_TRANSLATION)):
         tool = {"mid": part, "ro": _STEEL_DENSITY, **moduli, "n": 0.0, "couple": 0.0, "m": 0.0}
@@ -114,7 +112,7 @@ def _tool_materials(law: Material) -> Iterator[str]:
 
 
 def _held_tools(deck: Deck) -> Iterator[str]:
-    """Yield tools of the stem's law that never yield or fail, so heavy that they ask for no smaller time step."""
+    """Yield elastic tools with the law of the stem, so heavy that they do not reduce the time step."""
     law, parts = deck.law, deck.parts
     value = {**deck.material, "ro": _HEAVY * deck.material["ro"], "sigy": _NEVER, "etan": 0.0, "c": 0.0, "fail": _NEVER}
     first = 1 + len(parts.stem.nodes)
@@ -138,7 +136,7 @@ def _part_cards(deck: Deck, tools: int) -> Iterator[str]:
 
 
 def _motion(deck: Deck, of: str) -> Iterator[str]:
-    """Yield the constant speed of the blade: minus one times a curve, whose columns hold all digits."""
+    """Yield the constant speed of the blade, as −1 times a curve, whose columns are wide enough for all digits."""
     motion = {"pid" if of == "RIGID" else "nsid": BLADE, "dof": _ALONG_Z, "vad": _VELOCITY, "lcid": _CURVE, "sf": -1.0}
     yield from keyword(f"BOUNDARY_PRESCRIBED_MOTION_{of}", motion)
     yield from keyword("DEFINE_CURVE", {"lcid": _CURVE})
@@ -166,31 +164,30 @@ def _mesh(deck: Deck) -> Iterator[str]:
         yield f"{number:8d}{part:8d}" + "".join(f"{node:8d}" for node in nodes)
 
 
-# ---- files of OpenRadioss around a deck, for what its reader of decks does not convert
+# ---- input files of OpenRadioss in addition to the deck
 
 
 def starter_around(name: str, lengths: Mapping[int, float]) -> str:
-    """Return the starter's file around the deck of a file `name` (run.k); lengths (mm) make parts fail nonlocally."""
+    """Return the starter input that includes the deck file `name` (run.k) and the nonlocal `lengths` (mm) of parts."""
     heading = f"#{'LENGTH':>19}{'LE_MAX':>20}"
-    each = ((f"/NONLOCAL/MAT/{part}", heading, f"{length!r:>20}{0:>20}") for part, length in lengths.items())
-    averaging = chain.from_iterable(each)
+    cards = ((f"/NONLOCAL/MAT/{part}", heading, f"{length!r:>20}{0:>20}") for part, length in lengths.items())
     units = f"{'Mg':>20}{'mm':>20}{'s':>20}"
     head = ["#RADIOSS STARTER", "/BEGIN", name.rpartition(".")[0] or name, f"{2022:10d}{0:10d}", units, units]
-    return "\n".join([*head, "/INCLUDE_LS-DYNA/", name, *averaging, "/END", ""])
+    return "\n".join([*head, "/INCLUDE_LS-DYNA/", name, *chain.from_iterable(cards), "/END", ""])
 
 
 def engine_text(deck: Deck, run: str) -> str:
-    """Return the engine's file of a run: the whole stroke in the elements' own time step, and its outputs."""
+    """Return the engine input of a run: the duration of the stroke, the outputs, and the time step of the elements."""
     duration = deck.study.loading.duration_at(deck.diameter)
     lines = [f"/RUN/{run}/1/", f"{duration!r}", "/TFILE/4", f"{duration / deck.solver.outputs!r}"]
     lines += ["/DT", f"{deck.solver.time_step_safety!r} 0", "/PARITH/OFF", TITLES, "/PRINT/-1000", ""]
     return "\n".join(lines)
 
 
-# ---- files with the material alone
+# ---- the material card alone
 
 
 def material_text(deck: Deck, comments: Iterable[str]) -> str:
-    """Return an include file with the stem's card and its comments, wrapped."""
+    """Return an include file with the material card of the stem below wrapped comments."""
     wrapped = [wrap(text, 78, initial_indent="$ ", subsequent_indent="$   ") for text in comments]
     return "\n".join(["*KEYWORD", *chain.from_iterable(wrapped), *stem_material(deck.material, deck.form), "*END", ""])
