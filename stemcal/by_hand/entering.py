@@ -6,7 +6,7 @@ reason. A recorded result is replaced only if the user states a reason; the log 
 
 import getpass
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -83,7 +83,10 @@ def record_results(study: Study, folder: StudyFolder, sheet: Sequence[Filled], *
     requests = _enterable(study, folder, rows) if sheet else {}
     solver, runs, refused = make_solver(seen), by_name(requests.values()), list[RowRefused]()
     results = _by_run(seen, solver, runs, rows, refused)
-    columns = likely_columns(seen, _answers(folder, requests, results))
+    recorded = {key: folder.peek(key) for key in requests.keys() - results.keys()}
+    answers = {key: _answer_in(record) for key, record in recorded.items() if record is not None}
+    answers |= {key: first.answer for key, (first, *_) in results.items()}
+    columns = likely_columns(seen, ((key, run, answers[key]) for key, run in requests.items() if key in answers))
     refused += [wrong for row in sheet if (wrong := misplaced_value(seen, columns, runs, row)) is not None]
     names: dict[str, list[str]] = {"taken": [], "known": [], "replaced": []}
     for key, (first, *others) in results.items():
@@ -115,16 +118,6 @@ def _enterable(study: Study, folder: StudyFolder, rows: Sequence[Filled]) -> dic
             return enterable_runs(study, folder, None)
         waiting = advance_study(study, folder)
     return enterable_runs(study, folder, waiting) if rows else {}
-
-
-def _answers(
-    folder: StudyFolder, requests: Mapping[str, Request], results: Mapping[str, Sequence[_Result]]
-) -> Iterator[tuple[str, Request, Answer]]:
-    for key, request in requests.items():
-        if key in results:
-            yield key, request, results[key][0].answer
-        elif (record := folder.peek(key)) is not None:
-            yield key, request, _answer_in(record)
 
 
 def require_sheet(study: Study) -> None:

@@ -104,7 +104,6 @@ def _content_of(path: Path) -> bytes | None:
 
 
 def _entered(study: Study, folder: StudyFolder, awaited: Sequence[Request]) -> Iterator[run_sheet.SheetRow]:
-    """Yield the runs whose results were entered, with the results."""
     solver = make_solver(study.by_hand)
     left = by_key(solver, awaited)
     for key, run in enterable_runs(study, folder, None).items():

@@ -258,7 +258,6 @@ def _broken(cells: int, width: int, cut: bool) -> str:
 
 
 def _columns(head: Sequence[str], source: str, study: Study, partial: bool) -> tuple[dict[Field, int], dict[str, str]]:
-    """Return the index of each column of the study, and the units in the headings."""
     fields, places, units = fields_of(study), {}, {}
     wanted = {field.name.casefold(): field for field in fields}
     for i, cell in enumerate(head):
@@ -281,6 +280,5 @@ def _columns(head: Sequence[str], source: str, study: Study, partial: bool) -> t
 
 
 def _of(cells: Sequence[str], columns: Mapping[Field, int], *kinds: Kind) -> dict[str, str]:
-    """Return the texts in the columns of some kinds; empty beyond the end of a row."""
     places = {column.name: place for column, place in columns.items() if column.kind in kinds}
     return {name: narrow(cells[place]) if place < len(cells) else "" for name, place in places.items()}

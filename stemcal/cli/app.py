@@ -1,6 +1,6 @@
-"""The `stemcal` command: its subcommands, and the one place where errors end.
+"""The `stemcal` command and its subcommands.
 
-Modules of commands import nothing heavy until a command runs, so `stemcal --help` answers at once.
+The modules of the commands import large libraries only when a command runs, so that `stemcal --help` is fast.
 """
 
 import re
@@ -17,19 +17,19 @@ from stemcal.version import __version__
 
 
 class _Commands(TyperGroup):
-    """The subcommands; errors of any of them become messages and exit codes."""
+    """The group of subcommands, whose errors are converted to messages and exit codes."""
 
     def invoke(self, ctx: Any) -> Any:
-        """Run the chosen command under the guard."""
+        """Run a subcommand, and convert its errors."""
         with exit_codes():
             return super().invoke(ctx)
 
     def list_commands(self, ctx: Any) -> list[str]:
-        """Return the commands, those of other packages' stages last."""
+        """Return the names of the commands; the stages of other packages are last."""
         return [*super().list_commands(ctx), *(stage.name for stage in STAGES.external)]
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
-        """Return a command, also that of another package's stage."""
+        """Return a command by its name, including the stages of other packages."""
         if (own := super().get_command(ctx, cmd_name)) or (stage := STAGES.named(cmd_name)) is None:
             return own
         further = typer.Typer(rich_markup_mode="rich")
@@ -53,12 +53,12 @@ COMMANDS: dict[str, tuple[Any, ...]] = {
     STUDY_PANEL: (spec.init, spec.check, simulate.simulate, status.status),
     "Help": (doctor.doctor, explain.explain),
 }
-"""The commands by their panel in the help."""
+"""The commands in each panel of the help."""
 for _panel, _commands in COMMANDS.items():
     for _command in _commands:
         app.command(rich_help_panel=_panel)(_command)
 for _typer in (app, measure.app, export.app):
-    for _info in _typer.registered_commands:  # rich breaks the lines of a paragraph where the docstring does
+    for _info in _typer.registered_commands:  # rich would keep the line breaks of the docstring within paragraphs
         _info.help = re.sub(r"(?<!\n)\n(?!\n)", " ", cleandoc(_info.callback.__doc__ or ""))
 app.add_typer(measure.app, name="measure", rich_help_panel=STUDY_PANEL)
 app.add_typer(export.app, name="export", rich_help_panel=STUDY_PANEL)

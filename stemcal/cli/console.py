@@ -1,4 +1,4 @@
-"""Where words go: data to stdout, everything else to stderr."""
+"""Print results on stdout, and all other messages on stderr."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def stderr() -> _Terminal:
 
 
 def say(*parts: RenderableType) -> None:
-    """Print data on stdout, one renderable below the other."""
+    """Print results on stdout, one below the other."""
     console = _Terminal(stderr=False)
     for part in parts:
         console.print(part)
@@ -40,14 +40,14 @@ def say_tables(*tables: Table) -> None:
 
 
 def say_whole(*lines: str) -> None:
-    """Print lines on stdout that are never broken, so that the paths in them can be copied."""
+    """Print lines on stdout without breaking them, so that the paths in them can be copied."""
     for line in lines:
         _Terminal(stderr=False).print(line, soft_wrap=True)
 
 
 def say_text(text: str) -> None:
     """Print a text on stdout unchanged."""
-    with suppress(BrokenPipeError):  # its reader has gone
+    with suppress(BrokenPipeError):  # the reader has closed the pipe
         print(text, flush=True)
 
 
@@ -62,23 +62,23 @@ EXIT_CODES = {
     130: ("interrupted", "interrupted by Ctrl-C"),
     143: ("terminated", "terminated by SIGTERM"),
 }
-"""The exit codes: the `status` in the JSON envelope, and what each means."""
+"""The exit codes, each with its `status` in the JSON envelope and its meaning."""
 
 
 @dataclass
 class _Envelope:
-    """The JSON that a command prints at its end: `{command, status, result, notes}`."""
+    """The JSON object that a command prints at its end: `{command, status, result, notes}`."""
 
     command: str = ""
     result: Any = None
     notes: list[dict[str, Any]] = field(default_factory=list)
 
     def add(self, severity: str, text: str) -> None:
-        """Add what is printed on stderr."""
+        """Add a message that is printed on stderr."""
         self.notes.append({"kind": severity, "severity": severity, "text": text, "remedy": None})
 
     def print(self, code: int) -> None:
-        """Print it on stdout, in ASCII so that every terminal can show it; a number that is none becomes null."""
+        """Print the object on stdout, in ASCII so that every terminal can show it; NaN becomes null."""
         if not self.command:
             return
         from stemcal.storage.canonical import jsonable
@@ -93,24 +93,24 @@ envelope = _Envelope()
 
 
 def say_json(result: Any) -> None:
-    """Make `result` that of the JSON envelope, which is printed when the command ends."""
+    """Store a result in the JSON envelope, which is printed when the command ends."""
     envelope.result = result
 
 
 def warn(sentence: str) -> None:
-    """Print a warning on stderr, on a terminal broken between words."""
+    """Print a warning on stderr; in a terminal, its lines are wrapped."""
     envelope.add("warning", sentence)
     _labelled("warning", "yellow", sentence, whole=not stderr().is_terminal)
 
 
 def fail(message: str) -> None:
-    """Print an error message on stderr; long lines are left whole, so that paths can be copied."""
+    """Print an error message on stderr without breaking its lines, so that paths can be copied."""
     envelope.add("error", message)
     _labelled("error", "red", message, whole=True)
 
 
 def await_(message: str) -> None:
-    """Print on stderr what a study waits for, whole, so that the command in it can be copied."""
+    """Print on stderr what a study is waiting for, without breaking lines, so that the command can be copied."""
     envelope.add("info", message)
     stderr().print(message, style="cyan", soft_wrap=True, highlight=False, markup=False)
 
@@ -123,7 +123,7 @@ def note(sentence: str) -> None:
 
 
 class _ToWarnings(logging.Handler):
-    """Shows what the library logs from level WARNING on."""
+    """Logging handler that prints messages as warnings."""
 
     def emit(self, record: logging.LogRecord) -> None:
         """Print the message as a warning."""
@@ -131,7 +131,7 @@ class _ToWarnings(logging.Handler):
 
 
 def route_log() -> None:
-    """Show warnings of libraries on stderr in the form of ours."""
+    """Print warnings that stemcal logs on stderr, in the same form as those of commands."""
     log = logging.getLogger("stemcal")
     if not any(isinstance(handler, _ToWarnings) for handler in log.handlers):
         log.addHandler(_ToWarnings(logging.WARNING))
@@ -149,7 +149,7 @@ def _labelled(label: str, colour: str, text: str, whole: bool) -> None:
 
 
 class _Terminal(Console):
-    """At most 80 columns, text printed unchanged."""
+    """A console of at most 80 columns that prints text without markup."""
 
     WIDEST = 80
 
@@ -159,10 +159,10 @@ class _Terminal(Console):
             self.width = self.WIDEST
 
     def on_broken_pipe(self) -> None:
-        """Go on with the work where a reader has gone."""
+        """Discard further output and continue, if the reader of the output has closed it."""
         drop(self.file)
 
     def render(self, renderable: RenderableType, options: ConsoleOptions | None = None) -> Iterable[Segment]:
-        """Yield the printed segments; control characters of a text are spelled out."""
+        """Yield the printed segments, with the control characters in texts escaped."""
         for segment in super().render(renderable, options):
             yield segment if segment.control else Segment(visible(segment.text), segment.style)

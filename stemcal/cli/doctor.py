@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 _PACKAGES = ("numpy", "scipy", "numba", "pandas", "statsmodels", "pydantic", "matplotlib", "rich")
 
 Finding = tuple[str, str, bool | None]
-"""A part, its state, and whether it is fine; None if the part is optional."""
+"""A part of the installation, its state, and whether it is correct; None if an optional part is missing."""
 
 
 def doctor(as_json: AsJson = False) -> None:
@@ -36,18 +36,18 @@ def doctor(as_json: AsJson = False) -> None:
     with waiting("checking the installation", as_json):
         solvers = (part for kind in SOLVERS.all for part in kind.ready())
         python = f"{platform.python_version()} on {platform.platform()}"
-        versions = {"stemcal": __version__, "python": python, **{one: version(one) for one in _PACKAGES}}
-        present = [(what, one, True) for what, one in versions.items()]
+        versions = {"stemcal": __version__, "python": python, **{name: version(name) for name in _PACKAGES}}
+        present = [(name, number, True) for name, number in versions.items()]
         findings: list[Finding] = [*present, *_plugins(), *_folders(), *solvers, _self_test()]
     sound = all(ok is not False for _, _, ok in findings)
     if as_json:
-        say_json({"ok": sound, "found": [{"what": what, "found": found, "ok": ok} for what, found, ok in findings]})
+        say_json({"ok": sound, "found": [{"what": part, "found": state, "ok": ok} for part, state, ok in findings]})
     else:
         from rich.table import Table
 
         table = Table(box=None, show_header=False, padding=(0, 2, 0, 0))
-        for what, found, ok in findings:
-            table.add_row({True: "ok", False: "WRONG", None: "-"}[ok], what, found)
+        for part, state, ok in findings:
+            table.add_row({True: "ok", False: "WRONG", None: "-"}[ok], part, state)
         say(table)
     if not sound:
         raise typer.Exit(1)
@@ -64,13 +64,12 @@ def _plugins() -> list[Finding]:
     named: dict[str, Registry[Any]] = {"stage": STAGES, "solver": SOLVERS, "design": SURFACES, "laboratory test": TESTS}
     named |= {"response": RESPONSES}
     for noun, registry in named.items():
-        findings += [(f"{noun} {one.name}", registry.version_of(one.name), True) for one in registry.external]
+        findings += [(f"{noun} {item.name}", registry.version_of(item.name), True) for item in registry.external]
         findings += [(f"{noun} {name}", f"skipped: {reason}", None) for name, reason in registry.broken.items()]
     return findings
 
 
 def _folders() -> list[Finding]:
-    """Return the state of the folder of compiled kernels, and the fonts for Chinese names."""
     import tempfile
     from pathlib import Path
 
@@ -91,7 +90,7 @@ def _folders() -> list[Finding]:
 
 
 def _self_test() -> Finding:
-    """Stretch a plastic bar: beyond yield εₚ = (ε − σ_y/E)(1 − E_t/E)."""
+    """Compare the plastic strain of a stretched bar with the exact εₚ = (ε − σ_y/E)(1 − E_t/E)."""
     import numpy as np
 
     from stemcal.fem.material import Material

@@ -1,4 +1,4 @@
-"""`stemcal explain`: the terms of tables, report and spec with their sources; the schema of a spec."""
+"""`stemcal explain`: a glossary of the terms in tables, reports and specs with their sources; the schema of a spec."""
 
 import csv
 import functools
@@ -17,7 +17,7 @@ from stemcal.formats import near, series
 
 @dataclass(frozen=True)
 class Term:
-    """A term with its other names, its name in Chinese, its meaning and its source."""
+    """An entry of the glossary: a term, its meaning, its source, its other names and its Chinese name."""
 
     term: str
     meaning: str
@@ -27,13 +27,13 @@ class Term:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """All names by which the term is found."""
+        """All names of the term."""
         return (self.term, *self.aliases, *filter(None, [self.chinese]))
 
 
 @functools.cache
 def glossary() -> tuple[Term, ...]:
-    """Return the terms of `glossary.csv`, in which several aliases are separated by semicolons."""
+    """Return the terms in `glossary.csv`, where aliases are separated by semicolons."""
     rows = csv.DictReader(files("stemcal.cli").joinpath("glossary.csv").read_text(encoding="utf-8").splitlines())
     return tuple(
         Term(
@@ -44,9 +44,9 @@ def glossary() -> tuple[Term, ...]:
 
 
 def look_up(term: str) -> list[Term]:
-    """Return the entries of a term or key of a spec, by any of its names; otherwise those whose name contains it.
+    """Return the entries of a term or of a spec key, by any of its names; otherwise the entries that contain it.
 
-    Raises `UsageError` with the nearest terms if there is none.
+    Raises `UsageError` with the most similar terms if there is no entry.
 
     >>> [entry.term for entry in look_up("program")]
     ['solver.program, kind: deck']
@@ -68,7 +68,7 @@ def look_up(term: str) -> list[Term]:
 
 @functools.cache
 def _keys_of_a_spec() -> tuple[Term, ...]:
-    """Return an entry for each key of a spec with the keys below it, found by its path or its name alone."""
+    """Return an entry for each key of a spec; its names are the path and the last part of the path."""
     from stemcal.study.reading.json_schema import meanings
 
     paths = [place.partition(",")[0].replace("[]", "").rpartition(".") for place in meanings()]
@@ -83,7 +83,7 @@ def _keys_of_a_spec() -> tuple[Term, ...]:
 
 @functools.cache
 def _plain(text: str) -> str:
-    """Return a term without case, dashes, underscores, superscripts and possessives, which people type differently."""
+    """Normalise case, dashes, underscores, superscripts and possessives, which people type differently."""
     table = str.maketrans({"–": "-", "_": " ", "²": "2", "’": "'"})
     return text.strip().lower().translate(table).replace("'s", "").replace("'", "").replace("-", " ")
 

@@ -1,4 +1,4 @@
-"""`stemcal export`: tables, figures, decks and the material of a study as files."""
+"""`stemcal export`: write tables, figures, decks and material cards of a study to files."""
 
 from __future__ import annotations
 
@@ -121,7 +121,7 @@ def _print_paths(paths: list[str], as_json: bool) -> None:
 
 
 def chosen(plots: list[Plot], name: str) -> list[Plot]:
-    """Return the figures called `name`, or all whose names begin so."""
+    """Return the figure with this name, or all figures whose names begin with it."""
     matches = [p for p in plots if name in ("all", p.name)] or [p for p in plots if p.name.startswith(name)]
     if not matches:
         known = ", ".join(p.name for p in plots) or "not drawn yet; run `stemcal run SPEC` first"
@@ -130,13 +130,13 @@ def chosen(plots: list[Plot], name: str) -> list[Plot]:
 
 
 def films(records: Records) -> dict[str, str]:
-    """Return the names of the animations that can be written, with the labels of their runs."""
+    """Return the labels of the runs with stored frames by the names of their animations."""
     kept = (label for label, record in records.items() if record.details.film and record.at_solution)
     return {f"{ANIMATION}-{label.replace(' ', '')}": label for label in kept}
 
 
 def write_film(study: Study, records: Records, folder: StudyFolder, name: str) -> Path:
-    """Write the animation `name` as a GIF; the bare word means the calibration diameter. Returns the file."""
+    """Write an animation as a GIF and return its path; ``animation`` is that at the calibration diameter."""
     from stemcal.cutting.end_state import Shape
     from stemcal.formats import short
     from stemcal.report.fracture import write_animation

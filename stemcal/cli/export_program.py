@@ -1,4 +1,4 @@
-"""For LS-DYNA and OpenRadioss: `stemcal export deck`, the shear test; `stemcal export material`, the card."""
+"""`stemcal export deck` and `stemcal export material`: shear tests and material cards for LS-DYNA and OpenRadioss."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ def export_deck(
 
 
 def _program_of(study: Study, path: Path, asked: str | None) -> Literal["lsdyna", "openradioss"]:
-    """Return the program that the deck is for; raise `UsageError` if it is unknown."""
+    """Return the program for which the deck is written; raise `UsageError` if it is unknown or does not fit."""
     own = study.solver.program_name if study.kind.writes_decks else None
     chosen = asked or ("openradioss" if path.suffix == RADIOSS else own)
     if chosen == "lsdyna" and path.suffix == RADIOSS:
@@ -99,7 +99,10 @@ def _program_of(study: Study, path: Path, asked: str | None) -> Literal["lsdyna"
 
 
 def _calibrated(study: Study, program: str, out: Path | None) -> tuple[Study, dict[str, float]]:
-    """Return the calibrated values for a program and the study as it sees them; else mid-levels, and warn."""
+    """Return the study and the levels for a deck: the calibrated values, or mid-levels with a warning.
+
+    If the study was refined in this program, study and values are those of the program.
+    """
     from stemcal.runs.study_folder import StudyFolder, place_of
     from stemcal.stages.refine.result import RefineResult
     from stemcal.stages.results import fresh_results
@@ -119,7 +122,7 @@ def _calibrated(study: Study, program: str, out: Path | None) -> tuple[Study, di
 
 
 def _files(deck: Deck, path: Path, text: str) -> dict[Path, str]:
-    """Return the deck's text, and OpenRadioss's starter and engine files where these are needed, by their paths."""
+    """Return the texts of the deck and, if they are needed, of the starter and engine files, by their paths."""
     from stemcal.solvers.deck.writer import engine_text, starter_around
 
     is_radioss = path.suffix == RADIOSS
@@ -134,9 +137,9 @@ def _files(deck: Deck, path: Path, text: str) -> dict[Path, str]:
     }
 
 
-# ---- the material for a model with its own elements
+# ---- the material card
 
-_COARSEST = 0.5  # of the diameter
+_COARSEST = 0.5  # largest element size over the diameter
 
 Folder = Annotated[Path, typer.Argument(metavar="FOLDER", help="Folder for the output files.", show_default=False)]
 Card = Annotated[

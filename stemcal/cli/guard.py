@@ -1,4 +1,4 @@
-"""Errors become exit codes here and nowhere else; a closed pipe is no error, an output to a full disk is."""
+"""Convert errors to messages and exit codes. A closed pipe is not an error, but a full disk is."""
 
 import io
 import os
@@ -23,8 +23,8 @@ RESUMES = "finished runs are kept; run the same command again to resume"
 
 @contextmanager
 def exit_codes() -> Iterator[None]:
-    """Run a command; an exception becomes one message on stderr and an exit code."""
-    envelope.command, envelope.result, envelope.notes = "", None, []  # an earlier command of this process is over
+    """Run a command; convert an exception to a message on stderr and an exit code."""
+    envelope.command, envelope.result, envelope.notes = "", None, []  # discards those of an earlier command
     with raising_interrupts():
         try:
             raise_noted()
@@ -36,13 +36,13 @@ def exit_codes() -> Iterator[None]:
         except StemcalError as error:
             count = len(error.problems) if isinstance(error, SpecError) else 1
             _leave(f"the spec has {count} problems\n{error}" if count > 1 else str(error), error.exit_code)
-        except BaseException as error:  # an exit that a plug-in or a library calls, too
+        except BaseException as error:  # including an exit that a plug-in or a library calls
             if isinstance(error, typer.Exit | typer.Abort) or hasattr(error, "show"):  # usage errors print themselves
                 envelope.print(getattr(error, "exit_code", 1))
                 raise
             try:
                 raise_noted()
-            except KeyboardInterrupt as interrupt:  # a library has made another error of it
+            except KeyboardInterrupt as interrupt:  # a library has converted it to another exception
                 _leave_interrupted(interrupt)
             _leave(_unexpected(error), 1)
 
@@ -60,7 +60,7 @@ def _leave(message: str, code: int) -> NoReturn:
 
 
 def _unexpected(error: BaseException) -> str:
-    """Return one line on an unforeseen error; its traceback goes to a file."""
+    """Return the message for an unexpected error; the traceback of an internal error is written to a file."""
     if isinstance(error, MemoryError):
         return f"not enough memory; use fewer workers (`--workers`) or larger elements; {RESUMES}"
     if isinstance(error, OSError) and error.errno is not None:
@@ -78,13 +78,13 @@ def _unexpected(error: BaseException) -> str:
 
 
 def steady_surroundings() -> None:
-    """Repair the surroundings: closed outputs, characters they cannot encode, variables that libraries refuse."""
+    """Make outputs usable if they are closed or cannot encode all characters; correct environment variables."""
     os.environ["MPLBACKEND"] = "agg"  # figures go to files
     try:
         datetime.fromtimestamp(int(os.environ.get("SOURCE_DATE_EPOCH", "0")), UTC)
     except (ValueError, OverflowError, OSError):
         del os.environ["SOURCE_DATE_EPOCH"]
-    for descriptor in (0, 1, 2):  # in order: otherwise the next opened file would become an output
+    for descriptor in (0, 1, 2):  # a closed one would be reused for the next opened file
         with suppress(OSError):
             os.fstat(descriptor)
             continue
@@ -95,7 +95,7 @@ def steady_surroundings() -> None:
 
 
 def flush_all() -> None:
-    """Flush the outputs; drop text that cannot be written, so that Python does not try again."""
+    """Flush the outputs; discard text that cannot be written, so that Python does not try again at its end."""
     for stream in filter(None, (sys.stdout, sys.stderr)):
         try:
             stream.flush()

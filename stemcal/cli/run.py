@@ -83,7 +83,10 @@ def run(
 
 
 def _go_through(work: Session, until: str | None = None) -> Callable[..., None]:
-    """Take an open study through its stages and draw its page; return what shows it once the study is closed."""
+    """Compute the stages of an open study and write its report; return the function that then shows the results.
+
+    The results are shown after the study is closed, so that its folder is not locked meanwhile.
+    """
     from stemcal.report.redraw import draw, draw_words
     from stemcal.stages.fresh import finished, make_all
     from stemcal.stages.results import fresh_results
@@ -92,20 +95,22 @@ def _go_through(work: Session, until: str | None = None) -> Callable[..., None]:
 
     study, folder = work.study, work.folder
     unreachable: TargetUnreachable | None = None
-    made: list[StageResult] = []
+    results_made: list[StageResult] = []
     last, before = stages_of(study)[-1].name, finished(study, folder)
 
     def draw_so_far(result: StageResult) -> None:
-        if result.name != last and not before:  # the whole page follows the last stage
+        if result.name != last and not before:  # after the last stage, the page is written with figures
             draw_words(study, folder)
 
     folder.remember_spec(study.source)
     try:
-        made = work.continued(lambda: make_all(study, folder, work.executor, work.watch, done=draw_so_far, until=until))
+        results_made = work.continued(
+            lambda: make_all(study, folder, work.executor, work.watch, done=draw_so_far, until=until)
+        )
     except TargetUnreachable as error:
         unreachable = error
     work.watch.busy("drawing the report")
-    results = fresh_results(study, folder, made)
+    results = fresh_results(study, folder, results_made)
     verdict = verdict_of(study, folder, results)
     page = draw(study, folder, results, verdict)
 
@@ -120,7 +125,7 @@ def _go_through(work: Session, until: str | None = None) -> Callable[..., None]:
 def _show_run(
     study: Study, results: Results, verdict: Verdict, page: Path, folder: StudyFolder, as_json: bool, quiet: bool
 ) -> None:
-    """Print findings, notes, verdict, a table and the page's place, or all as JSON; leave with 3 if runs failed."""
+    """Print findings, notes, verdict, parameters and the path of the report, or JSON; exit code 3 if runs failed."""
     from stemcal.vocabulary import Wording
 
     if as_json:
@@ -143,7 +148,7 @@ def _show_run(
 
 
 def _show_findings(results: Results, verdict: Verdict, folder: StudyFolder, quiet: bool) -> None:
-    """Print the identifiability and the most important notes, without those that the verdict repeats below."""
+    """Print the main findings and the most important notes, except those that are part of the verdict."""
     from stemcal.drawing.showing import names_of
     from stemcal.formats import counted
     from stemcal.report.outcome import KNOWN, MOST, notes_of_all, read_first, shortened, showing_of
@@ -156,15 +161,14 @@ def _show_findings(results: Results, verdict: Verdict, folder: StudyFolder, quie
     if quiet:
         return
     warnings = run_warnings(read_records(results, folder), verdict)
-    found = read_first([*(("runs", one) for one in warnings), *notes_of_all(results, verdict.holds)])
-    notes = [f"note: {title}: {one}" for title, one in found if one.kind != KNOWN]
+    sorted_notes = read_first([*(("runs", warning) for warning in warnings), *notes_of_all(results, verdict.holds)])
+    notes = [f"note: {title}: {remark}" for title, remark in sorted_notes if remark.kind != KNOWN]
     note("\n".join(notes[:MOST]))
     if len(notes) > MOST:
         note(f"{counted(len(notes) - MOST, 'more note')} in the report")
 
 
 def _warn_of_failed(*results: StageResult) -> bool:
-    """Count the failed runs of each stage with their reasons; returns whether there are any."""
     from stemcal.report.outcome import failures_of
 
     failed = [text for result in results if (text := failures_of(result))]
@@ -177,7 +181,7 @@ def _warn_of_failed(*results: StageResult) -> bool:
 
 
 def command_of(stage: Stage[Any], example: str = "") -> Callable[..., None]:
-    """Return the command that runs a stage and shows its result."""
+    """Return the command-line function that runs a stage and shows its result."""
     example = example or f"configs/{'chrysanthemum-cutter' if 'goal' in stage.reads else 'smoke'}.yaml"
 
     def command(
@@ -204,9 +208,9 @@ def command_of(stage: Stage[Any], example: str = "") -> Callable[..., None]:
 
 
 def _show_stage(result: StageResult, verdict: Verdict, folder: StudyFolder, as_json: bool, quiet: bool) -> None:
-    """Print a stage's tables (or its JSON) on stdout, warnings and notes on stderr; leave with 3 if runs failed.
+    """Print the tables (or JSON) of a stage on stdout, warnings and notes on stderr; exit code 3 if runs failed.
 
-    If the finished stages show that the study is not calibrated, no interval is shown.
+    If the finished stages show that the study is not calibrated, no intervals are shown.
     """
     from stemcal.report.outcome import KNOWN, shown_notes
     from stemcal.report.records import read_records, run_warnings

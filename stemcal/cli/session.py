@@ -1,4 +1,4 @@
-"""What every stage needs: shared options; the study, its folder (locked), an executor and a watcher."""
+"""Options that several commands share, and the session of a command: study, locked folder, executor and progress."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class Session:
-    """An open study."""
+    """An open study with its locked folder, executor and progress display, and the run sheet of manual runs."""
 
     study: Study
     folder: StudyFolder
@@ -73,11 +73,11 @@ class Session:
     watch: Watcher
     sheet: OwnSheet | None
 
-    def continued(self, make: Callable[[], T]) -> T:
-        """Return the result of `make`; repeat it if the results that it waits for were saved to the sheet meanwhile."""
+    def continued(self, work: Callable[[], T]) -> T:
+        """Return the result of `work`; repeat it if the results that it waits for were saved to the sheet meanwhile."""
         while True:
             try:
-                return make()
+                return work()
             except Waiting:
                 if self.sheet is None or not self.sheet.enter_saved():
                     raise
@@ -101,7 +101,7 @@ class Session:
 
 
 def study_or_exit(spec: Path, changes: Mapping[str, object] | None = None) -> Study:
-    """Read a spec whole, with changes, or raise with every problem in it; doubtful values are warned of."""
+    """Return the study in a spec, with `changes`; raise `SpecError` with all problems, and warn of doubtful values."""
     from stemcal.study.reading import load_study
 
     route_log()
@@ -112,7 +112,7 @@ def study_or_exit(spec: Path, changes: Mapping[str, object] | None = None) -> St
 
 
 def _executor_called(name: str, workers: int | None) -> Callable[[float | None], RunExecutor]:
-    """Return a function from the time limit of a run (s) to the executor of that name; refuse an unknown one."""
+    """Return a function that creates the executor for a time limit of a run (s); `UsageError` for an unknown name."""
     if name == "local":
         from stemcal.runs.executors.local import LocalExecutor
 
@@ -142,7 +142,11 @@ def opened(
     entered: Path | None = None,
     changes: Mapping[str, object] | None = None,
 ) -> Iterator[Session]:
-    """Open a study with `changes`: lock it, enter its sheet unless that is the one `entered` next, and close."""
+    """Open a study, with `changes` of its spec, in a locked folder.
+
+    Results in the run sheet of the folder are entered first, unless this is the sheet `entered` by the command. If the
+    study waits for results, the sheet is written, and the command ends with a message.
+    """
     make_executor = _executor_called(executor, workers)
     study = study_or_exit(spec, changes)
 
@@ -177,7 +181,7 @@ def opened(
 
 
 def existing_folder(study: Study, out: Path | None) -> StudyFolder:
-    """Return the folder of a study that has been worked on; nothing is made."""
+    """Return the folder of a study; `UsageError` if it does not exist."""
     from stemcal.runs.study_folder import StudyFolder, place_of
 
     path = place_of(study.name, out)
@@ -187,7 +191,7 @@ def existing_folder(study: Study, out: Path | None) -> StudyFolder:
 
 
 def finished_work(spec: Path, out: Path | None, quiet: bool = False) -> tuple[Study, StudyFolder, Results]:
-    """Return a study, its folder and the results that are fresh; stale stages are warned of unless it is `quiet`."""
+    """Return a study, its folder and its up-to-date results; unless `quiet`, warn of stages that are out of date."""
     from stemcal.stages.results import fresh_results
 
     study = study_or_exit(spec)

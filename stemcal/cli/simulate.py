@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from stemcal.study.model.study import Study
 
 
-CUTTING = "cutting"  # the test that the sections of a spec describe
+CUTTING = "cutting"  # name of the main shear test of a spec
 
 Diameter = Annotated[
     str | None, typer.Option(metavar="MM", help="Outer diameter of the stem.", show_default="the spec's")
@@ -79,9 +79,9 @@ def simulate(
         return
     section = None
     if test is not None and test != CUTTING:
-        section = next((one for one in study.tests if one.name == test), None)
+        section = next((section for section in study.tests if section.name == test), None)
         if section is None:
-            known = [CUTTING, *(one.name for one in study.tests)]
+            known = [CUTTING, *(section.name for section in study.tests)]
             raise UsageError(f"--test {test[:60]!r}: no test has this name; {did_you_mean(test, known)}")
 
     from stemcal.fem.warm import is_compiled
@@ -112,7 +112,7 @@ def simulate(
         curves = {name: RunCurve(travel, tuple(f.tolist()), result.break_travel) for name, f in forces.items()}
         save(force_travel(curves, highlighted=["filtered"], of_blade=cuts), figure)
     if as_json:
-        say_json(summary(result, at, test or CUTTING, [named.name for named in study.naming.further]))
+        say_json(summary(result, at, test or CUTTING, [response.name for response in study.naming.further]))
     else:
         from stemcal.report.terminal import simulation_table
 
@@ -126,7 +126,7 @@ def simulate(
 
 
 def chosen_levels(study: Study, start: Mapping[str, float], settings: list[str]) -> dict[str, float]:
-    """Return every factor's value: those to start from, with the settings laid over them."""
+    """Return the value of every factor: that in `start`, or in the settings (FACTOR=VALUE) if it is in them."""
     from stemcal.study.reading.messages import level_of
 
     levels = dict(start)
@@ -142,7 +142,7 @@ def chosen_levels(study: Study, start: Mapping[str, float], settings: list[str])
 
 
 def require_material(study: Study, levels: Mapping[str, float], diameter: float) -> None:
-    """Refuse levels that no material can have."""
+    """Raise `UsageError` for levels that are impossible for a material."""
     from stemcal.study.rules.factors import wrong_levels
 
     if wrong := list(wrong_levels(study, levels, diameter)):
@@ -150,7 +150,7 @@ def require_material(study: Study, levels: Mapping[str, float], diameter: float)
 
 
 def _check_outputs(study: Study, csv_file: Path | None, figure: Path | None, frames: Path | None) -> None:
-    """Refuse before the long computation what would fail after it."""
+    """Raise `UsageError` before the simulation if its outputs could not be written."""
     options = [name for name, path in {"--frames": frames, "--figure": figure}.items() if path is not None]
     if options and not study.kind.simulates_stems:
         these = "this option" if len(options) == 1 else "these options"
@@ -163,7 +163,7 @@ def _check_outputs(study: Study, csv_file: Path | None, figure: Path | None, fra
 
 
 def summary(result: CuttingResult, diameter: float, test: str = CUTTING, measured: Iterable[str] = ()) -> object:
-    """Return the result's numbers as JSON values, responses of other packages if they were `measured`."""
+    """Return the numbers of a result as JSON values; `measured` names the responses of other packages to include."""
     from stemcal.laboratory.perform import LaboratoryResult
     from stemcal.responses import CUT, ForceTravel, responses_in
 
@@ -174,14 +174,14 @@ def summary(result: CuttingResult, diameter: float, test: str = CUTTING, measure
         curve = result.history.travel, result.history.force_filtered
         cut = ForceTravel(*curve, result.peak_force, result.peak_travel, diameter, CUT, vars(result))
         table = responses_in(CUT, measured=measured)
-        responses = {one.name: value for one in table if (value := one.value(cut)) is not None}
+        responses = {response.name: value for response in table if (value := response.value(cut)) is not None}
     return {"test": test, "responses": responses, **numbers, "warnings": to_json(result.warnings)}
 
 
 def _one_run(
     study: Study, levels: Mapping[str, float], at: float, as_json: bool, quiet: bool, csv_file: Path | None
 ) -> None:
-    """Make one run and show its answer; a failed run ends with exit code 3 and names its folder."""
+    """Run the program of the spec once and print its answer; raise `RunsFailed` if the run fails."""
     from stemcal.notes import Note
     from stemcal.runs.executors.local import LocalExecutor
     from stemcal.runs.record import Run
@@ -217,7 +217,6 @@ def _one_run(
 
 
 def _lines(study: Study, answer: Answer) -> list[str]:
-    """Return the lines of an answer: each response, the travel at the peak and the deleted elements."""
     from stemcal.solvers.protocol import RESPONSES
 
     naming, details = study.naming, answer.details

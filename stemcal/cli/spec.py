@@ -1,4 +1,4 @@
-"""`stemcal init`, a commented spec to start from; `stemcal check`, every mistake in one, or what its study takes."""
+"""`stemcal init` writes a commented spec; `stemcal check` lists all errors in a spec, or its computing time."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from stemcal.study.model.study import Study
 
 
-MORE = "# ---- "  # begins what only --full writes
+MORE = "# ---- "  # beginning of the part of the template that only --full writes
 
 
 def init(
@@ -53,7 +53,7 @@ def init(
 
 
 def spec_text(name: str, full: bool = False) -> str:
-    """Return the commented spec of a study called `name`; raise `UsageError` if no study can have that name."""
+    """Return the commented spec of a study with a name; raise `UsageError` if the name is not valid."""
     from stemcal.study.reading.messages import checked
     from stemcal.study.types.field_types import StudyName
 
@@ -91,7 +91,7 @@ def check(spec: Spec, out: Out = None, workers: Workers = None, as_json: AsJson 
         *study.warnings,
         *_not_ready(study),
         *map(str, too_much),
-        *(str(one) for one in before if one.severity == "warning"),
+        *(str(remark) for remark in before if remark.severity == "warning"),
     ]
     estimate = None
     if not too_much:  # the plan builds a mesh to time it
@@ -99,7 +99,7 @@ def check(spec: Spec, out: Out = None, workers: Workers = None, as_json: AsJson 
         estimate = plan(study, StudyFolder(path) if path.is_dir() else None, workers=workers)
         demand = Demand(estimate.to_run, estimate.seconds or 0.0, estimate.memory or 0.0)
         warnings += map(str, excess(demand, estimate.workers, memory))
-    remarks = [str(one) for one in before if one.severity != "warning"]
+    remarks = [str(remark) for remark in before if remark.severity != "warning"]
     remarks += map(str, estimate.notes) if estimate else ()
     if as_json:
         details = {"warnings": warnings, "remarks": remarks, "plan": None if estimate is None else to_json(estimate)}
@@ -134,7 +134,7 @@ def _say_plan(estimate: Plan) -> None:
 
 
 def _not_ready(study: Study) -> list[str]:
-    """Return the reasons for which programs of a correct spec cannot be started on this machine."""
+    """Return the reasons why the program in a valid spec cannot be started on this machine."""
     if not study.kind.starts_program:
         return []
     from stemcal.solvers import make_solver

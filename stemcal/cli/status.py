@@ -1,4 +1,4 @@
-"""`stemcal status`: progress, failures, the verdict; run by run, or file by file."""
+"""`stemcal status`: the progress and the verdict of a study, its runs, its failed runs, and the check of its files."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ def _progress(study: Study, folder: StudyFolder, as_json: bool) -> dict[str, Any
         progress = replace(progress, sheet=awaiting_sheet(study, folder))
     if not as_json:
         heads = {"rows": "Runs", "done": "Done", "failed": "Failed", "left": "Left"}
-        # None: a stage before it decides first
+        # None: the runs depend on the result of an earlier stage
         counts = (Column(key, head, form=lambda n: "?" if n is None else str(n)) for key, head in heads.items())
         columns = [Column("stage", "Stage"), Column("file", "File"), *counts]
         say_tables(Table.of(columns, progress.stages, f"Study {progress.study}", state(progress, names)))
@@ -89,7 +89,7 @@ def _progress(study: Study, folder: StudyFolder, as_json: bool) -> dict[str, Any
 
 
 def state(progress: Status, names: Wording) -> list[str]:
-    """Return the process at work, failures, stale stages, and the verdict with all its reasons."""
+    """Return sentences on the running process, failed runs, out-of-date stages, and the verdict with its reasons."""
     from stemcal.stages.verdict.words import in_full
     from stemcal.vocabulary import capital
 
@@ -132,7 +132,6 @@ def _runs(study: Study, folder: StudyFolder, failed: bool, as_json: bool) -> dic
 
 
 def _failures(failed: Iterable[LedgerRow], names: Wording) -> list[str]:
-    """Return a line for each record of a failure: its runs, condition and levels of factors, the reason."""
     runs: dict[str, list[LedgerRow]] = {}
     for entry in failed:
         runs.setdefault(entry.key, []).append(entry)

@@ -132,7 +132,6 @@ def geometry_section(stems: Diameters) -> str:
 
 
 def _check_grades(grades: Sequence[float], step: float) -> None:
-    """Raise `UsageError` if grades are not plausible diameters, are too many, or overlap."""
     if not 0.0 < step < WIDEST:
         raise UsageError(f"--step {step:g}: the grade width must be above 0 mm and below {WIDEST:g} mm")
     for grade in grades:
@@ -147,7 +146,6 @@ def _check_grades(grades: Sequence[float], step: float) -> None:
 
 
 def _columns(table: TextTable, column: str | None, label: str | None) -> tuple[list[int], list[int]]:
-    """Return the columns that name the stems, and those of diameters."""
     labels = _label_columns(table) if label is None else []
     if label is not None and label != NONE:
         labels = given_columns(table, label, "labels")
@@ -246,7 +244,6 @@ def _proposed_grades(values: Sequence[float], step: float = 1.0) -> list[float]:
 
 
 def _graded(values: Sequence[float], fit: Summary, grades: Sequence[float], step: float) -> Rows[Grade]:
-    """Return every grade with its share of the stems, counted and by the fitted normal distribution."""
     from scipy.special import ndtr
 
     sd, rows = fit.sd or 0.0, []

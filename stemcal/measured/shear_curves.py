@@ -193,7 +193,6 @@ def _curves_of(
 
 
 def _curve(table: TextTable, across: int, up: int, how: CurveOptions, notes: list[Note]) -> ShearCurve:
-    """Return the curve of one specimen from its columns of displacement (`across`) and force (`up`)."""
     for column in (across, up):
         if all(table.number(row, column) is None for row in range(len(table.rows))):
             content = next((cells[column] for cells in table.rows if not is_missing(cells[column])), "empty cells")

@@ -1,1 +1,1 @@
-"""What a study asks for and what has become of it: plan, status, verify, retry."""
+"""The plan of a study (its runs and their cost), its status, and the checks of its files."""

@@ -1,4 +1,4 @@
-"""Runs, recorded ones, seconds (from recorded runs or the solver) and what designs of a study cannot estimate."""
+"""The plan of a study: its runs, their computing time, and the terms that its designs cannot estimate."""
 
 import socket
 from collections import defaultdict
@@ -25,15 +25,15 @@ from stemcal.stages.stage import stages_of
 from stemcal.storage.rows import Rows
 from stemcal.study.model.study import Study
 
-_MOST_RECORDS = 50  # that are looked at
+_MOST_RECORDS = 50  # most records from which the time of a run is estimated
 
 Source = Literal["none", "by_hand", "guess", "recorded"]
-"""How costs are known: not for runs that people do, else by the solver's guess, or by runs recorded here."""
+"""Source of the computing times: unknown, unknown for manual runs, estimate of the solver, or recorded runs."""
 
 
 @dataclass(frozen=True)
 class _Costs:
-    """The seconds of a run on one core, None if unknown, their source, and the number of recorded runs."""
+    """Function for the time of a run on one core (s; None if unknown), its source, and the number of recorded runs."""
 
     of: Callable[[Request], float] | None
     source: Source = "none"
@@ -42,7 +42,7 @@ class _Costs:
 
 @dataclass(frozen=True)
 class _PlannedStage:
-    """The runs of a stage; `seconds` on one core, bytes of `memory` of the largest; None: unknown."""
+    """The runs of a stage, their computing time on one core (s), and the `memory` of the largest (bytes)."""
 
     stage: str
     rows: int
@@ -55,10 +55,12 @@ class _PlannedStage:
 
 @dataclass(frozen=True)
 class Plan:
-    """What a study would run.
+    """The runs of a study that remain, with their estimated cost.
 
-    `seconds` are those of one core for the runs, known from `source` (with `recorded_runs`); those of each test are in
-    `tests`. `elapsed` is what the study takes with `workers`, runs that are decided one by one counted as usual.
+    seconds         computing time of all runs on one core, s; `tests` contains its share for each test
+    memory          memory of the largest run, bytes
+    source          source of the times, with the number of `recorded_runs` if they are from records
+    elapsed         time of the whole study with `workers` parallel runs, s; adaptive stages have their usual number
     """
 
     schema_version: int
@@ -79,7 +81,7 @@ class Plan:
 def plan(
     study: Study, folder: StudyFolder | None = None, solver: Solver | None = None, workers: int | None = None
 ) -> Plan:
-    """Return the runs of every stage, and their cost with a number of workers (all cores), without running any."""
+    """Return the runs of every stage and their cost with a number of workers, by default all cores."""
     solver, workers = solver or make_solver(study), workers or available_cores()
     wanted = asked(study, solver, folder)
     costs = costs_of(solver, folder, Request("plan", 0, study.midlevels(), study.targets.calibrate_at))
@@ -87,11 +89,11 @@ def plan(
     stages = [_count(part, runs, solver, costs) for part, runs in zip(wanted, left, strict=True)]
     to_run = sum(stage.to_run for stage in stages)
     seconds = [stage.seconds for stage in stages]
-    later = [found for stage in stages_of(study) if (found := stage.later(study)) is not None]
-    rounds = [part for found in later for part in found.rounds] if not wanted[-1].settled else []
+    later = [runs for stage in stages_of(study) if (runs := stage.later(study)) is not None]
+    rounds = [part for runs in later for part in runs.rounds] if not wanted[-1].settled else []
     spent = [] if costs.of is None else [list(map(costs.of, runs)) for runs in (*left, *rounds)]
     notes: list[Note] = [part.note for part in wanted if part.note is not None]
-    notes += [found.note for found in later]
+    notes += [runs.note for runs in later]
     notes += [note for part in wanted if part.design is not None for note in judged(part.design)]
     return Plan(
         1,
@@ -111,14 +113,14 @@ def plan(
 
 
 def _by_test(left: Iterable[Sequence[Request]], solver: Solver, costs: _Costs) -> dict[str, float]:
-    """Return the seconds of each test of the runs left on one core; nothing if the solver has one test only."""
-    found: dict[str, float] = defaultdict(float)
+    """Return the computing time of each test in the remaining runs (s); empty if the solver has only one test."""
+    seconds: dict[str, float] = defaultdict(float)
     cost = costs.of or (lambda _request: 0.0)
     for request in chain.from_iterable(left):
-        each = solver.cost_by_test(request)
-        for name, share in each.items():
-            found[name] += cost(request) * share / sum(each.values())
-    return dict(found)
+        shares = solver.cost_by_test(request)
+        for name, share in shares.items():
+            seconds[name] += cost(request) * share / sum(shares.values())
+    return dict(seconds)
 
 
 def _count(part: Asked, left: Sequence[Request], solver: Solver, costs: _Costs) -> _PlannedStage:
@@ -130,7 +132,7 @@ def _count(part: Asked, left: Sequence[Request], solver: Solver, costs: _Costs) 
 
 
 def judged(design: Design) -> Iterator[Note]:
-    """Yield the terms that a design cannot estimate, or what main effects are aliased with where it is for them."""
+    """Yield a note on the terms that a design cannot estimate, or on the aliases of its main effects."""
     terms = ("1", *design.names) if design.order == 1 else term_names(design.names)
     if lost := not_estimable(term_columns(design.coded)[:, : len(terms)], terms):
         text = (
@@ -142,38 +144,31 @@ def judged(design: Design) -> Iterator[Note]:
         yield aliases_note(design.coded, design.names)
 
 
-def total(found: Plan) -> list[str]:
-    """Return sentences on the number of runs left, their time and their memory."""
-    if found.source == "by_hand":
-        stages = " + ".join(str(stage.to_run) for stage in found.stages)
-        return [f"{stages} {'run' if found.to_run == 1 else 'runs'} must be done by hand, {found.to_run} in total."]
-    lines = [f"{counted(found.to_run, 'run')} must be computed."]
-    if found.seconds is not None:
+def total(plan: Plan) -> list[str]:
+    """Return sentences on the number of remaining runs, their computing time and their memory."""
+    if plan.source == "by_hand":
+        stages = " + ".join(str(stage.to_run) for stage in plan.stages)
+        return [f"{stages} {'run' if plan.to_run == 1 else 'runs'} must be done by hand, {plan.to_run} in total."]
+    lines = [f"{counted(plan.to_run, 'run')} must be computed."]
+    if plan.seconds is not None:
         source = {
             "guess": " (rough estimate)",
-            "recorded": f" (estimated from {counted(found.recorded_runs, 'recorded run')} on this machine)",
-        }.get(found.source, "")
-        lines.append(f"On one core, the runs take {duration(found.seconds)}{source}{_of_tests(found.tests)}.")
-    if found.elapsed is not None and found.to_run:
-        workers = counted(found.workers, "worker")
-        lines.append(f"The whole study takes about {duration(found.elapsed)} with {workers}.")
-    if found.memory:
-        lines.append(f"One run needs about {in_bytes(found.memory)} of memory.")
+            "recorded": f" (estimated from {counted(plan.recorded_runs, 'recorded run')} on this machine)",
+        }.get(plan.source, "")
+        whole = sum(plan.tests.values())
+        shares = [f"{name} {duration(part)} ({100 * part / whole:.0f} %)" for name, part in plan.tests.items()]
+        of_tests = f": {', '.join(shares)}" if len(shares) > 1 else ""
+        lines.append(f"On one core, the runs take {duration(plan.seconds)}{source}{of_tests}.")
+    if plan.elapsed is not None and plan.to_run:
+        workers = counted(plan.workers, "worker")
+        lines.append(f"The whole study takes about {duration(plan.elapsed)} with {workers}.")
+    if plan.memory:
+        lines.append(f"One run needs about {in_bytes(plan.memory)} of memory.")
     return lines
 
 
-def _of_tests(seconds: Mapping[str, float]) -> str:
-    """Return the time of each of several tests, with its part of the whole.
-
-    >>> _of_tests({"cutting": 30.0, "bending": 570.0})
-    ': cutting 30 s (5 %), bending 10 min (95 %)'
-    """
-    parts = [f"{name} {duration(each)} ({each / sum(seconds.values()):.0%})" for name, each in seconds.items()]
-    return f": {', '.join(parts)}".replace("%", " %") if len(parts) > 1 else ""
-
-
 def costs_of(solver: Solver, folder: StudyFolder | None, like: Request) -> _Costs:
-    """Return the cost of runs on this machine; `like` is one of them."""
+    """Return the cost of runs on this machine; `like` is a typical run."""
     if solver.asks_people:
         return _Costs(None, "by_hand")
 
@@ -181,8 +176,8 @@ def costs_of(solver: Solver, folder: StudyFolder | None, like: Request) -> _Cost
         return solver.cost_estimate(request) or 1.0
 
     recorded = [] if folder is None else list(islice(_timed_runs(solver, folder, guess), _MOST_RECORDS))
-    if taken := sum(seconds for seconds, _ in recorded):
-        pace = taken / sum(guessed for _, guessed in recorded)
+    if total_seconds := sum(seconds for seconds, _ in recorded):
+        pace = total_seconds / sum(guessed for _, guessed in recorded)
         return _Costs(lambda request: pace * guess(request), "recorded", len(recorded))
     if solver.cost_estimate(like) is None:
         return _Costs(None)
@@ -192,20 +187,20 @@ def costs_of(solver: Solver, folder: StudyFolder | None, like: Request) -> _Cost
 def _timed_runs(
     solver: Solver, folder: StudyFolder, guess: Callable[[Request], float]
 ) -> Iterable[tuple[float, float]]:
-    """Yield time and estimate of each recorded run of this solver on this machine, s."""
+    """Yield the measured and the estimated time (s) of each recorded run of this solver on this machine."""
     for key in folder.keys():  # noqa: SIM118
         record = folder.peek(key)
         if record is None or record["status"] != "ok":
             continue
-        request, circumstances = Request(**record["request"]), record["provenance"]
-        if circumstances.get("host") == socket.gethostname() and Run.of(solver, request).key == key:
-            seconds, guessed = circumstances.get("wall_seconds"), guess(request)
+        request, provenance = Request(**record["request"]), record["provenance"]
+        if provenance.get("host") == socket.gethostname() and Run.of(solver, request).key == key:
+            seconds, guessed = provenance.get("wall_seconds"), guess(request)
             if seconds and guessed:
                 yield seconds, guessed
 
 
 def elapsed(stages: Iterable[Sequence[float]], workers: int) -> float:
-    """Return the time of stages in sequence, s: each worker makes an equal number of runs of mean length.
+    """Return the time of stages in sequence, s, if each worker computes an equal number of runs of mean duration.
 
     >>> elapsed([[3.0, 1.0, 1.0, 1.0], [4.0]], 2)
     7.0
@@ -214,5 +209,5 @@ def elapsed(stages: Iterable[Sequence[float]], workers: int) -> float:
 
 
 def overhead(solver: Solver) -> float:
-    """Return the seconds that starting, statistics, page, workers and compiling take, of two cores at 2.1 GHz."""
+    """Return the time for starting, compiling, statistics and the report, s, measured on two cores at 2.1 GHz."""
     return 7.5 if solver.immediate else 9.0 + 30.0 * solver.preparing()

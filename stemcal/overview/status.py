@@ -1,7 +1,6 @@
-"""Every run that a study asks for and its result, and whether each file is sound: `status` and `run --retry`."""
+"""The status of a study: its runs by stage, its files and its verdict; also the repetition of failed runs."""
 
 from collections import Counter
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 from stemcal.errors import UsageError
@@ -25,7 +24,15 @@ SCHEMA_VERSION = 2
 
 @dataclass(frozen=True)
 class StageStatus:
-    """How far a stage is; `rows` and `left` are None as long as a stage before it has to decide."""
+    """Progress of a stage.
+
+    rows       number of its runs, and `left`, that of the runs not done; None if they depend on an earlier stage
+    censored   number of runs whose response is only a lower bound
+    reasons    number of failed runs by reason
+    damaged    number of runs with a damaged record
+    file       state of the result file: none, fresh, stale or damaged
+    changed    inputs that have changed since the file was written
+    """
 
     stage: str
     rows: int | None
@@ -41,7 +48,7 @@ class StageStatus:
 
 @dataclass(frozen=True)
 class Status:
-    """Progress and verdict of a study, the process `working` in its folder, and the `sheet` that awaits results."""
+    """Progress and verdict of a study, the process `working` in its folder, and the path of its run sheet."""
 
     schema_version: int
     stage: str
@@ -54,49 +61,42 @@ class Status:
 
 
 def stage_states(study: Study, folder: StudyFolder) -> Status:
-    """Return for every stage how many of its rows are done, failed and why, and left."""
+    """Return the status of a study, with the progress of every stage."""
     solver = make_solver(study)
     wanted = asked(study, solver, folder)
     entries = entries_of(wanted, study, folder, solver)
     decided = {part.stage: part.settled for part in wanted}
     left = {stage.name for stage in stages_known(study) if folder.has_stage(stage.name)}
     seen = {*decided, *(entry.stage for entry in entries), *left}
-    named = [stage.name for stage in stages_known(study) if stage.name in seen]
-    stages = [
-        _stage(study, solver, folder, name, [e for e in entries if e.stage == name], decided.get(name, True))
-        for name in named
-    ]
+    stages = []
+    for name in (stage.name for stage in stages_known(study) if stage.name in seen):
+        rows = [entry for entry in entries if entry.stage == name]
+        counts, settled = Counter(row.status for row in rows), decided.get(name, True)
+        file, changed = _file(study, solver, folder, name)
+        status = StageStatus(
+            stage=name,
+            rows=len(rows) if settled else None,
+            done=counts["ok"] + counts["censored"],
+            censored=counts["censored"],
+            failed=counts["failed"],
+            reasons=dict(Counter(row.reason for row in rows if row.status == "failed").most_common()),
+            left=counts["left"] + counts["damaged"] if settled else None,
+            damaged=counts["damaged"],
+            file=file,
+            changed=tuple(changed),
+        )
+        stages.append(status)
     verdict = verdict_of(study, folder)
     return Status(SCHEMA_VERSION, "status", study.name, str(folder.path), folder.holder(), tuple(stages), verdict)
 
 
-def _stage(
-    study: Study, solver: Solver, folder: StudyFolder, name: str, entries: Sequence[LedgerRow], settled: bool
-) -> StageStatus:
-    counts = Counter(entry.status for entry in entries)
-    reasons = Counter(entry.reason for entry in entries if entry.status == "failed")
-    file, changed = _file(study, solver, folder, name)
-    return StageStatus(
-        stage=name,
-        rows=len(entries) if settled else None,
-        done=counts["ok"] + counts["censored"],
-        censored=counts["censored"],
-        failed=counts["failed"],
-        reasons=dict(reasons.most_common()),
-        left=counts["left"] + counts["damaged"] if settled else None,
-        damaged=counts["damaged"],
-        file=file,
-        changed=tuple(changed),
-    )
-
-
 def _file(study: Study, solver: Solver, folder: StudyFolder, stage: str) -> tuple[str, list[str]]:
-    """Return the state of a stage file, and the changed inputs, those of earlier stages among them."""
+    """Return the state of a result file, and the inputs that have changed, including those of earlier stages."""
     if not folder.has_stage(stage):
         return "none", []
     try:
         changed = changes_since(study, solver, folder, stage)
-        if CODE not in changed:  # of other code it may have another shape
+        if CODE not in changed:  # other code may have written another format
             read_result(folder, stage_called(stage).result())
     except UsageError:
         return "damaged", []
@@ -107,19 +107,20 @@ def _file(study: Study, solver: Solver, folder: StudyFolder, stage: str) -> tupl
 
 
 def retry(study: Study, folder: StudyFolder, executor: RunExecutor, watch: Watch = watch_nothing) -> list[LedgerRow]:
-    """Compute failed runs again and return the outcomes; a record is replaced only once its new answer is there."""
+    """Repeat the failed runs and return them; a record is replaced when the new answer is complete."""
     with folder:
         failed = {e.key: e for e in reversed(ledger(study, folder)) if e.status == "failed"}
         chosen = list(reversed(failed.values()))
         for stage in dict.fromkeys(entry.stage for entry in chosen):
             requests = [entry.request for entry in chosen if entry.stage == stage]
-            own = make_solver(stage_called(stage).seen(study)).placed(folder.work)
-            answer_all(requests, own, folder, executor, watch, study.solver.run_limit, 0.0, {one.key for one in chosen})
+            solver = make_solver(stage_called(stage).seen(study)).placed(folder.work)
+            keys = {entry.key for entry in chosen}
+            answer_all(requests, solver, folder, executor, watch, study.solver.run_limit, 0.0, keys)
         return [entry_of(entry.request, entry.key, study, folder) for entry in chosen]
 
 
 def inspect(study: Study, folder: StudyFolder) -> tuple[int, dict[str, str]]:
-    """Return the number of records and the faults of damaged files by seal, name, form and tables; change nothing."""
+    """Return the number of records, and the faults of damaged records, result files and tables by file name."""
     solver, keys = make_solver(study), folder.keys()
     damaged = {f"runs/{key}.json": folder.examine(key)[1] for key in keys}
     for stage in (stage for stage in stages_known(study) if folder.has_stage(stage.name)):
@@ -129,7 +130,7 @@ def inspect(study: Study, folder: StudyFolder) -> tuple[int, dict[str, str]]:
             if (version := content.get("schema_version")) != FILE_VERSION:
                 damaged[name] = f"has schema version {version!r:.20}, but version {FILE_VERSION} is required"
                 continue
-            if CODE not in changes_since(study, solver, folder, stage.name):  # of other code it may have another shape
+            if CODE not in changes_since(study, solver, folder, stage.name):  # other code: maybe another format
                 tables = changed_tables(stage.result().from_json(content), folder)
                 changed_file = "is missing or has been changed; `stemcal run SPEC` writes the file again"
                 damaged |= dict.fromkeys(tables, changed_file)

@@ -150,7 +150,6 @@ def keep(run: Run, computed: Computed, folder: StudyFolder, naming: Vocabulary =
 
 
 def _reason_lines(requests: Iterable[Request], outcomes: Iterable[Outcome]) -> list[str]:
-    """Return a line with the reason for each of the first failed runs, and the number of the others."""
     lines = [
         f"  run {request.row + 1}: {outcome.reason}: {outcome.message}".rstrip(": ")
         for request, outcome in zip(requests, outcomes, strict=True)

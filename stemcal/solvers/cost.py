@@ -39,7 +39,6 @@ def _cutting_steps(test: ShearTest) -> tuple[float, float]:
 
 
 def _laboratory_steps(test: LaboratoryTest) -> tuple[float, float]:
-    """Return the number of steps and the number of elements of a laboratory test."""
     elements, smallest = _mesh_size(replace(test, material=_ANY))  # the mesh is the same for all materials
     how, material = integration(test), test.material
     speed = (material.p_wave_modulus / (how.mass_scaling * material.density)) ** 0.5

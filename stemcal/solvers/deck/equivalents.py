@@ -17,9 +17,9 @@ from stemcal.solvers.options import DeckSolver, EmbeddedSolver
 Array = NDArray[np.float64]
 
 # (2L + h)/ℓ for the nonlocal length L of OpenRadioss, elements of length h, and ℓ in exp(−r²/ℓ²) of the embedded
-# solver. If a row of elements elongates by u, the averaged strain is u/(2L + h) in OpenRadioss (ε̄ − L² ∇²ε̄ = ε, with the
-# mean of the nodes of an element) and u/(ℓ √π) here. Necking bars fracture at the same elongation with a factor of 1.7
-# (tests/verification/necking_bar.py), stems of 8 mm below a rounded edge with a factor of 2.
+# solver. If a row of elements elongates by u, the averaged strain is u/(2L + h) in OpenRadioss (ε̄ − L² ∇²ε̄ = ε, with
+# the mean of the nodes of an element) and u/(ℓ √π) here. Necking bars fracture at the same elongation with a factor of
+# 1.7 (tests/verification/necking_bar.py), stems of 8 mm below a rounded edge with a factor of 2.
 _RADIOSS_LENGTH = 2.0
 # L/ℓ for LS-DYNA, by equal ⟨r²⟩: 3/5 L² for its weight (1 + (r/L)⁸)⁻², as for a ball, and 3/2 ℓ² for exp(−r²/ℓ²).
 _DYNA_LENGTH = sqrt(2.5)
@@ -128,7 +128,6 @@ def rate_constants(law: str, c: float, p: float, rate: float) -> tuple[float, fl
 
 
 def _areas(mesh: Mesh, faces: NDArray[np.int32]) -> Array:
-    """Return the areas (…,) of faces (…, 4), mm²."""
     corners = mesh.nodes[faces]
     diagonals = corners[..., 2, :] - corners[..., 0, :], corners[..., 3, :] - corners[..., 1, :]
     return np.asarray(0.5 * np.linalg.norm(np.cross(*diagonals), axis=-1))

@@ -47,18 +47,11 @@ def fitted(value: float, width: int) -> str:
     if len(exact) <= width:
         return exact
     for digits in range(16, 0, -1):
-        text = _short_exponent(f"{value:.{digits}g}")
+        mantissa, exponent, power = f"{value:.{digits}g}".partition("e")
+        text = f"{mantissa}e{int(power)}" if exponent else mantissa if "." in mantissa else f"{mantissa}.0"
         if len(text) <= width:
             return text
     raise ValueError(f"{value:g} does not fit in {width} columns")
-
-
-def _short_exponent(text: str) -> str:
-    """Shorten an exponent, as in ``1.5e-5`` for ``1.5e-05``, and add a point to a whole number."""
-    mantissa, exponent, power = text.partition("e")
-    if not exponent:
-        return mantissa if "." in mantissa else f"{mantissa}.0"
-    return f"{mantissa}e{int(power)}"
 
 
 # ---- the form of a deck

@@ -29,8 +29,8 @@ from stemcal.study.types.factor import PARAMETERS
 MOST_ELEMENTS = 2e6  # elements in a deck of some hundred megabytes
 _BLADE_OVER_STEM = 1.5  # length of the blade in a deck over the diameter of the stem, so that its ends do not touch it
 # Distance of a rounded edge from the nearest row of nodes, in element sizes of the spec. With this position, the force
-# varies by ±5 %: the extremes are over a row and midway between two rows. At a quarter it is close to the mean, since the
-# rows under the edge are mostly 4 to 10 % shorter than the element size (`cutting.build`).
+# varies by ±5 %: the extremes are over a row and midway between two rows. At a quarter it is close to the mean, since
+# the rows under the edge are mostly 4 to 10 % shorter than the element size (`cutting.build`).
 _NOSE_BESIDE = 0.25
 # Largest element size as a share of `edge_spread`. With larger elements, the rounded edge cuts at too large a force.
 _RESOLVED = 0.6

@@ -61,14 +61,13 @@ def installation(options: DeckSolver, folder: Path) -> _Installation:
         "LD_LIBRARY_PATH": os.pathsep.join(libraries),
         **options.environment,
     }
-    return _Installation(**{name: _program(home, name) for name in _BEGINNINGS}, environment=environment)
-
-
-def _program(home: Path, name: str) -> str:
-    programs = (path for path in (home / "exec").glob(f"{_BEGINNINGS[name]}*") if os.access(path, os.X_OK))
-    if (program := min(programs, key=lambda path: (len(path.name), path.name), default=None)) is None:
-        raise UsageError(f"solver.home: {home / 'exec'} does not contain {name}; install the complete package")
-    return str(program)
+    programs: dict[str, str] = {}
+    for name, beginning in _BEGINNINGS.items():
+        paths = [path for path in (home / "exec").glob(f"{beginning}*") if os.access(path, os.X_OK)]
+        if not paths:
+            raise UsageError(f"solver.home: {home / 'exec'} does not contain {name}; install the complete package")
+        programs[name] = str(min(paths, key=lambda path: (len(path.name), path.name)))
+    return _Installation(**programs, environment=environment)
 
 
 _LEAST_SECONDS = 2.0  # time limit of a program if the programs before it have used the whole time

@@ -92,7 +92,6 @@ def _blade_section(blade: Blade, size: float, stroke: float | None = None, line:
 
 
 def _rounding(r: float, lean_left: float, lean_right: float, size: float) -> Array:
-    """Return the nodes (columns, 2) of a rounded edge of radius r between its flanks."""
     half = max(_HALF, ceil(r * (0.5 * pi - lean_right) / (_FACET * size)))
     lowest = -0.5 * pi
     turn = np.concatenate(
@@ -107,7 +106,6 @@ def _even(low: float, high: float, size: float) -> Array:
 
 
 def _drawn_out(sections: list[Array], y: Array) -> Mesh:
-    """Return the mesh of sections extruded along y; coincident nodes are merged."""
     parts = [_one_drawn_out(section, y) for section in sections]
     offsets = np.cumsum([0, *(len(nodes) for nodes, _ in parts[:-1])])
     nodes = np.concatenate([nodes for nodes, _ in parts])
