@@ -121,7 +121,7 @@ def _enterable(study: Study, folder: StudyFolder, rows: Sequence[Filled]) -> dic
 
 
 def require_sheet(study: Study) -> None:
-    """Raise `UsageError` if the solver answers by itself."""
+    """Raise `UsageError` if the study has no manual runs."""
     if study.by_hand.kind.answers != "asks_people":
         kind = study.by_hand.solver.kind
         raise UsageError(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import webbrowser
 from collections.abc import Callable
+from functools import partial
 from inspect import cleandoc
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -95,7 +96,7 @@ def _go_through(work: Session, until: str | None = None) -> Callable[..., None]:
 
     study, folder = work.study, work.folder
     unreachable: TargetUnreachable | None = None
-    results_made: list[StageResult] = []
+    computed: list[StageResult] = []
     last, before = stages_of(study)[-1].name, finished(study, folder)
 
     def draw_so_far(result: StageResult) -> None:
@@ -103,14 +104,13 @@ def _go_through(work: Session, until: str | None = None) -> Callable[..., None]:
             draw_words(study, folder)
 
     folder.remember_spec(study.source)
+    compute = partial(make_all, study, folder, work.executor, work.watch, done=draw_so_far, until=until)
     try:
-        results_made = work.continued(
-            lambda: make_all(study, folder, work.executor, work.watch, done=draw_so_far, until=until)
-        )
+        computed = work.continued(compute)
     except TargetUnreachable as error:
         unreachable = error
     work.watch.busy("drawing the report")
-    results = fresh_results(study, folder, results_made)
+    results = fresh_results(study, folder, computed)
     verdict = verdict_of(study, folder, results)
     page = draw(study, folder, results, verdict)
 

@@ -80,7 +80,10 @@ class CurveModes:
 
 
 def _on_grid(travel: Array, force: Array, mean_force: float, mean_travel: float) -> Array:
-    """Return w (G + 1,) of a curve that begins at travel 0; raise `UsageError` if the curve has no rise."""
+    """Return the normalised curve w (module docstring), (G + 1,), of a curve that begins at travel 0.
+
+    Raises `UsageError` if the curve has no rise.
+    """
     top = _top(force)
     if top == 0:
         raise UsageError(

@@ -115,7 +115,7 @@ def is_called(name: str, words: Sequence[str]) -> bool:
     lowered = folded(name)
     parts = set(re.findall(r"[^\W\d_]+\d?\.?|\d+", lowered)) | set(re.findall(r"[^\W\d_]+", lowered))
     first, *rest = re.split(r"[\s\[(/,]+", lowered.rstrip(")]"))
-    is_alone = all(word == "in" or word in _IN_ANY_CASE for word in rest)  # except for its unit
+    is_alone = all(word == "in" or word in _IN_ANY_CASE for word in rest)  # no word but units
     sought = [folded(word) for word in words if word not in ALONE or (word == first and is_alone)]
     ends = tuple(word for word in sought if word in GERMAN)
     # words in Chinese, Japanese and Korean, and terms of several words

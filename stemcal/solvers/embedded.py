@@ -210,12 +210,13 @@ def shear_test(study: Study, levels: Mapping[str, float], diameter: float) -> Sh
 
 def _shear_test(study: Study, levels: Mapping[str, float], diameter: float) -> ShearTest:
     """Return the shear test of a study whose sections are already at the levels; they determine the material here."""
-    blade, contact = study.blade, study.contact
-    *outer, inner = layers_at(study, levels, diameter)
-    thicknesses = tuple(layer.thickness for layer in outer)
+    blade, contact, layers = study.blade, study.contact, layers_at(study, levels, diameter)
+    law, smoothing = _options(study).rate_law, rate_filter(diameter, study.loading.speed)
+    *outer, inner = (_material(layer, law, smoothing) for layer in layers)
+    thicknesses = tuple(layer.thickness for layer in layers[:-1])
     return ShearTest(
-        material=_material(inner, study, diameter),
-        outer=tuple(_material(layer, study, diameter) for layer in outer),
+        material=inner,
+        outer=tuple(outer),
         stem=Stem(diameter, study.specimen.ratio_at(diameter), study.specimen.length, thicknesses),
         blade=Blade(
             *(blade.thickness, blade.width, blade.edge_angle, blade.edge_radius, blade.bevel),
@@ -230,13 +231,12 @@ def _shear_test(study: Study, levels: Mapping[str, float], diameter: float) -> S
     )
 
 
-def _material(layer: LayerValues, study: Study, diameter: float) -> Material:
-    law = _options(study).rate_law
+def _material(layer: LayerValues, law: str, smoothing: float) -> Material:
     return Material(
         **layer.along,
         transverse=None if layer.across is None else Transverse(**layer.across),
-        rate_law="cowper_symonds" if law == "none" else law,  # C = 0 switches either off
-        rate_filter=rate_filter(diameter, study.loading.speed),
+        rate_law="paper" if law == "paper" else "cowper_symonds",  # for `none`, C = 0 switches the law off
+        rate_filter=smoothing,
         internal_length=layer.internal_length,
     )
 

@@ -48,7 +48,7 @@ class Film:
         self.moments: list[_Moment] = []
 
     def __call__(self, time: float, state: State) -> None:
-        """Record the state of every n-th output."""
+        """Record the state, or skip it if there are already many."""
         if self.seen % self.every == 0:
             standing = state.topology.standing.astype(bool)
             strain = state.lanes.gathered(state.body.state[:, PLASTIC_STRAIN])
