@@ -16,7 +16,6 @@ from contextlib import suppress
 from datetime import UTC, datetime
 from inspect import signature
 from pathlib import Path
-from types import TracebackType
 from typing import Any, Self
 
 from filelock import FileLock, Timeout
@@ -67,7 +66,7 @@ class StudyFolder:
 
     def __init__(self, path: Path | str) -> None:
         self.path = Path(path)
-        self._lock = _file_lock(self.path / ".lock", _LOCK_PATIENCE_S)
+        self._lock, self._holder_file = _file_lock(self.path / ".lock", _LOCK_PATIENCE_S), self.path / ".lock.holder"
         # cached records by key, each with the time, size and inode of its file
         self._known: dict[str, tuple[tuple[int, int, int], dict[str, Any]]] = {}
         self._room = _MOST_KNOWN
@@ -85,9 +84,7 @@ class StudyFolder:
         self.lock()
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         if self._lock.lock_counter == 1:
             with suppress(OSError):
                 self._holder_file.unlink()
@@ -113,10 +110,6 @@ class StudyFolder:
                 by = f"process {os.getpid()} on {socket.gethostname()} has been using this folder since {now()}"
                 write_atomic(self._holder_file, by)
             remove_leftovers(self.path, self.runs)
-
-    @property
-    def _holder_file(self) -> Path:
-        return self.path / ".lock.holder"
 
     def holder(self) -> str | None:
         """Return a clause that names the process that is using the folder; None if there is none."""

@@ -14,7 +14,6 @@ import warnings
 from collections.abc import Callable
 from concurrent.futures import CancelledError, Future
 from contextlib import suppress
-from types import TracebackType
 from typing import Any, ParamSpec, TypeVar
 
 from stemcal.errors import UsageError
@@ -80,9 +79,7 @@ class DaskExecutor(RunExecutor):
         _at_most(FAREWELL_S, lambda: self._client.run(_end_session, self._session))
         _at_most(FAREWELL_S, self._client.close)
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
         self.shutdown(wait=kind is None)
 
     def _hand_over(self, future: Future[Any], task: Future[Any]) -> None:

@@ -9,7 +9,6 @@ import pickle
 import threading
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
-from types import TracebackType
 from typing import Any, ParamSpec, TypeVar
 
 from stemcal.processes.child import Child, ChildDied
@@ -69,9 +68,7 @@ class LocalExecutor(RunExecutor):
             child.kill()
         self.shutdown()
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
         if kind is None:
             self.shutdown()
         else:

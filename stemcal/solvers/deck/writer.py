@@ -37,7 +37,6 @@ def deck_text(deck: Deck) -> str:
 def _deck_lines(deck: Deck) -> Iterator[str]:
     yield from _head(deck)
     yield from _control(deck)
-    yield from _output(deck)
     for part in deck.layers:
         yield from stem_material(deck.material_of(part), deck.form, part)
     for part, mm in deck.nonlocal_lengths.items() if deck.form.for_ls_dyna else ():
@@ -76,9 +75,6 @@ def _control(deck: Deck) -> Iterator[str]:
     # with slsfac = 1, only the factors of the contacts count, as in OpenRadioss, which does not read slsfac
     checks = dict.fromkeys(("rwpnal", "islchk", "shlthk", "penopt", "thkchg", "orien", "enmass"), 0)
     yield from keyword("CONTROL_CONTACT", {"slsfac": 1.0, **checks})
-
-
-def _output(deck: Deck) -> Iterator[str]:
     interval = deck.study.loading.duration_at(deck.diameter) / deck.solver.outputs
     for name in ("GLSTAT", "RCFORC"):
         yield from keyword(f"DATABASE_{name}", {"dt": interval, "binary": 1})
