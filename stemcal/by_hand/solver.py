@@ -5,8 +5,8 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Self
 
-from stemcal.by_hand.kind import SheetSolver
 from stemcal.by_hand.likely import likely_columns, require_likely
+from stemcal.by_hand.options import SheetSolver
 from stemcal.by_hand.row_checks import RowRefused, Unread, first_of, number_in, other_level, result_in
 from stemcal.by_hand.run_sheet import MAX_BYTES, Filled, filled, run_name
 from stemcal.errors import UsageError, Waiting

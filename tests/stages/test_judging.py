@@ -15,7 +15,7 @@ from fakes import TWO_FACTORS, SpecSolver, make_study
 from planting import Law
 from planting import judged as planted
 
-from stemcal.by_hand.kind import SheetSolver
+from stemcal.by_hand.options import SheetSolver
 from stemcal.cutting import checks
 from stemcal.errors import TargetUnreachable
 from stemcal.notes import Note, Remedy

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from pydantic import ValidationError
 
-from stemcal.by_hand.kind import SheetSolver
+from stemcal.by_hand.options import SheetSolver
 from stemcal.errors import SpecError, UsageError
 from stemcal.solvers.options import EmbeddedSolver
 from stemcal.study.model.shear_test import BladeSection
