@@ -28,7 +28,7 @@ from stemcal.cutting.build import build
 from stemcal.fem.kernels import element as kernels
 from stemcal.fem.kernels import march
 from stemcal.fem.kernels.compile import ONE, ZERO
-from stemcal.fem.kernels.nodes import kick_and_drift, leave_pushes
+from stemcal.fem.kernels.nodes import clear_pushes, kick_and_drift
 from stemcal.fem.state import State, start
 from stemcal.fem.stepper import _Marching
 from stemcal.fem.warm import warm
@@ -223,7 +223,7 @@ def contact(
     """Meet the tools."""
     for _ in range(n):
         march.meet_tools(False, body, topology, tools, edge, spread, candidates, clock, ledger, friction, settings)
-        leave_pushes(body, 0.0, tools.speed, ledger.held)
+        clear_pushes(body, 0.0, tools, ledger.held)
         clock.steps[0] += 1
 
 

@@ -113,8 +113,5 @@ def nodal(values: Array) -> Array:
 
 
 def nodal_zeros(count: int, kind: np.dtype[Any]) -> Any:
-    """Return zeros (`count`, 3) stored component by component.
-
-    The memory extends `RUN` numbers beyond the last component, because a run may reach past the last node.
-    """
+    """Return zeros (`count`, 3) stored component by component; a run may reach `RUN` numbers past the last one."""
     return np.zeros(3 * count + RUN, dtype=kind)[: 3 * count].reshape((count, 3), order="F")

@@ -14,7 +14,7 @@ from stemcal.fem.kernels.compile import RUN
 from stemcal.fem.kernels.contact import EdgeArrays, FrictionNumbers, ToolArrays
 from stemcal.fem.kernels.layers import LayerTable
 from stemcal.fem.kernels.march import Body, Clock, Ledger, Settings
-from stemcal.fem.kernels.nodes import CHUNK, KINDS, Pushes, see
+from stemcal.fem.kernels.nodes import CHUNK, KINDS, Pushes, copy_for_elements
 from stemcal.fem.kernels.nonlocal_mean import Exchange
 from stemcal.fem.kernels.plasticity import MaterialNumbers
 from stemcal.fem.kernels.search import FACES, Candidates, Topology
@@ -240,7 +240,7 @@ def _body(model: Model, lanes: Lanes, topology: Topology, volumes: Array) -> Bod
         scratch=scratch_like(element_state),
         element_mass=element_mass,
     )
-    see(body)
+    copy_for_elements(body)
     return body
 
 

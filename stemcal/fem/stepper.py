@@ -15,7 +15,7 @@ from stemcal.errors import SimulationFailed
 from stemcal.fem.kernels import block
 from stemcal.fem.kernels.block import ALIVE, HOURGLASS_ENERGY, INTERNAL_ENERGY, PLASTIC_RATE
 from stemcal.fem.kernels.march import COLLAPSED, GOING_ON, INVERTED, NOT_FINITE, REACHED, Share, Team, march
-from stemcal.fem.kernels.nodes import CHUNK, KINDS, kinetic_energy, see
+from stemcal.fem.kernels.nodes import CHUNK, KINDS, copy_for_elements, kinetic_energy
 from stemcal.fem.model import Model
 from stemcal.fem.state import State, scratch_like, start
 
@@ -194,7 +194,7 @@ def _settle(model: Model, state: State) -> None:
     body.v[:] += change
     body.x[:] += state.clock.step_before[0] * change
     state.ledger.lost_kinetic[0] += before - kinetic_energy(body.v, body.mass)
-    see(body)
+    copy_for_elements(body)
 
 
 def _in_strides(advance: March, state: State) -> March:

@@ -35,7 +35,6 @@ class FrameWriter:
         self._frames: list[tuple[float, str]] = []
 
     def __call__(self, time: float, state: State) -> None:
-        """Write a frame at every `every`-th call."""
         if self._start is None:
             self._start = state.body.x.copy()
         if self._seen % self.every == 0:

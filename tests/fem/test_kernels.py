@@ -13,7 +13,7 @@ from exact import EXACT
 from stemcal.fem.kernels import block as rows
 from stemcal.fem.kernels.block import LANES
 from stemcal.fem.kernels.element import add_internal_forces
-from stemcal.fem.kernels.nodes import see
+from stemcal.fem.kernels.nodes import copy_for_elements
 from stemcal.fem.material import BulkViscosity, Material
 from stemcal.fem.mesh import Mesh, brick
 from stemcal.fem.model import Integration, Model
@@ -109,7 +109,7 @@ def flattened(to: float) -> np.ndarray:
     body = state.body
     body.state[0, rows.ALIVE, 0] = 0.0
     body.x[:, 0] = np.where(body.x[:, 0] < 0.5, 1.0 - to, body.x[:, 0])
-    see(body)
+    copy_for_elements(body)
     add_internal_forces(body.scratch, body.runs, body.targets, body.seen, body.state, body.f, DT, state.material)
     return body.f
 

@@ -15,7 +15,7 @@ from stemcal.fem.model import Integration, Model
 from stemcal.fem.state import State, start
 
 push, take, leave, energy_within = map(
-    called, (nodes.push, nodes.take_pushes, nodes.leave_pushes, nodes.kinetic_energy_within)
+    called, (nodes.push, nodes.kick_by_pushes, nodes.clear_pushes, nodes.kinetic_energy_within)
 )
 KICK, DRIFT = 2.0e-3, 3.0e-3
 

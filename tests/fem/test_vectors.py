@@ -75,13 +75,13 @@ def test_signs_are_counted(kind: Any) -> None:
 
 def test_places_are_seen_in_whole_units() -> None:
     """Halves go to the even number; what is left of the last 32 bits is what differences need."""
-    see_place, see_velocity = words.see_place, words.see_velocity
+    store_position, store_velocity = words.store_position, words.store_velocity
 
     @njit
     def see(places: Any, velocities: Any, x: Any, unit: Any) -> None:
         for n in range(x.shape[0]):
-            see_place(places, n, x[n], unit)
-            see_velocity(velocities, n, x[n])
+            store_position(places, n, x[n], unit)
+            store_velocity(velocities, n, x[n])
 
     unit = np.float32(0.25)
     x = np.array([1.0, -1.0, 0.375, 0.625, 0.1, 0.25 * (2**31 + 5)])

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from stemcal.fem.kernels.block import STRESS
 from stemcal.fem.kernels.element import add_internal_forces
 from stemcal.fem.kernels.march import REACHED
-from stemcal.fem.kernels.nodes import see
+from stemcal.fem.kernels.nodes import copy_for_elements
 from stemcal.fem.material import BulkViscosity
 from stemcal.fem.mesh import Mesh, brick
 from stemcal.fem.model import Model
@@ -32,7 +32,7 @@ def advance(state: State, x: Array, dt: float = 1.0e-3) -> Array:
     body.v[:] = (x - body.x) / dt
     body.x[:] = x
     body.f[:] = 0.0
-    see(body)
+    copy_for_elements(body)
     add_internal_forces(body.scratch, body.runs, body.targets, body.seen, body.state, body.f, dt, state.material)
     return body.f[: len(x)].copy()
 

@@ -127,10 +127,12 @@ def contact_force(
     old: Friction spring force of the last step.
     dt0, dt: Time step that determines the stiffness, and current time step.
     """
+    # k = p m/Δt₀², c = 2ζ √(km), normal force f = max(0, kδ − c ẋₙ)
     k = friction.penalty * mass / (dt0 * dt0)
     c = 2.0 * friction.damping * sqrt(k * mass)
     closing = slip_velocity[0] * n[0] + slip_velocity[1] * n[1] + slip_velocity[2] * n[2]
     normal = max(0.0, k * depth - c * closing)
+    # slip velocity ẋₜ = ẋ − ẋₙ n, then the tangential spring s ← s − (s·n) n − k Δt ẋₜ
     tx, ty, tz = (
         slip_velocity[0] - closing * n[0],
         slip_velocity[1] - closing * n[1],
@@ -140,6 +142,7 @@ def contact_force(
     sx = old[0] - off * n[0] - k * dt * tx
     sy = old[1] - off * n[1] - k * dt * ty
     sz = old[2] - off * n[2] - k * dt * tz
+    # return mapping to Coulomb's cone, |s| ≤ μ f
     size = sqrt(sx * sx + sy * sy + sz * sz)
     limit = friction_limit(normal, sqrt(tx * tx + ty * ty + tz * tz), friction)
     if size > limit:

@@ -113,6 +113,7 @@ def hourglass_forces(
 
     The power is that of the mean of old and new force. All are zero if the element is not alive.
     """
+    # stiffness a: the constant one, or the one that the stress requires (`hourglass`); Q ← R Q + a Δt q̇
     lasting = like(alive, 1.0) if alive > ZERO else ZERO
     least = taken_by_stress(double_dot(stress, stress), load(state, VISCOUS_LENGTH, lane))
     wanted = max(load(state, HOURGLASS_STIFFNESS, lane), least)

@@ -105,7 +105,7 @@ def counting(relation: str, many: int) -> Any:
     return intrinsic(count)
 
 
-def _see_place(_typing: Any, places: Any, n: Any, x: Any, unit: Any) -> Any:
+def _store_position(_typing: Any, places: Any, n: Any, x: Any, unit: Any) -> Any:
     """Set ``places[n]`` to the low 32 bits of x in whole units (a power of two); nothing if `places` is x itself."""
 
     def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
@@ -122,7 +122,7 @@ def _see_place(_typing: Any, places: Any, n: Any, x: Any, unit: Any) -> Any:
     return types.void(places, n, x, unit), build
 
 
-def _see_velocity(_typing: Any, velocities: Any, n: Any, v: Any) -> Any:
+def _store_velocity(_typing: Any, velocities: Any, n: Any, v: Any) -> Any:
     """Set ``velocities[n]`` to v in single precision; nothing if `velocities` is v itself."""
 
     def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
@@ -277,8 +277,8 @@ def _store(builder: Any, vector: Any, address: Any) -> None:
 prefetch: Any = intrinsic(_prefetch)
 read_corners: Any = intrinsic(_read_corners)
 subtract_run: Any = intrinsic(_subtract_run)
-see_place: Any = intrinsic(_see_place)
-see_velocity: Any = intrinsic(_see_velocity)
+store_position: Any = intrinsic(_store_position)
+store_velocity: Any = intrinsic(_store_velocity)
 give_way: Any = intrinsic(_give_way)
 add_together: Any = intrinsic(_add_together)
 read_together: Any = intrinsic(_read_together)

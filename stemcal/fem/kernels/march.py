@@ -23,15 +23,15 @@ from stemcal.fem.kernels.llvm import add_together, give_way, read_together
 from stemcal.fem.kernels.nodes import (
     add_chunks,
     add_late_forces,
+    clear_pushes,
     kick_and_drift,
+    kick_by_pushes,
     kinetic_energy_within,
-    leave_pushes,
-    take_pushes,
 )
 from stemcal.fem.kernels.nonlocal_mean import fail_by_mean_strain
 from stemcal.fem.kernels.parting import close_plane, part, tie
 from stemcal.fem.kernels.search import list_faces_under_edge, list_near_nodes, list_near_skin
-from stemcal.fem.kernels.spread_edge import push_spread_edge, take_hold
+from stemcal.fem.kernels.spread_edge import push_spread_edge, update_surface
 from stemcal.fem.kernels.timestep import stable_step
 
 Floats = Any
@@ -246,7 +246,7 @@ def meet_tools(
         due = True
     if spread.tool >= 0 and due:
         faces, count, tip = candidates.faces, candidates.face_count[0], tools.height[spread.tool]
-        take_hold(spread, faces, candidates.crowns, count, body.x, body.free, body.mass, body.inverse_mass, tip)
+        update_surface(spread, faces, candidates.crowns, count, body.x, body.free, body.mass, body.inverse_mass, tip)
     _add_contact_forces(body, tools, edge, spread, candidates, clock, friction, settings)
 
 
@@ -259,7 +259,7 @@ def _kick_by_contact(until: float, body: Floats, tools: Floats, clock: Floats, l
     kick = _mean_step(clock)
     if clock.time[0] + clock.step[0] >= until:
         ledger.kinetic[0] = kinetic_energy_within(body, kick)
-    take_pushes(body, kick, tools, ledger.held)
+    kick_by_pushes(body, kick, tools, ledger.held)
 
 
 @kernel
@@ -267,7 +267,7 @@ def finish_step(body: Floats, tools: Floats, clock: Floats, ledger: Floats) -> i
     """Book energies, move tools and clock after the nodes; return the reason to end the march, or GOING_ON."""
     dt, kick = clock.step[0], _mean_step(clock)
     work, fastest = add_chunks(ledger.node_sums)
-    leave_pushes(body, kick, tools, ledger.held)
+    clear_pushes(body, kick, tools, ledger.held)
     ledger.external_work[0] += work
     clock.reach[0] += dt * (fastest + _move_tools(tools, ledger, kick, dt))
     clock.time[0] += dt

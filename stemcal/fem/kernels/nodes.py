@@ -7,7 +7,7 @@ from numpy import sqrt
 from numpy.typing import NDArray
 
 from stemcal.fem.kernels.compile import entry, inlined, kernel, summing
-from stemcal.fem.kernels.llvm import maximum, see_place, see_velocity
+from stemcal.fem.kernels.llvm import maximum, store_position, store_velocity
 
 Array = NDArray[np.float64]
 
@@ -38,7 +38,7 @@ def kick_and_drift(body: Any, kick: float, drift: float, sums: Array, begin: int
 
         v ← v + kick·(f + load)/m on free components (held ones keep their velocity),   x ← x + drift·v
 
-    Contact forces act before (`take_pushes`) and are cleared afterwards (`leave_pushes`). Row c of `sums` gets, for
+    Contact forces act before (`kick_by_pushes`) and are cleared afterwards (`clear_pushes`). Row c of `sums` gets, for
     chunk c, the work of loads and driven components (force times mean velocity times `kick`) and the largest speed.
     """
     for c in range(begin, end):
@@ -47,7 +47,7 @@ def kick_and_drift(body: Any, kick: float, drift: float, sums: Array, begin: int
         if body.driven.shape[0] > 0:
             work -= 2.0 * _power_of_holding(body, first, last)
         if loaded:
-            work += _bear_loads(body, kick, first, last)
+            work += _kick_by_loads(body, kick, first, last)
         for i in range(3):
             _move_component(body, i, kick, drift, first, last)
         if loaded:
@@ -66,8 +66,8 @@ def _move_component(body: Any, i: int, kick: float, drift: float, first: int, la
         v[n] += kick * float(f[n]) * inverse_mass[n] * free[n]
         x[n] += drift * v[n]
         f[n] = 0.0
-        see_place(places, n, x[n], unit)
-        see_velocity(velocities, n, v[n])
+        store_position(places, n, x[n], unit)
+        store_velocity(velocities, n, v[n])
 
 
 @inlined
@@ -121,7 +121,7 @@ def _power_of_loads(body: Any, first: int, last: int) -> float:
 
 
 @kernel
-def _bear_loads(body: Any, kick: float, first: int, last: int) -> float:
+def _kick_by_loads(body: Any, kick: float, first: int, last: int) -> float:
     """Kick nodes first…last−1 by the loads; return the loads' power before any kick, contact's included."""
     before = 0.0
     for n in range(first, last):
@@ -143,11 +143,11 @@ def push(pushes: Any, source: int, n: int, i: int, force: float) -> None:
 
 
 @kernel
-def take_pushes(body: Any, kick: float, tools: Any, held: Array) -> None:
+def kick_by_pushes(body: Any, kick: float, tools: Any, held: Array) -> None:
     """Kick the nodes in contact by the contact forces.
 
     Contact stores or dissipates the energy kick·f·(V − v) with the tool's velocity V and the mean of the nodal
-    velocities before and after all kicks. Half of it, with v before, is added to `held` (S,) here; `leave_pushes` adds
+    velocities before and after all kicks. Half of it, with v before, is added to `held` (S,) here; `clear_pushes` adds
     the other half, with v after.
     """
     pushes = body.pushes
@@ -174,8 +174,8 @@ def _power_held(body: Any, source: int, tools: Any) -> float:
 
 
 @kernel
-def leave_pushes(body: Any, kick: float, tools: Any, held: Array) -> None:
-    """Add the second half of the energy of contact to `held` (see `take_pushes`), and clear the contact forces."""
+def clear_pushes(body: Any, kick: float, tools: Any, held: Array) -> None:
+    """Add the second half of the energy of contact to `held` (see `kick_by_pushes`), and clear the contact forces."""
     pushes = body.pushes
     for s in range(pushes.force.shape[0]):
         held[s] += 0.5 * kick * _power_held(body, s, tools)
@@ -220,12 +220,12 @@ def add_late_forces(body: Any, mine: Any) -> None:
 
 
 @entry
-def see(body: Any) -> None:
+def copy_for_elements(body: Any) -> None:
     """Copy the positions and velocities of all nodes into the form that the elements read."""
     for n in range(body.x.shape[0]):
         for i in range(3):
-            see_place(body.seen.x.T[i], n, body.x[n, i], body.seen.unit)
-            see_velocity(body.seen.v.T[i], n, body.v[n, i])
+            store_position(body.seen.x.T[i], n, body.x[n, i], body.seen.unit)
+            store_velocity(body.seen.v.T[i], n, body.v[n, i])
 
 
 @entry

@@ -74,12 +74,12 @@ def part(cut: Floats, exchange: Floats, body: Floats, tools: Floats) -> None:
         if cut.twins.shape[0] == 0:
             body.free[n, 0] = True
         else:
-            _note_depth(cut, body.x, tools, cut.twins[p])
-        _note_depth(cut, body.x, tools, n)
+            _store_depth(cut, body.x, tools, cut.twins[p])
+        _store_depth(cut, body.x, tools, n)
 
 
 @inlined
-def _note_depth(cut: Floats, x: Array, tools: Floats, n: int) -> None:
+def _store_depth(cut: Floats, x: Array, tools: Floats, n: int) -> None:
     """Store the penetration of a parting node into the flank: pushing it out at once would create energy."""
     cut.offset[n] = 0.0
     gap, _, _ = flank_distance(cut, n, x[n, 0] - tools.edge[cut.tool], x[n, 2] - tools.height[cut.tool])

@@ -92,7 +92,7 @@ class SpreadEdge(NamedTuple):
 
 
 @kernel
-def take_hold(
+def update_surface(
     edge: Floats, faces: Any, crowns: Array, count: int, x: Array, free: Any, mass: Array, inverse_mass: Array,
     tip: float,
 ) -> None:  # fmt: skip
@@ -333,32 +333,32 @@ def _common_give(edge: Floats, j: int, other: int, inverse_mass: Array) -> float
 def push_spread_edge(edge: Floats, tools: Floats, body: Floats, kick: float, dt: float, friction: Floats) -> None:
     """Solve for the forces that keep the surface from rising above the edge, and add them to `body.pushes`."""
     speed, slide, tip = tools.speed[edge.tool], tools.slide[edge.tool], tools.height[edge.tool]
-    _foresee(edge, body, kick)
+    _predict_velocities(edge, body, kick)
     for j in range(edge.sizes.shape[0]):
         if edge.sizes[j] == 0:
             edge.force[j, :] = 0.0
-        elif _bears(edge, j):
-            _impart(edge, body, j, edge.force[j], kick)
+        elif _has_force(edge, j):
+            _change_velocities(edge, body, j, edge.force[j], kick)
     for j in range(edge.sizes.shape[0]):
-        edge.excess[j] = _rise(edge, body, j, speed, tip, dt) if edge.sizes[j] > 0 else 0.0
+        edge.excess[j] = _excess_rate(edge, body, j, speed, tip, dt) if edge.sizes[j] > 0 else 0.0
     _solve_rows(edge, kick)
     for p in range(edge.pairs.shape[0]):
         j, across = edge.pairs[p, 0], edge.pairs[p, 1]
-        first = _rub(edge, j, slide, speed, kick, friction)
-        second = _rub(edge, across, slide, speed, kick, friction)
-        _impart(edge, body, j, first, kick)
+        first = _add_friction(edge, j, slide, speed, kick, friction)
+        second = _add_friction(edge, across, slide, speed, kick, friction)
+        _change_velocities(edge, body, j, first, kick)
         if across >= 0:
-            _impart(edge, body, across, second, kick)
-    _hand_over(edge, tools, body)
+            _change_velocities(edge, body, across, second, kick)
+    _add_to_pushes(edge, tools, body)
 
 
 @inlined
-def _hand_over(edge: Floats, tools: Floats, body: Floats) -> None:
+def _add_to_pushes(edge: Floats, tools: Floats, body: Floats) -> None:
     """Add the forces of the rows to `body.pushes` and the opposite to the tool."""
     tool_count = tools.speed.shape[0]
     pressing, rubbing = EDGE * tool_count + edge.tool, FRICTION * tool_count + edge.tool
     for j in range(edge.sizes.shape[0]):
-        if not _bears(edge, j):
+        if not _has_force(edge, j):
             continue
         for k in range(edge.sizes[j]):
             n = edge.nodes[j, k]
@@ -385,14 +385,14 @@ def _along_normal(edge: Floats, j: int, u: Array) -> float:
 
 
 @inlined
-def _bears(edge: Floats, j: int) -> bool:
+def _has_force(edge: Floats, j: int) -> bool:
     """Check that row j has a force; most rows have none and need no further computation."""
     force = edge.force[j]
     return bool(force[0] != 0.0 or force[1] != 0.0 or force[2] != 0.0 or force[3] != 0.0)
 
 
 @inlined
-def _foresee(edge: Floats, body: Floats, kick: float) -> None:
+def _predict_velocities(edge: Floats, body: Floats, kick: float) -> None:
     """Compute the velocities that the nodes of all rows would have after the kick without the edge."""
     for m in range(edge.met_count[0]):
         n = edge.met[m]
@@ -402,7 +402,7 @@ def _foresee(edge: Floats, body: Floats, kick: float) -> None:
 
 
 @inlined
-def _impart(edge: Floats, body: Floats, j: int, force: Floats, kick: float) -> None:
+def _change_velocities(edge: Floats, body: Floats, j: int, force: Floats, kick: float) -> None:
     """Change the velocities of a row's nodes by a force (λ, friction); λ acts downwards, against the normal."""
     for k in range(edge.sizes[j]):
         n = edge.nodes[j, k]
@@ -413,13 +413,14 @@ def _impart(edge: Floats, body: Floats, j: int, force: Floats, kick: float) -> N
 
 
 @inlined
-def _rise(edge: Floats, body: Floats, j: int, speed: float, tip: float, dt: float) -> float:
+def _excess_rate(edge: Floats, body: Floats, j: int, speed: float, tip: float, dt: float) -> float:
     """Return the excess of the rate of a row's mean height over the rate that the constraint allows, mm/s.
 
     The height is computed with the same normals as its rate; otherwise slip along a slope would count as a rise. A
     surface above the edge, for example one exposed by a failed element, may move with the edge but is not pushed back
     to it, because that would add energy.
     """
+    # Ḣ − V + min(H − z_edge, 0)/Δt
     above = edge.offset[j] + _along_normal(edge, j, body.x) - tip
     return _along_normal(edge, j, edge.velocity) - speed + min(above, 0.0) / dt
 
@@ -447,6 +448,7 @@ def _wanted_change(edge: Floats, j: int, kick: float) -> float:
     """Return the change of λ that removes the excess of a row; 0 for j < 0 or a row without nodes."""
     if j < 0 or edge.sizes[j] == 0:
         return 0.0
+    # Δλ = excess / (Δt · own compliance), but λ + Δλ ≥ 0
     return max(-edge.force[j, 0], edge.excess[j] / (kick * edge.own[j]))
 
 
@@ -460,10 +462,11 @@ def _change_row(edge: Floats, j: int, change: float, kick: float) -> None:
 
 
 @inlined
-def _rub(edge: Floats, j: int, slide: float, speed: float, kick: float, friction: Floats) -> Floats:
+def _add_friction(edge: Floats, j: int, slide: float, speed: float, kick: float, friction: Floats) -> Floats:
     """Set the friction that stops a row's mean slip, limited by Coulomb's law; return the change of (λ, friction)."""
-    if j < 0 or not _bears(edge, j):
+    if j < 0 or not _has_force(edge, j):
         return 0.0, 0.0, 0.0, 0.0
+    # mean velocity Σ w N v of the row's nodes relative to the tool
     slip = (0.0, -slide, -speed)
     nx, ny = edge.slope[j, 0], edge.slope[j, 1]
     for k in range(edge.sizes[j]):
@@ -475,6 +478,7 @@ def _rub(edge: Floats, j: int, slide: float, speed: float, kick: float, friction
     n = (nx / size, ny / size, 1.0 / size)
     off = slip[0] * n[0] + slip[1] * n[1] + slip[2] * n[2]
     slip = (slip[0] - off * n[0], slip[1] - off * n[1], slip[2] - off * n[2])
+    # friction that stops the slip, f − slip / (Δt Σ shape²/m), reduced to μ λ |(nx, ny, 1)| where it is larger
     gain = 1.0 / (kick * edge.give[j])
     held = (edge.force[j, 1] - gain * slip[0], edge.force[j, 2] - gain * slip[1], edge.force[j, 3] - gain * slip[2])
     total = sqrt(held[0] * held[0] + held[1] * held[1] + held[2] * held[2])

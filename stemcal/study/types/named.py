@@ -70,7 +70,8 @@ class OwnCondition(Quantity):
         """Return the value, a diameter in mm; from Python any number, because the declared condition is unknown."""
         if info.context is None and isinstance(given, int | float) and abs(given) <= MOST:
             return float(given)
-        if (condition := _naming(info).condition) == DIAMETER:
+        naming: Vocabulary = (info.context or {}).get("naming", CUTTING)
+        if (condition := naming.condition) == DIAMETER:
             return super().read(given, info)
         if condition is None and given != NOWHERE:
             remedy = "declare a condition in the `conditions` section, or remove this key"
@@ -82,19 +83,14 @@ def responses_by_name(given: Any, info: ValidationInfo) -> Any:
     """Return the names of a list of responses, with `FIRST` for the first response; ``all`` are all measured ones."""
     if info.context is None:
         return given
-    naming = _naming(info)
+    naming: Vocabulary = info.context.get("naming", CUTTING)
     known = [response.name for response in naming.responses]
     if given == "all":
-        measured = (info.context or {}).get("measured")
+        measured = info.context.get("measured")
         given = [name for name in known if measured is None or name in measured]
     if not isinstance(given, list | tuple) or not given or any(name not in known for name in given):
         raise complain("the value is neither `all` nor a list of responses", f"choose from {', '.join(known)}")
     return tuple(FIRST if name == naming.response.name else name for name in given)
-
-
-def _naming(info: core_schema.ValidationInfo) -> Vocabulary:
-    naming: Vocabulary = (info.context or {}).get("naming", CUTTING)
-    return naming
 
 
 SEED, REPLICATE = CHANCE = ("seed", "replicate")
