@@ -15,12 +15,12 @@ from stemcal.doe.regression.least_squares import not_estimable
 from stemcal.formats import counted, duration, in_bytes, series
 from stemcal.notes import Note, Remedy
 from stemcal.runs.executors import available_cores
-from stemcal.runs.record import Run, by_key
+from stemcal.runs.record import Run
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Request, Solver
 from stemcal.stages.design import Asked, Design
-from stemcal.stages.ledger import asked, missing
+from stemcal.stages.ledger import asked, keyed, missing
 from stemcal.stages.stage import stages_of
 from stemcal.storage.rows import Rows
 from stemcal.study.model.study import Study
@@ -86,7 +86,8 @@ def plan(
     wanted = asked(study, solver, folder)
     costs = costs_of(solver, folder, Request("plan", 0, study.midlevels(), study.targets.calibrate_at))
     left = [missing(part, study, solver, folder) for part in wanted]
-    stages = [_count(part, runs, solver, costs) for part, runs in zip(wanted, left, strict=True)]
+    every = [keyed(part, study, solver) for part in wanted]
+    stages = [_count(*part, solver, costs) for part in zip(wanted, every, left, strict=True)]
     to_run = sum(stage.to_run for stage in stages)
     seconds = [stage.seconds for stage in stages]
     later = [runs for stage in stages_of(study) if (runs := stage.later(study)) is not None]
@@ -123,10 +124,12 @@ def _by_test(left: Iterable[Sequence[Request]], solver: Solver, costs: _Costs) -
     return dict(seconds)
 
 
-def _count(part: Asked, left: Sequence[Request], solver: Solver, costs: _Costs) -> _PlannedStage:
-    distinct = by_key(solver, part.requests)
+def _count(
+    part: Asked, runs: Sequence[tuple[str, Request, int | None]], left: Sequence[Request], solver: Solver, costs: _Costs
+) -> _PlannedStage:
+    distinct = {key for key, *_ in runs}
     memory = [bytes_ for request in left if (bytes_ := solver.memory_estimate(request)) is not None]
-    counts = len(part.requests), len(distinct), len(distinct) - len(left), len(left)
+    counts = len(runs), len(distinct), len(distinct) - len(left), len(left)
     seconds = None if costs.of is None else sum(map(costs.of, left))
     return _PlannedStage(part.stage, *counts, seconds, max(memory, default=None))
 

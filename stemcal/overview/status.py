@@ -111,12 +111,13 @@ def retry(study: Study, folder: StudyFolder, executor: RunExecutor, watch: Watch
     with folder:
         failed = {e.key: e for e in reversed(ledger(study, folder)) if e.status == "failed"}
         chosen = list(reversed(failed.values()))
-        for stage in dict.fromkeys(entry.stage for entry in chosen):
-            requests = [entry.request for entry in chosen if entry.stage == stage]
-            solver = make_solver(stage_called(stage).seen(study)).placed(folder.work)
+        for stage, material in dict.fromkeys((entry.stage, entry.material) for entry in chosen):
+            requests = [entry.request for entry in chosen if (entry.stage, entry.material) == (stage, material)]
+            seen = stage_called(stage).seen(study) if material is None else study.in_material(material)
+            solver = make_solver(seen).placed(folder.work)
             keys = {entry.key for entry in chosen}
             answer_all(requests, solver, folder, executor, watch, study.solver.run_limit, 0.0, keys)
-        return [entry_of(entry.request, entry.key, study, folder) for entry in chosen]
+        return [entry_of(entry.request, entry.key, study, folder, entry.material) for entry in chosen]
 
 
 def inspect(study: Study, folder: StudyFolder) -> tuple[int, dict[str, str]]:

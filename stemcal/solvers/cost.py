@@ -13,9 +13,11 @@ from stemcal.laboratory.build import LaboratoryTest, integration
 from stemcal.solvers.laboratory_runs import AnyTest
 
 # Computing time of a step, and of each element in it, on one core of a small machine, s.
-_STEP, _ELEMENT = 60.0e-6, 0.14e-6
-# Travel at which stems usually fracture and are cut through, as a share of the diameter.
-_UNTIL_BROKEN, _UNTIL_SEVERED = 0.09, 0.5
+_STEP, _ELEMENT = 10.0e-6, 0.055e-6
+# Travel at which stems usually fracture and are cut through, as a share of the diameter: between two supports, and next
+# to a clamp, where the blade flattens the stem first.
+_UNTIL_BROKEN, _UNTIL_SEVERED = 0.09, (0.6, 1.2)
+_FLAT = 0.5  # stable step of the smallest element of a cut, which is flat, over that of a cube of its volume
 
 
 def seconds(test: AnyTest) -> float:
@@ -29,10 +31,10 @@ def _cutting_steps(test: ShearTest) -> tuple[float, float]:
     how, material = test.discretisation, test.material
     size = mesh_size(test.stem, how)
     speed = (material.p_wave_modulus / (how.integration.mass_scaling * material.density)) ** 0.5
-    step = max(how.integration.safety * size.smallest / speed, how.integration.time_step or 0.0)
+    step = max(how.integration.safety * _FLAT * size.smallest / speed, how.integration.time_step or 0.0)
     if step <= 0.0:
         return inf, size.elements
-    until = _UNTIL_SEVERED if test.parts else _UNTIL_BROKEN
+    until = _UNTIL_SEVERED[test.supports.kind != "span"] if test.parts else _UNTIL_BROKEN
     stroke, broken = test.loading.speed * test.loading.duration, until * test.stem.outer_diameter
     share = min(1.0, broken / stroke) if how.stop_after_peak else 1.0
     return test.loading.duration / step * share, size.elements

@@ -68,6 +68,8 @@ class Asked:
     settled: bool
     note: Note | None = None
     design: Design | None = None
+    in_materials: Sequence[Sequence[Request]] = ()
+    """Further runs in each of the other materials of the study."""
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from stemcal.runs.record import Run, by_key, is_final, outcome_of
+from stemcal.runs.record import Run, is_final, outcome_of
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Request, Solver
@@ -17,7 +17,10 @@ from stemcal.study.model.study import Study
 
 @dataclass(frozen=True)
 class LedgerRow:
-    """A required run: `status` is ok, censored, failed, left (not run) or damaged; `again` if it is still to be run."""
+    """A required run: `status` is ok, censored, failed, left (not run) or damaged; `again` if it is still to be run.
+
+    `material` is the number of the other material of the study in which it is run, from 1.
+    """
 
     stage: str
     run: int
@@ -30,6 +33,7 @@ class LedgerRow:
     condition: float
     levels: dict[str, float]
     replicate: int | None = absent()
+    material: int | None = absent()
     started: str | None = None
     wall_seconds: float | None = None
     tries: int | None = None
@@ -39,7 +43,7 @@ class LedgerRow:
     @property
     def request(self) -> Request:
         """The request of the run."""
-        pictured = self.stage in {stage.name for stage in STAGES.built_in if stage.pictured}
+        pictured = self.material is None and self.stage in {one.name for one in STAGES.built_in if one.pictured}
         return Request(self.stage, self.run - 1, self.levels, self.condition, pictured, self.replicate or 0)
 
 
@@ -51,14 +55,25 @@ def asked(study: Study, solver: Solver, folder: StudyFolder | None) -> list[Aske
 
 def missing(part: Asked, study: Study, solver: Solver, folder: StudyFolder | None) -> list[Request]:
     """Return the distinct runs of a stage that have no final record."""
-    distinct = by_key(solver, part.requests)
+    distinct = {key: request for key, request, _ in reversed(keyed(part, study, solver))}
     recorded = {key: folder.peek(key) for key in distinct} if folder is not None else {}
     return [
         request
-        for key, request in distinct.items()
+        for key, request in reversed(distinct.items())
         if (record := recorded.get(key)) is None or not is_final(record, study.solver.run_limit)
         if not solver.has_result(request)
     ]
+
+
+def keyed(part: Asked, study: Study, solver: Solver) -> list[tuple[str, Request, int | None]]:
+    """Return the runs of a stage with their keys, and their materials: None, or from 1 for the others of the study."""
+    found: list[tuple[str, Request, int | None]] = [
+        (Run.of(solver, request).key, request, None) for request in part.requests
+    ]
+    for number, requests in enumerate(part.in_materials, 1):
+        other = make_solver(study.in_material(number))
+        found += [(Run.of(other, request).key, request, number) for request in requests]
+    return found
 
 
 def ledger(study: Study, folder: StudyFolder, solver: Solver | None = None) -> Rows[LedgerRow]:
@@ -69,13 +84,12 @@ def ledger(study: Study, folder: StudyFolder, solver: Solver | None = None) -> R
 
 def entries_of(wanted: Sequence[Asked], study: Study, folder: StudyFolder, solver: Solver) -> list[LedgerRow]:
     """Return the `wanted` runs, then recorded runs of the stages of this spec that decide run by run."""
-    requests = [request for part in wanted if part.settled for request in part.requests]
-    known = [Run.of(solver, request).key for request in requests]
-    entries = [entry_of(request, key, study, folder) for request, key in zip(requests, known, strict=True)]
+    known = [entry for part in wanted if part.settled for entry in keyed(part, study, solver)]
+    entries = [entry_of(request, key, study, folder, material) for key, request, material in known]
     stages, decided = {part.stage for part in wanted}, []
     own = {stage.name: stage.seen(study) for stage in stages_of(study) if stage.name not in stages}
     solvers = {name: solver if seen is study else make_solver(seen) for name, seen in own.items()}
-    for key in sorted({*folder.keys()} - {*known}):
+    for key in sorted({*folder.keys()} - {key for key, *_ in known}):
         record = folder.peek(key)
         if record is not None and record["request"]["stage"] in solvers:
             request = Request(**record["request"])
@@ -84,15 +98,18 @@ def entries_of(wanted: Sequence[Asked], study: Study, folder: StudyFolder, solve
     return entries + sorted(decided, key=lambda entry: (entry.stage, entry.run))
 
 
-def entry_of(request: Request, key: str, study: Study, folder: StudyFolder) -> LedgerRow:
+def entry_of(request: Request, key: str, study: Study, folder: StudyFolder, material: int | None = None) -> LedgerRow:
     """Return a run and, if it has a record, its result."""
     record, problem = folder.examine(key)
     asked_for = request.stage, request.row + 1, key
-    point = request.condition, dict(request.levels), request.replicate or None
+    point = request.condition, dict(request.levels)
+    which = request.replicate or None, material
     if record is None:
-        return LedgerRow(*asked_for, "damaged" if problem else "left", None, "", "", True, *point)
+        return LedgerRow(*asked_for, "damaged" if problem else "left", None, "", "", True, *point, *which)
     outcome, again = outcome_of(record), not is_final(record, study.solver.run_limit)
     status = "failed" if not outcome.ok else "censored" if outcome.censored else "ok"
     names = ("started", "wall_seconds", "tries", "host", "stemcal")
     provenance = (record.get("provenance", {}).get(name) for name in names)
-    return LedgerRow(*asked_for, status, outcome.response, outcome.reason, outcome.message, again, *point, *provenance)
+    return LedgerRow(
+        *asked_for, status, outcome.response, outcome.reason, outcome.message, again, *point, *which, *provenance
+    )

@@ -7,11 +7,12 @@ from pathlib import Path
 import pytest
 from fakes import FakeSolver, make_study
 
+from stemcal.cutting.simulate import shear
 from stemcal.overview.plan import costs_of, elapsed, overhead, plan, total
 from stemcal.runs.record import Run
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers import make_solver
-from stemcal.solvers.cost import seconds
+from stemcal.solvers.cost import _cutting_steps, seconds
 from stemcal.solvers.embedded import shear_test
 from stemcal.solvers.laboratory_runs import laboratory_test
 from stemcal.solvers.protocol import Answer, Request
@@ -86,3 +87,37 @@ def test_each_test_has_its_time(tmp_path: Path) -> None:
     assert found.seconds is not None and sum(found.tests.values()) == pytest.approx(found.seconds)
     assert found.tests["bending"] > found.tests["pull"] > 0.0
     assert "bending" in " ".join(total(found))
+
+
+MATERIAL = """\
+name: cutter
+factors: [{name: edge_angle, unit: deg, low: 30, high: 45}, {name: thickness, unit: mm, low: 2, high: 3}]
+material: {density: 1100 kg/m3, elastic_modulus: 1000 MPa, poisson_ratio: 0.3, yield_stress: 12 MPa,
+  tangent_modulus: 0.5 MPa, hardening_parameter: 0.05, failure_strain: 0.06}
+goal: {minimise: [cutting_energy]}
+solver: {rate_law: none, element_size: d/10}
+screen: {design: none}
+rsm: {factors: [edge_angle, thickness]}
+"""
+FAST = "loading: {until: severed, speed: 2 m/s, stroke: 18 mm}\n"
+WHOLE_CUTS = {
+    "solid, fixed knife": "specimen: {outer_diameter: 12 mm, diameter_ratio: 0, length: 30 mm}\n"
+    "supports: {kind: counter_edge, height: 15 mm, clearance: 1 mm}\n" + FAST,
+    "layers, fixed knife": "specimen: {outer_diameter: 8 mm, length: 24 mm}\n"
+    "layers: [{name: skin, thickness: 1 mm, yield_stress: 15 MPa}, {name: pith, yield_stress: 6 MPa}]\n"
+    "supports: {kind: counter_edge, height: 12 mm, clearance: 1 mm}\n" + FAST,
+    "hollow, two supports": "specimen: {outer_diameter: 8 mm, length: 30 mm}\nsupports: {clearance: 20 mm}\n"
+    "loading: {until: severed, speed: 100 mm/min, stroke: 10 mm}\n",
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("case", WHOLE_CUTS)
+def test_steps_of_a_whole_cut(case: str, tmp_path: Path) -> None:
+    """The steps do not depend on the machine; the estimate is within a factor of two (it was a fifth to a half)."""
+    spec = tmp_path / "cutter.yaml"
+    spec.write_text(f"{MATERIAL}{WHOLE_CUTS[case]}", encoding="utf-8")
+    study = load_study(spec)
+    test = shear_test(study, study.midlevels(), study.specimen.outer_diameter)
+    estimated, done = _cutting_steps(test)[0], shear(test).steps
+    assert 0.5 < estimated / done < 2.0

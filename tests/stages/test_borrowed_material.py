@@ -1,20 +1,28 @@
 """The material of a finished study in another spec: its values, its uncertainty, and what `check` refuses."""
 
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
-from fakes import TWO_FACTORS
+from fakes import TWO_FACTORS, SpecSolver
 from planting import HALF, MIDDLE, Law, judged
 
 from stemcal.errors import SpecError, UsageError
+from stemcal.overview.plan import plan
+from stemcal.overview.status import retry, stage_states
+from stemcal.runs.record import RESPONSES
 from stemcal.runs.study_folder import StudyFolder
+from stemcal.solvers.protocol import Answer, Request
 from stemcal.stages.fresh import make_all
+from stemcal.stages.ledger import ledger
 from stemcal.stages.optimise.material import Borrowed, _take, calibrated_sections
 from stemcal.stages.work import HERE
 from stemcal.study.model.layers import layers_at
 from stemcal.study.model.study import Study
 from stemcal.study.reading import load_study
+from stemcal.study.types.solver_kind import SOLVERS
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 LAW = Law(p=20.0, q=8.0, r=0.0)
@@ -173,3 +181,37 @@ def test_a_wrong_value_beside_a_borrowed_material(calibrated: Path, key: str, wr
         cutter(calibrated, CUTTER.replace(key, wrong))
     line = CUTTER[: CUTTER.index(key)].count("\n") + 1
     assert [problem.line for problem in refused.value.problems] == [line]
+
+
+@dataclass(frozen=True)
+class Linear(SpecSolver):
+    """A cutting energy that increases with angle and thickness, and a force; the runs of `broken` rows fail."""
+
+    study: Study | None = None
+    broken: tuple[int, ...] = ()
+
+    def solve(self, request: Request) -> Answer:
+        if request.stage == "optimise" and request.row in self.broken:
+            return Answer("failed", reason="crashed")
+        energy = 200.0 + request.levels["edge_angle"] + 10.0 * request.levels["thickness"]
+        return Answer("ok", 100.0, details={RESPONSES: {"cutting_energy": energy}})
+
+    def identity(self, request: Request) -> dict[str, Any]:
+        assert self.study is not None
+        return {**super().identity(request), "yield": self.study.parameters({}, 8.0)["yield_stress"]}
+
+
+def test_runs_in_other_materials_are_counted_and_repeated(calibrated: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """9 runs of the design; the optimum and the present cutter in three materials. One fails and is repeated."""
+    study, folder = cutter(calibrated), StudyFolder(calibrated / "cutter")
+    monkeypatch.setattr(SOLVERS.named("embedded"), "make", lambda one: Linear(study=one, broken=(5,)))
+    planned = {one.stage: (one.rows, one.distinct_runs, one.to_run) for one in plan(study).stages}
+    assert planned["optimise"] == (6, 6, 6)
+    make_all(study, folder, HERE)
+    counted = {one.stage: (one.rows, one.done, one.failed, one.left) for one in stage_states(study, folder).stages}
+    assert counted["optimise"] == (6, 5, 1, 0)
+    (failed,) = (row for row in ledger(study, folder) if row.status == "failed")
+    assert (failed.stage, failed.run, failed.material) == ("optimise", 6, 1)
+    monkeypatch.setattr(SOLVERS.named("embedded"), "make", lambda one: Linear(study=one))
+    (again,) = retry(study, folder, HERE)
+    assert (again.key, again.status, again.material) == (failed.key, "ok", 1)

@@ -119,12 +119,17 @@ def _simulated(work: Work, cutters: Sequence[Cutter], pictured: bool, first: int
 def _in_materials(work: Work, cutters: Sequence[Cutter]) -> list[Cutter]:
     """Simulate the optimum and the present cutter in the other materials of the study."""
     simulated = []
-    for number, material in enumerate(work.study.materials, 1):
-        study = work.study.model_copy(update=material)
+    for number in range(1, len(work.study.materials) + 1):
+        study = work.study.in_material(number)
         other = replace(work, study=study, solver=make_solver(study).placed(work.folder.work))
         numbered = [replace(cutter, material=number) for cutter in cutters]
-        simulated += _simulated(other, numbered, pictured=False, first=number * len(cutters))
+        simulated += _simulated(other, numbered, pictured=False, first=_first_in(number))
     return simulated
+
+
+def _first_in(number: int) -> int:
+    """Return the row of the first run in a material, after those of four cutters."""
+    return 2 + 2 * number
 
 
 def gain_of(
@@ -191,7 +196,7 @@ def _notes(study: Study, optimum: Optimum, gains: Mapping[str, tuple[Gain, dict[
 
 
 def foresee(study: Study, solver: Solver, folder: StudyFolder | None) -> Asked:
-    """Return the runs of the cutters, at mid-levels while the surfaces are unknown."""
+    """Return the runs of the cutters, at equal steps through the ranges while the surfaces are unknown."""
     cutters = None
     with suppress(UsageError, NoneAllowed):
         if folder is not None:
@@ -199,10 +204,13 @@ def foresee(study: Study, solver: Solver, folder: StudyFolder | None) -> Asked:
             problem = problem_of(study, surface)
             cutters = [cutter.levels for cutter in _cutters(study, surface, problem, find_optimum(problem))]
     count = 2 if study.goal is None or len(study.goal.signs) == 1 else 4
-    levels = [study.midlevels()] * count if cutters is None else cutters
-    at, note = study.targets.calibrate_at, None
-    if study.materials:
-        text = f"The optimum and the present cutter are also simulated in {len(study.materials)} other materials."
-        note = Note("other_materials", "info", text)
+    parts = [n / (count + 1.0) for n in range(1, count + 1)]
+    unknown = [{one.name: one.low + part * (one.high - one.low) for one in study.factors} for part in parts]
+    at, levels = study.targets.calibrate_at, cutters or unknown
     requests = [Request("optimise", row, each, at, pictured=True) for row, each in enumerate(levels)]
-    return Asked("optimise", repeated(requests, study.solver.repeats), cutters is not None, note)
+    others = [
+        [Request("optimise", row, each, at) for row, each in enumerate(levels[:2], _first_in(number))]
+        for number in range(1, len(study.materials) + 1)
+    ]
+    known, times = cutters is not None, study.solver.repeats
+    return Asked("optimise", repeated(requests, times), known, in_materials=[repeated(one, times) for one in others])

@@ -148,14 +148,16 @@ def to_smooth(study: Study, surface: Surfaces, levels: Mapping[str, float] | Non
     if len(surface.design.runs) < 4 * len(surface.coefficients) or levels is None:
         remedy = more_runs(surface)
     else:
-        edits = []
+        halves = {}
         for name in surface.names:
             factor = study.factor(name)
             quarter = 0.25 * (factor.high - factor.low)
             middle = min(max(levels[name], factor.low + quarter), factor.high - quarter)
-            edits.append(f"{{name: {name}, low: {middle - quarter:.4g}, high: {middle + quarter:.4g}}}")
-        text = "Halve the factor ranges around the solution, or add `refine: {}`."
-        remedy = Remedy(text, f"factors: [{', '.join(edits)}]")
+            halves[name] = f"{middle - quarter:.4g}", f"{middle + quarter:.4g}"
+        ranges = series(f"{name} {low} to {high}" for name, (low, high) in halves.items())
+        text = f"Halve the factor ranges around the solution ({ranges}), or add `refine: {{}}`."
+        edits = ", ".join(f"{{name: {name}, low: {low}, high: {high}}}" for name, (low, high) in halves.items())
+        remedy = Remedy(text, f"factors: [{edits}]")
     by_mesh = study.kind.replicates == "mesh"
     if not (study.solver.repeats or by_mesh):
         return remedy

@@ -211,6 +211,10 @@ class Study(StudyForm):
         """Return the mid-level of every factor, in the units of the spec."""
         return {factor.name: factor.centre for factor in self.factors}
 
+    def in_material(self, number: int) -> Study:
+        """Return the study in another of its `materials`, numbered from 1."""
+        return self.model_copy(update=self.materials[number - 1])
+
     def parameters(self, levels: Mapping[str, float], condition: float | None = None) -> dict[str, float]:
         """Return the nine material parameters in internal units; factors without a level are at mid-level.
 
