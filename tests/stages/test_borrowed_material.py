@@ -17,7 +17,7 @@ from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.stages.fresh import make_all
 from stemcal.stages.ledger import ledger
-from stemcal.stages.optimise.material import Borrowed, _take, calibrated_sections
+from stemcal.stages.optimise.material import Borrowed, _add_sections, calibrated_sections
 from stemcal.stages.work import HERE
 from stemcal.study.model.layers import layers_at
 from stemcal.study.model.study import Study
@@ -136,7 +136,7 @@ def test_equal_layers_are_accepted_and_others_are_not() -> None:
     own = {"layers": source.layers, "solver": source.solver}
     for layers, paths in ((source.layers, []), (source.layers[:1], [("layers",)])):
         borrowed = Borrowed()
-        _take(borrowed, source, source.midlevels(), {**own, "layers": layers}, {})
+        _add_sections(borrowed, source, source.midlevels(), {**own, "layers": layers}, {})
         assert [finding.path for finding in borrowed.findings] == paths
         assert borrowed.sections["layers"] == calibrated_sections(source, source.midlevels())["layers"]
 
