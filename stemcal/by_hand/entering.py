@@ -249,9 +249,6 @@ def enterable_runs(study: Study, folder: StudyFolder, waiting: Waiting | None) -
     return by_key(make_solver(study.by_hand), (*awaited, *recorded))
 
 
-# ---- from Python
-
-
 @dataclass(frozen=True)  # so that two copies of a study are equal
 class AskAndTell:
     """Implements `Study.ask` and `Study.tell`: lists the pending runs of a study folder and records their results."""

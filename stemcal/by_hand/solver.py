@@ -114,9 +114,6 @@ class Sheet(Solver):
         self.inputs.write(folder, values_of(request, seed_of(request), self.study.naming))
 
 
-# ---- the file
-
-
 def _known_rows(study: Study, path: Path) -> dict[str, list[_KnownRow]]:
     """Return the rows of a sheet by the names of their runs, sorted by number; `UsageError` with all wrong rows."""
     try:

@@ -137,8 +137,6 @@ def _files(deck: Deck, path: Path, text: str) -> dict[Path, str]:
     }
 
 
-# ---- the material card
-
 _COARSEST = 0.5  # largest element size over the diameter
 
 Folder = Annotated[Path, typer.Argument(metavar="FOLDER", help="Folder for the output files.", show_default=False)]

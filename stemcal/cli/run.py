@@ -177,9 +177,6 @@ def _warn_of_failed(*results: StageResult) -> bool:
     return bool(failed)
 
 
-# ---- one stage
-
-
 def command_of(stage: Stage[Any], example: str = "") -> Callable[..., None]:
     """Return the command-line function that runs a stage and shows its result."""
     example = example or f"configs/{'chrysanthemum-cutter' if 'goal' in stage.reads else 'smoke'}.yaml"

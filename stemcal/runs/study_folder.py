@@ -235,8 +235,6 @@ class StudyFolder:
         """Check whether a stage has written its result."""
         return (self.path / f"{stage}.json").exists()
 
-    # ---- the spec
-
     def remember_spec(self, spec: Path) -> None:
         """Store the path of the spec, so that results can be opened with the path of the folder alone."""
         write_atomic(self.path / SPEC_PLACE, f"{spec.absolute()}\n")
@@ -247,8 +245,6 @@ class StudyFolder:
             return Path(read_plain(self.path / SPEC_PLACE, _MOST_NOTE).decode("utf-8", "surrogateescape").strip())
         except OSError:
             return None
-
-    # ---- log
 
     def log(self, event: str, **facts: Any) -> None:
         """Append a line to ``log.jsonl``; a failure to write is ignored."""

@@ -241,9 +241,6 @@ def code_is_zero(ended: Ended) -> None:
         raise SimulationFailed("exit_code", f"the program ended with exit code {ended.code}{last}")
 
 
-# ---- any program, which reads templates and writes a number for each response
-
-
 _UNUSED = {"ends_with"}  # keys that are left out of a record if the spec does not contain them
 
 

@@ -54,9 +54,6 @@ def fitted(value: float, width: int) -> str:
     raise ValueError(f"{value:g} does not fit in {width} columns")
 
 
-# ---- the form of a deck
-
-
 DeckProgramName = Literal["lsdyna", "openradioss"]
 
 

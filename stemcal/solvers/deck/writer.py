@@ -180,9 +180,6 @@ def engine_text(deck: Deck, run: str) -> str:
     return "\n".join(lines)
 
 
-# ---- the material card alone
-
-
 def material_text(deck: Deck, comments: Iterable[str]) -> str:
     """Return an include file with the material card of the stem below wrapped comments."""
     wrapped = [wrap(text, 78, initial_indent="$ ", subsequent_indent="$   ") for text in comments]
