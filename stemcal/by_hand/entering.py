@@ -223,10 +223,7 @@ def advance_study(study: Study, folder: StudyFolder) -> Waiting | None:
 
 
 def awaited_runs(study: Study, folder: StudyFolder, waiting: Waiting) -> list[Request]:
-    """Return all runs that the waiting stage needs, as far as they are known.
-
-    Replicated runs are in random order, so that a drift of the experiment does not bias the results.
-    """
+    """Return all known runs that the waiting stage needs; replicates in random order, so that drift causes no bias."""
     study = stage_called(waiting.stage).seen(study)
     solver = make_solver(study)
     wanted = by_key(solver, waiting.requests)
@@ -254,7 +251,6 @@ class AskAndTell:
     """Implements `Study.ask` and `Study.tell`: lists the pending runs of a study folder and records their results."""
 
     def ask(self, study: Study, out: str | Path | None) -> list[dict[str, Any]]:
-        """Return the pending runs; see `Study.ask`."""
         require_sheet(study)
         with StudyFolder(place_of(study.name, out)) as folder:
             waiting = advance_study(study, folder)
@@ -265,7 +261,6 @@ class AskAndTell:
     def tell(
         self, study: Study, rows: Sequence[Mapping[str, Any]], out: str | Path | None, *, replace: str = ""
     ) -> int:
-        """Record results; return the number of accepted results."""
         require_sheet(study)
         with StudyFolder(place_of(study.name, out)) as folder:
             sheet = rows_from_mappings(rows, study.by_hand)

@@ -67,10 +67,7 @@ class OwnSheet:
         return len(runs)
 
     def _replace(self, text: str) -> bool:
-        """Replace the sheet by a text; return False if someone has saved it since it was entered.
-
-        The sheet may be saved at any moment, so it is moved first, then compared, then the new one is written.
-        """
+        """Move the sheet, compare it with the entered one, and write the new one; False if it was saved meanwhile."""
         if self._entered == text.encode() == _content_of(self.path):
             return True
         stamp = f"{datetime.now(UTC):%Y%m%dT%H%M%S%f}"

@@ -23,10 +23,7 @@ class Unread(UsageError):
 
 
 class RowRefused(UsageError):
-    """Raised for a row that is not recorded.
-
-    It has the place of the row, the run, the `kind` of error (for programs), and a message with the remedy.
-    """
+    """Raised for a row that is not recorded, with its place, its run, the kind of error, and the remedy."""
 
     def __init__(self, row: Filled, kind: str, message: str) -> None:
         self.place, self.run, self.kind = row.place, row.run, kind

@@ -78,7 +78,6 @@ class Sheet(Solver):
         }
 
     def has_result(self, request: Request) -> bool:
-        """Whether the file contains the result of a run."""
         return (row := self._row(request)) is not None and row.answer is not None
 
     def solve(self, request: Request) -> Answer:
@@ -89,11 +88,9 @@ class Sheet(Solver):
         return row.answer
 
     def given(self, stage: str) -> list[Any]:
-        """Return the rows of a stage in the file as JSON values."""
         return [row.as_data() for row in self._of_stage(stage)]
 
     def given_design(self, stage: str) -> list[dict[str, float]] | None:
-        """Return the levels of each run of a stage in the file; None if the file contains no run of the stage."""
         if not (rows := self._of_stage(stage)):
             return None
         return [dict(levels) for levels in {row.cells.run: row.levels for row in rows}.values()]
@@ -106,7 +103,6 @@ class Sheet(Solver):
         return next((row for row in rows if other_level(self.study, request, row.cells) is None), None)
 
     def write_inputs(self, place: Path, name: str, request: Request) -> None:
-        """Write the templates with the values of a run to the folder `name` below `place`."""
         if not self.options.templates:
             return
         folder = make_folder(place) / name

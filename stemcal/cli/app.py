@@ -17,19 +17,16 @@ from stemcal.version import __version__
 
 
 class _Commands(TyperGroup):
-    """The group of subcommands, whose errors are converted to messages and exit codes."""
+    """The subcommands, including stages of other packages; their errors become messages and exit codes."""
 
     def invoke(self, ctx: Any) -> Any:
-        """Run a subcommand, and convert its errors."""
         with exit_codes():
             return super().invoke(ctx)
 
     def list_commands(self, ctx: Any) -> list[str]:
-        """Return the names of the commands; the stages of other packages are last."""
         return [*super().list_commands(ctx), *(stage.name for stage in STAGES.external)]
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
-        """Return a command by its name, including the stages of other packages."""
         if (own := super().get_command(ctx, cmd_name)) or (stage := STAGES.named(cmd_name)) is None:
             return own
         further = typer.Typer(rich_markup_mode="rich")

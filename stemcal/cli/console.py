@@ -74,7 +74,6 @@ class _Envelope:
     notes: list[dict[str, Any]] = field(default_factory=list)
 
     def add(self, severity: str, text: str) -> None:
-        """Add a message that is printed on stderr."""
         self.notes.append({"kind": severity, "severity": severity, "text": text, "remedy": None})
 
     def print(self, code: int) -> None:
@@ -126,7 +125,6 @@ class _ToWarnings(logging.Handler):
     """Logging handler that prints messages as warnings."""
 
     def emit(self, record: logging.LogRecord) -> None:
-        """Print the message as a warning."""
         warn(record.getMessage())
 
 

@@ -99,10 +99,7 @@ def _program_of(study: Study, path: Path, asked: str | None) -> Literal["lsdyna"
 
 
 def _calibrated(study: Study, program: str, out: Path | None) -> tuple[Study, dict[str, float]]:
-    """Return the study and the levels for a deck: the calibrated values, or mid-levels with a warning.
-
-    If the study was refined in this program, study and values are those of the program.
-    """
+    """Return study and levels for a deck: those refined in the program, those calibrated, or else mid-levels."""
     from stemcal.runs.study_folder import StudyFolder, place_of
     from stemcal.stages.refine.result import RefineResult
     from stemcal.stages.results import fresh_results

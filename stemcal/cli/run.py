@@ -84,10 +84,7 @@ def run(
 
 
 def _go_through(work: Session, until: str | None = None) -> Callable[..., None]:
-    """Compute the stages of an open study and write its report; return the function that then shows the results.
-
-    The results are shown after the study is closed, so that its folder is not locked meanwhile.
-    """
+    """Compute the stages and the report of a study; return the function that shows them once the study is closed."""
     from stemcal.report.redraw import draw, draw_words
     from stemcal.stages.fresh import finished, make_all
     from stemcal.stages.results import fresh_results

@@ -80,10 +80,7 @@ class CurveModes:
 
 
 def _on_grid(travel: Array, force: Array, mean_force: float, mean_travel: float) -> Array:
-    """Return the normalised curve w (module docstring), (G + 1,), of a curve that begins at travel 0.
-
-    Raises `UsageError` if the curve has no rise.
-    """
+    """Return w (see the module), (G + 1,), of a curve that begins at travel 0; `UsageError` if it has no rise."""
     top = _top(force)
     if top == 0:
         raise UsageError(
@@ -97,10 +94,7 @@ def _on_grid(travel: Array, force: Array, mean_force: float, mean_travel: float)
 
 
 def modes_of(curves: Sequence[Curve], stiffness: float | None = None, most: int = MOST) -> CurveModes:
-    """Return the leading components, at most `most`, of at least `FEWEST` smoothed curves.
-
-    `stiffness` is that of the testing machine, N/mm; None for a rigid machine.
-    """
+    """Return up to `most` components of `FEWEST` or more smoothed curves from a machine of a stiffness (N/mm)."""
     compliance = 0.0 if stiffness is None else 1.0 / stiffness
     curves = [from_preload(travel - compliance * (force - force[0]), force) for travel, force in curves]
     forces = np.array([float(force.max()) for _, force in curves])
@@ -152,10 +146,7 @@ def without_noise(travel: Array, force: Array) -> Curve:
 
 
 def from_preload(travel: Array, force: Array) -> Curve:
-    """Return a curve from the travel at which its force passes the preload, by linear interpolation.
-
-    A curve that begins above the preload is extrapolated by at most one step.
-    """
+    """Return a curve from the preload on, which is interpolated, or extrapolated by at most one step."""
     begin = contact_begins(force, PRELOAD)
     first, after = float(force[begin]), float(force[begin : begin + 2][-1])
     if not first < after or first > RISE * force.max():

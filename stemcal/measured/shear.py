@@ -143,16 +143,13 @@ def _names_of(path: Path) -> list[str]:
 
 
 def find_files(folder: Path) -> list[Path]:
-    """Return the data files in a folder and its subfolders, sorted so that 7mm precedes 10mm; a single file is allowed.
-
-    Index tables and the temporary files of Excel are left out.
-    """
+    """Return a single data file, or those in a folder and its subfolders, sorted so that 7mm precedes 10mm."""
     if folder.is_file():
         return [folder]
     if not folder.is_dir():
         raise UsageError(f"{folder} does not exist; pass a folder of force–travel files or a single file")
     files = [path for path in folder.rglob("*") if path.suffix.lower() in _SUFFIXES and path.is_file()]
-    index = ("index", "specimens")
+    index = ("index", "specimens")  # tables of the user, not of the machine
     files = [path for path in files if path.stem.lower() not in index and not path.name.startswith(("~$", "."))]
     if not files:
         message = f"{folder}: no files with the extension {listed(_SUFFIXES)} found; add files from the testing machine"
@@ -187,10 +184,7 @@ def read_index(path: Path) -> dict[str, tuple[float, float | None]]:
 def _specimens(
     path: Path, base: str, how: CurveOptions, index: Mapping[str, tuple[float, float | None]]
 ) -> Iterator[TestedSpecimen]:
-    """Yield the specimens of one file. Their names are `base`, followed by `#` and a label if there are several.
-
-    The diameter comes from the index, the file's content, or the name of the file or of its folder, in this order.
-    """
+    """Yield the specimens of a file, named `base` or base#label; diameters are from index, content or file name."""
     try:
         curves = read_curves(path, how)
     except UsageError as error:
@@ -216,10 +210,7 @@ def _specimens(
 
 
 def target_rows(tests: ShearTests, work: bool = False) -> list[str]:
-    """Return the target of every grade as a row of YAML: mean force and travel, sd and number of specimens.
-
-    With `work`, the rows include the work; with synthetic data, a comment precedes them.
-    """
+    """Return the target of every grade as a row of YAML, with its `work` if wanted; a comment marks synthetic data."""
     rows = ["# SYNTHETIC data, not measured"] if tests.synthetic else []
     for grade in tests.grades:
         means = {"force": (grade.summary, "N"), "travel": (grade.travel, "mm")}

@@ -106,10 +106,7 @@ def read_curves(path: Path, how: CurveOptions = CurveOptions()) -> list[ShearCur
 
 
 def _pairs(table: TextTable, how: CurveOptions) -> tuple[list[tuple[int, int]], list[Note]]:
-    """Return the displacement and force columns of every specimen, and notes on the choice of columns.
-
-    Raises `UsageError` if the columns have no headings, or if the headings do not show which columns form a pair.
-    """
+    """Return displacement and force columns of all specimens, and notes; `UsageError` if headings do not show them."""
     if not table.headed and (how.force_column is None or how.displacement_column is None):
         raise UsageError(f"{table.source}: the columns have no headings ({columns_of(table)}); {_NAME_THEM}")
     notes: list[Note] = []
@@ -228,10 +225,7 @@ def _curve(table: TextTable, across: int, up: int, how: CurveOptions, notes: lis
 
 
 def _require_one_curve(table: TextTable, travel: Array, force: Array) -> None:
-    """Raise `UsageError` if the displacement jumps back and the force then rises again: a second curve follows.
-
-    The return stroke of the machine is no second curve, since its force does not rise again.
-    """
+    """Raise `UsageError` if the displacement jumps back and the force rises again, unlike in a return stroke."""
     steps = np.diff(travel) * np.sign(travel[np.argmax(np.abs(travel - travel[0]))] - travel[0])
     back = int(np.argmin(steps)) + 1  # first point after the largest step backwards
     stroke = np.ptp(travel)

@@ -27,10 +27,7 @@ class Demand:
 
 
 def demand_left(study: Study, folder: StudyFolder, solver: Solver, stage: str | None = None) -> Demand:
-    """Return the demand of the remaining runs of all stages, or of one stage.
-
-    If the runs of that stage are not known in advance, the demand is that of one run.
-    """
+    """Return the demand of the remaining runs of all stages, or of one; of one run if its runs are not known yet."""
     wanted = [part for part in asked(study, solver, folder) if stage in (None, part.stage)]
     if stage is not None and not wanted:
         return demand_of([Request(stage, 0, study.midlevels(), study.targets.calibrate_at)], solver)
@@ -73,10 +70,7 @@ def excess(demand: Demand, workers: int, memory: float | None) -> list[Note]:
 
 
 def warnings_before(demand: Demand, workers: int, here: bool = True) -> list[str]:
-    """Return warnings about long computing times; raise `UsageError` if the memory of this machine is not sufficient.
-
-    The memory is not checked if the runs are not computed `here`.
-    """
+    """Return warnings about long computing times; raise `UsageError` if runs `here` exceed the machine's memory."""
     notes = excess(demand, workers, machine_memory() if here else None)
     if impossible := [str(note) for note in notes if note.severity == "error"]:
         raise UsageError(" ".join(impossible))

@@ -49,10 +49,7 @@ class MeasuredTests:
 def measure_tests(
     study: Study, folder: Path, how: CurveOptions = CurveOptions(), exclude: Collection[str] = ()
 ) -> MeasuredTests:
-    """Evaluate the curves in the subfolder of each test, except those of the specimens in `exclude` (TEST/SPECIMEN).
-
-    Raises `UsageError` if no test has a subfolder, or if a file cannot be read.
-    """
+    """Evaluate the curves in the subfolder of each test, except those of the specimens in `exclude` (TEST/SPECIMEN)."""
     there = [test for test in study.tests if (folder / test.name).is_dir()]
     if not there:
         if not study.tests:

@@ -31,10 +31,7 @@ Computed = tuple[Answer, dict[str, Any]]
 
 @dataclass(frozen=True)
 class Run:
-    """A request to a solver, as a function without arguments.
-
-    The `key` is a hash of the `identity`, which contains all data that determine the answer. It names the record.
-    """
+    """A callable request to a solver; the `key` of its record is a hash of all data that determine the answer."""
 
     solver: Solver
     request: Request

@@ -96,16 +96,13 @@ class Embedded(Solver):
         return Answer("ok", response=result.peak_force, details=details)
 
     def cost_estimate(self, request: Request) -> float:
-        """Return the approximate seconds of a request on one core."""
         return sum(self.cost_by_test(request).values())
 
     def cost_by_test(self, request: Request) -> dict[str, float]:
-        """Return the approximate seconds of each test of a run on one core, by the name of the test."""
         further = {section.name: seconds(test) for section, test in self._laboratory_tests(request)}
         return {"cutting": seconds(self._test(request)), **further}
 
     def memory_estimate(self, request: Request) -> float:
-        """Return the approximate memory that a process needs for a request, bytes."""
         further = (test for _, test in self._laboratory_tests(request) if isinstance(test, ShearTest))
         cuts = (self._test(request), *further)
         return _PROCESS + max(mesh_size(test.stem, test.discretisation).memory for test in cuts)
@@ -152,10 +149,7 @@ class Embedded(Solver):
 
 
 def meshed_as(study: Study, element_size: float) -> Study:
-    """Return the study with another element size (mm).
-
-    The time step and the number of elements through the wall are adapted to the size.
-    """
+    """Return the study with another element size (mm); time step and elements through the wall are adapted to it."""
     options, size = _options(study), Length(float(f"{element_size:g}"))
     diameter = study.targets.calibrate_at
     ratio = size.at(diameter) / options.element_size.at(diameter)

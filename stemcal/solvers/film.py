@@ -38,17 +38,13 @@ class _Moment:
 
 
 class Film:
-    """Records the start, the end and at most `FRAMES` more states; called at each output of a simulation.
-
-    Whenever there are too many states, every other one is dropped.
-    """
+    """Records at most `FRAMES` states between start and end; if there are more, every other one is dropped."""
 
     def __init__(self) -> None:
         self.every, self.seen = 1, 0
         self.moments: list[_Moment] = []
 
     def __call__(self, time: float, state: State) -> None:
-        """Record the state, or skip it if there are already many."""
         if self.seen % self.every == 0:
             standing = state.topology.standing.astype(bool)
             strain = state.lanes.gathered(state.body.state[:, PLASTIC_STRAIN])

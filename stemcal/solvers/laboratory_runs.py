@@ -106,10 +106,7 @@ def distrusted(result: CuttingResult) -> SimulationFailed | None:
 
 
 def perform_all(tests: Sequence[tuple[LaboratorySection, AnyTest]]) -> tuple[dict[str, float], list[Note]]:
-    """Perform tests in sequence; return their responses by the names in the study, and their warnings.
-
-    Raises `SimulationFailed` if a test fails, or ends before a measured response can be determined.
-    """
+    """Perform tests; return their responses by name, and warnings. `SimulationFailed` if a response is not obtained."""
     responses: dict[str, float] = {}
     warnings: list[Note] = []
     for section, test in tests:

@@ -54,10 +54,7 @@ class Inputs:
         return copied | {f"command {number}: {path.name}": self.named[path] for number, path in enumerate(self.named)}
 
     def write(self, folder: Path, values: Mapping[str, str]) -> None:
-        """Write the files to a run folder, with the placeholders replaced by `values`.
-
-        Raises `SimulationFailed` if a file has changed since the study was read.
-        """
+        """Write the input files of a run; raise `SimulationFailed` if one has changed since the study was read."""
         for path, sha256 in {**self.templates, **self.files, **self.named}.items():
             if not path.is_file() or file_hash(path) != sha256:
                 raise SimulationFailed("input_changed", f"{path.name} has changed since the study was started")
@@ -103,7 +100,9 @@ class Program(Solver, ABC, Generic[O]):
     revision: ClassVar[int] = 1
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "inputs", self._inputs())
+        options = cast(Any, self.study.solver)
+        named = scripts_in(options.command, self.study.source.resolve().parent)
+        object.__setattr__(self, "inputs", Inputs.of(getattr(options, "templates", ()), options.files, named))
 
     @property
     def options(self) -> O:
@@ -144,9 +143,6 @@ class Program(Solver, ABC, Generic[O]):
         if answer.ok:
             shutil.rmtree(folder, ignore_errors=True)  # Windows cannot delete files that another program has open
         return answer
-
-    @abstractmethod
-    def _inputs(self) -> Inputs: ...
 
     @abstractmethod
     def _determining(self, request: Request) -> dict[str, Any]: ...
@@ -211,10 +207,7 @@ def run_in(
     read: Callable[[Ended], Answer],
     seconds: float | None = None,
 ) -> Answer:
-    """Run a command in a folder, at most for `seconds` (by default the time limit of the spec).
-
-    Return the answer of `read(ended)`, or a failed answer with the reason.
-    """
+    """Run a command, at most for `seconds` (default: limit of the spec); return `read(ended)` or a failed answer."""
     try:
         ended = run_program(command, folder, options.environment, options.time_limit if seconds is None else seconds)
     except OSError as error:
@@ -249,12 +242,7 @@ class Command(Program[CommandSolver]):
     """Answers requests by any program; see `solvers.options.CommandSolver`."""
 
     def prepare(self) -> None:
-        """Raise `UsageError` if the program is not installed."""
         executable(self.options.command[0], self.study.source.parent)
-
-    def _inputs(self) -> Inputs:
-        named = scripts_in(self.options.command, self.study.source.resolve().parent)
-        return Inputs.of(self.options.templates, self.options.files, named)
 
     def _determining(self, request: Request) -> dict[str, Any]:
         options = self.options

@@ -85,10 +85,7 @@ def _series(result: ResultReader, folder: Path) -> _Series:
 
 
 def read_text(folder: Path, name: str, most: int = 200 * MIB) -> str:
-    """Return the text of a file in the run folder; raise `SimulationFailed` if it is missing, empty or unreadable.
-
-    A link to a file outside the folder counts as missing.
-    """
+    """Return the text of a file in the run folder; `SimulationFailed` if it is missing, empty or unreadable."""
     path = folder / name
     try:
         inside = path.resolve().is_relative_to(folder.resolve())

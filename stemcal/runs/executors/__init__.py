@@ -46,7 +46,6 @@ class InlineExecutor(RunExecutor):
 
     @property
     def workers(self) -> int:
-        """Number of runs that it computes at the same time."""
         return 1
 
     def submit(self, fn: Callable[P, T], /, *args: P.args, **kwargs: P.kwargs) -> Future[T]:

@@ -41,7 +41,6 @@ class LocalExecutor(RunExecutor):
 
     @property
     def workers(self) -> int:
-        """Largest number of worker processes."""
         return self._workers
 
     def submit(self, fn: Callable[P, T], /, *args: P.args, **kwargs: P.kwargs) -> Future[T]:

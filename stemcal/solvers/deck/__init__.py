@@ -11,7 +11,7 @@ from stemcal.solvers.deck.model import Deck
 from stemcal.solvers.deck.peak import peak_answer
 from stemcal.solvers.deck.writer import DECK, STARTER_INPUT, deck_text, starter_around
 from stemcal.solvers.options import DeckSolver
-from stemcal.solvers.program import Inputs, Program, executable, scripts_in
+from stemcal.solvers.program import Program, executable
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.storage.atomic import write_atomic
 
@@ -33,16 +33,11 @@ class DeckProgram(Program[DeckSolver]):
         return self.options.program == "lsdyna"
 
     def prepare(self) -> None:
-        """Raise `UsageError` if the program is not installed."""
         folder = self.study.source.parent
         if self._is_lsdyna:
             executable(self.options.command[0], folder)
         else:
             openradioss.installation(self.options, folder)
-
-    def _inputs(self) -> Inputs:
-        named = scripts_in(self.options.command, self.study.source.resolve().parent)
-        return Inputs.of([], self.options.files, named)
 
     def _determining(self, request: Request) -> dict[str, Any]:
         study, stem = self.study.at(request.levels), self.study.stem_at(request.levels, request.condition)

@@ -40,10 +40,7 @@ def wanted_step(solver: EmbeddedSolver | DeckSolver, mesh: Mesh, material: Mater
 
 
 def density_factor(solver: EmbeddedSolver | DeckSolver, mesh: Mesh, material: Material) -> float:
-    """Return the factor on the density, at least 1, for which `wanted_step` is the stable step of the smallest element.
-
-    It replaces mass that is added to nodes, with which the nonlocal field of OpenRadioss diverges.
-    """
+    """Return the factor (≥ 1) on the density with which `wanted_step` is stable without mass added to single nodes."""
     return max(1.0, (wanted_step(solver, mesh, material) * _sound(material) / shortest(mesh)) ** 2)
 
 

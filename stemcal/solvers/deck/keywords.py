@@ -84,10 +84,7 @@ class DeckForm:
 
     @property
     def by_density(self) -> bool:
-        """Whether the density of the whole stem is increased instead of adding mass to single nodes.
-
-        The nonlocal field of OpenRadioss diverges at nodes with added mass.
-        """
+        """Whether the density of the stem is increased, since OpenRadioss's nonlocal field diverges with added mass."""
         return self.lengths and not self.for_ls_dyna
 
 

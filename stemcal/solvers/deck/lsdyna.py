@@ -51,10 +51,7 @@ def _read(folder: Path, peak: Callable[..., Answer], ended: Ended) -> Answer:
 
 
 def force_in_rcforc(text: str) -> ContactForce:
-    """Return the force of the blade contact along z from the text of an ASCII ``rcforc``.
-
-    Raises `SimulationFailed`: ``no_result`` if the contact is missing, ``nan`` or ``bad_result`` for invalid numbers.
-    """
+    """Return the force of the blade contact along z in an ASCII ``rcforc``; `SimulationFailed` if it is invalid."""
     rows = [match for line in text.splitlines() if (match := _ROW.match(line))]
     of_blade = [match for match in rows if int(match[2]) == BLADE_CONTACT]
     if not of_blade:

@@ -37,10 +37,7 @@ class _Installation(NamedTuple):
 
 
 def installation(options: DeckSolver, folder: Path) -> _Installation:
-    """Return the programs for a spec in `folder`.
-
-    Raises `UsageError` if the OpenRadioss folder is unknown, or lacks a program or the definitions of keywords.
-    """
+    """Return the OpenRadioss programs for a spec in `folder`; `UsageError` if their folder is unknown or incomplete."""
     named = options.home or options.environment.get(HOME) or os.environ.get(HOME)
     if named is None:
         remedy = f"add `home: FOLDER`, or set the environment variable {HOME}"

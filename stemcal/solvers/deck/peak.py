@@ -27,10 +27,7 @@ class ContactForce(NamedTuple):
 
     @classmethod
     def of(cls, time: Array, force: Array, file: str) -> "ContactForce":
-        """Return the force in a result file with the sign that makes its peak positive.
-
-        Raises `SimulationFailed` if values are not finite, or if the time does not increase.
-        """
+        """Return the force in a result file; `SimulationFailed` if it is not finite, or the time does not increase."""
         if not (finite := np.isfinite(time) & np.isfinite(force)).all():
             last = time[finite].max(initial=0.0)
             raise SimulationFailed("nan", f"the blade force in {file} is not a number after {last:g} s")
