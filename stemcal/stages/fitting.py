@@ -27,7 +27,7 @@ from stemcal.vocabulary import CUTTING, FIRST, Variable, Vocabulary, Wording
 
 @dataclass(frozen=True)
 class Measured:
-    """A measured mean of a response at a condition; means with equal, not empty `specimens` have the same specimens."""
+    """A measured mean of a response at a condition; means of the same specimens have the same name in `specimens`."""
 
     condition: float
     response: str

@@ -116,7 +116,7 @@ def _around(study: Study, name: str, level: float, k: int) -> CodedScale:
 
 
 def later(study: Study) -> Later | None:
-    """Return the usual rounds of runs, and a note with the largest number of steps."""
+    """Return the runs of a usual climb, one after another, and a note on the largest number of runs."""
     if (options := study.given(ClimbOptions)) is None:
         return None
     when = "simultaneously" if options.at_once else "one after another"

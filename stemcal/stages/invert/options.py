@@ -99,7 +99,7 @@ def _responses_measured(draft: Draft) -> Iterator[Finding]:
 
 
 def _rule_uses_priors(draft: Draft) -> Iterator[Finding]:
-    """Check that the spec has no rule for a single target together with priors."""
+    """Check that `invert.rule` is not set together with priors, which determine the solution."""
     known = any(factor.prior is not None for factor in draft.factors.values())
     if known and draft.study.of(InvertOptions).rule != "least_coded_distance":
         remedy = "remove this key: with priors, the solution is the best fit to measurements and priors"

@@ -80,11 +80,11 @@ class Problem:
         bounds = [(1.0, name, limit) for name, limit in self.limits.items()]
         return optimise(self.sum_of(weights), self.cloud, self.region, self._rule(bounds) if bounds else None)[0]
 
-    def next_on_front(self, last: Array, one: str, two: str, bound: float) -> Array:
-        """Return the point with the minimum of `two` and `one` up to a bound; search from `last` and from the cloud."""
-        objective, sign = self.sum_of({two: self.signs[two]}), self.signs[one]
-        rule = self._rule([*((1.0, name, limit) for name, limit in self.limits.items()), (sign, one, bound)])
-        within = np.vstack([last, self.cloud[sign * self.surfaces[one].predict(self.cloud) <= bound]])
+    def next_on_front(self, last: Array, first: str, second: str, bound: float) -> Array:
+        """Return the point with the least `second` and `first` up to a bound; search from `last` and from the cloud."""
+        objective, sign = self.sum_of({second: self.signs[second]}), self.signs[first]
+        rule = self._rule([*((1.0, name, limit) for name, limit in self.limits.items()), (sign, first, bound)])
+        within = np.vstack([last, self.cloud[sign * self.surfaces[first].predict(self.cloud) <= bound]])
         starts = [last, *within[np.argsort(objective.many(within))[:_STARTS]]]
         ends = [search_from(x, objective, self.region, rule) for x in starts]
         return min((x for x in (last, *ends) if x is not None), key=objective.value)
@@ -102,7 +102,7 @@ class Problem:
 
 @dataclass(frozen=True, eq=False)
 class Optimum:
-    """The optimum, with `weights` wᵢ the minimum of Σ wᵢ yᵢ, and the front of two responses in order; coded."""
+    """The optimum and the front of two responses, coded; the optimum is the minimum of Σ wᵢ yᵢ with the `weights`."""
 
     point: Array
     weights: Mapping[str, float]
@@ -113,17 +113,17 @@ def find_optimum(problem: Problem) -> Optimum:
     """Return the minimum of one response, or the front of two responses with its knee."""
     if len(problem.signs) == 1:
         return Optimum(problem.least(problem.signs), problem.signs)
-    (one, s1), (two, s2) = problem.signs.items()
+    (first, s1), (second, s2) = problem.signs.items()
     each = {name: sign / problem.spans[name] for name, sign in problem.signs.items()}
-    ends = [problem.least({**each, name: _SECOND * each[name]}) for name in (two, one)]
+    ends = [problem.least({**each, name: _SECOND * each[name]}) for name in (second, first)]
     y1, y2 = ([sign * float(problem.surfaces[n].predict(x)[0]) for x in ends] for n, sign in problem.signs.items())
-    if y1[1] - y1[0] < _CONFLICT * problem.spans[one] or y2[0] - y2[1] < _CONFLICT * problem.spans[two]:
+    if y1[1] - y1[0] < _CONFLICT * problem.spans[first] or y2[0] - y2[1] < _CONFLICT * problem.spans[second]:
         return Optimum(problem.least(each), each)  # one cutter is the best for both responses
-    weights = {one: s1 / (y1[1] - y1[0]), two: s2 / (y2[0] - y2[1])}
+    weights = {first: s1 / (y1[1] - y1[0]), second: s2 / (y2[0] - y2[1])}
     bounds = np.linspace(y1[0], y1[1], _FRONT)[1:-1].tolist()
     front = [ends[0]]
     for bound in bounds:
-        front.append(problem.next_on_front(front[-1], one, two, bound))
+        front.append(problem.next_on_front(front[-1], first, second, bound))
     return Optimum(problem.least(weights), weights, (*front, ends[1]))
 
 

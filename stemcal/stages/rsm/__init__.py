@@ -29,7 +29,7 @@ class Rsm(Stage[Any]):
         return "screen" if isinstance(self.options(study).factors, str) else None
 
     def inputs(self, study: Study) -> Mapping[str, object]:
-        """Return the version of another package's design, and the fitted conditions and responses of a joint fit."""
+        """Return further inputs: version of another package's design, conditions and responses of a joint fit."""
         from stemcal.doe.designs import SURFACES
 
         joint, package = study.joint_targets, SURFACES.version_of(self.options(study).design)

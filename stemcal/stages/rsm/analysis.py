@@ -173,10 +173,10 @@ def _further_responses(study: Study, result: RsmResult, axis: ConditionAxis) -> 
 
 
 def study_design(
-    study: Study, solver: Solver, names: Sequence[str], found: Mapping[str, CodedScale] = MappingProxyType({})
+    study: Study, solver: Solver, names: Sequence[str], recentred: Mapping[str, CodedScale] = MappingProxyType({})
 ) -> Design:
     """Return the design of the spec over the named factors, or the one in the table of the solver."""
-    options, coding, table = study.of(RsmOptions), _coding(study, names, found), solver.given_design("rsm")
+    options, coding, table = study.of(RsmOptions), _coding(study, names, recentred), solver.given_design("rsm")
     if table is not None:
         return given_design("rsm", study, coding, table)
     if options.over == "conditions":
@@ -186,12 +186,12 @@ def study_design(
     return once.repeated(study.solver.repeats)
 
 
-def _coding(study: Study, names: Sequence[str], found: Mapping[str, CodedScale]) -> Coding:
-    """Return the coding from the spec, else `found` by a climb, else with the outermost runs at the ends."""
+def _coding(study: Study, names: Sequence[str], recentred: Mapping[str, CodedScale]) -> Coding:
+    """Return the coding from the spec, else `recentred` by a climb, else with the outermost runs at the ends."""
     options, factors = study.of(RsmOptions), [study.factor(name) for name in names]
     reach = options.reach(dimensions(study, names))
     ranged = Coding.from_ranges(names, [f.low for f in factors], [f.high for f in factors], reach=reach)
-    own = {name: (scale.center, scale.half_step) for name, scale in found.items()}
+    own = {name: (scale.center, scale.half_step) for name, scale in recentred.items()}
     own |= {name: options.coded(name) for name in options.coding}
     each = zip(names, ranged.centre, ranged.half_step, strict=True)
     centre, half_step = zip(*(own.get(name, (middle, half)) for name, middle, half in each), strict=True)

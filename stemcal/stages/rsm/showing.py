@@ -61,7 +61,7 @@ class RsmShowing(Showing[RsmResult]):
 
     def profiler(self, result: RsmResult, setting: Setting) -> dict[str, Any]:
         values = setting.results.parameters if setting.results.calibrated else {}
-        values, present = next((one.best for one in setting.results.done if one.best is not None), (values, None))
+        values, present = next((r.best for r in setting.results.done if r.best is not None), (values, None))
         return profiler_data(setting.study, result, values, setting.holds, present)
 
     def in_notebook(self, result: RsmResult, setting: Setting) -> RsmResult:

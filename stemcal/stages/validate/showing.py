@@ -36,7 +36,7 @@ class ValidateShowing(Showing[ValidateResult]):
 
     def tables(self, result: ValidateResult, names: Wording) -> list[Table]:
         tables = [_validation_table(result, names)]
-        every = [{"condition": row.compared.condition, **to_json(one)} for row in result.rows for one in row.further]
+        every = [{"condition": row.compared.condition, **to_json(mean)} for row in result.rows for mean in row.further]
         if further := from_means(every, names):
             values = ("measured", "Measured", short), ("simulated", "Simulated", significant)
             title = f"Responses other than the {names.response.long}"

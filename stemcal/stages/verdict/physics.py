@@ -47,7 +47,7 @@ class Doubt:
 
 @dataclass(frozen=True)
 class Physics:
-    """Numbers of checked and of doubtful runs, the doubts, and the doubts about runs `at_solution`."""
+    """Numbers of checked and of doubtful runs, doubts about all runs, and doubts about runs `at_solution`."""
 
     checked: int
     doubtful: int

@@ -44,12 +44,12 @@ class Verdict:
 
     @property
     def holds(self) -> bool:
-        """Whether the report may show intervals and agreement."""
+        """Whether intervals and agreement may be shown: not for a study that is not calibrated."""
         return self.goal or self.verdict != "not_calibrated"
 
     @property
     def may_hold(self) -> bool:
-        """Whether intervals and agreement may be shown if unfinished stages are ignored."""
+        """Whether intervals and agreement may be shown; unfinished stages are ignored."""
         return self.holds or all(reason.kind == "unfinished" for reason in self.reasons if reason.severity == "error")
 
     def has(self, kind: str) -> bool:

@@ -205,10 +205,10 @@ def for_trend(study: Study, surface: Surfaces, solution: Mapping[str, float]) ->
 
 
 def _other_stems(study: Study, fitted: Fitted) -> str:
-    """Return a sentence on fibres and skins, which change the exponent of the force, and on the missing exponent.
+    """Return advice on fibres and skins, which change the exponent n of the simulated force F ~ dⁿ.
 
-    Simulated exponents for hollow stems of 7 to 11 mm: isotropic 2.0, yield stress ratio 3 2.4, skin of 0.5 mm 1.6,
-    skin of 0.5 mm (d/8 mm)² 2.5.
+    Simulated for hollow stems of 7 to 11 mm: n = 2.0 (isotropic), 2.4 (yield stress ratio 3), 1.6 (skin of 0.5 mm), 2.5
+    (skin of 0.5 mm·(d/8 mm)²).
     """
     if study.is_layered or not study.kind.has_layers:
         return ""

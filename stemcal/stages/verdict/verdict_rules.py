@@ -28,7 +28,7 @@ BEYOND_DOUBT = 0.001  # p-value below which a contradiction means not calibrated
 
 @dataclass(frozen=True)
 class Evidence:
-    """The evidence that the rules examine."""
+    """Study, results, physical checks and run records, which the rules examine."""
 
     study: Study
     results: Results

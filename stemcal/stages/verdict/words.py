@@ -1,4 +1,4 @@
-"""Sentences of the verdict and of the use of the result."""
+"""Sentences on the verdict, and on the conditions at which the result may be used."""
 
 import re
 from dataclasses import asdict
