@@ -134,7 +134,7 @@ class Outcome:
 
 
 def outcome_of(record: Mapping[str, Any], naming: Vocabulary = CUTTING) -> Outcome:
-    """Return the outcome in a record; the responses that need names are those of `naming`."""
+    """Return the outcome in a record, with the further responses that the study lists in `naming`."""
     ok = record["status"] == "ok"
     details = record["details"] if ok else {}
     of_curve = of_the_table(details, record["request"]["condition"], naming)

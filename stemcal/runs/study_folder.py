@@ -112,7 +112,7 @@ class StudyFolder:
             remove_leftovers(self.path, self.runs)
 
     def holder(self) -> str | None:
-        """Return a clause that names the process that is using the folder; None if there is none."""
+        """Return a text that names the process using the folder; None if no process is using it."""
         probe = _file_lock(self.path / ".lock", 0.0)
         try:
             if not Path(probe.lock_file).exists():
