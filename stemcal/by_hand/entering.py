@@ -108,11 +108,8 @@ def record_results(study: Study, folder: StudyFolder, sheet: Sequence[Filled], *
 
 
 def _enterable(study: Study, folder: StudyFolder, rows: Sequence[Filled]) -> dict[str, Request]:
-    """Return the runs whose results may be entered, by key; none if there are no rows and a stage fails.
-
-    If there are rows, the study first continues as far as it can: they may correct results with which a stage fails.
-    """
-    waiting = None
+    """Return the runs whose results may be entered, by key; with `rows`, those after the study has continued."""
+    waiting = None  # remains if a stage fails, whose wrong results the rows may correct
     with suppress(StemcalError):
         if not rows:
             return enterable_runs(study, folder, None)

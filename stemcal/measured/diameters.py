@@ -27,11 +27,7 @@ MOST_GRADES = 100
 
 @dataclass(frozen=True)
 class Grade:
-    """The stems with diameters from `low` up to, but not including, `high` (mm); the nominal `diameter` is between.
-
-    share_percent    percentage of the stems in the grade
-    fitted_percent   the same percentage by the fitted normal distribution
-    """
+    """Stems with diameters from `low` to below `high` (mm): their share, counted and by the fitted distribution."""
 
     diameter: float
     low: float

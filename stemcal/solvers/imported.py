@@ -11,8 +11,7 @@ _COMPILED = ("so", "*.so", "pyd", "*.pyd")  # modules such as law.cpython-312-x8
 def imported_files(file: Path, roots: Sequence[Path]) -> list[Path]:
     """Return the files of all modules below `roots` that a file imports, directly or indirectly, sorted.
 
-    Imports inside functions and the `__init__.py` of each package are included. Imports by a computed name are not
-    found.
+    Imports inside functions and the `__init__.py` of each package are included, imports by a computed name are not.
     """
     imported: set[Path] = set()
     waiting = [file]

@@ -44,8 +44,7 @@ RESPONSES = "responses"  # entry of the details of an answer with the other resp
 class Answer:
     """The answer to a request: status ``ok`` with a response, or ``failed`` with a reason and a message.
 
-    The response is the force in N or, if the study declares responses, the first of them in its unit. The details
-    contain the other responses.
+    The response is the force in N, or the first declared response in its unit. The details contain the others.
     """
 
     status: str

@@ -57,8 +57,7 @@ def still_rising(result: ResultReader, folder: Path) -> bool:
 def read_number(result: ResultReader, folder: Path) -> float:
     """Return the response that a program has written to its run folder.
 
-    Raises `SimulationFailed` if the number is missing (``no_result``), unreadable (``bad_result``) or not finite
-    (``nan``).
+    Raises `SimulationFailed`: ``no_result`` if it is missing, ``bad_result`` if unreadable, ``nan`` if not finite.
     """
     return result.scale * float(REDUCTIONS[result.reduction](_finite(_series(result, folder)[0])))
 

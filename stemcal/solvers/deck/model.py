@@ -152,8 +152,7 @@ class Deck:
     def is_sharp(self) -> bool:
         """Whether the edge is a line, with the same number of nodes per stem element as in the embedded solver.
 
-        With only one node per element, stems of 11 mm were cut at 0.73 and 0.62 of the force in OpenRadioss, because
-        the contact force acted on few elements.
+        With only one node per element, stems of 11 mm were cut at 0.62 and 0.73 of the force in OpenRadioss.
         """
         return self.nose == self.study.blade.edge_radius
 
