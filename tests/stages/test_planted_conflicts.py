@@ -4,6 +4,7 @@ Forces and travels of a known law are measured by a laboratory with scatter, dra
 the ranges; whatever is advised must not lead further from it.
 """
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -151,3 +152,22 @@ def test_one_verdict_never_asks_for_both_ends(judge) -> None:
         assert all("`invert.responses`" in reason.remedy.text for reason in missed)  # refining reconciles nothing
         asked += len(missed)
     assert asked > 0
+
+
+@pytest.mark.parametrize(("ratios", "grows"), [((0.949, 0.994, 1.068), True), ((0.98, 1.085, 0.93), False)])
+def test_a_conflict_at_the_end_of_a_trend(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, ratios: tuple[float, ...], grows: bool
+) -> None:
+    """Means with a standard error of 3.5 % that rise as d^2.41, the law as d²: no trend of three, but it is advised.
+
+    At 105 N the force is as the yield stress to the power 4 (N/MPa)·16.25 MPa/105 N = 0.62: n = 0.41/0.62.
+    """
+    lines = []
+    for diameter, ratio in zip((12.0, 14.0, 16.0), ratios, strict=True):
+        force = 105.0 * ratio * (diameter / 8.0) ** 2
+        lines.append(f"    - {{diameter: {diameter:g} mm, force: {force:.3f} N, n: 10, sd: {0.11 * force:.3f} N}}")
+    text = SPEC + "targets:\n" + "\n".join(lines) + "\ninvert: {diameters: all}\n"
+    verdict, _ = judged(tmp_path, text, Law(p=20.0, q=8.0, r=0.0), monkeypatch)
+    (reason,) = (one for one in verdict.reasons if one.kind == "conflict")
+    power = re.search(r"yield_stress proportional to the diameter raised to the power ([\d.]+)", reason.remedy.text)
+    assert (float(power[1]) if power else None) == (pytest.approx(0.66, abs=0.1) if grows else None)

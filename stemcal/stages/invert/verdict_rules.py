@@ -3,6 +3,8 @@
 from collections.abc import Iterator, Sequence
 from math import isfinite
 
+import numpy as np
+
 from stemcal.doe.calibration.region import extremes
 from stemcal.doe.comparison import standard_error
 from stemcal.formats import change, counted, interval, series, short, signed_probability
@@ -15,7 +17,6 @@ from stemcal.stages.verdict import advice, words
 from stemcal.stages.verdict.direction_advice import direction_reason
 from stemcal.stages.verdict.trend_advice import for_trend, trend_reason
 from stemcal.stages.verdict.verdict_rules import BEYOND_DOUBT, Evidence, Rank, ranked
-from stemcal.study.model.study import Study
 from stemcal.vocabulary import FIRST, Wording
 
 _MISSED_PERCENT = 2.0  # error of a fitted value that is reported
@@ -74,7 +75,7 @@ def conflict(evidence: Evidence) -> Iterator[Note]:
         one_place = len({row.condition for row in (*joint.rows, *joint.further)}) == 1
         beyond = beyond or (one_place and joint.df < 1 and apart.p < BEYOND_DOUBT)
         text = _contradiction(apart, evidence.names)
-    remedy, coded = _to_reconcile(evidence.study, joint), list(solved.point.coded.values())
+    remedy, coded = _to_reconcile(evidence, joint, solved), list(solved.point.coded.values())
     if joint.out_of_reach and _on_edge(surface, coded):  # if every mean can be reached alone, no range is to be widened
         remedy = advice.from_the_edge(evidence.study, surface, coded)
     yield Note(kind, "error" if beyond else "warning", text, remedy)
@@ -149,7 +150,7 @@ def misfit(evidence: Evidence) -> Iterator[Note]:
     beyond = bool(solved.priors) and joint.p < BEYOND_DOUBT
     times, p = joint.misfit / joint.df, signed_probability(joint.p)
     text = f"The misfit is {times:.1f} times the value expected from the scatter of the measurements (p {p})."
-    remedy, solution = _to_reconcile(evidence.study, joint), solved.point.solution
+    remedy, solution = _to_reconcile(evidence, joint, solved), solved.point.solution
     if solved.priors:  # name the prior farthest from the solution in standard deviations
         prior = max(solved.priors, key=lambda prior: abs(solution[prior.factor] - prior.mean) / prior.sd)
         unit = f"the unit of the prior for {prior.factor}"
@@ -228,14 +229,20 @@ def _within_reach(evidence: Evidence, response: str) -> bool:
     return bool(values) and min(values) - 2.0 * (sd or 0.0) <= mean <= max(values) + 2.0 * (sd or 0.0)
 
 
-def _to_reconcile(study: Study, joint: JointFitted) -> Remedy:
+def _to_reconcile(evidence: Evidence, joint: JointFitted, solved: InvertResult) -> Remedy:
+    study, surface = evidence.study, evidence.of(Surfaces)
     conditions = {row.condition for row in (*joint.rows, *joint.further)}
     apart = joint.contradiction
     if len(conditions) > 1 and apart is not None:
         name, at = study.naming.named(apart.response).long, Wording(study.naming).at(apart.condition)
+        errors = [row.error_percent for row in sorted(joint.rows, key=lambda row: row.condition)]
+        steps, then = np.diff(errors), f"add a factor that affects the {name}{at}."
+        if surface is not None and len(errors) > 2 and (np.all(steps > 0.0) or np.all(steps < 0.0)):
+            grown = for_trend(study, surface, solved.point.solution).text
+            then = f"{grown[:1].lower()}{grown[1:]}"
         return Remedy(
             f"Check the unit of the measured {name}{at}, the specimens and the testing machine. Then repeat the "
-            f"measurement. If the measured value is confirmed, add a factor that affects the {name}{at}."
+            f"measurement. If the measured value is confirmed, {then}"
         )
     if len(conditions) > 1:
         return Remedy("Check the measurements. If the measured values are confirmed, add a factor to the model.")
