@@ -21,7 +21,7 @@ from stemcal.solvers import make_solver
 from stemcal.solvers.deck import Deck, deck_text
 from stemcal.solvers.deck.keywords import form_of
 from stemcal.stages.fresh import make_all
-from stemcal.stages.optimise.analysis import _is_last, gain_of
+from stemcal.stages.optimise.analysis import _is_physical_bound, gain_of
 from stemcal.stages.optimise.result import Cutter, OptimiseResult
 from stemcal.stages.optimise.search import NoneAllowed, Problem, find_optimum, intervals_of
 from stemcal.stages.optimise.showing import OptimiseShowing
@@ -104,7 +104,7 @@ def test_the_end_of_a_range_may_be_that_of_the_parameter() -> None:
     """A sliding angle of 0° is; 30° and an edge angle of 15° are not."""
     study = load_study(Path(__file__).parents[2] / "configs" / "chrysanthemum-cutter.yaml")
     ends = [("sliding_angle", "low"), ("sliding_angle", "high"), ("edge_angle", "low"), ("edge_angle", "high")]
-    assert [_is_last(study, name, end) for name, end in ends] == [True, False, False, False]
+    assert [_is_physical_bound(study, name, end) for name, end in ends] == [True, False, False, False]
 
 
 def test_limit_moves_the_optimum_to_its_border() -> None:
