@@ -205,3 +205,12 @@ def test_json_of_a_bad_spec() -> None:
     assert result.exit_code == 2
     assert json.loads(result.stdout)["status"] == "wrong" and found["ok"] is False
     assert [problem["line"] for problem in found["problems"]] == [6, 8, 12, 19, 21]
+
+
+@pytest.mark.parametrize(("outputs", "counted"), [("200", ""), ("many", "the spec has 2 problems")])
+def test_several_problems_are_counted(tmp_path: Path, outputs: str, counted: str) -> None:
+    text = REPLAY.with_name("smoke.yaml").read_text(encoding="utf-8").replace("mass_scaling", "mas_scaling")
+    (tmp_path / "spec.yaml").write_text(text.replace("outputs: 200", f"outputs: {outputs}"), encoding="utf-8")
+    said = command("check", tmp_path / "spec.yaml")
+    assert said.exit_code == 2 and "mas_scaling" in said.stderr
+    assert ("the spec has" in said.stderr) == bool(counted) and counted in said.stderr

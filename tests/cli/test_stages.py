@@ -5,7 +5,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from commanding import REPLAY, STAGES, command, process
+from commanding import REPLAY, SMOKE, STAGES, command, process
+
+from stemcal.cli.session import study_or_exit
+from stemcal.stages.rsm.options import WITHOUT_SURFACE
+from stemcal.stages.stage import stages_of
 
 
 def test_run_leaves_every_file_and_shows_the_result(finished: tuple[Path, Any]) -> None:
@@ -121,3 +125,9 @@ def test_init_writes_a_right_spec_and_never_overwrites(tmp_path: Path, monkeypat
     assert command("init", "new/folder/rape").exit_code == 0
     assert command("check", "new/folder/rape.yaml").exit_code == 0
     assert command("init", "con").exit_code == 2
+
+
+def test_changes_are_read_with_the_spec() -> None:
+    whole, quick = study_or_exit(SMOKE), study_or_exit(SMOKE, WITHOUT_SURFACE)
+    assert "rsm" in [stage.name for stage in stages_of(whole)]
+    assert [stage.name for stage in stages_of(quick)] == ["refine", "validate"]

@@ -8,8 +8,9 @@ from typer.testing import CliRunner
 
 from stemcal.cli.app import app
 from stemcal.errors import UsageError
-from stemcal.overview.foresight import Demand, demand_of, excess, warnings_before
+from stemcal.overview.foresight import Demand, demand_of, demand_of_one, excess, warnings_before
 from stemcal.solvers.protocol import Solver
+from stemcal.study.reading import load_study
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 
@@ -40,3 +41,12 @@ def test_too_much_memory_is_refused_where_this_machine_computes(monkeypatch: pyt
 
 def test_no_runs_demand_nothing() -> None:
     assert demand_of([], Solver()) == Demand(0, 0.0, 0.0)
+
+
+def test_a_test_of_another_program_demands_nothing() -> None:
+    """Of the embedded solver the largest of some diameters counts."""
+    replay, smoke = (load_study(CONFIGS / f"{name}.yaml") for name in ("paper-replay", "smoke"))
+    assert demand_of_one(replay, [8.0]) == Demand(0, 0.0, 0.0)
+    small, large, both = (demand_of_one(smoke, diameters) for diameters in ([7.0], [9.0], [7.0, 9.0]))
+    assert small != large and small.runs == large.runs == 1
+    assert both == Demand(1, max(small.seconds, large.seconds), max(small.memory, large.memory))

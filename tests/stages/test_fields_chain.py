@@ -121,6 +121,14 @@ def test_a_stroke_of_less_than_0_35_diameters_is_warned_of_and_the_advice_is_eno
     assert "short_stroke" not in {note.kind for note in beforehand(longer)}
 
 
+@pytest.mark.parametrize(("stroke", "short"), [("14 mm", False), ("13.99 mm", True)])
+def test_a_stroke_of_0_35_diameters_is_enough(stroke: str, short: bool) -> None:
+    spec = Path(__file__).resolve().parents[2] / "configs" / "wild-chrysanthemum-as-published.yaml"
+    changes = {"targets": [{"diameter": "40 mm", "force": "1500 N"}], "invert": {"diameters": ["40 mm"]}}
+    study = load_study(spec, loading={"stroke": stroke}, **changes)
+    assert ("short_stroke" in {note.kind for note in beforehand(study)}) == short
+
+
 def test_a_stroke_that_is_a_share_of_the_diameter() -> None:
     """d/4 at 11 mm: 2.75 mm after the gap at 100 mm/min. It is 0.25 d, and 0.35 d are at least d/2.8."""
     spec = Path(__file__).resolve().parents[2] / "configs" / "wild-chrysanthemum-as-published.yaml"

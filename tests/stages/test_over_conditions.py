@@ -1,7 +1,7 @@
 """One surface over factors and conditions, from the spec to the files, on planted laws."""
 
 from dataclasses import dataclass
-from math import exp
+from math import exp, log
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +18,7 @@ from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.stages.fitting import fit_of_study
 from stemcal.stages.invert.result import InvertResult
+from stemcal.stages.rsm.over import condition_axis
 from stemcal.stages.rsm.result import RsmResult
 from stemcal.study.model.study import Study
 from stemcal.study.reading import load_study
@@ -224,3 +225,23 @@ def test_the_refinement_steps_on_the_one_surface(tmp_path: Path) -> None:
     assert rounds[0][0].how == "solution" and {part[0].how for part in rounds[1:]} == {"surface"}
     assert stage.converged and max(abs(row.measured / (row.before or 1.0) - 1.0) for row in stage.rows) > 0.002
     assert stage.parameters["yield_stress"] == pytest.approx(14.0, rel=0.01)
+
+
+def test_a_condition_that_may_be_zero_has_no_logarithm(tmp_path: Path) -> None:
+    """From 0 to 10 °C the middle is 5 °C, from 1 to 10 °C it is √10 in the logarithm."""
+    axes = []
+    for first in (0, 1):
+        rows = "".join(f"  - {{place: {at} degC, angle: 30 deg}}\n" for at in (first, 4, 10))
+        text = (
+            "name: own\nresponses: [{name: angle, unit: deg}]\nconditions: [{name: place, unit: degC}]\n"
+            "factors: [{name: a, low: 1, high: 3}]\nscreen: {design: none}\n"
+            "rsm: {factors: [a], over: conditions, centre_points: 1}\ninvert: {diameters: all}\n"
+            "solver: {kind: command, command: [heap, '{{a}}', '{{place}}'], result: {file: out.json, path: angle}}\n"
+            f"targets:\n{rows}"
+        )
+        (tmp_path / "own.yaml").write_text(text, encoding="utf-8")
+        axes.append(condition_axis(load_study(tmp_path / "own.yaml"), ["a"]))
+    assert [axis.logarithmic for axis in axes] == [False, True]
+    assert [axis.center for axis in axes] == pytest.approx([5.0, 0.5 * log(10.0)])
+    reach = [axis.coded(10.0) for axis in axes]
+    assert reach[0] == pytest.approx(reach[1]) and axes[0].coded(0.0) == pytest.approx(-reach[0])
