@@ -2,6 +2,7 @@
 
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -12,12 +13,14 @@ from typing import Any
 import pytest
 import typer
 from commanding import BAD_SPEC, COMMANDS, REPLAY, ROOT, command, process
+from fakes import PYTHON
 from typer.main import get_command
 from typer.testing import CliRunner, Result
 
 from stemcal import __version__
 from stemcal.cli.app import app
 from stemcal.cli.guard import exit_codes
+from stemcal.cli.spec import _not_ready
 from stemcal.errors import (
     FolderLocked,
     RunsFailed,
@@ -29,6 +32,7 @@ from stemcal.errors import (
     UsageError,
 )
 from stemcal.processes.interrupts import Terminated
+from stemcal.study.reading import load_study
 
 RUNNING = "sys.argv[0] = 'stemcal'; runpy.run_module('stemcal', run_name='__main__', alter_sys=True)"
 HEAVY = ("numpy", "scipy", "pandas", "numba", "pydantic", "statsmodels", "matplotlib", "jinja2", "yaml")
@@ -167,6 +171,8 @@ SLOW = """
 import signal, time
 import typer
 from stemcal.cli.guard import exit_codes
+from stemcal.cli.spec import _not_ready
+from stemcal.study.reading import load_study
 signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background jobs inherit that it is ignored
 app = typer.Typer()
 @app.command()
@@ -214,3 +220,12 @@ def test_several_problems_are_counted(tmp_path: Path, outputs: str, counted: str
     said = command("check", tmp_path / "spec.yaml")
     assert said.exit_code == 2 and "mas_scaling" in said.stderr
     assert ("the spec has" in said.stderr) == bool(counted) and counted in said.stderr
+
+
+def test_a_program_that_can_start_is_no_warning(tmp_path: Path) -> None:
+    case = shutil.copytree(ROOT / "tests" / "cases" / "repose", tmp_path / "case")
+    text = (case / "angle.yaml").read_text(encoding="utf-8")
+    for name, program in (("here", PYTHON), ("missing", "no-such-program")):
+        (case / f"{name}.yaml").write_text(text.replace("[python,", f"[{program},"), encoding="utf-8")
+    here, missing = (_not_ready(load_study(case / f"{name}.yaml")) for name in ("here", "missing"))
+    assert here == [] and len(missing) == 1 and "no-such-program" in missing[0]

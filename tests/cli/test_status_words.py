@@ -1,15 +1,22 @@
 """What `status`, the page and the terminal say of stages, runs and the study's question."""
 
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+import pytest
+from commanding import REPLAY
+
+from stemcal.cli.status import _progress
 from stemcal.cli.status import state as lines
 from stemcal.drawing.table import Table
 from stemcal.overview.status import StageStatus, Status
 from stemcal.report.outcome import failures_of
 from stemcal.report.page.page import _Part
 from stemcal.runs.record import Outcome
+from stemcal.runs.study_folder import StudyFolder
 from stemcal.stages.verdict.result import Verdict
+from stemcal.study.reading import load_study
 from stemcal.vocabulary import Wording
 
 NAMES = Wording()
@@ -52,3 +59,8 @@ def test_what_is_folded() -> None:
     folded = _Part(details=tables, plates=({},), notes=("a", "b", "c")).folded
     assert folded == "analysis of variance, 1 figure and 3 notes"
     assert _Part().folded == ""
+
+
+def test_a_finished_study_waits_for_no_sheet(replayed: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("stemcal.by_hand.own_sheet.awaiting_sheet", lambda *_: "sheet.csv")
+    assert "sheet" not in _progress(load_study(REPLAY), StudyFolder(replayed), True)

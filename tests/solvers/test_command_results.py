@@ -37,6 +37,14 @@ def test_a_curve_needs_a_travel_that_rises(travel: list[float] | None, tmp_path:
     assert caught.value.reason == "bad_result"
 
 
+def test_a_travel_may_stay_but_not_fall(tmp_path: Path) -> None:
+    """A blade that stops for a moment: two forces at one travel."""
+    x, y = read_curve(
+        ResultReader(file="out.json", path="y", along="x"), _left(tmp_path, [1.0, 2.0, 3.0], [0.0, 0.5, 0.5])
+    )
+    assert (x.tolist(), y.tolist()) == ([0.0, 0.5, 0.5], [1.0, 2.0, 3.0])
+
+
 def test_csv_column(tmp_path: Path) -> None:
     (tmp_path / "out.csv").write_text("t,F\n0,0\n\n1,3.5\n2,1.25\n", encoding="utf-8")
     result = ResultReader(file="out.csv", column="F", along="t", reduction="max", scale=2.0)
@@ -61,6 +69,17 @@ def test_csv_failures(tmp_path: Path, text: str, column: str, reason: str) -> No
     with pytest.raises(SimulationFailed) as caught:
         read_number(ResultReader(file="out.csv", column=column), tmp_path)
     assert caught.value.reason == reason
+
+
+@pytest.mark.parametrize(
+    ("content", "reason"), [(b"t,F\0\n0,1\n", "bad_result"), (b" \n", "no_result"), (None, "no_result")]
+)
+def test_a_file_that_is_no_text_has_its_reason(tmp_path: Path, content: bytes | None, reason: str) -> None:
+    if content is not None:
+        (tmp_path / "out.csv").write_bytes(content)
+    with pytest.raises(SimulationFailed) as caught:
+        read_number(ResultReader(file="out.csv", column="F"), tmp_path)
+    assert caught.value.reason == reason and "out.csv" in str(caught.value)
 
 
 def test_json_path_with_index(tmp_path: Path) -> None:

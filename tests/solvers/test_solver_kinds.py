@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import sys
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -13,6 +14,7 @@ from stemcal.errors import SpecError
 from stemcal.registry import code_of
 from stemcal.runs.record import Run
 from stemcal.solvers import make_solver
+from stemcal.solvers.options import CommandSolver, DeckSolver, PythonSolver
 from stemcal.solvers.protocol import Request, Solver
 from stemcal.study.model.study import Study
 from stemcal.study.reading import json_schema, load_study
@@ -162,3 +164,14 @@ def test_a_kind_that_breaks_or_is_not_there_is_refused_with_its_line(packages: P
     taken = "sheet of springs 1.0"
     assert set(SOLVERS.broken) == {"broken", taken}  # also of an unknown kind: the message lists those that load
     assert SOLVERS.broken[taken] == "springs 1.0: sheet already exists"
+
+
+def test_usual_time_limits_are_an_hour_and_of_a_deck_a_day() -> None:
+    limits = [kind.model_fields["time_limit"].default for kind in (CommandSolver, PythonSolver, DeckSolver)]
+    assert limits == [3600.0, 3600.0, 86400.0]
+
+
+def test_a_record_has_the_number_of_a_replicate() -> None:
+    request = Request("rsm", 3, {"a": 1.0}, 8.0)
+    assert request.as_record() == {"stage": "rsm", "row": 3, "levels": {"a": 1.0}, "condition": 8.0, "pictured": False}
+    assert replace(request, replicate=2).as_record() == {**request.as_record(), "replicate": 2}

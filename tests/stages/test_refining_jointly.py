@@ -3,6 +3,7 @@
 import math
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -17,7 +18,7 @@ from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.refine.result import RefineResult
-from stemcal.stages.refine.steps import SurfaceSteps, Trial
+from stemcal.stages.refine.steps import SHRINK, SurfaceSteps, Trial
 from stemcal.stages.result import read_result
 from stemcal.stages.rsm.result import RsmResult
 from stemcal.study.reading import load_study
@@ -103,6 +104,7 @@ def test_settles_where_no_parameters_do_better(tmp_path: Path) -> None:
     measured = (7, 8, 10)
     study = load_study(tmp_path / "closing.yaml")
     steps = SurfaceSteps(study, read_result(folder, RsmResult), read_result(folder, InvertResult))
+    assert set(steps.first().predicted) == {7.0, 8.0, 10.0}
 
     def misfit(a: float, b: float) -> float:
         point = np.array([a, b])
@@ -167,3 +169,12 @@ def test_records_without_the_travel_are_reported(tmp_path: Path) -> None:
     spec = SPEC.replace("diameters: all", "diameters: all, responses: [force, travel]")
     with pytest.raises(RunsFailed, match="the records do not contain all fitted responses"):
         refined(tmp_path, "{budget: 6}", solver=Forgetful(travels=True), spec=spec, travel=True)
+
+
+@pytest.mark.parametrize(
+    ("misfits", "reach"),
+    [([10.0], 1.0), ([10.0, 4.9], 1.0), ([10.0, 9.0], 0.5), ([10.0, 12.0], 0.5), ([10.0, 4.0, 3.0], 0.5)],
+)
+def test_the_box_shrinks_unless_the_last_step_halved_the_misfit(misfits: list[float], reach: float) -> None:
+    steps: Any = SimpleNamespace(trials=misfits, best=min(misfits), _missed=lambda misfit: misfit)
+    assert SurfaceSteps.shrunk(steps, 1.0) == reach and SHRINK == 0.5

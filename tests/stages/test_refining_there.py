@@ -294,3 +294,11 @@ def test_after_a_joint_fit_the_aim_is_what_the_study_gives(tmp_path: Path) -> No
     assert found["aim"] == own[8.0] and found["converged"]
     assert at[8.0]["after"] == pytest.approx(own[8.0], rel=0.02)
     assert found["runs"][0]["predicted"] == own[8.0]
+
+
+def test_a_factor_that_moves_has_an_effect_there(tmp_path: Path) -> None:
+    """The program has no place for the yield stress: a mistake only if it is to be adjusted."""
+    with pytest.raises(SpecError) as caught:
+        load_study(spec_of(tmp_path, adjust="{yield_stress: [5, 40]}"))
+    assert [problem.path for problem in caught.value.problems] == ["refine.adjust.yield_stress"]
+    load_study(spec_of(tmp_path))
