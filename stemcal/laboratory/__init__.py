@@ -5,6 +5,7 @@ Each kind is a subclass of `Kind`. This module imports no solver, because specs 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
@@ -61,6 +62,6 @@ class Kind:
         """Return (N, 3) the velocity components prescribed by `motion` at all times; none by default."""
         return np.zeros(mesh.nodes.shape, dtype=bool)
 
-    def motion(self, mesh: Mesh, stem: Stem, loading: Loading, poisson_ratio: float) -> Array:
+    def motion(self, mesh: Mesh, stem: Stem, loading: Loading, laws: Sequence[Material]) -> Array:
         """Return the initial velocities (N, 3), mm/s, of the slow motion under load, so that no vibration starts."""
         raise NotImplementedError

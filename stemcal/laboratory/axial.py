@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar, Literal
 
@@ -13,6 +14,7 @@ from stemcal.study.model.laboratory_kind import LaboratoryKind, PieceSection
 
 if TYPE_CHECKING:
     from stemcal.cutting.parts import Discretisation, Loading, Stem
+    from stemcal.fem.material import Material
     from stemcal.fem.mesh import Mesh
 
 # Reduction of the radius in the middle of a pulled piece. With half of it, or twice, the work changes by 1 %.
@@ -103,8 +105,8 @@ class Axial(Kind):
         across = (self.ends == "held") | (off < off[ends].min(axis=0) + 1e-6 * stem.outer_diameter)
         return np.column_stack([ends, ends[:, None] & across])
 
-    def motion(self, mesh: Mesh, stem: Stem, loading: Loading, poisson_ratio: float) -> Array:
+    def motion(self, mesh: Mesh, stem: Stem, loading: Loading, laws: Sequence[Material]) -> Array:
         """Return the velocities of a uniform axial strain, with the lateral strain of lubricated ends."""
         rate = loading.speed / stem.length * (1.0 if self.sense == "tension" else -1.0)
-        across = -poisson_ratio if self.ends == "lubricated" else 0.0
+        across = -laws[0].poisson_ratio if self.ends == "lubricated" else 0.0
         return np.asarray(rate * mesh.nodes * [1.0, across, across])

@@ -33,6 +33,11 @@ class LaboratoryTest:
     outer: tuple[Material, ...] = field(default=(), kw_only=True)
     discretisation: Discretisation = field(default_factory=Discretisation)
 
+    @property
+    def laws(self) -> tuple[Material, ...]:
+        """The materials of the layers from the inside."""
+        return (self.material, *reversed(self.outer))
+
 
 def layered(stem: Stem, how: Discretisation) -> Discretisation:
     """Return the mesh settings with at least three elements through the wall; with one, thin walls wrinkled."""
@@ -71,7 +76,7 @@ def build_piece(test: LaboratoryTest) -> Model:
     mesh = test.kind.mesh(stem, how)
     mirrored = mirrors(mesh, how.symmetry)
     held = mirrored | test.kind.driven(mesh, stem)
-    velocity = test.kind.motion(mesh, stem, test.loading, test.material.poisson_ratio)
+    velocity = test.kind.motion(mesh, stem, test.loading, test.laws)
     return Model(
         mesh=mesh,
         material=materials(mesh, stem, test.material, test.outer),
@@ -97,7 +102,7 @@ def rounded(test: LaboratoryTest) -> LaboratoryTest:
         return thickened(test)
     mesh = test.kind.mesh(stem, how)
     layers = materials(mesh, stem, test.material, test.outer)
-    moduli = [law.elastic_modulus / test.material.elastic_modulus for law in _laws(test)]
+    moduli = [law.elastic_modulus / test.material.elastic_modulus for law in test.laws]
     weights = layers.each(moduli) if isinstance(layers, Layers) else 1.0
     meshed = float((weights * mesh.volumes()) @ _centres(mesh) ** moment) / (SHARES[how.symmetry] * stem.length)
     # ∫ E zᵐ dA of the round section from Σ E (R^power − r^power) of its layers, E over that of the innermost layer
@@ -105,10 +110,6 @@ def rounded(test: LaboratoryTest) -> LaboratoryTest:
     rings = zip(moduli, pairwise(stem.radii), strict=True)
     whole = pi * sum(E * (high**power - low**power) for E, (low, high) in rings) / (1.0 if moment == 0 else 4.0)
     return replace(test, stem=stem.wider((whole / meshed) ** (1.0 / power)))
-
-
-def _laws(test: LaboratoryTest) -> tuple[Material, ...]:
-    return (test.material, *reversed(test.outer))
 
 
 def _centres(mesh: Mesh) -> NDArray[np.float64]:
@@ -147,7 +148,7 @@ def _stiffened(test: LaboratoryTest) -> Stem:
     With E and thickness w of each layer of elements at z and the neutral line z₀, the stiffness of the mesh,
     f³ Σ E w (z − z₀)², must be Σ E (w (z − z₀)² + w³/12).
     """
-    stem, laws = test.stem, _laws(test)
+    stem, laws = test.stem, test.laws
     counts = through_layers(stem, test.discretisation)
     moduli = np.repeat([test.kind.modulus(stem, law) for law in laws], counts)
     ends = zip(pairwise(stem.radii), counts, strict=True)
@@ -181,5 +182,5 @@ def _wave_speed(test: LaboratoryTest) -> float:
     power = 2 + (test.kind.MOMENT or 0)
     ends = np.array(test.stem.radii)
     moments, areas = np.diff(ends**power), np.diff(ends**2)
-    E = np.average([test.kind.modulus(test.stem, law) for law in _laws(test)], weights=moments)
-    return sqrt(float(E / np.average([law.density for law in _laws(test)], weights=areas)))
+    E = np.average([test.kind.modulus(test.stem, law) for law in test.laws], weights=moments)
+    return sqrt(float(E / np.average([law.density for law in test.laws], weights=areas)))

@@ -83,7 +83,7 @@ def _unevenness(before: Array, after: Array) -> float:
 
 
 # Incremented by every change that alters the responses of a test, so that stored runs are not reused after it.
-REVISION = 7
+REVISION = 8
 
 
 def perform(test: LaboratoryTest, inspect: Inspect | None = None) -> LaboratoryResult:

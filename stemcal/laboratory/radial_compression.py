@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import ceil, pi, sqrt
 from typing import TYPE_CHECKING, ClassVar, Literal
@@ -84,7 +85,7 @@ class RadialCompression(Kind):
             plate(-outer, half, upwards=True, speed=0.0),
         )
 
-    def motion(self, mesh: Mesh, stem: Stem, loading: Loading, poisson_ratio: float) -> Array:
+    def motion(self, mesh: Mesh, stem: Stem, loading: Loading, laws: Sequence[Material]) -> Array:
         """Return the velocities of a uniform compression with the lower plate at rest: ż = −v (z + R)/2R."""
         down = 0.5 + mesh.nodes[:, 2] / stem.outer_diameter
         return np.asarray(-loading.speed * down[:, None] * [0.0, 0.0, 1.0])

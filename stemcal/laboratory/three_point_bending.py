@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from math import hypot, pi
 from typing import TYPE_CHECKING, ClassVar, Literal
@@ -109,14 +109,19 @@ class ThreePointBending(Kind):
         sides = (half, -half) if both_sides else (half,)
         return (nose, *(roller(x, self.support_radius, 0.0, -outer - self.support_radius) for x in sides))
 
-    def motion(self, mesh: Mesh, stem: Stem, loading: Loading, poisson_ratio: float) -> Array:
-        """Return the velocities of a slender beam under a load v in the middle, with ξ = 2|x|/L.
+    def motion(self, mesh: Mesh, stem: Stem, loading: Loading, laws: Sequence[Material]) -> Array:
+        """Return the velocities of a beam whose middle is moved by a load at speed v, with ξ = 2|x|/L.
 
-        Downwards w = v (1 − (3ξ² − ξ³)/2), linear beyond the supports (ξ > 1); along x, ẋ = z dw/dx (plane sections).
+        Bending: w = v (1 − (3ξ² − ξ³)/2) downwards, linear beyond the supports (ξ > 1), and ẋ = z dw/dx (plane
+        sections). Fibres: s = 12 EI/(κGA L²) times as much by shear, s v (1 − ξ), which turns no section.
         """
         x, z, half = mesh.nodes[:, 0], mesh.nodes[:, 2], 0.5 * self.span
+        moments = np.diff(np.array(stem.radii) ** 4)
+        slow = moments @ [self.modulus(stem, law) for law in laws]  # Σ EI / (1 + π² EI/(κGA L²))
+        sheared = 12.0 / pi**2 * (moments @ [law.elastic_modulus for law in laws] / slow - 1.0)
         xi = np.abs(x) / half
         inside = np.minimum(xi, 1.0)
         down = 1.0 - 0.5 * (3.0 * inside**2 - inside**3) - 1.5 * (xi - inside)
         slope = np.sign(x) * (-0.5 * (6.0 * inside - 3.0 * inside**2)) / half
-        return loading.speed * np.stack([z * slope, np.zeros_like(x), -down], axis=1)
+        speed = loading.speed / (1.0 + sheared)
+        return np.asarray(speed * np.stack([z * slope, np.zeros_like(x), -down - sheared * (1.0 - inside)], axis=1))

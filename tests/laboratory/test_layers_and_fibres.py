@@ -13,12 +13,14 @@ from test_three_point_bending import Couples
 from stemcal.cutting.build import materials, stem_mesh
 from stemcal.cutting.parts import Discretisation, Stem
 from stemcal.fem.material import Material
+from stemcal.fem.mesh import Mesh
 from stemcal.fem.model import Integration, Model
 from stemcal.fem.stepper import simulate
 from stemcal.laboratory.axial import Axial
 from stemcal.laboratory.build import LaboratoryTest, build_piece, rounded
 from stemcal.laboratory.perform import perform
 from stemcal.laboratory.radial_compression import RadialCompression
+from stemcal.laboratory.three_point_bending import ThreePointBending
 
 SKIN = Material(1.1e-9, 6.0 * E, 0.3)
 
@@ -90,6 +92,25 @@ def test_a_shear_soft_beam_is_timoshenkos(diameters: int) -> None:
     span = 8.0 * diameters
     found, _ = stiffnesses("hemp", span, calculix=False)
     assert found == pytest.approx(timoshenko(HEMP, span), rel=0.02)
+
+
+@pytest.mark.parametrize("diameters", [6, 12])
+def test_the_start_has_the_shear_of_a_soft_beam(diameters: int) -> None:
+    """At a quarter of the span, of the speed in the middle: (11/16 + s/2)/(1 + s), s = (L/4κGA)/(L³/48EI).
+
+    Without fibres, to the bit 11/16, the cubic line of a slender beam.
+    """
+    span = 8.0 * diameters
+    soft = timoshenko(HEMP, span) / timoshenko(replace(HEMP, transverse=None, poisson_ratio=-1.0 + 1e-12), span)
+    s = 1.0 / soft - 1.0  # ν → −1: G grows without bound
+    for law, wanted in ((HEMP, (11.0 / 16.0 + 0.5 * s) / (1.0 + s)), (material(), 11.0 / 16.0)):
+        test = piece(ThreePointBending(span), law, 1.2 * span, 1.0, 1.0)
+        x = np.array([[0.0, 0.0, 0.0], [0.25 * span, 0.0, 0.0], [0.5 * span, 0.0, 0.0], [0.55 * span, 0.0, 1.0]])
+        mesh = Mesh(x, np.zeros((0, 8), dtype=np.int32))
+        v = test.kind.motion(mesh, test.stem, test.loading, test.laws)
+        assert v[0, 2] == pytest.approx(-1.0, rel=1e-12) and v[2, 2] == pytest.approx(0.0, abs=1e-12)
+        assert -v[1, 2] == pytest.approx(wanted, rel=1e-6 if law is HEMP else 1e-15)
+        assert v[3, 0] / v[3, 2] == pytest.approx(-1.0 / (0.05 * span), rel=1e-9)  # overhangs turn, they do not shear
 
 
 @pytest.mark.slow

@@ -1,6 +1,7 @@
 """Three-point bending against beam theory: elastic slope and plastic collapse."""
 
 import shutil
+from collections.abc import Sequence
 from dataclasses import replace
 from math import hypot, pi, sqrt
 
@@ -11,6 +12,7 @@ from pieces import RATIO, E, material, piece
 
 from stemcal.cutting.parts import Loading, Stem
 from stemcal.fem.contact import Tool
+from stemcal.fem.material import Material
 from stemcal.fem.mesh import Mesh
 from stemcal.fem.state import State
 from stemcal.fem.stepper import simulate
@@ -107,11 +109,12 @@ class Couples(ThreePointBending):
         ends = np.isclose(np.abs(mesh.nodes[:, 0]), 0.5 * stem.length)
         return ends[:, None] & np.array([True, False, False])
 
-    def motion(self, mesh: Mesh, stem: Stem, loading: Loading, poisson_ratio: float) -> np.ndarray:
+    def motion(self, mesh: Mesh, stem: Stem, loading: Loading, laws: Sequence[Material]) -> np.ndarray:
         """Sections turn and stay plane, and bend across by Poisson's ratio."""
         curvature, (x, y, z) = 2.0 * loading.speed / stem.length, mesh.nodes.T
-        across = 0.5 * poisson_ratio * (z**2 - y**2)
-        return curvature * np.stack([-x * z, poisson_ratio * y * z, 0.5 * x**2 + across], axis=1)
+        nu = laws[0].poisson_ratio
+        across = 0.5 * nu * (z**2 - y**2)
+        return curvature * np.stack([-x * z, nu * y * z, 0.5 * x**2 + across], axis=1)
 
 
 def plastic_moment(stress: float) -> float:
@@ -217,7 +220,7 @@ def test_the_start_is_a_motion_without_strain_at_the_supports() -> None:
     """Nodes of the axis move down at full speed in the middle, not at all over the supports, up beyond them."""
     test = bending(40.0, 1.0)
     mesh = test.kind.mesh(test.stem, test.discretisation)
-    v = test.kind.motion(mesh, test.stem, test.loading, NU)
+    v = test.kind.motion(mesh, test.stem, test.loading, test.laws)
     at = {x: v[np.isclose(mesh.nodes[:, 0], x)] for x in (0.0, 20.0)}
     np.testing.assert_allclose(at[0.0][:, 2], -1.0, rtol=1e-12)
     np.testing.assert_allclose(at[20.0][:, 2], 0.0, atol=1e-12)
