@@ -146,7 +146,7 @@ _WIDEST = 1.2
 
 
 def spread_edge(tools: tuple[Tool, ...], x: NDArray[np.float64], hexes: NDArray[np.int32], size: float) -> SpreadEdge:
-    """Return the rows along the first tool edge that is spread over a length; its cut plane (`cut`) is added later.
+    """Return the rows (contact constraints, `kernels.spread_edge`) along the first spread edge, without a cut plane.
 
     x: Positions of the nodes (N, 3), mm; a body that ends at the edge, or at y = 0, is mirrored there.
     hexes: Corners of the elements (E, 8).

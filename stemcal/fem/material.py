@@ -85,17 +85,17 @@ class Material:
 
     @property
     def bulk_modulus(self) -> float:
-        """K = E / 3(1 − 2ν), MPa."""
+        """Bulk modulus K = E / 3(1 − 2ν), MPa."""
         return self.elastic_modulus / (3.0 * (1.0 - 2.0 * self.poisson_ratio))
 
     @property
     def shear_modulus(self) -> float:
-        """G = E / 2(1 + ν), MPa."""
+        """Shear modulus G = E / 2(1 + ν), MPa."""
         return self.elastic_modulus / (2.0 * (1.0 + self.poisson_ratio))
 
     @property
     def lame_modulus(self) -> float:
-        """λ = K − ⅔ G, MPa."""
+        """Lamé's first parameter λ = K − ⅔ G, MPa."""
         return self.bulk_modulus - 2.0 / 3.0 * self.shear_modulus
 
     @property
@@ -107,7 +107,7 @@ class Material:
 
     @property
     def plastic_modulus(self) -> float:
-        """Eₚ = E E_t / (E − E_t), MPa."""
+        """Plastic modulus Eₚ = E E_t / (E − E_t), MPa."""
         return self.elastic_modulus * self.tangent_modulus / (self.elastic_modulus - self.tangent_modulus)
 
     def numbers(self, mass_scaling: float, viscosity: BulkViscosity) -> MaterialNumbers:

@@ -226,7 +226,6 @@ def _check(outcome: int, state: State) -> None:
 
 
 def _row(state: State, impulse_before: Array, time_before: float) -> dict[str, Any]:
-    """Return one row of the history by the names of the fields of `History`."""
     rows = state.body.state
     alive = rows[:, ALIVE] > 0.0
     internal, hourglass = rows[:, INTERNAL_ENERGY].astype(float), rows[:, HOURGLASS_ENERGY].astype(float)

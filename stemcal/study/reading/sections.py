@@ -233,7 +233,6 @@ _READ: dict[str, Callable[[Sections, str, Any], None]] = {
 
 
 def _complete(targets: Targets | None) -> TypeGuard[Targets]:
-    """Check that all rows of the targets could be read."""
     return targets is not None and all(has_fields(mean, "condition", "response") for mean in targets.means)
 
 

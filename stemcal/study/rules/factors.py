@@ -297,7 +297,6 @@ def _unit_fits(draft: Draft, factor: Factor) -> bool:
 
 
 def _exponents_are_factors(draft: Draft) -> Iterator[Finding]:
-    """An exponent with a name is a dimensionless factor that is not a material parameter."""
     known = {factor.name: index for index, factor in draft.factors.items()}
     for name, growth in draft.growing.items():
         path, exponent = (*draft.places[name].path, "exponent"), growth.exponent

@@ -72,7 +72,6 @@ def _sizes(study: Study) -> Iterator[Finding]:
 
 
 def _speeds(study: Study) -> Iterator[Finding]:
-    """Question speeds between those of testing machines and of mowers, whose unit may be mm/min."""
     speeds: dict[NodePath, float] = {("loading", "speed"): study.loading.speed}
     speeds |= {("tests", index, "speed"): test.speed for index, test in enumerate(study.tests)}
     for path, speed in speeds.items():
