@@ -10,7 +10,6 @@ from math import inf, isfinite, log
 from typing import Any, Literal, Protocol
 
 from stemcal.doe.calibration.search_path import SearchPath, Tried, best_of, ends_of, next_step
-from stemcal.doe.calibration.search_path import Step as PathStep
 from stemcal.doe.comparison import error_percent
 from stemcal.errors import RunsFailed
 from stemcal.runs.record import Outcome
@@ -171,7 +170,7 @@ class PathSteps:
         self.tried: list[Tried] = []
 
     def first(self) -> PointToTry:
-        return self._point(PathStep(0.0, self.expected), "solution")
+        return self._point(0.0, self.expected, "solution")
 
     def judge(self, point: PointToTry, outcomes: Mapping[float, Outcome]) -> JudgedPoint:
         tried = Tried(point.place, outcomes[self.conditions[0]].number(FIRST))
@@ -182,7 +181,7 @@ class PathSteps:
 
     def next(self) -> PointToTry | None:
         step = next_step(self.tried, self.aim, self.path)
-        return None if step is None else self._point(step, "path" if isfinite(self.tried[-1].level) else "back")
+        return None if step is None else self._point(*step, "path" if isfinite(self.tried[-1].level) else "back")
 
     def end(self) -> Stopped:
         best = best_of(self.tried, self.aim)
@@ -193,6 +192,6 @@ class PathSteps:
         tried = next(run for run in self.tried if run.place == point.place)
         return ends_of(self.tried, tried, self.path, relative_error, df)
 
-    def _point(self, step: PathStep, how: How) -> PointToTry:
-        levels = {**self.levels, **(self.path.at(step.place) if step.place else {})}
-        return PointToTry(levels, how, step.place, {self.conditions[0]: (step.expected, None)})
+    def _point(self, place: float, expected: float | None, how: How) -> PointToTry:
+        levels = {**self.levels, **(self.path.at(place) if place else {})}
+        return PointToTry(levels, how, place, {self.conditions[0]: (expected, None)})

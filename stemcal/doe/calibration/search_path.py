@@ -116,41 +116,33 @@ class Tried:
         return log(self.response) if self.response > 0.0 else -inf
 
 
-@dataclass(frozen=True)
-class Step:
-    """The next place to simulate, and the response expected there; None if the runs so far cannot predict it."""
-
-    place: float
-    expected: float | None
-
-
 def best_of(tried: Sequence[Tried], aim: float) -> Tried | None:
     """Return the run of least |ln(y/aim)|, the earliest of equals; None if all runs failed."""
     whole = [run for run in tried if isfinite(run.level)]
     return min(whole, key=lambda run: abs(run.level - log(aim)), default=None)
 
 
-def next_step(tried: Sequence[Tried], aim: float, path: SearchPath) -> Step | None:
-    """Return the next place to simulate in the search for the response `aim`; None if no new place is left.
+def next_step(tried: Sequence[Tried], aim: float, path: SearchPath) -> tuple[float, float | None] | None:
+    """Return the next place to simulate to reach the response `aim`, and the response predicted there, if known.
 
     `tried` contains at least one run, in the order of simulation. After a failed run the next place is half-way back to
-    the best run; while all runs have failed, it is near the start.
+    the best run; while all runs have failed, it is near the start. Return None if no new place is left.
     """
     whole, best = [run for run in tried if isfinite(run.level)], best_of(tried, aim)
-    inline = sorted(whole, key=lambda run: run.place)
-    sides = [pair for pair in pairwise(inline) if (pair[0].response < aim) != (pair[1].response < aim)]
+    ordered = sorted(whole, key=lambda run: run.place)
+    brackets = [pair for pair in pairwise(ordered) if (pair[0].response < aim) != (pair[1].response < aim)]
     if best is None:
         low, high = path.ends
-        steps = [Step(min(max(place, low), high), None) for place in _ASIDE]
+        places: list[tuple[float, float | None]] = [(min(max(place, low), high), None) for place in _ASIDE]
     elif not isfinite(tried[-1].level):
-        steps = [Step(0.5 * (best.place + tried[-1].place), None)]
-    elif sides:
-        nearest = min(sides, key=lambda pair: sum(abs(run.level - log(aim)) for run in pair))
-        steps = [Step(_between(*nearest, log(aim)), aim)]
+        places = [(0.5 * (best.place + tried[-1].place), None)]
+    elif brackets:
+        nearest = min(brackets, key=lambda pair: sum(abs(run.level - log(aim)) for run in pair))
+        places = [(_between(*nearest, log(aim)), aim)]
     else:
         place = _beyond(whole, best, log(aim), path)
-        steps = [Step(place, exp(best.level + _slope(whole, best) * (place - best.place)))]
-    return next((step for step in steps if all(abs(step.place - run.place) > _SAME for run in tried)), None)
+        places = [(place, exp(best.level + _slope(whole, best) * (place - best.place)))]
+    return next((step for step in places if all(abs(step[0] - run.place) > _SAME for run in tried)), None)
 
 
 def _between(left: Tried, right: Tried, aim: float) -> float:

@@ -25,7 +25,7 @@ from stemcal.stages.screen.result import ScreenResult
 from stemcal.stages.work import SimulateAt, Work, a_stage
 from stemcal.storage.rows import Rows
 from stemcal.study.model.study import Study
-from stemcal.vocabulary import Wording
+from stemcal.vocabulary import FIRST, Wording
 
 _SHARE = 0.5  # of each range, covered by the design of the surface about the best step
 
@@ -38,7 +38,8 @@ def climb(work: Work, head: Head) -> ClimbResult:
     target = study.calibration_target.response
     rows = (_leap if study.of(ClimbOptions).at_once else _walk)(study, names, before, simulate)
     responses = [row.outcome.response for row in rows]
-    best, reached = rows[nearest_step(responses, target)], passed(responses, target)
+    known = [row for row in rows if row.outcome.response is not None]
+    best, reached = min(known, key=lambda row: abs(row.outcome.number(FIRST) - target)), passed(responses, target)
     return ClimbResult(
         head=head,
         target=target,
@@ -156,9 +157,3 @@ def passed(responses: Sequence[float | None], target: float) -> bool:
     """
     known = [response for response in responses if response is not None]
     return bool(known) and min(known) <= target <= max(known)
-
-
-def nearest_step(responses: Sequence[float | None], target: float) -> int:
-    """Return the index of the response nearest to the target; failed steps are skipped."""
-    known = [i for i, response in enumerate(responses) if response is not None]
-    return min(known, key=lambda i: abs((responses[i] or 0.0) - target))
