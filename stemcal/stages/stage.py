@@ -1,4 +1,4 @@
-"""The interface of a stage to commands, plan, status, report and export; the stages of a study in their order."""
+"""The base class of stages, through which commands, plan, status and report use them; the stages of a study."""
 
 from __future__ import annotations
 

@@ -26,7 +26,7 @@ _NEAR_RADIUS, _NEAR_END = 0.98, 0.01  # shares of radius and range: how near a s
 
 @ranked(Rank.TREND)
 def anisotropy(evidence: Evidence) -> Iterator[Note]:
-    """Yield different elastic moduli along and across the axis that the fitted slopes require of an isotropic model."""
+    """Yield that tests along and across the axis require different elastic moduli, although the model is isotropic."""
     surface, solved = evidence.of(Surfaces), evidence.of(InvertResult)
     if surface is not None and solved is not None:
         yield from direction_reason(evidence, surface, solved.point.solution)
@@ -82,7 +82,7 @@ def conflict(evidence: Evidence) -> Iterator[Note]:
 
 
 def _all_out_of_reach(evidence: Evidence, surface: Surfaces, point: Point, joint: JointFitted) -> str | None:
-    """Return a sentence on means that are all out of reach on the same side, and so do not contradict; else None."""
+    """Return a sentence if all errors have one sign because means are out of reach, so without contradiction."""
     errors = [row.error_percent for row in (*joint.rows, *joint.further)]
     worst = max(errors, key=abs)
     if any(error * worst < -_SAME_SIDE * worst**2 for error in errors):

@@ -55,9 +55,9 @@ class Borrowed:
 
 
 def completed(own: Mapping[str, Any], data: Mapping[str, Any], folder: Path) -> Borrowed:
-    """Return the sections of the spec in `folder`, with the material of the study that it refers to.
+    """Return the sections of a spec, completed by the calibrated material of the study that `material.from` names.
 
-    `own` are the sections of the spec as read, `data` the values as written.
+    `folder` is that of the spec, `own` are its sections as read, `data` the values as written.
     """
     borrowed, name = Borrowed(), own["material"].from_
     place, beside = StudyFolder(folder / name), folder / f"{Path(name).name}.yaml"

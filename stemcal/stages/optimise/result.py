@@ -44,7 +44,7 @@ class FrontPoint:
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class OptimiseResult(StageResult):
-    """The optimum, its front, its gain (95 %) with `gain_sd` by source; `edges`: ends of ranges at which it is."""
+    """The optimum, its front, and its gain with 95 % interval; `gain_sd` is by source, `edges` are ends of ranges."""
 
     name: ClassVar[str] = "optimise"
     shown = ("optimum",)

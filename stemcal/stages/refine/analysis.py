@@ -130,7 +130,7 @@ def _path(work: Work, there: Work, options: RefineOptions, start: Mapping[str, f
     strongest = _OF_MESH if _OF_MESH in slopes else max(slopes, key=lambda name: abs(slopes[name]))
     at = work.study.targets.calibrate_at
     own = work.solver.settings_that_matter(at)
-    # same mesh and lengths; None: the solver reports no settings
+    # a solver that reports no settings (None) may have another mesh
     same_mesh = own is not None and own == there.solver.settings_that_matter(at)
     steps = {name: scale.half_step for name, scale in surface.coding.items()}
     movers = (
