@@ -30,8 +30,8 @@ class RadialSection(PieceSection):
     across_axis = True
     usual_size = Length(divisor=64.0)
 
-    def room(self, diameter: float) -> float:
-        return diameter
+    def room(self, diameter: float, ratio: float) -> float:
+        return diameter * min(1.0, 2.0 * ratio or 1.0)  # walls that meet in the bore would pass through each other
 
 
 class Radial(LaboratoryKind):

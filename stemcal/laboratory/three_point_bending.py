@@ -40,7 +40,7 @@ class BendingSection(PieceSection):
     def long(self, diameter: float) -> float:
         return 1.2 * self.span.at(diameter) if self.length is None else self.length.at(diameter)
 
-    def misfits(self, diameter: float) -> Iterator[tuple[str, str, str]]:
+    def misfits(self, diameter: float, ratio: float) -> Iterator[tuple[str, str, str]]:
         length, span = self.long(diameter), self.span.at(diameter)
         if length <= span:
             yield (
@@ -48,7 +48,7 @@ class BendingSection(PieceSection):
                 f"the specimen is {length:g} mm long, but the span is {span:g} mm",
                 "use a longer specimen",
             )
-        yield from super().misfits(diameter)
+        yield from super().misfits(diameter, ratio)
 
     def shear_over_bending(self, diameter: float, ratio: float, softness: float) -> float:
         """Return the deflection by shear over that by bending, 12 EI/(κGA L²), with `softness` = E/G."""

@@ -56,8 +56,8 @@ class LaboratorySection(Frozen):
         """Return the stroke at a stem diameter, mm; 0 for a further cut with the spec's own stroke."""
         raise NotImplementedError
 
-    def misfits(self, diameter: float) -> Iterator[tuple[str, str, str]]:
-        """Yield the mistakes in the section for a stem of a diameter in mm: key, message and remedy."""
+    def misfits(self, diameter: float, ratio: float) -> Iterator[tuple[str, str, str]]:
+        """Yield the mistakes in the section for a stem of a diameter in mm and a bore `ratio`: key, message, remedy."""
         yield from ()
 
     @property
@@ -127,12 +127,12 @@ class PieceSection(LaboratorySection):
         """Return the length of the specimen at a stem diameter, mm."""
         return 2.0 * diameter if self.length is None else self.length.at(diameter)
 
-    def room(self, diameter: float) -> float:
-        """Return the size of the specimen in the direction of the stroke, mm."""
+    def room(self, diameter: float, ratio: float) -> float:
+        """Return twice the largest stroke (mm): half the size of the specimen along it, by default."""
         return self.long(diameter)
 
-    def misfits(self, diameter: float) -> Iterator[tuple[str, str, str]]:
-        stroke, room = self.stroke_at(diameter), self.room(diameter)
+    def misfits(self, diameter: float, ratio: float) -> Iterator[tuple[str, str, str]]:
+        stroke, room = self.stroke_at(diameter), self.room(diameter, ratio)
         if stroke >= 0.5 * room:
             message = f"the stroke of {stroke:g} mm is too long for the specimen"
             yield "stroke", message, f"use less than {0.5 * room:g} mm"

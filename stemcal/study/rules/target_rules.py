@@ -209,7 +209,8 @@ def _further_cuts_are_possible(draft: Draft) -> Iterator[Finding]:
 def _tests_fit_the_stem(draft: Draft) -> Iterator[Finding]:
     thickest = max(draft.diameters.values(), default=None)
     for index, test in draft.tests.items():
-        for key, message, remedy in () if thickest is None else test.misfits(thickest):
+        ratio = 0.0 if thickest is None else draft.study.specimen.ratio_at(thickest)
+        for key, message, remedy in () if thickest is None else test.misfits(thickest, ratio):
             yield Finding(("tests", index, key), message, remedy)
 
 
