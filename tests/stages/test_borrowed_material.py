@@ -215,3 +215,11 @@ def test_runs_in_other_materials_are_counted_and_repeated(calibrated: Path, monk
     monkeypatch.setattr(SOLVERS.named("embedded"), "make", lambda one: Linear(study=one))
     (again,) = retry(study, folder, HERE)
     assert (again.key, again.status, again.material) == (failed.key, "ok", 1)
+
+
+def test_a_factor_is_not_taken_from_the_calibration(tmp_path: Path) -> None:
+    (tmp_path / "out.yaml").write_text(SOURCE, encoding="utf-8")
+    factor = "factors:\n  - {name: elastic_modulus, unit: MPa, low: 800, high: 1200}\n"
+    study = cutter(tmp_path, CUTTER.replace("factors:\n", factor))
+    values = study.parameters({"elastic_modulus": 900.0}, 8.0)
+    assert (values["elastic_modulus"], values["tangent_modulus"]) == (900.0, 0.5)
