@@ -135,13 +135,19 @@ def test_a_further_response_has_its_own_surface(tmp_path: Path) -> None:
     assert found.parameters["failure_strain"] == pytest.approx(0.034, rel=0.02)
 
 
-def test_a_kink_is_named_with_the_way_out(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    study = spec(tmp_path, TWO_FACTORS + "screen: {design: none}\n" + OVER)
+@pytest.mark.parametrize(
+    "change", [("", ""), ("yield_stress, failure_strain", "yield_stress"), ("{", "{design: box-behnken, ")]
+)
+def test_a_kink_is_named_with_the_way_out(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, change: tuple[str, str]
+) -> None:
+    """Of one factor, or with three levels of the diameter, only the runs of the validation show the kink."""
+    study = spec(tmp_path, TWO_FACTORS + "screen: {design: none}\n" + OVER.replace(*change, 1), (14.0, 0.03, 0.0))
     text = (tmp_path / "over.yaml").read_text(encoding="utf-8")
     for kink in (0.0, 1.5):
         verdict, _ = judged(tmp_path / f"{kink:g}", text, Power(study=study, kink=kink), monkeypatch)
         edits = [note.remedy and note.remedy.edit for note in verdict.reasons if note.kind == "bent_over_conditions"]
-        assert edits == (["rsm: {over: factors}"] if kink else [])
+        assert bool(edits) is bool(kink) and all(str(edit).startswith("rsm: {over: factors") for edit in edits)
 
 
 def test_the_report_states_the_logarithm_and_the_coding(tmp_path: Path) -> None:

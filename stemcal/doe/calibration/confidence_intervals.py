@@ -259,16 +259,18 @@ def left_out(fit: Fit, groups: Sequence[object]) -> list[float]:
 
 def left_out_intervals(fit: Fit, groups: Sequence[object]) -> list[tuple[float, float]]:
     """Return the 95 % prediction interval of each measured mean by the fit without its group, with both errors."""
-    ends = np.zeros((len(groups), 2))
-    for members in _members(groups):
-        others = fit.without(*members)
-        for i in members:
-            middle = float(fit.predict(others.best)[0, i])
-            allowed = others.tangents.allowed(fit.slopes(others.best)[i])
-            own = (allowed / (fit.weights @ (1.0 / fit.draws[:, i, i]))) ** 0.5
-            low, high = _allowed(fit, others, i)
-            ends[i] = middle - np.hypot(middle - low, own), middle + np.hypot(high - middle, own)
-    return [(low, high) for low, high in ends.tolist()]
+    fits = [(members, fit.without(*members)) for members in _members(groups)]
+    intervals = {i: predicted_interval(fit, others, i) for members, others in fits for i in members}
+    return [intervals[i] for i in range(len(groups))]
+
+
+def predicted_interval(fit: Fit, others: Fit, i: int) -> tuple[float, float]:
+    """Return the 95 % prediction interval of measured mean i by the fit to others."""
+    middle = float(fit.predict(others.best)[0, i])
+    allowed = others.tangents.allowed(fit.slopes(others.best)[i])
+    own = (allowed / (fit.weights @ (1.0 / fit.draws[:, i, i]))) ** 0.5
+    low, high = _allowed(fit, others, i)
+    return float(middle - np.hypot(middle - low, own)), float(middle + np.hypot(high - middle, own))
 
 
 def _members(groups: Sequence[object]) -> list[list[int]]:

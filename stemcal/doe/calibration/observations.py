@@ -171,7 +171,8 @@ class Contrasts:
     def missed(self, chance: Array, uniform: Uniforms) -> tuple[Array, Array]:
         """Draw σ_c² and σ_u², (draws,) each, given draws of σ_E²; a single surface has σ_c = 0."""
         noise = float(np.median(chance.mean(axis=1))) * self.noise
-        most = max(COARSEST, 3.0 * float(np.sqrt(np.max(self.z2 / self.counts, initial=0.0))))
+        # three times about the largest of ν contrasts, ν^¼ times their root mean square
+        most = max(COARSEST, 3.0 * float(np.sqrt(np.max(self.z2 / np.sqrt(self.counts), initial=0.0))))
         grid = np.linspace(np.log(FINEST), np.log(most), _STEPS)
         separate = np.exp(2.0 * grid)
         common = np.zeros(1) if len(self.scale) == 1 or self.sections else separate
@@ -209,26 +210,36 @@ class Contrasts:
 
 
 def _groups_of(residuals: Array, bases: Array, runs: Array, free: Array, noise: Array) -> tuple[Array, ...]:
-    """Return `counts`, `z2`, `common` and `noise` of `Contrasts`, (groups,) each.
+    """Return counts, z2, common and noise of the groups of contrasts, (groups,) each.
 
-    Surface i has the residuals eᵢ = Mᵢyᵢ, with Mᵢ = 1 − BᵢBᵢᵀ and B = `bases` (m, points, terms). It has `free`
-    contrasts, and `noise` is the sum of their variances for σ_E² = 1. An eigenvector w of ΣMᵢ with an eigenvalue λ > 0
-    has one contrast wᵀΣeᵢ/√λ, with the variance λ for σ_c² = 1 and Σ|R^(−1/2) Mᵢw|²/λ for σ_E² = 1. All other contrasts
-    are independent of σ_c². If all surfaces have the same runs, every λ equals their number m.
+    Surface i has the residuals eᵢ = Mᵢyᵢ with Mᵢ = 1 − BᵢBᵢᵀ, B = `bases` (m, points, terms), `free` contrasts and the
+    sum `noise` of their variances by single runs. Surfaces of one design have M in common: for every contrast uᵀe one,
+    uᵀΣeᵢ/√m, has the variance m by σ_c², and m − 1 have 0. R⁻¹ = 1/r − D, r the fewest runs of a point, so that all u
+    but the left singular vectors of M√D, with values s, have the variance 1/r by single runs, and these 1/r − s².
     """
     total, m = residuals.sum(axis=0), len(residuals)
     if np.array_equal(runs, np.broadcast_to(runs[0], runs.shape)) and np.allclose(bases, bases[0]):
-        counts, z2, common, scatter = free[:1], np.array([total @ total / m]), np.array([float(m)]), noise[:1]
+        fewest = 1.0 / runs[0][runs[0] > 0.0].min()
+        more = np.flatnonzero((runs[0] > 0.0) & (1.0 / np.maximum(runs[0], 1.0) < fewest))
+        columns = -bases[0] @ bases[0][more].T
+        columns[more, np.arange(len(more))] += 1.0
+        u, s, _ = np.linalg.svd(columns * np.sqrt(fewest - 1.0 / runs[0][more]), full_matrices=False)
+        u, s = u[:, s**2 > _NO_CONTRAST], s[s**2 > _NO_CONTRAST]
+        along = np.vstack([(total @ u) ** 2 / m, ((residuals @ u) ** 2).sum(axis=0)])
+        along = np.column_stack([along, np.array([total @ total / m, (residuals**2).sum()]) - along.sum(axis=1)])
+        size = np.append(np.ones(len(s)), free[0] - len(s))
+        counts, z2 = np.concatenate([size, (m - 1.0) * size]), np.concatenate([along[0], along[1] - along[0]])
+        common, scatter = np.repeat([float(m), 0.0], len(size)), np.tile(np.append(fewest - s**2, fewest), 2)
     else:
         projectors = np.eye(len(total)) * (runs > 0.0)[:, None] - bases @ bases.transpose(0, 2, 1)
-        common, vectors = np.linalg.eigh(projectors.sum(axis=0))
-        common, vectors = common[common > _NO_CONTRAST], vectors[:, common > _NO_CONTRAST]
-        counts, z2 = np.ones(len(common)), (total @ vectors) ** 2 / common
-        scatter = ((projectors @ vectors) ** 2 / np.maximum(runs, 1.0)[:, :, None]).sum(axis=(0, 1)) / common
-    rest = free.sum() - counts.sum(), (residuals**2).sum() - z2.sum(), 0.0, noise.sum() - scatter.sum()
-    groups = np.column_stack([np.array([counts, z2, common, scatter]), rest])
-    groups = groups[:, groups[0] > 0.5].clip(min=0.0)
-    return *groups[:3], groups[3] / groups[0]
+        values, vectors = np.linalg.eigh(projectors.sum(axis=0))
+        values, vectors = values[values > _NO_CONTRAST], vectors[:, values > _NO_CONTRAST]
+        z2, seen = (total @ vectors) ** 2 / values, (projectors @ vectors) ** 2 / np.maximum(runs, 1.0)[:, :, None]
+        scatter, rest = seen.sum(axis=(0, 1)) / values, max(free.sum() - len(values), 1.0)
+        counts, z2 = np.append(np.ones(len(values)), rest), np.append(z2, (residuals**2).sum() - z2.sum())
+        common, scatter = np.append(values, 0.0), np.append(scatter, (noise.sum() - scatter.sum()) / rest)
+    groups = np.array([counts, z2, common, scatter])
+    return tuple(groups[:, counts > 0.5].clip(min=0.0))
 
 
 Scatter = Literal["measured", "pooled", "misfit", "surface"]

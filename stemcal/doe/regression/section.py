@@ -61,13 +61,15 @@ class _Places:
     def __init__(self, each: Sequence[Place]) -> None:
         self._factors, self._start, _, self._exponents = each[0].coordinates
         self._rates = np.array([place.coordinates[2] for place in each])
-        self._conditions = np.array([[place.condition] for place in each])
+        self._conditions = np.array([place.condition for place in each])
 
     def z(self, x: Array) -> Array:
         """Return the coordinates z of points x (m, k), (m, places, coordinates); the last one is the condition."""
         growth = np.exp(self._rates * x[:, None, self._exponents])
-        moved = (self._start + x[:, None, self._factors]) * growth - self._start
-        return np.concatenate([moved, np.broadcast_to(self._conditions, (len(x), *self._conditions.shape))], axis=2)
+        z = np.empty((*growth.shape[:2], growth.shape[2] + 1))
+        z[..., :-1] = (self._start + x[:, None, self._factors]) * growth - self._start
+        z[..., -1] = self._conditions
+        return z
 
     def slopes(self, x: Array) -> Array:
         """Return ∂z/∂x at one point, without the row of the condition, (places, coordinates − 1, k)."""

@@ -70,8 +70,8 @@ def runs_of_both(study: Study, names: Sequence[str], design: Design) -> Note | N
         )
     if design.conditions and bend_freedom(term_columns(design.coded), design.coded[:, -1]) < _BEND_FREEDOM:
         text += (
-            f"This design shows a bend of the response over the {condition} rarely or never: compare the simulations "
-            "of the validation, or use a Latin hypercube."
+            f"This design alone rarely or never shows a bend of the response over the {condition}; the verdict "
+            "therefore also uses the simulations of the validation."
         )
     return Note("surface_runs", "info", text.strip()) if text else None
 
