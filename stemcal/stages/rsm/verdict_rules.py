@@ -9,17 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stemcal.doe.calibration.region import extremes
-from stemcal.doe.designs import surface_design
-from stemcal.doe.regression.section import bend_of
 from stemcal.doe.regression.surface import ROUGH_PERCENT
 from stemcal.formats import counted, minus, series
 from stemcal.notes import Note, Remedy
 from stemcal.stages.fitting import fitted_surfaces, measured_means
-from stemcal.stages.rsm.options import RsmOptions
 from stemcal.stages.rsm.result import RsmResult
 from stemcal.stages.screen.result import ScreenResult
 from stemcal.stages.stage import stages_of
-from stemcal.stages.validate.result import ValidateResult
 from stemcal.stages.verdict import advice
 from stemcal.stages.verdict.verdict_rules import Evidence, Rank, ranked
 from stemcal.stages.work import SAME
@@ -297,32 +293,7 @@ def rough_response(evidence: Evidence) -> Iterator[Note]:
         yield Note("rough_response", "warning", text, advice.to_smooth(evidence.study, surface, levels))
 
 
-@ranked(Rank.MODEL)
-def bent_over_conditions(evidence: Evidence) -> Iterator[Note]:
-    """Yield that one surface over factors and conditions does not follow the response over the condition."""
-    surface, checked = evidence.of(RsmResult), evidence.of(ValidateResult)
-    if surface is None or surface.over is None:
-        return
-    bend, condition = surface.over.bend, surface.over.name
-    if checked is not None and not checked.is_given:  # its runs are at further levels of the condition
-        x = surface.scales.to_coded(surface.scales.point(checked.parameters))
-        fitted = [target.condition for target in evidence.study.joint_targets]
-        rows = [row for row in checked.compared if row.simulated and min(fitted) <= row.condition <= max(fitted)]
-        section = surface.section(surface.over.at, FIRST, [(row.condition, x, row.simulated or 0.0) for row in rows])
-        bend = bend_of(section.whole, section.logarithm)
-    if bend is None or not bend.significant:
-        return
-    text = (
-        f"The response surface does not follow the {evidence.names.response.long} over the {condition}: terms of third "
-        f"and fourth order in the {condition} would change it by {bend.percent:.1f} % (root mean square)."
-    )
-    fewest = surface_design(evidence.study.of(RsmOptions).design).factors[0]
-    other = ", design: central-composite" if len(surface.names) < fewest and fewest > 2 else ""
-    remedy = Remedy(f"Fit a response surface at each {condition}.", f"rsm: {{over: factors{other}}}")
-    yield Note("bent_over_conditions", "warning", text, remedy)
-
-
 RULES = (
     *(undeclared_scatter, reversed_sign, probable_unit, failed_runs, few_runs, out_of_reach, sign_against_expectation),
-    *(rough_response, bent_over_conditions),
+    rough_response,
 )
