@@ -101,8 +101,7 @@ def _content_of(path: Path) -> bytes | None:
 
 
 def _entered(study: Study, folder: StudyFolder, awaited: Sequence[Request]) -> Iterator[run_sheet.SheetRow]:
-    solver = make_solver(study.by_hand)
-    left = by_key(solver, awaited)
+    left = by_key(make_solver(study.by_hand), awaited)
     for key, run in enterable_runs(study, folder, None).items():
         record = folder.peek(key) if key not in left else None
         if record is None or "entered" not in (details := record["details"]):

@@ -121,8 +121,7 @@ def _known_rows(study: Study, path: Path) -> dict[str, list[_KnownRow]]:
     for filled_row in filled(content, path.name, study, partial=True):
         cells = replace(filled_row.with_levels_given(), run=filled_row.run_name)
         try:
-            row = _known(study, cells)
-            known.setdefault(cells.run, []).append(row)
+            known.setdefault(cells.run, []).append(_known(study, cells))
         except RowRefused as refused:
             wrong.append(str(refused))
     if wrong := wrong or _gaps(path.name, known) or _slips(study, known):

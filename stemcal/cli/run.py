@@ -243,8 +243,7 @@ def report(
     from stemcal.stages.verdict.verdict_rules import verdict_of
 
     study, folder, results = finished_work(spec, out, quiet)
-    verdict = verdict_of(study, folder, results)
-    page = draw(study, folder, results, verdict, again=True)
+    page = draw(study, folder, results, verdict_of(study, folder, results), again=True)
     drawn = folder.path / "figures"
     if show and not webbrowser.open(page.resolve().as_uri()):
         warn(f"No browser was found. Open {page} in a browser.")

@@ -167,8 +167,7 @@ def _supported(layers: Array, rests_at: float, sides: tuple[float, ...] = (1.0, 
         nearest, end = float(away[np.argmin(np.abs(away - rests_at))]), float(away.max())
         if middle < nearest < end and rests_at < end:
             beyond = away > middle
-            to = np.interp(away[beyond], (middle, nearest, end), (middle, rests_at, end))
-            moved[beyond] = side * to
+            moved[beyond] = side * np.interp(away[beyond], (middle, nearest, end), (middle, rests_at, end))
     return moved
 
 

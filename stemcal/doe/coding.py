@@ -76,8 +76,7 @@ def term_names(names: Sequence[str]) -> tuple[str, ...]:
     >>> term_names(["a", "b"])
     ('1', 'a', 'b', 'a:b', 'a^2', 'b^2')
     """
-    interactions = [f"{a}:{b}" for a, b in combinations(names, 2)]
-    return ("1", *names, *interactions, *(f"{name}^2" for name in names))
+    return ("1", *names, *[f"{a}:{b}" for a, b in combinations(names, 2)], *(f"{name}^2" for name in names))
 
 
 @cache

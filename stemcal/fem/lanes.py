@@ -55,8 +55,7 @@ class Lanes:
 
     def gathered(self, rows: Array) -> Array:
         """Return values of lanes, (blocks, lanes) or (blocks, rows, lanes), per element: (E,) or (E, rows)."""
-        lanes_last = np.moveaxis(rows, -1, 1)
-        return np.asarray(lanes_last.reshape(-1, *rows.shape[1:-1])[self.slots], dtype=float)
+        return np.asarray(np.moveaxis(rows, -1, 1).reshape(-1, *rows.shape[1:-1])[self.slots], dtype=float)
 
 
 def lay_out(hexes: Ints, nodes: int, materials: NDArray[np.int_] | None = None) -> Lanes:

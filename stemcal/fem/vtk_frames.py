@@ -65,8 +65,7 @@ class FrameWriter:
 
 def _von_mises(stress: Array) -> Array:
     """Return √(3/2 s:s) with the deviator s of symmetric tensors (…, 6) in the order xx, yy, zz, xy, yz, zx."""
-    mean = stress[..., :3].mean(axis=-1, keepdims=True)
-    normal = np.sum((stress[..., :3] - mean) ** 2, axis=-1)
+    normal = np.sum((stress[..., :3] - stress[..., :3].mean(axis=-1, keepdims=True)) ** 2, axis=-1)
     return np.asarray(np.sqrt(1.5 * (normal + 2.0 * np.sum(stress[..., 3:] ** 2, axis=-1))))
 
 

@@ -115,8 +115,7 @@ def rounded(test: LaboratoryTest) -> LaboratoryTest:
 def _centres(mesh: Mesh) -> NDArray[np.float64]:
     """Return z (E,) of the centroid of each element's section, from those of two triangles, mm."""
     triangles = mesh.nodes[mesh.hexes[:, [[0, 1, 2], [0, 2, 3]]], 1:]
-    sides = triangles[:, :, 1:] - triangles[:, :, :1]
-    areas = np.abs(np.linalg.det(sides))
+    areas = np.abs(np.linalg.det(triangles[:, :, 1:] - triangles[:, :, :1]))
     return np.asarray((areas * triangles[..., 1].mean(axis=2)).sum(axis=1) / areas.sum(axis=1))
 
 

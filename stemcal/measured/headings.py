@@ -214,8 +214,7 @@ def _narrow(text: str) -> str:
 
 def _columns_named(cells: Sequence[str]) -> int:
     """Count the cells that name a quantity or a specimen; units are not counted."""
-    words = (*FORCE, *TRAVEL, *DIAMETER, *LABEL)
-    return sum(not _bare_unit(cell) and is_called(cell, words) for cell in cells)
+    return sum(not _bare_unit(cell) and is_called(cell, (*FORCE, *TRAVEL, *DIAMETER, *LABEL)) for cell in cells)
 
 
 def _is_unit_row(cells: Sequence[str], every: bool = False) -> bool:

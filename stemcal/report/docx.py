@@ -80,8 +80,7 @@ def _add_table(document: Any, table: PaperTable) -> None:
     for column, width in zip(grid.columns, widths, strict=True):
         column.width = Cm(width)
     grid.rows[0]._tr.get_or_add_trPr().append(OxmlElement("w:tblHeader"))
-    note = document.add_paragraph(f"Note: {table.note}" if table.note else "")
-    note.paragraph_format.space_before = Pt(3)
+    document.add_paragraph(f"Note: {table.note}" if table.note else "").paragraph_format.space_before = Pt(3)
 
 
 def _widths(table: PaperTable) -> tuple[list[float], float]:

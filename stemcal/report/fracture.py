@@ -74,8 +74,7 @@ def _side_faces(shape: Shape) -> tuple[Array, Array]:
 
 def _section_faces(shape: Shape) -> tuple[Array, Array]:
     """Return the faces of remaining elements on the plane y = 0: corners (F, 4, 2) in x and z, and strain (F,)."""
-    behind = shape.reference[shape.hexes].mean(axis=1)[:, 1] > 0.0
-    corners, owner = _faces(shape.hexes, behind)
+    corners, owner = _faces(shape.hexes, shape.reference[shape.hexes].mean(axis=1)[:, 1] > 0.0)
     before = shape.reference[corners]
     edges = np.linalg.norm(before - np.roll(before, 1, axis=1), axis=2)
     close = np.abs(before[:, :, 1].mean(axis=1)) < 0.35 * (float(np.median(edges)) if len(before) else 0.0)

@@ -135,8 +135,7 @@ class Outcome:
 
 def outcome_of(record: Mapping[str, Any], naming: Vocabulary = CUTTING) -> Outcome:
     """Return the outcome in a record, with the further responses that the study lists in `naming`."""
-    ok = record["status"] == "ok"
-    details = record["details"] if ok else {}
+    details = record["details"] if record["status"] == "ok" else {}
     of_curve = of_the_table(details, record["request"]["condition"], naming)
     return Outcome(
         response=record[FIRST],

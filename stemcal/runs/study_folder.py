@@ -155,8 +155,7 @@ class StudyFolder:
 
     def save(self, record: Mapping[str, Any]) -> None:
         """Write a record in full or not at all; its file name is `record["key"]`."""
-        path = self.record_path(record["key"])
-        write_atomic(path, sealed({"record_version": RECORD_VERSION, **record}))
+        write_atomic(self.record_path(record["key"]), sealed({"record_version": RECORD_VERSION, **record}))
 
     def load(self, key: str) -> dict[str, Any] | None:
         """Return a record without its hash; None if there is none. A damaged record is moved to ``runs/damaged``."""
@@ -166,8 +165,7 @@ class StudyFolder:
             logger.warning("%s %s; the record was moved to `runs/damaged`, and its run will be repeated", path, problem)
             with suppress(OSError, StemcalError):
                 damaged = make_folder(self.runs / "damaged")
-                stamp = datetime.now(UTC).strftime("%Y%m%dT%H%M%S%f")
-                path.replace(damaged / f"{path.stem}-{stamp}.json")
+                path.replace(damaged / f"{path.stem}-{datetime.now(UTC).strftime('%Y%m%dT%H%M%S%f')}.json")
                 self.log("record_damaged", key=key)
         return record
 

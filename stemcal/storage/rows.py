@@ -29,8 +29,7 @@ class Rows(tuple[T, ...]):
     def __get_pydantic_core_schema__(cls, source: Any, handler: Any) -> Any:
         from pydantic_core import core_schema
 
-        row = handler.generate_schema(*get_args(source))
-        rows = core_schema.tuple_schema([row], variadic_item_index=0)
+        rows = core_schema.tuple_schema([handler.generate_schema(*get_args(source))], variadic_item_index=0)
         return core_schema.no_info_after_validator_function(cls, rows)
 
     def to_frame(self) -> pd.DataFrame:

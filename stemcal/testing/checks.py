@@ -233,8 +233,7 @@ def _nan_is_a_failed_run(at: SolverAtWork) -> None:
     middle = at.requests[0]
     if not at.solver.asks_people:
         with apart(at.study) as place:
-            wrong = replace(middle, levels=dict.fromkeys(middle.levels, math.nan))
-            (answer,) = at.answers(place, [wrong])
+            (answer,) = at.answers(place, [replace(middle, levels=dict.fromkeys(middle.levels, math.nan))])
         require(
             not answer.ok and bool(answer.reason),
             f"a run with NaN levels must fail and give a reason (status {answer.status!r}, response {answer.response})",

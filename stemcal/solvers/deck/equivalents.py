@@ -84,8 +84,7 @@ def contact_scale(
     masses, step = mass * np.maximum(1.0, wanted / steps) ** 2, max(wanted, float(steps.min()))
     nodal = np.bincount(mesh.hexes.ravel(), np.repeat(masses / 8.0, 8), minlength=len(mesh.nodes))
     face, squared_area_per_volume = _segment(mesh, place)
-    per_factor = material.bulk_modulus * squared_area_per_volume
-    return float(share * nodal[face].mean() / step**2 / per_factor)
+    return float(share * nodal[face].mean() / step**2 / (material.bulk_modulus * squared_area_per_volume))
 
 
 def share_in_openradioss(mesh: Mesh, tool: Mesh, place: tuple[float, float, float]) -> float:

@@ -145,8 +145,7 @@ def ascent_path(effects: ArrayLike, steps: int, rise: bool) -> Array:
             "climb: the estimated effects of all significant factors are zero, so the direction is undefined. Remove "
             "the `climb` section."
         )
-    direction = slopes / longest * (1.0 if rise else -1.0)
-    return np.linspace(0.0, 1.0, steps + 1)[:, None] * direction
+    return np.linspace(0.0, 1.0, steps + 1)[:, None] * (slopes / longest * (1.0 if rise else -1.0))
 
 
 def passed(responses: Sequence[float | None], target: float) -> bool:

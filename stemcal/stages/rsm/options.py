@@ -255,8 +255,7 @@ def _unphysical_runs(draft: Draft, factor: Factor) -> Iterator[Finding]:
     has_axes = rsm.design == "central-composite" and 1 <= k <= _MOST_CCD_FACTORS
     reach, (centre, half_step) = rsm.reach(k) if has_axes else 1.0, rsm.coded(factor.name)
     for end, sign in enumerate("−+"):
-        level = centre + (2 * end - 1) * reach * half_step
-        shown = units.from_internal(factor.internal(level), parameter.unit)
+        shown = units.from_internal(factor.internal(centre + (2 * end - 1) * reach * half_step), parameter.unit)
         if wrong := parameter.outside(shown):
             message = f"the value at coded {sign}{reach:.3g} ({in_unit(shown, parameter.unit)}) {wrong}"
             other = rsm.coding[factor.name][1 - end]

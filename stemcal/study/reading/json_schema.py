@@ -34,8 +34,7 @@ def json_schema() -> dict[str, Any]:
     several = {key: results.pop(key) for key in ("type", "additionalProperties", "maxProperties")}
     results["anyOf"] = [several["additionalProperties"], several]
     schema["$defs"]["Factor"]["required"] = ["name", "low", "high"]
-    own_names = {"anyOf": [{"type": "string"}, {"type": "number"}]}
-    schema["$defs"]["TargetRow"]["additionalProperties"] = own_names
+    schema["$defs"]["TargetRow"]["additionalProperties"] = {"anyOf": [{"type": "string"}, {"type": "number"}]}
     for stage in STAGES.external:
         if (further := stage.section()) is not None:
             own = further.model_json_schema(schema_generator=_Described)

@@ -54,8 +54,7 @@ def _own_names_are_of_programs(draft: Draft) -> Iterator[Finding]:
         ("conditions", draft.naming.condition != DIAMETER),
     ):
         if is_own:
-            title = draft.study.solver.title
-            message = f"the {title} solver returns only the maximum force of a stem"
+            message = f"the {draft.study.solver.title} solver returns only the maximum force of a stem"
             yield Finding((section,), message, f"remove `{section}`, or use `solver: {{kind: command}}`", at_key=True)
 
 
