@@ -127,7 +127,7 @@ def _default(node: Mapping[str, Any]) -> str:
 
 def glossary() -> str:
     """Return the terms of `stemcal explain`."""
-    from stemcal.cli.explain import glossary as terms
+    from stemcal.report.glossary import glossary as terms
 
     rows = [
         (entry.term, entry.chinese, entry.meaning, entry.source)

@@ -1,10 +1,8 @@
 """`stemcal explain`: a glossary of the terms in tables, reports and specs with their sources; the schema of a spec."""
 
-import csv
 import functools
 import json
-from dataclasses import asdict, dataclass
-from importlib.resources import files
+from dataclasses import asdict
 from typing import Annotated
 
 import typer
@@ -13,34 +11,7 @@ from stemcal.cli.console import say, say_json, say_text
 from stemcal.cli.session import AsJson
 from stemcal.errors import UsageError
 from stemcal.formats import near, series
-
-
-@dataclass(frozen=True)
-class Term:
-    """An entry of the glossary: a term, its meaning, its source, its other names and its Chinese name."""
-
-    term: str
-    meaning: str
-    source: str
-    aliases: tuple[str, ...] = ()
-    chinese: str = ""
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """All names of the term."""
-        return (self.term, *self.aliases, *filter(None, [self.chinese]))
-
-
-@functools.cache
-def glossary() -> tuple[Term, ...]:
-    """Return the terms in `glossary.csv`, where aliases are separated by semicolons."""
-    rows = csv.DictReader(files("stemcal.cli").joinpath("glossary.csv").read_text(encoding="utf-8").splitlines())
-    return tuple(
-        Term(
-            row["term"], row["meaning"], row["source"], tuple(filter(None, row["aliases"].split("; "))), row["chinese"]
-        )
-        for row in rows
-    )
+from stemcal.report.glossary import Term, glossary
 
 
 def look_up(term: str) -> list[Term]:

@@ -406,4 +406,32 @@ const profiler = (home, { factors, surfaces, radius, called, holds, first, kept,
 };
 const home = $(".live");
 if (home) window.predict = profiler(home, JSON.parse($("script[type]", home).textContent));
+
+// ---- terms of the glossary, explained on hover: each once in a heading, cell, paragraph or caption
+
+const plain = text => text.trim().toLowerCase().replaceAll("_", " ");
+const explain = (block, meanings, pattern) => {
+  const whole = meanings[plain(block.textContent)], seen = new Set();
+  if (whole) return void (block.title = whole);
+  const walker = document.createTreeWalker(block, NodeFilter.SHOW_TEXT), nodes = [];
+  while (walker.nextNode()) nodes.push(walker.currentNode);
+  for (const node of nodes) {
+    if (node.parentElement.closest("abbr, button, code, script, style, svg")) continue;
+    const parts = node.data.split(pattern).map((part, i) => {
+      const name = plain(part), meaning = meanings[name] ?? meanings[name.replace(/s$/, "")];
+      if (i % 2 === 0 || !meaning || seen.has(meaning)) return part;
+      seen.add(meaning);
+      return make("abbr", { title: meaning }, part);
+    });
+    if (parts.length > 1) node.replaceWith(...parts);
+  }
+};
+const glossary = $("#glossary");
+if (glossary) {
+  const meanings = JSON.parse(glossary.textContent);
+  const long = Object.keys(meanings).filter(name => name.length > 3 || /\W/.test(name)).sort((a, b) => b.length - a.length);
+  const names = long.map(name => name.replace(/[^\p{L}\p{N}]/gu, c => c === " " ? "[ _]" : `\\u{${c.codePointAt(0).toString(16)}}`));
+  const pattern = new RegExp(`(?<![\\p{L}\\p{N}_])((?:${names.join("|")})s?)(?![\\p{L}\\p{N}_])`, "giu");
+  for (const block of all("h2, h3, th, dt, p, li, summary, figcaption", $("main"))) explain(block, meanings, pattern);
+}
 })();

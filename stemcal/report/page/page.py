@@ -19,6 +19,7 @@ from stemcal.drawing.table import Table, showable
 from stemcal.errors import UsageError
 from stemcal.formats import counted, series, short
 from stemcal.report.gallery import gallery
+from stemcal.report.glossary import glossary
 from stemcal.report.outcome import certainty, failures_of, outcome_sentences, showing_of, shown_notes, tables_of
 from stemcal.report.page.headline import first_remedy, headline, lead, made_with, quantity_calibrated, question
 from stemcal.report.records import Records, provenance_rows, read_records, run_warnings, spec_hash
@@ -133,10 +134,15 @@ def render(study: Study, folder: StudyFolder, what: _Shown | None = None) -> str
         provenance=[*provenance_rows(records), *made_with(study, spec_hash(study))],
         css=(css := f"{page_part('page.css')}{shared.css}"),
         marks=shared.defs,
+        terms={_plain(name): term.meaning.replace("`", "") for term in glossary() for name in term.names[::-1]},
         script=script,
         policy=policy(css, script),
         profiler=next(filter(None, profilers), None),
     )
+
+
+def _plain(name: str) -> str:
+    return name.lower().replace("_", " ")
 
 
 def coded(text: str) -> Markup:
