@@ -52,11 +52,18 @@ def test_terms_of_the_page_are_explained(replayed: tuple[Any, Any], tmp_path: Pa
     done = subprocess.run([str(CHROMIUM), *options, place], capture_output=True, text=True, timeout=120, check=True)
     parser = Blocks()
     parser.feed(done.stdout)
-    meanings = {name.lower().replace("_", " "): one.meaning for one in glossary() for name in one.names[::-1]}
+    meanings = {
+        name.lower().replace("_", " "): one.meaning.replace("`", "") for one in glossary() for name in one.names[::-1]
+    }
     names = sorted((re.escape(name) for name in meanings if len(name) > 3), key=len, reverse=True)
     terms = re.compile(rf"(?<!\w)(?:{'|'.join(names)})(?=s?(?!\w))", re.IGNORECASE)
     used = [(terms.findall("".join(text)), titles) for text, titles in parser.found]
-    missing = {name for found, titles in used for name in found if meanings[name.lower()] not in titles}
-    assert missing == set()
+    missing = [
+        ("".join(text), name)
+        for (text, titles), (found, _) in zip(parser.found, used, strict=True)
+        for name in found
+        if meanings[name.lower()] not in titles
+    ]
+    assert missing == []
     assert sum(len(found) for found, _ in used) > 150
     assert {meanings["f"], meanings["df"]} <= {title for _, titles in used for title in titles}

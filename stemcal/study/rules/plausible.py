@@ -29,7 +29,6 @@ _RANGES: dict[tuple[str, str], tuple[float, float, str]] = {
     ("blade", "width"): (1, 500, "mm"),
     ("blade", "edge_spread"): (0.05, 10, "mm"),
     ("material", "internal_length"): (0.05, 20, "mm"),
-    ("supports", "fillet_radius"): (0.01, 50, "mm"),
     ("loading", "duration"): (1e-5, 1000, "s"),
     ("loading", "stroke"): (0.01, 500, "mm"),
     ("solver", "element_size"): (0.05, 10, "mm"),

@@ -93,6 +93,7 @@ SETTINGS: dict[str, Setting] = {
     "thickness": Setting("blade", _length("blade thickness", 0.1, 50)),
     "speed": Setting("loading", Parameter("blade speed", "speed", "mm/s", 0, False, _NO_LIMIT, False, (0.01, 1e5))),
     "clearance": Setting("supports", _length("clearance", 0.1, 500)),
+    "fillet_radius": Setting("supports", _length("fillet radius of the supports", 0.01, 50, zero=True)),
     "height": Setting("supports", _length("cutting height", 1, 2000), in_decks=False),
     "outer_diameter": Setting("specimen", _length("outer diameter", 1, 100)),
     "diameter_ratio": Setting("specimen", Parameter("diameter ratio", "dimensionless", "1", 0, True, 1, False, (0, 1))),
@@ -126,10 +127,11 @@ class Factor(Frozen):
 
     name: FactorName
     """Name of the factor in tables and files. The `embedded` and `deck` solvers accept nine material parameters and
-    nine settings of the test, which have the names of their keys: `edge_angle`, `sliding_angle`, `edge_radius`,
-    `thickness` (of the blade), `speed`, `clearance`, `height`, `outer_diameter` and `diameter_ratio`. Decks have
-    neither `sliding_angle` nor `height`. `bevel` cannot be a factor because it is a word, not a range. The `embedded`
-    solver also accepts the coefficient of friction `stem_friction`. With the other solvers, any name is allowed."""
+    ten settings of the test, which have the names of their keys: `edge_angle`, `sliding_angle`, `edge_radius`,
+    `thickness` (of the blade), `speed`, `clearance`, `fillet_radius`, `height`, `outer_diameter` and `diameter_ratio`.
+    With layers, also their thicknesses, such as `skin_thickness`. Decks have neither `sliding_angle` nor `height`.
+    `bevel` cannot be a factor because it is a word, not a range. The `embedded` solver also accepts the coefficient of
+    friction `stem_friction`. With the other solvers, any name is allowed."""
     symbol: Symbol
     """Symbol of the factor in tables and equations; by default X1 for the first factor, X2 for the second, and so
     on."""

@@ -19,7 +19,7 @@ LEVELS = {
     "edge_angle": (25.0, "25 deg"), "sliding_angle": (20.0, "20 deg"),
     "edge_radius": (0.2, "0.2 mm"), "thickness": (2.0, "2 mm"),
     "speed": (0.5, "500 mm/s"), "clearance": (12.0, "12 mm"), "outer_diameter": (8.5, "8.5 mm"),
-    "diameter_ratio": (0.45, 0.45), "height": (12.0, "12 mm"),
+    "diameter_ratio": (0.45, 0.45), "height": (12.0, "12 mm"), "fillet_radius": (0.5, "0.5 mm"),
 }  # fmt: skip
 
 
