@@ -1,13 +1,15 @@
 """The top box of the page: every reason in a line, in the order of the verdict."""
 
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
+from fakes import make_study
 
 from stemcal.notes import Note
 from stemcal.report.page import headline as module
-from stemcal.report.page.headline import Card, headline, lead
+from stemcal.report.page.headline import Card, headline, lead, question
 from stemcal.report.page.page import _plots_of
 from stemcal.stages.verdict.result import Verdict
 
@@ -41,3 +43,8 @@ def test_a_figure_is_in_its_own_section() -> None:
         SimpleNamespace(section=s, on_page=shown) for s, shown in (("rsm", True), ("runs", True), ("rsm", False))
     ]
     assert _plots_of("rsm", plots) == plots[:1] and _plots_of("runs", plots) == plots[1:2]
+
+
+def test_the_question_of_a_cut_names_its_stems(tmp_path: Path) -> None:
+    asked = question(make_study(tmp_path))
+    assert asked == "Which parameter values reproduce the measured maximum force of stems with a diameter of 8 mm?"

@@ -4,6 +4,8 @@ from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -25,6 +27,7 @@ from stemcal.stages.optimise.analysis import _is_physical_bound, gain_of
 from stemcal.stages.optimise.result import Cutter, OptimiseResult
 from stemcal.stages.optimise.search import NoneAllowed, Problem, find_optimum, intervals_of
 from stemcal.stages.optimise.showing import OptimiseShowing
+from stemcal.stages.optimise.verdict_rules import limit_exceeded
 from stemcal.stages.results import fresh_results
 from stemcal.stages.stage import stage_called, stages_of
 from stemcal.stages.verdict.result import Verdict
@@ -32,7 +35,7 @@ from stemcal.stages.verdict.verdict_rules import verdict_of
 from stemcal.stages.work import HERE
 from stemcal.study.reading import load_study
 from stemcal.testing import check_stage
-from stemcal.vocabulary import Wording
+from stemcal.vocabulary import CUTTING, Wording
 
 SLOW = pytest.mark.slow
 NAMES = ("a", "b", "c", "e")
@@ -327,3 +330,10 @@ def test_shipped_study_of_a_cutter() -> None:
     assert not study.pending or "stemcal run" in study.pending
     assert [stage.name for stage in stages_of(study)] == ["rsm", "optimise"]
     assert study.material.from_ == "../runs/wild-chrysanthemum"
+
+
+@pytest.mark.parametrize(("simulated", "exceeded"), [(149.0, 0), (150.0, 0), (150.5, 1), (None, 0)])
+def test_a_limit_is_exceeded_above_it(simulated: float | None, exceeded: int) -> None:
+    result = SimpleNamespace(limits={"force": 150.0}, naming=CUTTING, simulated={"force": simulated})
+    evidence: Any = SimpleNamespace(of=lambda _: result)
+    assert len(list(limit_exceeded(evidence))) == exceeded

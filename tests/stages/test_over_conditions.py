@@ -18,6 +18,7 @@ from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.stages.fitting import fit_of_study
 from stemcal.stages.invert.result import InvertResult
+from stemcal.stages.rsm.options import dimensions
 from stemcal.stages.rsm.over import condition_axis
 from stemcal.stages.rsm.result import RsmResult
 from stemcal.study.model.study import Study
@@ -251,3 +252,17 @@ def test_a_condition_that_may_be_zero_has_no_logarithm(tmp_path: Path) -> None:
     assert [axis.center for axis in axes] == pytest.approx([5.0, 0.5 * log(10.0)])
     reach = [axis.coded(10.0) for axis in axes]
     assert reach[0] == pytest.approx(reach[1]) and axes[0].coded(0.0) == pytest.approx(-reach[0])
+
+
+@pytest.mark.parametrize(
+    ("factors", "names", "coordinates"),
+    [(TWO_FACTORS, ["yield_stress", "failure_strain"], 3), (GROWING, ["growth", "yield_stress", "failure_strain"], 3)],
+)
+def test_the_condition_is_a_coordinate_and_an_exponent_is_none(
+    tmp_path: Path, factors: str, names: list[str], coordinates: int
+) -> None:
+    rows = "".join(f"  - {{diameter: {d:g} mm, force: {110 * (d / 8) ** 2:g} N}}\n" for d in DIAMETERS)
+    over = OVER.replace("yield_stress, failure_strain", ", ".join(names))
+    for text, count in ((over, coordinates), (over.replace("over: conditions, ", ""), len(names))):
+        (tmp_path / "over.yaml").write_text(f"{factors}{text}targets:\n{rows}", encoding="utf-8")
+        assert dimensions(load_study(tmp_path / "over.yaml"), names) == count

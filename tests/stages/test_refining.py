@@ -104,6 +104,9 @@ def test_steps_lead_to_a_level_and_stay_where_a_surface_is_flat() -> None:
         return SimpleNamespace(predict=lambda x: np.array([100.0 + rising @ x]), gradient=lambda x: rising)
 
     assert toward(surface([20.0, 10.0]), 110.0, region, start, 1.0) == pytest.approx([0.4, 0.2])
+    # from (0.1, −0.1), where y is 101, by 9/500 of the slope
+    beside = toward(surface([20.0, 10.0]), 110.0, region, np.array([0.1, -0.1]), 1.0)
+    assert beside == pytest.approx([0.46, 0.08])
     near = toward(surface([20.0, 10.0]), 110.0, region, start, 0.05 * 20**0.5)
     assert near == pytest.approx([0.2, 0.1])
     assert toward(surface([0.0, 0.0]), 110.0, region, np.array([0.3, -0.2]), 1.0).tolist() == [0.3, -0.2]

@@ -8,7 +8,8 @@ from fakes import make_study
 
 from stemcal.runs.record import Outcome
 from stemcal.solvers.protocol import Request
-from stemcal.stages.refine.analysis import later, refine_notes
+from stemcal.stages.refine.analysis import _range, later, refine_notes
+from stemcal.stages.refine.options import RefineOptions
 from stemcal.stages.refine.result import AdjustedFactor, RefineResult, RefineRow, RefineRun, SimulatedBy, Stopped
 from stemcal.stages.refine.showing import RefineShowing
 from stemcal.stages.result import Head
@@ -118,3 +119,13 @@ def test_the_usual_rounds_and_the_most_runs(
 
 def test_a_study_that_refines_nothing_has_no_rounds(tmp_path: Path) -> None:
     assert later(make_study(tmp_path)) is None
+
+
+def test_the_failure_strain_moves_further_on_another_mesh(tmp_path: Path) -> None:
+    """From a tenth of its lower end, 0.01, up to 1; a factor with limits keeps them, any other its range."""
+    study, free = make_study(tmp_path), RefineOptions()
+    limited = RefineOptions(adjust={"failure_strain": (0.02, 0.2)})
+    assert _range(study, free, "failure_strain", same_mesh=False) == pytest.approx((0.001, 1.0))
+    assert _range(study, free, "failure_strain", same_mesh=True) == (0.01, 0.05)
+    assert _range(study, free, "yield_stress", same_mesh=False) == (10.0, 20.0)
+    assert _range(study, limited, "failure_strain", same_mesh=False) == (0.02, 0.2)
