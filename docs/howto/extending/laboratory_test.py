@@ -32,5 +32,5 @@ class Stretched(Kind):
         ends = np.isclose(np.abs(mesh.nodes[:, 0]), 0.5 * stem.length)
         return np.repeat(ends[:, None], 3, axis=1)
 
-    def motion(self, mesh, stem, loading, poisson_ratio):
+    def motion(self, mesh, stem, loading, laws):
         return loading.speed / stem.length * mesh.nodes * [1.0, 0.0, 0.0]

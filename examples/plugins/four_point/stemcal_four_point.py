@@ -9,7 +9,7 @@ proportional limit. In a spec::
       - {test: four, diameter: 8 mm, proportional_limit: 40 N, sd: 3 N, n: 10}
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from math import ceil, hypot, pi
@@ -20,6 +20,7 @@ import numpy as np
 from stemcal.cutting.build import stem_mesh
 from stemcal.cutting.parts import Discretisation, Loading, Stem
 from stemcal.fem.contact import Tool
+from stemcal.fem.material import Material
 from stemcal.fem.mesh import Mesh
 from stemcal.laboratory import Array, Kind
 from stemcal.laboratory.build import roller
@@ -44,12 +45,12 @@ class FourPointSection(PieceSection):
     def long(self, diameter: float) -> float:
         return 1.2 * self.span.at(diameter) if self.length is None else self.length.at(diameter)
 
-    def misfits(self, diameter: float) -> Iterator[tuple[str, str, str]]:
+    def misfits(self, diameter: float, ratio: float) -> Iterator[tuple[str, str, str]]:
         if self.inner.at(diameter) >= self.span.at(diameter):
             yield "inner", "the noses are not between the supports", "move them closer"
         if self.long(diameter) <= self.span.at(diameter):
             yield "length", "the piece does not reach over the supports", "take a longer piece"
-        yield from super().misfits(diameter)
+        yield from super().misfits(diameter, ratio)
 
 
 class FourPoint(LaboratoryKind):
@@ -106,7 +107,7 @@ class FourPointBending(Kind):
         nose = roller(0.5 * self.inner, self.radius, -loading.speed, height + loading.gap)
         return nose, roller(0.5 * self.span, self.radius, 0.0, -height)
 
-    def motion(self, mesh: Mesh, stem: Stem, loading: Loading, poisson_ratio: float) -> Array:
+    def motion(self, mesh: Mesh, stem: Stem, loading: Loading, laws: Sequence[Material]) -> Array:
         """Return the velocities of a slender beam; with s from the support, c from there to the nose, and span L:
 
         w ∝ s (3c(L − c) − s²) up to the nose, c (3s(L − s) − c²) between the noses, straight beyond the supports.
