@@ -38,12 +38,13 @@ from itertools import product
 import numpy as np
 from scipy.stats.qmc import LatinHypercube
 
+from stemcal.arrays import Array
 from stemcal.doe.calibration import region
 from stemcal.doe.calibration.confidence_intervals import _CLOUD, _held_at, predicted_interval, settled
 from stemcal.doe.calibration.likelihood import Fit, Prior, fit
 from stemcal.doe.calibration.observations import Observation
 from stemcal.doe.calibration.region import Region
-from stemcal.doe.coding import Array, Coding, term_columns
+from stemcal.doe.coding import Coding, term_columns
 from stemcal.doe.designs import axial_distance, box_behnken, central_composite
 from stemcal.doe.regression.section import Place, Section, fit_whole, left_out_percent
 from stemcal.doe.regression.surface import Surface, fit_surface

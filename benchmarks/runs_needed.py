@@ -32,7 +32,7 @@ import numpy as np
 from scipy.interpolate import RegularGridInterpolator
 from scipy.optimize import least_squares, minimize
 
-from stemcal.doe.coding import Array
+from stemcal.arrays import Array
 from stemcal.drawing.style import BLUE, FAINT, new_figure
 from stemcal.runs.answer import watch_nothing
 from stemcal.runs.executors import InlineExecutor

@@ -11,12 +11,11 @@ from math import isfinite
 from typing import Any, Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from stemcal.arrays import Array
 from stemcal.errors import UsageError
 from stemcal.registry import Registry
-
-Array = NDArray[np.float64]
 
 CUT = "cut"  # the cutting test that the sections of a spec describe
 FURTHER_CUT = "cutting"  # the kind of the further cutting tests, those in the section `tests` of a spec

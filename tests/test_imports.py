@@ -12,7 +12,18 @@ PACKAGE = Path(__file__).parents[1] / "stemcal"
 
 LAYERS = (
     (
-        *("errors", "formats", "notes", "power_law", "registry", "version", "responses", "vocabulary", "storage"),
+        *(
+            "arrays",
+            "errors",
+            "formats",
+            "notes",
+            "power_law",
+            "registry",
+            "version",
+            "responses",
+            "vocabulary",
+            "storage",
+        ),
         "processes",
     ),
     ("fem.kernels", "fem", "cutting", "doe", "measured"),

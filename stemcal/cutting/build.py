@@ -5,8 +5,8 @@ from itertools import pairwise
 from math import ceil, cos, inf, pi, radians, sin
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stemcal.arrays import Array
 from stemcal.cutting.constraints import held_components
 from stemcal.cutting.parts import SHARES, Discretisation, ShearTest, Stem
 from stemcal.fem.contact import Tool
@@ -15,8 +15,6 @@ from stemcal.fem.material import Layers, Material
 from stemcal.fem.mesh import SQUARE, Mesh, hollow_cylinder, solid_cylinder, square_of_solid
 from stemcal.fem.model import Model
 from stemcal.fem.parting import doubled
-
-Array = NDArray[np.float64]
 
 # On either side of the edge, this share of the elements has the same length as those under the edge.
 EVEN_SHARE = 0.3

@@ -1,13 +1,13 @@
 """Constraints of the stem: the mirror planes of a half or quarter model and the clamp of a held end."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stemcal.arrays import Mask
 from stemcal.cutting.parts import ShearTest, Symmetry
 from stemcal.fem.mesh import Mesh
 
 
-def mirrors(mesh: Mesh, symmetry: Symmetry) -> NDArray[np.bool_]:
+def mirrors(mesh: Mesh, symmetry: Symmetry) -> Mask:
     """Return (N, 3) the velocity components fixed by mirror planes: x on x = 0 (quarter), y on y = 0 (also half)."""
     held = np.zeros(mesh.nodes.shape, dtype=bool)
     if symmetry == "quarter":
@@ -17,7 +17,7 @@ def mirrors(mesh: Mesh, symmetry: Symmetry) -> NDArray[np.bool_]:
     return held
 
 
-def held_components(mesh: Mesh, test: ShearTest) -> NDArray[np.bool_]:
+def held_components(mesh: Mesh, test: ShearTest) -> Mask:
     """Return (N, 3) the velocity components fixed by the mirror planes and the clamp."""
     held, x = mirrors(mesh, test.discretisation.symmetry), mesh.nodes[:, 0]
     if test.supports.kind != "span":

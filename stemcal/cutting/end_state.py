@@ -11,10 +11,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from stemcal.arrays import Array, Ints, Mask
 from stemcal.fem.model import Model
 from stemcal.fem.stepper import History
-
-Array = NDArray[np.float64]
 
 LARGEST = 40_000  # nodes; a finer body is not kept in records
 # Arrays of a shape: type in the record, number of columns (0 for a vector), type in memory.
@@ -38,8 +37,8 @@ class Shape:
 
     reference: Array
     nodes: Array
-    hexes: NDArray[np.int32]
-    standing: NDArray[np.bool_]
+    hexes: Ints
+    standing: Mask
     plastic_strain: Array
     tools: tuple[Array, ...]
     symmetry: str

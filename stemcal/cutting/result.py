@@ -6,6 +6,7 @@ from math import cos, radians, sin
 import numpy as np
 from numpy.typing import NDArray
 
+from stemcal.arrays import Array
 from stemcal.cutting import checks
 from stemcal.cutting.end_state import Shape
 from stemcal.cutting.parts import Discretisation, Loading
@@ -14,8 +15,6 @@ from stemcal.fem.kernels.nodes import EDGE, FRICTION, SURFACE
 from stemcal.fem.material import Material
 from stemcal.fem.stepper import History
 from stemcal.notes import Note
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

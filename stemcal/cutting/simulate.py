@@ -3,9 +3,7 @@
 import time
 from dataclasses import replace
 
-import numpy as np
-from numpy.typing import NDArray
-
+from stemcal.arrays import Array
 from stemcal.cutting.build import build
 from stemcal.cutting.end_state import shape_of
 from stemcal.cutting.parts import SHARES, ShearTest, Symmetry
@@ -28,7 +26,7 @@ def shear(test: ShearTest, inspect: Inspect | None = None) -> CuttingResult:
     severing = Severing(model.mesh)
     started = time.perf_counter()
 
-    def report(t: float, forces: NDArray[np.float64], deleted: int) -> bool:
+    def report(t: float, forces: Array, deleted: int) -> bool:
         if whole:
             return severing.time is not None
         return breaking.is_past(scale * float(forces[0, 2]), deleted) and how.stop_after_peak

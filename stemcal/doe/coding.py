@@ -10,9 +10,8 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from stemcal.arrays import Array
 from stemcal.errors import UsageError
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from typing import Literal
 
 import numpy as np
 
-from stemcal.doe.coding import Array
+from stemcal.arrays import Array
 from stemcal.doe.regression.least_squares import fit_least_squares
 from stemcal.errors import UsageError
 from stemcal.notes import Note

@@ -12,7 +12,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from stemcal.doe.coding import Array, term_columns
+from stemcal.arrays import Array
+from stemcal.doe.coding import term_columns
 from stemcal.doe.factorial import fraction, full_factorial, plackett_burman
 from stemcal.errors import UsageError
 from stemcal.registry import Checked, ForeignError, Registry, contained

@@ -5,9 +5,8 @@ from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from stemcal.doe.coding import Array
+from stemcal.arrays import Array, Mask
 from stemcal.doe.lenth import Lenth, lenth
 from stemcal.doe.regression.least_squares import NEGLIGIBLE, ROUNDING, LeastSquares, f_test
 from stemcal.notes import Note
@@ -95,7 +94,7 @@ def effects_of(
 # Centre runs with exactly the same response count as one run.
 
 
-def centre_runs(design: Array) -> NDArray[np.bool_]:
+def centre_runs(design: Array) -> Mask:
     """Return a mask of the centre points among the runs of a two-level design, (n,)."""
     centre = ~np.any(design, axis=1)
     return np.asarray(centre if not centre.all() else np.zeros(len(design), dtype=bool))

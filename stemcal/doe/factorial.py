@@ -18,7 +18,7 @@ from operator import xor
 
 import numpy as np
 
-from stemcal.doe.coding import Array
+from stemcal.arrays import Array
 from stemcal.errors import UsageError
 
 _LETTERS = "ABCDEFGHJKLMNOPQ"  # I is the identity

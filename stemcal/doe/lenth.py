@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stemcal.doe.coding import Array
+from stemcal.arrays import Array
 from stemcal.doe.regression.least_squares import t_quantile
 
 FEWEST = 3  # number of effects that the method requires

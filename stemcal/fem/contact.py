@@ -5,8 +5,8 @@ from functools import lru_cache
 from math import ceil
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stemcal.arrays import Array, Ints
 from stemcal.fem.kernels.contact import SAMPLES, EdgeArrays, FrictionNumbers, ToolArrays, outline_distance
 from stemcal.fem.kernels.search import FACES, Topology
 from stemcal.fem.kernels.spread_edge import SpreadEdge
@@ -65,7 +65,7 @@ class Contact:
         return FrictionNumbers(self.static_friction, self.dynamic_friction, self.decay, self.penalty, self.damping)
 
 
-def with_skin(tools: ToolArrays, topology: Topology, mass: NDArray[np.float64]) -> ToolArrays:
+def with_skin(tools: ToolArrays, topology: Topology, mass: Array) -> ToolArrays:
     """Return the tools with the crowned surface faces for the tools whose contact is with faces.
 
     The mass (N,) of a node is divided equally among these faces around it.
@@ -115,7 +115,7 @@ def tool_arrays(tools: tuple[Tool, ...], nodes: int) -> ToolArrays:
 POINTS_PER_FACE = 4
 
 
-def edge_arrays(tools: tuple[Tool, ...], x: NDArray[np.float64], size: float) -> EdgeArrays:
+def edge_arrays(tools: tuple[Tool, ...], x: Array, size: float) -> EdgeArrays:
     """Return sample points along the first tool edge that acts along a line, four per element of a size in mm.
 
     The points are symmetric about y = 0 and extend one element beyond the body.
@@ -145,7 +145,7 @@ _CHOSEN_ON = 0.56
 _WIDEST = 1.2
 
 
-def spread_edge(tools: tuple[Tool, ...], x: NDArray[np.float64], hexes: NDArray[np.int32], size: float) -> SpreadEdge:
+def spread_edge(tools: tuple[Tool, ...], x: Array, hexes: Ints, size: float) -> SpreadEdge:
     """Return the rows (contact constraints, `kernels.spread_edge`) along the first spread edge, without a cut plane.
 
     x: Positions of the nodes (N, 3), mm; a body that ends at the edge, or at y = 0, is mirrored there.
@@ -204,7 +204,7 @@ def spread_edge(tools: tuple[Tool, ...], x: NDArray[np.float64], hexes: NDArray[
     )
 
 
-def _gap_beside(tool: Tool, s: NDArray[np.float64]) -> NDArray[np.float64]:
+def _gap_beside(tool: Tool, s: Array) -> Array:
     """Return the distances (mm) from a tool to the points beside its edge by s (mm), at the height of the edge.
 
     The distance is |s| for an edge without angle and radius, and less beside flanks and rounding.
@@ -222,13 +222,13 @@ def _reach_beside(tool: Tool) -> tuple[float, float]:
     return left, right
 
 
-def _length_beneath(x: NDArray[np.float64], reach: float) -> float:
+def _length_beneath(x: Array, reach: float) -> float:
     """Return the median extent along x (mm) of the elements within reach of an edge, from the corners' x (E, 8)."""
     near = x[(x.min(axis=1) < reach) & (x.max(axis=1) > -reach)]
     return float(np.median(np.ptp(near, axis=1))) if len(near) else 0.0
 
 
-def _across(tool: Tool, mirrored: bool, h: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _across(tool: Tool, mirrored: bool, h: float) -> tuple[Array, Array]:
     """Return the sample positions across a spread edge on elements of length h (mm), and their weights.
 
     The weight is the bell of the distance from the tool. Linear shape functions share a force between two nodes, which
@@ -246,13 +246,11 @@ def _across(tool: Tool, mirrored: bool, h: float) -> tuple[NDArray[np.float64], 
     return (across[across > 0.0], weight[across > 0.0]) if mirrored else (across, weight)
 
 
-def _bell(s: NDArray[np.float64]) -> NDArray[np.float64]:
+def _bell(s: Array) -> Array:
     return np.asarray(np.maximum(1.0 - s * s, 0.0) ** 2)
 
 
-def _lines_of_rows(
-    rows: NDArray[np.float64], along: NDArray[np.float64], a: float, half: bool
-) -> tuple[NDArray[np.int32], NDArray[np.float64], NDArray[np.float64]]:
+def _lines_of_rows(rows: Array, along: Array, a: float, half: bool) -> tuple[Ints, Array, Array]:
     """Return (R, M) the lines within `a` of each row, their distances along the edge, and −1 for images, else 1."""
     images = -along[::-1] if half else along[:0]
     y = np.concatenate([images, along])
@@ -267,7 +265,7 @@ def _lines_of_rows(
     return lines, distance, image
 
 
-def _places(ends: tuple[float, float], spacing: float) -> NDArray[np.float64]:
+def _places(ends: tuple[float, float], spacing: float) -> Array:
     """Return positions `spacing` apart and symmetric about 0 that cover the interval between the ends."""
     first, last = np.floor(ends[0] / spacing), np.ceil(ends[1] / spacing)
     return np.asarray((np.arange(first, last) + 0.5) * spacing, dtype=np.float64)

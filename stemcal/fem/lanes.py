@@ -17,11 +17,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from stemcal.arrays import Array, Ints
 from stemcal.fem.kernels.block import LANES, RUNS
 from stemcal.fem.kernels.compile import RUN
-
-Array = NDArray[np.float64]
-Ints = NDArray[np.int32]
 
 # Up to this number of nodes between successive elements, lanes stay empty; beyond it a new run begins.
 _SHORT = RUN // 2

@@ -8,13 +8,10 @@ from math import cos, pi, sin
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stemcal.arrays import Array, Ints
 from stemcal.fem.kernels import hexahedron
 from stemcal.fem.kernels.search import FACES, Topology
-
-Array = NDArray[np.float64]
-Ints = NDArray[np.int32]
 
 _PORTION = 4096  # elements
 

@@ -4,13 +4,12 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stemcal.arrays import Array, Mask
 from stemcal.fem.contact import Contact, Tool
 from stemcal.fem.material import BulkViscosity, Layers, Material
 from stemcal.fem.mesh import Mesh
 
-Array = NDArray[np.float64]
 Precision = Literal["mixed", "double"]
 
 
@@ -59,7 +58,7 @@ class Model:
     hourglass: float = 0.01
     viscosity: BulkViscosity = field(default_factory=BulkViscosity)
     integration: Integration = field(default_factory=Integration)
-    held: NDArray[np.bool_] | None = None
+    held: Mask | None = None
     velocity: Array | None = None
     loads: Array | None = None
     crowns: Array | None = None

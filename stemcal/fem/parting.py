@@ -3,16 +3,13 @@
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stemcal.arrays import Array, Ints, Mask
 from stemcal.fem.contact import Tool
 from stemcal.fem.kernels.parting import SKIN, CutPlane
 from stemcal.fem.kernels.search import FACES
 from stemcal.fem.kernels.spread_edge import SpreadEdge
 from stemcal.fem.mesh import Mesh
-
-Array = NDArray[np.float64]
-Ints = NDArray[np.int32]
 
 _HAIR = 1.0e-9  # mm
 # Elements nearer to the plane than half the blade's thickness plus this number of internal lengths are never deleted:
@@ -45,7 +42,7 @@ def joined(mesh: Mesh, tools: tuple[Tool, ...]) -> Mesh:
     return replace(mesh, hexes=node[mesh.hexes])
 
 
-def spared(mesh: Mesh, tools: tuple[Tool, ...], length: float) -> NDArray[np.bool_]:
+def spared(mesh: Mesh, tools: tuple[Tool, ...], length: float) -> Mask:
     """Return a mask (E,) of elements near the cut plane, which are never deleted; `length` is the internal length."""
     if (tool := parts_under(tools)) < 0:
         return np.zeros(len(mesh.hexes), dtype=bool)

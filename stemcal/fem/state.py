@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from stemcal.arrays import Array, Ints, Mask
 from stemcal.errors import SimulationFailed
 from stemcal.fem.contact import edge_arrays, spread_edge, tool_arrays, with_skin
 from stemcal.fem.kernels import block
@@ -26,17 +27,15 @@ from stemcal.fem.mesh import Mesh
 from stemcal.fem.model import Model
 from stemcal.fem.parting import cut_plane, joined, parts_under, spared
 
-Array = NDArray[np.float64]
-
 
 def exchange(
     mesh: Mesh,
-    neighbours: NDArray[np.int32],
+    neighbours: Ints,
     failure_strain: float | Array,
     length: float | Array,
     strains: Array,
     materials: NDArray[np.int_] | None = None,
-    spared: NDArray[np.bool_] | None = None,
+    spared: Mask | None = None,
 ) -> Exchange:
     """Return the arrays that average plastic strain over an internal length; with length 0 failure is local.
 
@@ -63,7 +62,7 @@ def exchange(
     return Exchange(share, around, passes, np.full(elements, failure_strain), spared, *means)
 
 
-def _conductances(mesh: Mesh, neighbours: NDArray[np.int32]) -> Array:
+def _conductances(mesh: Mesh, neighbours: Ints) -> Array:
     """Return T = |A·d|/|d|² of each face (E, 6), mm: A is its area vector, d the vector to the neighbour's centre.
 
     For a face without a neighbour the neighbour's centre is the element's mirror image.

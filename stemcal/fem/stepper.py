@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from stemcal.arrays import Array, Mask
 from stemcal.errors import SimulationFailed
 from stemcal.fem.kernels import block
 from stemcal.fem.kernels.block import ALIVE, HOURGLASS_ENERGY, INTERNAL_ENERGY, PLASTIC_RATE
@@ -18,8 +19,6 @@ from stemcal.fem.kernels.march import COLLAPSED, GOING_ON, INVERTED, NOT_FINITE,
 from stemcal.fem.kernels.nodes import CHUNK, KINDS, copy_for_elements, kinetic_energy
 from stemcal.fem.model import Model
 from stemcal.fem.state import State, scratch_like, start
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -57,7 +56,7 @@ class History:
     steps: int
     x: Array
     state: Array
-    standing: NDArray[np.bool_]
+    standing: Mask
     added_mass: float
 
     @property

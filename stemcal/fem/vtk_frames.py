@@ -8,11 +8,11 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 from numpy.typing import NDArray
 
+from stemcal.arrays import Array
 from stemcal.fem.kernels.block import PLASTIC_STRAIN, STRESS
 from stemcal.fem.state import State
 from stemcal.storage.atomic import write_atomic
 
-Array = NDArray[np.float64]
 Values = NDArray[np.generic]
 
 _VTK_HEXAHEDRON = 12

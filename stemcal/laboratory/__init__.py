@@ -9,15 +9,14 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
+
+from stemcal.arrays import Array, Mask
 
 if TYPE_CHECKING:
     from stemcal.cutting.parts import Discretisation, Loading, Stem
     from stemcal.fem.contact import Tool
     from stemcal.fem.material import Material
     from stemcal.fem.mesh import Mesh
-
-Array = NDArray[np.float64]
 
 
 class Kind:
@@ -58,7 +57,7 @@ class Kind:
         """Return the rigid tools, the moving one first; with a mirror plane x = 0, only those at x ≥ 0."""
         return ()
 
-    def driven(self, mesh: Mesh, stem: Stem) -> NDArray[np.bool_]:
+    def driven(self, mesh: Mesh, stem: Stem) -> Mask:
         """Return (N, 3) the velocity components prescribed by `motion` at all times; none by default."""
         return np.zeros(mesh.nodes.shape, dtype=bool)
 

@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
-from stemcal.laboratory import Array, Kind
+from stemcal.arrays import Array, Mask
+from stemcal.laboratory import Kind
 from stemcal.study.model.laboratory_kind import LaboratoryKind, PieceSection
 
 if TYPE_CHECKING:
@@ -93,7 +93,7 @@ class Axial(Kind):
         thinner = 1.0 - _WAIST * np.cos(np.pi * mesh.nodes[:, :1] / stem.length) ** 2
         return replace(mesh, nodes=np.hstack([mesh.nodes[:, :1], thinner * mesh.nodes[:, 1:]]))
 
-    def driven(self, mesh: Mesh, stem: Stem) -> NDArray[np.bool_]:
+    def driven(self, mesh: Mesh, stem: Stem) -> Mask:
         """Return the components of the nodes at both ends: along the axis, and across it where the ends are held.
 
         At lubricated ends, the nodes next to the planes y = 0 and z = 0 do not move across these planes, so that an end

@@ -5,8 +5,8 @@ from itertools import pairwise
 from math import pi, sqrt
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stemcal.arrays import Array
 from stemcal.cutting.build import crowns, materials, through_layers, through_wall
 from stemcal.cutting.constraints import mirrors
 from stemcal.cutting.parts import SHARES, Discretisation, Loading, Stem
@@ -112,7 +112,7 @@ def rounded(test: LaboratoryTest) -> LaboratoryTest:
     return replace(test, stem=stem.wider((whole / meshed) ** (1.0 / power)))
 
 
-def _centres(mesh: Mesh) -> NDArray[np.float64]:
+def _centres(mesh: Mesh) -> Array:
     """Return z (E,) of the centroid of each element's section, from those of two triangles, mm."""
     triangles = mesh.nodes[mesh.hexes[:, [[0, 1, 2], [0, 2, 3]]], 1:]
     areas = np.abs(np.linalg.det(triangles[:, :, 1:] - triangles[:, :, :1]))

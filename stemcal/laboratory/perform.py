@@ -7,8 +7,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stemcal.arrays import Array
 from stemcal.cutting.checks import MOST_BUCKLING, STROKE_TOO_SHORT, buckles, maximum_not_passed
 from stemcal.cutting.end_state import shape_of
 from stemcal.cutting.parts import SHARES, ShearTest
@@ -20,8 +20,6 @@ from stemcal.fem.stepper import Inspect, simulate
 from stemcal.laboratory.build import LaboratoryTest, build_piece, rounded
 from stemcal.notes import Note
 from stemcal.responses import FURTHER_CUT, PIECE, ForceTravel, Response, responses_in
-
-Array = NDArray[np.float64]
 
 # A widening below this share counts as none.
 _WIDENED = 1e-6
@@ -102,7 +100,7 @@ def perform(test: LaboratoryTest, inspect: Inspect | None = None) -> LaboratoryR
         if inspect is not None:
             inspect(t, state)
 
-    def report(t: float, forces: NDArray[np.float64], deleted: int) -> bool:
+    def report(t: float, forces: Array, deleted: int) -> bool:
         step = test.loading.duration / how.integration.outputs
         driven = (worked[-1] - worked[-2]) / (test.loading.speed * step)
         force = scale * (float(forces[0, 2]) if len(forces) else driven)

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, ClassVar, Literal
 
 import numpy as np
 
-from stemcal.laboratory import Array, Kind
+from stemcal.arrays import Array
+from stemcal.laboratory import Kind
 from stemcal.study.model.laboratory_kind import LaboratoryKind, PieceSection
 from stemcal.study.types.field_types import Length, Size, StemLength
 

@@ -25,12 +25,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stemcal.arrays import Array
 from stemcal.errors import UsageError
 from stemcal.measured.shear_curves import PRELOAD, RISE, contact_begins
 
-Array = NDArray[np.float64]
 Curve = tuple[Array, Array]
 """Travel (mm) and force (N), row by row."""
 

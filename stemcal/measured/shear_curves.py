@@ -12,15 +12,14 @@ from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stemcal.arrays import Array
 from stemcal.errors import UsageError
 from stemcal.formats import counted
 from stemcal.measured.headings import FORCE, MILLIMETRES, NEWTONS, TRAVEL, folded, is_missing, millimetres_in, quoted
 from stemcal.measured.tables import Form, TextTable, columns_of, given_columns, matching, read_tables, scale_of
 from stemcal.notes import Note, Remedy
 
-Array = NDArray[np.float64]
 PRELOAD = 5.0  # N
 _FEWEST = 5  # points of a curve
 RISE = 0.2  # share of the maximum force; while the blade settles on the stem, the force remains below it

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stemcal.arrays import Array
 from stemcal.cutting.result import break_row
 from stemcal.drawing.columns import to_decimals
 from stemcal.drawing.table import Column, Table
@@ -100,7 +100,7 @@ def _means(test: LaboratorySection, read: ShearTests) -> list[_TestedMean]:
     return means
 
 
-def break_at(force: NDArray[np.float64]) -> int:
+def break_at(force: Array) -> int:
     """Return the number of points before the break; all if the curve has no break.
 
     The rule is that of simulated tests, where elements have failed at the break. Failed elements cannot be counted in a

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.figure import Figure
 
-    from stemcal.cutting.result import Array
+    from stemcal.arrays import Array
 
 
 class StudyResults:

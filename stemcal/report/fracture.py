@@ -7,14 +7,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from stemcal.arrays import Array, Ints, Mask
 from stemcal.cutting.end_state import Shape
 from stemcal.drawing.style import BLUE, FAINT, INK, ORANGE, Axes, Figure, new_figure
 from stemcal.formats import fixed
 from stemcal.responses import work_until
 from stemcal.solvers.film import Frame
 from stemcal.storage.atomic import refuse_link
-
-Array = NDArray[np.float64]
 
 # The corners of each face of a hexahedron, counter-clockwise as seen from outside.
 FACES = np.array([(0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)])
@@ -83,7 +82,7 @@ def _section_faces(shape: Shape) -> tuple[Array, Array]:
     return shape.nodes[corners[on_plane]][:, :, (0, 2)], shape.plastic_strain[owner[on_plane]]
 
 
-def _faces(hexes: NDArray[np.int32], chosen: NDArray[np.bool_]) -> tuple[NDArray[np.int32], NDArray[np.intp]]:
+def _faces(hexes: Ints, chosen: Mask) -> tuple[Ints, NDArray[np.intp]]:
     """Return the outer faces (F, 4) of the chosen elements, which no two of them share, and their elements (F,)."""
     owner = np.repeat(np.flatnonzero(chosen), 6)
     corners = hexes[chosen][:, FACES].reshape(-1, 4)

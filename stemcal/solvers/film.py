@@ -5,14 +5,13 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stemcal.arrays import Array, Mask
 from stemcal.cutting.end_state import Shape, packed_text, unpacked_text
 from stemcal.cutting.result import CuttingResult
 from stemcal.fem.kernels.block import PLASTIC_STRAIN
 from stemcal.fem.state import State
 
-Array = NDArray[np.float64]
 FRAMES = 24
 LARGEST = 10_000  # nodes; of a finer mesh, only the final state is stored
 _STEPS = 2000  # steps from zero to the largest value; a picture does not show smaller differences
@@ -33,7 +32,7 @@ class _Moment:
 
     time: float
     nodes: Array
-    standing: NDArray[np.bool_]
+    standing: Mask
     plastic_strain: Array
 
 

@@ -3,11 +3,11 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from stemcal.arrays import Array
 from stemcal.errors import SimulationFailed, UsageError
 from stemcal.measured.curve_modes import CurveModes
 from stemcal.study.model.measured_targets import named_modes
 
-Array = NDArray[np.float64]
 _KEPT = 200  # most rows of a curve in a record
 
 

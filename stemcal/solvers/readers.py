@@ -11,14 +11,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stemcal.arrays import Array
 from stemcal.errors import SimulationFailed
 from stemcal.solvers.result_reader import ResultReader
 from stemcal.storage.encodings import lenient
 from stemcal.storage.plain import MIB, read_plain
 
-Array = NDArray[np.float64]
 # 1.5, -.5E+3, 1.5D-3, 1.5-101 (Fortran omits the letter before an exponent of three digits). Unlike in Python, 1_000
 # and digits of other scripts are not numbers.
 NUMBER = r"[-+]?(?:[0-9]{1,400}\.?[0-9]{0,400}|\.[0-9]{1,400})(?:[EeDd]?[-+][0-9]{1,9}|[EeDd][0-9]{1,9})?"

@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from stemcal.doe.coding import Array, Coding
+from stemcal.arrays import Array
+from stemcal.doe.coding import Coding
 from stemcal.errors import UsageError
 from stemcal.notes import Note
 from stemcal.runs.record import Outcome

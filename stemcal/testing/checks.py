@@ -17,9 +17,10 @@ from typing import Any
 
 import numpy as np
 
+from stemcal.arrays import Array
 from stemcal.cutting.build import build as build_cut
 from stemcal.cutting.parts import ShearTest
-from stemcal.doe.coding import Array, term_columns
+from stemcal.doe.coding import term_columns
 from stemcal.doe.designs import SurfaceDesign, SurfaceOptions
 from stemcal.errors import UsageError
 from stemcal.laboratory.build import build_piece, rounded

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from printed import read_printed
 
-from stemcal.doe.coding import Array, Coding
+from stemcal.arrays import Array
+from stemcal.doe.coding import Coding
 from stemcal.doe.regression.surface import Surface, fit_surface
 from stemcal.stages.screen.analysis import analyse_screening
 from stemcal.stages.screen.result import Screening

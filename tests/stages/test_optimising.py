@@ -12,8 +12,8 @@ import pytest
 from edits import accepted
 
 import stemcal
+from stemcal.arrays import Array
 from stemcal.doe.calibration.region import Region
-from stemcal.doe.coding import Array
 from stemcal.doe.designs import SurfaceOptions, surface_design, surface_runs
 from stemcal.doe.regression.surface import fit_surface
 from stemcal.errors import TargetUnreachable

@@ -8,7 +8,7 @@ from itertools import permutations
 
 import numpy as np
 
-from stemcal.doe.coding import Array
+from stemcal.arrays import Array
 from stemcal.doe.designs import SurfaceDesign, SurfaceOptions
 
 

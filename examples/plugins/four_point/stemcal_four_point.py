@@ -17,12 +17,13 @@ from typing import ClassVar, Literal
 
 import numpy as np
 
+from stemcal.arrays import Array
 from stemcal.cutting.build import stem_mesh
 from stemcal.cutting.parts import Discretisation, Loading, Stem
 from stemcal.fem.contact import Tool
 from stemcal.fem.material import Material
 from stemcal.fem.mesh import Mesh
-from stemcal.laboratory import Array, Kind
+from stemcal.laboratory import Kind
 from stemcal.laboratory.build import roller
 from stemcal.responses import ForceTravel, Response, secant
 from stemcal.study.model.laboratory_kind import LaboratoryKind, PieceSection

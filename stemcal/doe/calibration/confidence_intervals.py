@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
+from stemcal.arrays import Array
 from stemcal.doe.calibration.likelihood import LEVEL, Fit
 from stemcal.doe.calibration.region import Objective, Region, extremes, height, optimise, search_from, squared_distance
-from stemcal.doe.coding import Array
 
 _GRID, _FREE = 25, 0.5  # values of a factor in its profile; fraction of its range from which it counts as undetermined
 _CLOUD, _SEEDS = 9, 3  # 2^9 points fill the region; number of searches from the best of them

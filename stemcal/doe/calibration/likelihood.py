@@ -29,9 +29,9 @@ from functools import cached_property
 
 import numpy as np
 
+from stemcal.arrays import Array
 from stemcal.doe.calibration.observations import Errors, Observation, errors_of
 from stemcal.doe.calibration.region import Objective, Region, optimise
-from stemcal.doe.coding import Array
 from stemcal.doe.regression.section import SeveralSurfaces
 from stemcal.errors import UsageError
 

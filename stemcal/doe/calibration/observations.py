@@ -31,7 +31,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from stemcal.doe.coding import Array, term_columns
+from stemcal.arrays import Array
+from stemcal.doe.coding import term_columns
 from stemcal.doe.regression.least_squares import same_points
 from stemcal.doe.regression.section import AnySurface, SeveralSurfaces
 from stemcal.doe.regression.surface import Surface

@@ -8,9 +8,8 @@ from itertools import product
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from stemcal.doe.coding import Array
+from stemcal.arrays import Array, Mask
 from stemcal.doe.regression.section import AnySurface
 from stemcal.errors import UsageError
 
@@ -47,7 +46,7 @@ class Region:
         """The point of the region that is nearest to the centre of the design, x = 0."""
         return np.asarray(np.clip(0.0, self.low, self.high))
 
-    def contains(self, points: Array, tolerance: float = _ROUNDING) -> NDArray[np.bool_]:
+    def contains(self, points: Array, tolerance: float = _ROUNDING) -> Mask:
         """Return a mask of the points (m, k) that are inside, (m,)."""
         inside = np.all((points >= self.low - tolerance) & (points <= self.high + tolerance), axis=1)
         if self.radius is not None:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stemcal.doe.coding import Array
+from stemcal.arrays import Array
 from stemcal.doe.regression.least_squares import NEGLIGIBLE, LeastSquares, f_test, same_points, stars, t_quantile
 from stemcal.storage.rows import Rows
 

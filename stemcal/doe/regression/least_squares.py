@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from stemcal.doe.coding import Array
+from stemcal.arrays import Array, Mask
 from stemcal.errors import RunsFailed, UsageError
 
 # A sum of squares below this fraction of the total sum of squares is due to rounding.
@@ -139,7 +139,7 @@ def same_points(coded: Array) -> NDArray[np.int64]:
     return np.asarray(group.reshape(-1), dtype=np.int64)
 
 
-def copies_of(coded: Array, response: Array) -> NDArray[np.bool_]:
+def copies_of(coded: Array, response: Array) -> Mask:
     """Return a mask of the runs that are copies of earlier ones; none is if any two runs at the same point differ."""
     present, copies = np.isfinite(response), np.zeros(len(response), dtype=bool)
     y = response[present]

@@ -19,7 +19,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stemcal.doe.coding import Array, Coding, term_columns, term_gradient
+from stemcal.arrays import Array
+from stemcal.doe.coding import Coding, term_columns, term_gradient
 from stemcal.doe.regression.surface import Surface, fit_surface
 
 

@@ -6,7 +6,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stemcal.doe.coding import Array, term_columns, term_gradient, term_names
+from stemcal.arrays import Array
+from stemcal.doe.coding import term_columns, term_gradient, term_names
 from stemcal.doe.regression.anova import FitStatistics, LackOfFit, lack_of_fit, statistics_of
 from stemcal.doe.regression.least_squares import (
     LeastSquares,

@@ -12,8 +12,8 @@ then a vector of nodes, given by its first node (`llvm`). `stemcal.fem.lanes` fo
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stemcal.arrays import Array, Floats
 from stemcal.fem.kernels.compile import RUN, ZERO, inlined
 from stemcal.fem.kernels.llvm import (
     counting,
@@ -26,8 +26,6 @@ from stemcal.fem.kernels.llvm import (
     write_state,
 )
 
-Array = NDArray[np.float64]
-Floats = Any
 LANES = 32  # two to eight vector registers; measured: 16 is a tenth slower, 64 no faster
 RUNS = LANES // RUN
 count_positive, count_negative = counting(">", LANES), counting("<", LANES)

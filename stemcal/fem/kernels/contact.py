@@ -14,13 +14,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy import exp, sqrt
-from numpy.typing import NDArray
 
+from stemcal.arrays import Array, Floats, Ints, Mask
 from stemcal.fem.kernels.compile import inlined, kernel
 from stemcal.fem.kernels.nodes import EDGE, FRICTION, SURFACE, push
-
-Floats = Any
-Array = NDArray[np.float64]
 
 
 class ToolArrays(NamedTuple):
@@ -36,8 +33,8 @@ class ToolArrays(NamedTuple):
     reach: Array  # (T,) distance beside its edge within which faces can touch the edge, 0 without a spread edge
     traction: Array  # (T, N, 3) friction spring of each node
     force: Array  # (T, 3) force of the stem on the tool in this step; changes during the run
-    faces: NDArray[np.bool_]  # (T,) contact with the faces of the skin instead of with their nodes
-    skin: NDArray[np.int32]  # (F, 5) corners of the crowned surface faces, and their element; none if `faces` is False
+    faces: Mask  # (T,) contact with the faces of the skin instead of with their nodes
+    skin: Ints  # (F, 5) corners of the crowned surface faces, and their element; none if `faces` is False
     crowns: Array  # (F,) height of the true surface over the middle of these faces
     skin_mass: Array  # (F, 4) share of these faces in the mass of each corner
     skin_traction: Array  # (T, F, SAMPLES, 3) friction springs of their samples

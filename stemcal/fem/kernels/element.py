@@ -2,10 +2,9 @@
 
 from typing import Any
 
-import numpy as np
 from numpy import sqrt
-from numpy.typing import NDArray
 
+from stemcal.arrays import Array, Floats
 from stemcal.fem.kernels.block import (
     AHEAD,
     ALIVE,
@@ -59,9 +58,6 @@ from stemcal.fem.kernels.hexahedron import (
 from stemcal.fem.kernels.hourglass import damped, dot3, modal_rate, resist, taken_by_stress, taken_from_stress
 from stemcal.fem.kernels.layers import of_block, stress_after
 from stemcal.fem.kernels.plasticity import double_dot, rate_factor, smoothed
-
-Array = NDArray[np.float64]
-Floats = Any
 
 
 @inlined

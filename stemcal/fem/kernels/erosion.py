@@ -3,16 +3,9 @@
 Elements are marked as failed in `element` or, with an internal length, in `nonlocal_mean`.
 """
 
-from typing import Any
-
-import numpy as np
-from numpy.typing import NDArray
-
+from stemcal.arrays import Array, Floats
 from stemcal.fem.kernels.block import ALIVE, held
 from stemcal.fem.kernels.compile import kernel
-
-Floats = Any
-Array = NDArray[np.float64]
 
 
 @kernel

@@ -16,12 +16,10 @@ the element, so distorted meshes pass the patch test.
 Corners are numbered as in LS-DYNA: 1-4 around the face ζ = −1, 5-8 above them.
 """
 
-from typing import Any
-
+from stemcal.arrays import Floats
 from stemcal.fem.kernels.compile import HALF, ONE, QUARTER, ZERO, inlined, like
 
 # Tuples of floats, whose types numba infers.
-Floats = Any
 
 
 @inlined

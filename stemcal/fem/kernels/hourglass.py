@@ -16,14 +16,12 @@ The force is extrapolated by βΔt, Q + β a q̇ Δt, which damps vibrations in 
 Flanagan and Belytschko, Int. J. Numer. Meth. Eng. 17, 679-706 (1981), in modal form.
 """
 
-from typing import Any
-
 from numpy import sqrt
 
+from stemcal.arrays import Floats
 from stemcal.fem.kernels.compile import inlined, like
 from stemcal.fem.kernels.hexahedron import rotate_vector
 
-Floats = Any
 # Least stiffness over the stiffness that a pressure removes from a cube. With factors below three, the patterns still
 # grow under combined pressure and shear.
 _TIMES = 3.0

@@ -9,11 +9,11 @@ from typing import Any, NamedTuple
 
 from numba.extending import overload
 
+from stemcal.arrays import Floats
 from stemcal.fem.kernels.compile import TWO, inlined
 from stemcal.fem.kernels.plasticity import elastic_trial, radial_return
 from stemcal.fem.kernels.transverse import TransverseNumbers, transverse_return, unit
 
-Floats = Any
 _overload: Any = overload  # its types lack some of its options
 _INLINED = {"forceinline": True, "error_model": "numpy", "fastmath": {"contract", "nsz"}}
 

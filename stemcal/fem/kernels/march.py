@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from stemcal.arrays import Array, Floats, Ints, Mask
 from stemcal.fem.kernels.compile import entry, kernel
 from stemcal.fem.kernels.contact import push_faces_out, push_nodes_out, push_skin_out
 from stemcal.fem.kernels.element import add_internal_forces, follow_smooth_rates
@@ -33,9 +34,6 @@ from stemcal.fem.kernels.parting import close_plane, part, tie
 from stemcal.fem.kernels.search import list_faces_under_edge, list_near_nodes, list_near_skin
 from stemcal.fem.kernels.spread_edge import push_spread_edge, update_surface
 from stemcal.fem.kernels.timestep import stable_step
-
-Floats = Any
-Array = NDArray[np.float64]
 
 # Number of steps after which the time step, the mean strains and the surface under a spread edge are computed again.
 STEP_LIFE = 20
@@ -64,11 +62,11 @@ class Body(NamedTuple):
     loads: Array  # (N, 3) constant nodal forces, or (0, 3) for none
     mass: Array
     inverse_mass: Array
-    free: NDArray[np.bool_]  # (N, 3) components that are not held
+    free: Mask  # (N, 3) components that are not held
     driven: Array  # (N, 3) velocities of held components, or (0, 3) if all of them are fixed
-    runs: NDArray[np.int32]  # (B, 8, runs of a block) first node of each run of corners
-    targets: NDArray[np.int32]  # (B, 8, runs of a block) first row of f for each run of corners
-    late: NDArray[np.int32]  # node of each separate row of f
+    runs: Ints  # (B, 8, runs of a block) first node of each run of corners
+    targets: Ints  # (B, 8, runs of a block) first row of f for each run of corners
+    late: Ints  # node of each separate row of f
     state: Array
     scratch: Array
     element_mass: Array
@@ -122,7 +120,7 @@ class Share(NamedTuple):
     blocks: tuple[int, int]  # first block, and first block of the next thread
     chunks: tuple[int, int]  # the same for chunks of nodes
     scratch: Array
-    late: NDArray[np.int32]  # the separate force rows that it adds, in ascending order
+    late: Ints  # the separate force rows that it adds, in ascending order
 
 
 @kernel

@@ -6,10 +6,9 @@ import numpy as np
 from numpy import sqrt
 from numpy.typing import NDArray
 
+from stemcal.arrays import Array, Ints, Mask
 from stemcal.fem.kernels.compile import entry, inlined, kernel, summing
 from stemcal.fem.kernels.llvm import maximum, store_position, store_velocity
-
-Array = NDArray[np.float64]
 
 # Number of nodes in a chunk. Each chunk has its own sums, so that the total is bit-identical for any number of threads.
 # The data of this number of nodes stay in the first-level cache from component to component.
@@ -27,9 +26,9 @@ class Pushes(NamedTuple):
     """
 
     force: Array  # (S, N, 3)
-    nodes: NDArray[np.int32]  # (S, N) nodes with a force, the first `many` entries
+    nodes: Ints  # (S, N) nodes with a force, the first `many` entries
     many: NDArray[np.int64]  # (S,)
-    listed: NDArray[np.bool_]  # (S, N) nodes in that list
+    listed: Mask  # (S, N) nodes in that list
 
 
 @entry

@@ -18,17 +18,15 @@ with their last strain, as in the cited theory. Without them the most strained m
 mean around a gap would fall, more so with smaller elements.
 """
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from stemcal.arrays import Array, Floats, Mask
 from stemcal.fem.kernels.block import ALIVE, LANES, PLASTIC_STRAIN, held
 from stemcal.fem.kernels.compile import kernel
 from stemcal.fem.kernels.llvm import maximum
-
-Floats = Any
-Array = NDArray[np.float64]
 
 # Means are computed again from this share of the failure strain on, so that round-off hides no failure.
 _ROUNDED = 1.0 - 1.0e-9
@@ -44,7 +42,7 @@ class Exchange(NamedTuple):
     around: NDArray[np.uint32]  # (E, 6) the element behind each face, itself where there is none
     passes: int  # 0 for local failure
     failure_strain: Array  # (E,)
-    spared: NDArray[np.bool_]  # (E,) elements that are never deleted, near a plane on which the body parts
+    spared: Mask  # (E,) elements that are never deleted, near a plane on which the body parts
     mean: Array  # (E,) mean plastic strain around each element
     next: Array  # (E,) scratch
     known: Array  # (blocks, lanes) the strain from which the mean was last computed

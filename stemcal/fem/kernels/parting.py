@@ -16,15 +16,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy import sqrt
-from numpy.typing import NDArray
 
+from stemcal.arrays import Array, Floats, Ints, Mask
 from stemcal.fem.kernels.compile import inlined, kernel
 from stemcal.fem.kernels.contact import flank_distance
 from stemcal.fem.kernels.nodes import SURFACE, push
-
-Floats = Any
-Array = NDArray[np.float64]
-Ints = NDArray[np.int32]
 
 # Front of a line whose top has not parted, where the edge acts on the skin; front of a line out of reach.
 SKIN, NO_FRONT = np.inf, -np.inf
@@ -50,7 +46,7 @@ class CutPlane(NamedTuple):
     layers: Array  # (M,) x of the columns' nodes from the plane at the start, mm
     flanks: Array  # (2, 5, 2) polygons (x, z) of the blade as a sharp wedge, for the right and (mirrored) the left side
     strain: Array  # (P,) Σ ε̄/(n ε_f) over the n faces around each node
-    parted: NDArray[np.bool_]  # (P,) nodes that have parted
+    parted: Mask  # (P,) nodes that have parted
     offset: Array  # (N,) penetration of each node into the flank when it parted, mm
     front: Array  # (L,) z of the front under each line of the edge, `SKIN` or `NO_FRONT`
     ends: Ints  # (L, 4) nodes of the plane around the front

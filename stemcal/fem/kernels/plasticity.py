@@ -4,13 +4,12 @@
 theory into structural computer programs" (ASME AMD 20, 1976). Stresses are symmetric tensors (xx, yy, zz, xy, yz, zx).
 """
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from numpy import sqrt
 
+from stemcal.arrays import Floats
 from stemcal.fem.kernels.compile import ONE, THREE, THREE_HALVES, TINY, TWO, ZERO, inlined, like
-
-Floats = Any
 
 
 class MaterialNumbers(NamedTuple):

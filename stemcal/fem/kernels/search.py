@@ -4,17 +4,13 @@ The lists contain everything within `margin` of a tool. They remain valid until 
 by that margin (the march adds up the largest speed of each step times its duration), or until an element is eroded.
 """
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stemcal.arrays import Array, Floats, Ints, Mask
 from stemcal.fem.kernels.compile import kernel
 from stemcal.fem.kernels.contact import SAMPLES, outline_distance, sample_of_skin
-
-Floats = Any
-Array = NDArray[np.float64]
-Ints = NDArray[np.int32]
 
 # Corners of the six faces of a hexahedron, −ξ, +ξ, −η, +η, −ζ, +ζ, counter-clockwise as seen from outside.
 FACES = np.array([[0, 4, 7, 3], [1, 2, 6, 5], [0, 1, 5, 4], [3, 7, 6, 2], [0, 3, 2, 1], [4, 5, 6, 7]], dtype=np.int32)
@@ -26,7 +22,7 @@ class Topology(NamedTuple):
     hexes: Ints  # (E, 8)
     slots: Ints  # (E,) block · LANES + lane of the elements' state
     neighbours: Ints  # (E, 6) element behind each face, −1 outside
-    standing: NDArray[np.bool_]  # (E,) elements not eroded yet; changes during the run
+    standing: Mask  # (E,) elements not eroded yet; changes during the run
     live: Ints  # (N,) number of standing elements at each node; changes during the run
     crowns: Array  # (E, 6) height of the true surface over the middle of each face, mm
 
@@ -38,7 +34,7 @@ class Candidates(NamedTuple):
     node_counts: Ints  # (T,)
     skin: Ints  # (T, F) faces of the skin near each tool whose contact is with faces
     skin_counts: Ints  # (T,)
-    covered: NDArray[np.bool_]  # (N,) nodes of the faces of the skin
+    covered: Mask  # (N,) nodes of the faces of the skin
     faces: Ints  # (F, 4) exposed faces under the edge
     corner_mass: Array  # (F,) mass of one corner of the element behind the face
     crowns: Array  # (F,) height of the true surface over the face

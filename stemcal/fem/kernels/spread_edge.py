@@ -24,6 +24,7 @@ import numpy as np
 from numpy import sqrt
 from numpy.typing import NDArray
 
+from stemcal.arrays import Array, Floats, Ints, Mask
 from stemcal.fem.kernels.compile import inlined, kernel
 from stemcal.fem.kernels.contact import (
     HAIR,
@@ -36,10 +37,6 @@ from stemcal.fem.kernels.contact import (
 )
 from stemcal.fem.kernels.nodes import EDGE, FRICTION, force_on, push
 from stemcal.fem.kernels.parting import NO_FRONT, SKIN, find_front
-
-Floats = Any
-Array = NDArray[np.float64]
-Ints = NDArray[np.int32]
 
 # Sweeps over the rows end when no force changes by more than _CLOSE of the largest, at most after _SWEEPS.
 _CLOSE = 1.0e-4
@@ -87,7 +84,7 @@ class SpreadEdge(NamedTuple):
     velocity: Array  # (N, 3) scratch
     met: Ints  # (N,) nodes of all rows, each once, the first `met_count`
     met_count: NDArray[np.int64]  # (1,)
-    is_met: NDArray[np.bool_]  # (N,) nodes in that list
+    is_met: Mask  # (N,) nodes in that list
     cut: Any  # the plane on which the edge parts the body (`parting.CutPlane`)
 
 

@@ -4,8 +4,8 @@ from typing import Any
 
 import numpy as np
 from numpy import sqrt
-from numpy.typing import NDArray
 
+from stemcal.arrays import Array, Floats
 from stemcal.fem.kernels.block import (
     ALIVE,
     COORDINATES,
@@ -25,9 +25,6 @@ from stemcal.fem.kernels.hexahedron import contract, minors, modal_sums
 from stemcal.fem.kernels.hourglass import DAMPING
 from stemcal.fem.kernels.layers import of_block, uniform_stiffness
 from stemcal.fem.kernels.llvm import write_scratch
-
-Floats = Any
-Array = NDArray[np.float64]
 
 
 @inlined

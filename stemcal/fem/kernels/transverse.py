@@ -12,14 +12,13 @@ Hill's equivalent stress q (Proc. R. Soc. A 193, 281-297, 1948), isotropic acros
 With h = (3/2, 0, 0), q is von Mises' stress, and the law is that of `plasticity`.
 """
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from numpy import sqrt
 
+from stemcal.arrays import Floats
 from stemcal.fem.kernels.compile import HALF, ONE, TINY, TWO, ZERO, inlined, like
 from stemcal.fem.kernels.plasticity import add_scaled, double_dot, shifted_deviator
-
-Floats = Any
 
 
 class TransverseNumbers(NamedTuple):

@@ -7,14 +7,12 @@ coefficient has the same definition (`fem.material.HOURGLASS_SHARE`).
 from math import sqrt
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stemcal.arrays import Array, Ints
 from stemcal.fem.kernels.search import FACES
 from stemcal.fem.material import Material
 from stemcal.fem.mesh import Mesh
 from stemcal.solvers.options import DeckSolver, EmbeddedSolver
-
-Array = NDArray[np.float64]
 
 # (2L + h)/ℓ for the nonlocal length L of OpenRadioss, elements of length h, and ℓ in exp(−r²/ℓ²) of the embedded
 # solver. If a row of elements elongates by u, the averaged strain is u/(2L + h) in OpenRadioss (ε̄ − L² ∇²ε̄ = ε, with
@@ -100,7 +98,7 @@ def share_in_openradioss(mesh: Mesh, tool: Mesh, place: tuple[float, float, floa
     return 0.25 * (1.0 + float(np.cbrt(2.0 * volume)) / segment)
 
 
-def _segment(mesh: Mesh, place: tuple[float, float, float]) -> tuple[NDArray[np.int32], float]:
+def _segment(mesh: Mesh, place: tuple[float, float, float]) -> tuple[Ints, float]:
     """Return the corners of the surface face that is nearest to a place, and its A²/V (mm)."""
     elements, sides = np.nonzero(mesh.neighbours() < 0)
     corners = mesh.hexes[elements[:, None], np.asarray(FACES)[sides]]
@@ -123,7 +121,7 @@ def rate_constants(law: str, c: float, p: float, rate: float) -> tuple[float, fl
     return (0.0, 0.0) if law == "none" or (rate / c) ** p < _NO_EFFECT else (c, 1.0 / p)
 
 
-def _areas(mesh: Mesh, faces: NDArray[np.int32]) -> Array:
+def _areas(mesh: Mesh, faces: Ints) -> Array:
     corners = mesh.nodes[faces]
     diagonals = corners[..., 2, :] - corners[..., 0, :], corners[..., 3, :] - corners[..., 1, :]
     return np.asarray(0.5 * np.linalg.norm(np.cross(*diagonals), axis=-1))

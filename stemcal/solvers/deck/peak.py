@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stemcal.arrays import Array
 from stemcal.cutting.result import break_row, moving_mean, short_stroke
 from stemcal.errors import SimulationFailed
 from stemcal.measured.curve_modes import CurveModes
@@ -15,8 +15,6 @@ from stemcal.solvers.options import BREAK_DROP, DeckSolver
 from stemcal.solvers.protocol import RESPONSES, Answer
 from stemcal.storage.typed import to_json
 from stemcal.study.model.shear_test import GAP, LoadingSection
-
-Array = NDArray[np.float64]
 
 
 class ContactForce(NamedTuple):

@@ -5,10 +5,9 @@ from math import ceil, cos, pi, radians, sin, tan
 import numpy as np
 from numpy.typing import NDArray
 
+from stemcal.arrays import Array
 from stemcal.cutting.parts import Blade, Stem, Supports
 from stemcal.fem.mesh import Mesh
-
-Array = NDArray[np.float64]
 
 # Least number of elements across half the blade edge, and around the inner edge of a support.
 _HALF = 2

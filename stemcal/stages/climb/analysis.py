@@ -10,7 +10,7 @@ from collections.abc import Iterable, Iterator, Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stemcal.doe.coding import Array
+from stemcal.arrays import Array
 from stemcal.doe.comparison import error_percent
 from stemcal.errors import RunsFailed, UsageError
 from stemcal.formats import counted, direction

@@ -7,7 +7,7 @@ from math import hypot, isclose, isfinite
 
 import numpy as np
 
-from stemcal.doe.coding import Array
+from stemcal.arrays import Array
 from stemcal.doe.regression.least_squares import t_quantile
 from stemcal.doe.regression.surface import Surface
 from stemcal.errors import UsageError

@@ -16,8 +16,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from stemcal.arrays import Array
 from stemcal.doe.calibration.observations import FINEST, Uniforms, variances
-from stemcal.doe.coding import Array
 from stemcal.stages.fitting import Measured
 from stemcal.stages.loop import NO_PREDICTION, How, PointToTry, Predicted, Stopped
 from stemcal.stages.refine.steps import _SETTLED, FIRST_RADIUS, MeanSteps, Trial

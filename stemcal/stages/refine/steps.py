@@ -17,10 +17,10 @@ from math import isfinite
 
 import numpy as np
 
+from stemcal.arrays import Array
 from stemcal.doe.calibration.confidence_intervals import settled
 from stemcal.doe.calibration.likelihood import Fit
 from stemcal.doe.calibration.region import Region
-from stemcal.doe.coding import Array
 from stemcal.doe.comparison import error_percent
 from stemcal.doe.regression.section import AnySurface
 from stemcal.runs.record import Outcome

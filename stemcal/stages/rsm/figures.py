@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from stemcal.doe.coding import Array
+from stemcal.arrays import Array
 from stemcal.doe.regression.section import AnySurface
 from stemcal.drawing.plot import Plot
 from stemcal.drawing.style import (

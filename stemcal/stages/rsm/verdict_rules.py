@@ -6,8 +6,8 @@ from dataclasses import replace
 from math import isfinite
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stemcal.arrays import Mask
 from stemcal.doe.calibration.region import extremes
 from stemcal.doe.regression.surface import ROUGH_PERCENT
 from stemcal.formats import counted, minus, series
@@ -147,7 +147,7 @@ def _error_unknown(study: Study, surface: RsmResult) -> bool:
     return any(fitted.df < 1 for fitted in fitted_surfaces(study, surface))
 
 
-def _where_failed(study: Study, surface: RsmResult, failed: NDArray[np.bool_]) -> tuple[str, Remedy]:
+def _where_failed(study: Study, surface: RsmResult, failed: Mask) -> tuple[str, Remedy]:
     """Return the levels of failed runs, and the remedy: a range without them, or to repeat and add runs."""
     coded = np.array([[run.coded[name] for name in surface.names] for run in surface.design.runs])
     natural = surface.scales.to_natural(coded)

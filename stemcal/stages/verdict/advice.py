@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from stemcal.arrays import Array
 from stemcal.doe.calibration.region import extremes
-from stemcal.doe.coding import Array
 from stemcal.formats import outwards, series
 from stemcal.notes import Note, Remedy
 from stemcal.stages.fitting import Surfaces

@@ -9,8 +9,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from stemcal.arrays import Array
 from stemcal.doe.calibration.region import Region
-from stemcal.doe.coding import Array, Coding
+from stemcal.doe.coding import Coding
 from stemcal.doe.regression.section import AnySurface
 from stemcal.notes import Note, Remedy
 from stemcal.power_law import PowerLaw, fit_power_law

@@ -5,8 +5,9 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
+from stemcal.arrays import Array
 from stemcal.doe.calibration.observations import Contrasts
-from stemcal.doe.coding import Array, Coding, term_columns
+from stemcal.doe.coding import Coding, term_columns
 from stemcal.doe.designs import axial_distance, central_composite
 from stemcal.doe.regression.section import Bend, Place, Section, bend_of, fit_whole, left_out_percent
 from stemcal.doe.regression.surface import fit_surface

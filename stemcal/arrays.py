@@ -1,0 +1,11 @@
+"""Types of arrays in signatures; the shape is in the docstring."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int32]
+Mask = NDArray[np.bool_]
+Floats = Any  # in kernels: a number or a vector of lanes, in single or double precision
