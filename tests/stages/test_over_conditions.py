@@ -17,6 +17,7 @@ from stemcal.runs.executors import InlineExecutor
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.stages.fitting import fit_of_study
+from stemcal.stages.invert.options import InvertOptions
 from stemcal.stages.invert.result import InvertResult
 from stemcal.stages.rsm.options import dimensions
 from stemcal.stages.rsm.over import condition_axis
@@ -182,6 +183,16 @@ def test_the_plan_states_that_a_bend_stays_unseen(tmp_path: Path, factors: str, 
         if note.kind == "surface_runs"
     )
     assert ("bend" in note.text) is not seen
+
+
+@pytest.mark.parametrize(("number", "slow"), [(40, False), (200, True)])
+def test_check_states_the_cost_of_a_fit_to_many_means(tmp_path: Path, number: int, slow: bool) -> None:
+    rows = "".join(f"  - {{diameter: {d:.3f} mm, force: {20 * d:.1f} N}}\n" for d in np.linspace(6.0, 12.0, number))
+    (tmp_path / "many.yaml").write_text(f"{TWO_FACTORS}{OVER}targets:\n{rows}", encoding="utf-8")
+    found = [
+        doubt for doubt in InvertOptions.doubts(load_study(tmp_path / "many.yaml")) if doubt.path[1] == "diameters"
+    ]
+    assert bool(found) is slow and all("200 measured means" in doubt.message for doubt in found)
 
 
 @pytest.mark.parametrize("over", ["rsm: {over: conditions}\n", OVER.replace("diameters: all", "")])
