@@ -93,6 +93,8 @@ def test_other_materials_have_the_scatter_of_the_measurement(calibrated: Path) -
         ("loading:", "solver: {element_size: d/16}\nloading:", "solver.element_size"),
         ("loading:", "solver: {rate_law: cowper_symonds}\nloading:", "solver.rate_law"),
         ("loading:", "blade: {edge_spread: 1 mm}\nloading:", "blade.edge_spread"),
+        ("thickness, unit: mm, low: 1, high: 4}", "speed, unit: m/s, low: 0.1, high: 1}", "material.from"),
+        ("stroke: d/1", "stroke: d/1, speed: 1 m/s", "material.from"),
         ("from: out", "from: out, internal_length: d/5", "material.internal_length"),
         ("from: out", "from: out, elastic_modulus: 900 MPa", "material.elastic_modulus"),
         ("8.5 mm", "8.5 mm, diameter_ratio: 0.5", "specimen.diameter_ratio"),

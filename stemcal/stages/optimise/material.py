@@ -38,6 +38,7 @@ _SHARED: dict[str, tuple[str, ...]] = {
     "solver": ("rate_law", "element_size", "elements_through_wall", "edge_over", "hourglass", "nonlocal_failure"),
 }
 _CLOSE = 1e-6  # relative tolerance of diameters
+_FASTER = 100.0  # times the speed of the calibration, from which strain rates can exceed C
 _DIRECTIONS, _LEAST = 3, 0.01  # largest number of other materials, smallest share of the variance
 
 
@@ -83,6 +84,15 @@ def completed(own: Mapping[str, Any], data: Mapping[str, Any], folder: Path) -> 
         borrowed.others = [calibrated_sections(source, other) for other in _other_levels(source, results)]
     if not borrowed.findings:
         _add_sections(borrowed, source, levels, own, data)
+        loading = own.get("loading", source.loading)
+        speeds = [each.internal(each.high) for each in own.get("factors", {}).values() if each.name == "speed"]
+        fastest = max([*speeds, loading.speed])
+        if source.solver.rate == "paper" and fastest > _FASTER * source.loading.speed:
+            message = (
+                f"`rate_law: paper` is valid near the speed of the calibration ({source.loading.speed:g} mm/s), but the"
+            )
+            message += f" blade has up to {fastest:g} mm/s, at which it multiplies the yield stress"
+            borrowed.find(message, "calibrate the material with `solver: {rate_law: none}`")
     return borrowed
 
 
