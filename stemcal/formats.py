@@ -133,8 +133,6 @@ def outwards(value: float, up: bool) -> float:
     return float(f"{(math.ceil if up else math.floor)(round(value / step, 6)) * step:.6g}")
 
 
-# ---- words: corrections of misspelled names, lists, numbers with nouns
-
 _MOST = 12  # names in a list
 _LONGEST = 60  # characters of a name
 

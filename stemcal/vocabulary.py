@@ -164,8 +164,6 @@ def capital(label: str) -> str:
     return label[:1].upper() + label[1:]
 
 
-# ---- in sentences
-
 MOST_LISTED = 12
 """Largest number of values of the condition that a sentence lists; if there are more, it has their number and range."""
 

@@ -143,8 +143,6 @@ def _error_trend(rows: Sequence[ValidationRow]) -> tuple[float | None, tuple[Not
     return slope, (Note("error_trend", "warning", text),)
 
 
-# ---- comparison with a power law, a formula without mechanics
-
 _EXPONENTS = (-2.0, 8.0)  # bounds of b
 NORMAL = 1.96  # 95 % of normally distributed means are within this number of standard errors
 

@@ -141,7 +141,6 @@ class SurfaceDesign(Checked):
         return points
 
     def _checked(self, part: Callable[[int, SurfaceOptions], Any], k: int, options: SurfaceOptions) -> Array:
-        """Call a method of the design, maybe from another package; return its result as an array of finite numbers."""
         try:
             with contained():
                 values = np.asarray(part(k, options), dtype=float)

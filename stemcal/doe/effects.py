@@ -84,7 +84,6 @@ def effects_of(
     return effects, margins
 
 
-# ---- centre points: is the response curved within the ranges?
 #
 # The model of the corner runs gets a further column, which is 1 at centre runs and 0 at corners. It does not change the
 # other coefficients; its own is δ = ȳ_C − b₀, with b₀ the intercept of the corner runs. Its sum of squares is
@@ -118,8 +117,6 @@ def _pure(centre: Array) -> float:
     pure = float(np.sum((centre - centre.mean()) ** 2)) if len(centre) > 1 else 0.0
     return pure if pure > NEGLIGIBLE * float(centre @ centre) else 0.0
 
-
-# ---- aliases of main effects with two-factor interactions
 
 # A note lists this number of factors and of aliases of each, and has the number of the others.
 _SHOWN_FACTORS, _SHOWN_ALIASES = 6, 3

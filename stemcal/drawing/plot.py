@@ -133,8 +133,6 @@ def _shorter_path(text: str) -> str:
     return re.sub(r"\s*([MLQCz])\s*", r"\1", tenths)
 
 
-# ---- values under the mouse pointer
-
 _DENSE = 60  # a curve without a name shows no values if it has more points
 _SCALED = ("linear", "log")
 

@@ -170,7 +170,6 @@ def save(figure: Figure, path: Path, dpi: float = 200) -> None:
 
 
 def _save_pixels(kind: str, figure: Figure, file: IO[bytes], dpi: float) -> None:
-    """Write a figure as pixels without an alpha channel, because publishers reject transparent images."""
     from PIL import Image
 
     drawn = io.BytesIO()

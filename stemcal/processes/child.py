@@ -123,9 +123,6 @@ def _ending(code: int | None) -> str:
     return f"exit code {code}"
 
 
-# ---- in the child
-
-
 _SERVE = f"from {__name__} import serve; serve()"
 
 
@@ -195,7 +192,6 @@ def _read(source: IO[bytes], calls: queue.Queue[bytes | None]) -> None:
 
 
 def _loaded(blob: bytes) -> tuple[Callable[[], Any] | None, BaseException | None]:
-    """Unpickle a call, which imports its modules, and call its `get_ready`; return (call, None) or (None, error)."""
     try:
         function, args, kwargs = pickle.loads(blob)
         if hasattr(function, "get_ready"):
@@ -206,7 +202,6 @@ def _loaded(blob: bytes) -> tuple[Callable[[], Any] | None, BaseException | None
 
 
 def _failed(error: BaseException | None) -> bytes:
-    """Return the reply (None, error), pickled; an error that cannot be pickled, or is no `Exception`, is replaced."""
     with suppress(Exception):
         answer = pickle.dumps((None, error))
         if isinstance(pickle.loads(answer)[1], Exception):

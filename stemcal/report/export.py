@@ -33,7 +33,6 @@ def study_tables(study: Study, results: Results, holds: bool = True) -> list[Tab
 
 
 def _parameters(setting: Setting) -> list[Table]:
-    """Return the table of all factors: calibrated values with their confidence intervals, and fixed values."""
     if not (ranges := cited_ranges(setting.results)):
         return []
     levels = {**setting.study.midlevels(), **{name: setting.results.parameters[name] for name in ranges}}

@@ -81,7 +81,6 @@ def _run_plots(study: Study, records: Records) -> list[Plot]:
 
 
 def _run(label: str, details: Details, on_page: bool, hollow: bool, what: str) -> list[Plot]:
-    """Return the figures of one run: energies, and the cut stem; `what` follows the label of the run in captions."""
     name, plots = label.replace(" ", ""), []
     if details.energies:
         text = f"Energies versus blade travel in the simulation of the {label}{what}."

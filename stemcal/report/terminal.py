@@ -139,7 +139,6 @@ def _responses(result: CuttingResult, section: LaboratorySection, diameter: floa
 
 
 def _fracture_rows(result: CuttingResult) -> list[tuple[str, str]]:
-    """Return rows on the first fracture and, if the stem is to be cut through, on severing and cutting energy."""
     if result.severed is None:
         at = result.break_travel
         return [] if at is None else [("First fracture at", f"{at:.3f} mm of travel")]

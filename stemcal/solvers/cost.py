@@ -27,7 +27,6 @@ def seconds(test: AnyTest) -> float:
 
 
 def _cutting_steps(test: ShearTest) -> tuple[float, float]:
-    """Return the number of steps until the stem usually fractures (or is cut through), and the number of elements."""
     how, material = test.discretisation, test.material
     size = mesh_size(test.stem, how)
     speed = (material.p_wave_modulus / (how.integration.mass_scaling * material.density)) ** 0.5
@@ -52,6 +51,5 @@ _ANY = Material(density=1.0e-9, elastic_modulus=1000.0, poisson_ratio=0.3)
 
 @lru_cache(maxsize=64)
 def _mesh_size(test: LaboratoryTest) -> tuple[int, float]:
-    """Return the number of elements of a mesh, and the edge (mm) of a cube with the volume of the smallest element."""
     volumes = test.kind.mesh(test.stem, test.discretisation).volumes()
     return len(volumes), float(np.cbrt(volumes.min()))

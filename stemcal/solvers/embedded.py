@@ -203,7 +203,6 @@ def shear_test(study: Study, levels: Mapping[str, float], diameter: float) -> Sh
 
 
 def _shear_test(study: Study, levels: Mapping[str, float], diameter: float) -> ShearTest:
-    """Return the shear test of a study whose sections are already at the levels; they determine the material here."""
     blade, contact, layers = study.blade, study.contact, layers_at(study, levels, diameter)
     law, smoothing = _options(study).rate_law, rate_filter(diameter, study.loading.speed)
     *outer, inner = (_material(layer, law, smoothing) for layer in layers)

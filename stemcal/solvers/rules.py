@@ -25,7 +25,6 @@ _LEAST_CUT = 1.0 / 3.0
 
 
 def _elements_fit_stem(draft: Draft, solver: EmbeddedSolver) -> Iterator[Finding]:
-    """An element must be smaller than the radius of the thinnest stem, and the number of elements must be plausible."""
     if not draft.diameters:
         return
     thinnest, thickest = min(draft.diameters.values()), max(draft.diameters.values())
@@ -59,7 +58,6 @@ def _texts(solver: _Templated) -> Iterator[tuple[NodePath, str, bytes | OSError]
 
 
 def _placeholders_are_known(draft: Draft, solver: _Templated) -> Iterator[Finding]:
-    """Each placeholder in templates and arguments must be a factor, the condition, the seed or the replicate."""
     condition = draft.naming.condition
     known = (*draft.names, *([] if condition is None else [condition.name]), *CHANCE)
     for node, file, content in _texts(solver):
@@ -75,7 +73,6 @@ def _placeholders_are_known(draft: Draft, solver: _Templated) -> Iterator[Findin
 
 
 def _placeholders_are_used(draft: Draft, solver: CommandSolver) -> Iterator[Finding]:
-    """Each factor must be a placeholder in a template or an argument; otherwise it has no effect."""
     contents = [content for _, _, content in _texts(solver)]
     used = {name for text in contents if not isinstance(text, OSError) for _, name in placeholders(text)}
     if any(isinstance(content, OSError) for content in contents):
@@ -87,7 +84,6 @@ def _placeholders_are_used(draft: Draft, solver: CommandSolver) -> Iterator[Find
 
 
 def _chance_is_declared(draft: Draft, solver: _Templated) -> Iterator[Finding]:
-    """Only a stochastic program, which has the key `replicates`, may use the seed or the replicate."""
     for node, _, content in () if solver.repeats else _texts(solver):
         names = [] if isinstance(content, OSError) else [name for _, name in placeholders(content)]
         for name in dict.fromkeys(names):
@@ -97,7 +93,6 @@ def _chance_is_declared(draft: Draft, solver: _Templated) -> Iterator[Finding]:
 
 
 def _run_files_differ(_draft: Draft, solver: _Templated) -> Iterator[Finding]:
-    """Files of a run must have different names, even if case is ignored, and must not be named as the result file."""
     readers = solver.result.values() if isinstance(solver, CommandSolver) else ()
     seen, read = set(_RESERVED), {reader.file.lower() for reader in readers}
     for key in ("templates", "files"):
@@ -112,7 +107,6 @@ def _run_files_differ(_draft: Draft, solver: _Templated) -> Iterator[Finding]:
 
 
 def _every_response_is_read(draft: Draft, solver: CommandSolver) -> Iterator[Finding]:
-    """Each response must have a reader; a reader without a name is allowed if there is only one response."""
     names, path = [response.name for response in draft.naming.responses], ("solver", "result")
     if draft.naming.response == FORCE:
         scores = named_modes(draft.study.targets.modes.values())
@@ -150,14 +144,12 @@ def _command_names_deck(_draft: Draft, solver: DeckSolver) -> Iterator[Finding]:
 
 
 def _keys_are_of_the_program(_draft: Draft, solver: DeckSolver) -> Iterator[Finding]:
-    """The key `command` is for LS-DYNA only, the key `home` for OpenRadioss only."""
     key, other = ("home", "openradioss") if solver.program == "lsdyna" else ("command", "lsdyna")
     if key in solver.model_fields_set:
         yield Finding(("solver", key), f"this key applies only to `program: {other}`", "remove this key")
 
 
 def _openradioss_hardens_isotropically(draft: Draft, solver: DeckSolver) -> Iterator[Finding]:
-    """The hardening parameter cannot be a factor for OpenRadioss: its material card with element deletion lacks it."""
     for index, factor in draft.factors.items():
         if factor.name == "hardening_parameter" and solver.program == "openradioss":
             message = "the parameter has no effect because the OpenRadioss deck uses isotropic hardening"
@@ -166,7 +158,6 @@ def _openradioss_hardens_isotropically(draft: Draft, solver: DeckSolver) -> Iter
 
 
 def _whole_cut_can_part(draft: Draft, solver: EmbeddedSolver) -> Iterator[Finding]:
-    """A whole cut requires nodes under the edge, two lengths for the parting of the stem, and a sufficient stroke."""
     study = draft.study
     if study.supports.kind != "span" and solver.edge_over == "elements":
         message = f"`supports.kind: {study.supports.kind}` requires a row of nodes under the edge"
@@ -196,7 +187,6 @@ OF_COMMAND = (*OF_TEMPLATES, _placeholders_are_used, _every_response_is_read)
 
 
 def _deck_ends_at_the_first_fracture(draft: Draft, _solver: DeckSolver) -> Iterator[Finding]:
-    """A deck has two supports and a blade without sliding, and the test in it ends at the first fracture."""
     study = draft.study
     for key, value, usual in (
         (("supports", "kind"), study.supports.kind, "span"),

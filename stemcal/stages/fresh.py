@@ -220,7 +220,6 @@ def fresh(kind: type[R], study: Study, folder: StudyFolder) -> R | None:
 
 
 def _runs_agree(result: StageResult, study: Study, folder: StudyFolder, whole: bool = True) -> bool:
-    """Check that the run records contain the responses of a result; unless `whole`, records may be missing."""
     entered = (FIRST, *study.own_further) if _by_hand(study, result.name) else ()
     for _, outcome in result.runs():
         keys = [key for key in outcome.keys if key]

@@ -199,7 +199,6 @@ class StageResult(Spread):
         return {name: table.headed(self.naming.headings) for name, table in self._tables().items()}
 
     def _tables(self) -> dict[str, Table]:
-        """Return the tables with field names as headings; the main table of the stage is the first."""
         raise NotImplementedError
 
     def to_frame(self) -> pd.DataFrame:

@@ -101,8 +101,6 @@ def a_stage(kind: type[R]) -> Callable[[Callable[[Work, Head], R]], Callable[...
     return decorated
 
 
-# ---- The first run of a program is repeated, to check that equal inputs give equal responses.
-
 SAME = 1e-6  # relative difference that another order of summation may cause
 
 

@@ -48,9 +48,6 @@ def lenient(content: bytes) -> str:
     return content.decode("utf-8", "replace").removeprefix("\ufeff")
 
 
-# ---- safe output: no control codes for the terminal, no CSV cell that a spreadsheet would run as a formula
-
-
 # C0 and C1 control characters except tab and line feed, surrogates, characters that change the writing direction or
 # end a line invisibly, and invisible characters without a function (the joiners U+200C and U+200D have one).
 _RANGES = (

@@ -103,7 +103,6 @@ class DesignAtWork(AtWork):
 
 
 def _points_are_finite_for_each_number_of_factors(at: DesignAtWork) -> None:
-    """The points are finite for each number of factors that the design declares; others raise `UsageError`."""
     for k in range(1, _MOST + 1):
         with suppress(*([] if k in at.each else [UsageError])):
             points = at.each[k] if k in at.each else at.points(k)
@@ -125,7 +124,6 @@ def _every_term_can_be_estimated(at: DesignAtWork) -> None:
 
 
 def _levels_are_balanced(at: DesignAtWork) -> None:
-    """The mean coded level of each factor is 0, unless the design declares that it is not `balanced`."""
     for k, points in at.each.items() if at.thing.balanced else ():
         off = float(np.abs(points.mean(axis=0)).max())
         message = f"in the design for {k} factors, the mean coded level of a factor is {off:.3g} instead of 0"
@@ -188,7 +186,6 @@ class SolverAtWork(AtWork):
 
 
 def _kind_is_declared(at: AtWork) -> None:
-    """The default of the option `kind` is the name of the object, which specs can therefore use."""
     default = at.thing.options.model_fields["kind"].default
     message = f"the name is {at.thing.name!r}, but the default of the `kind` key is {default!r}"
     require(default == at.thing.name, message)
@@ -220,7 +217,6 @@ def _every_response_is_answered(at: SolverAtWork) -> None:
 
 
 def _interrupted_runs_equal_uninterrupted_ones(at: SolverAtWork) -> None:
-    """The responses are the same whether both runs are performed together or one after the other."""
     if not at.solver.asks_people:
         with apart(at.study) as place:
             at.answers(place, at.requests[:1])

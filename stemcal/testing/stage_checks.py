@@ -61,7 +61,6 @@ def _stage_is_declared(at: StageAtWork) -> None:
 
 
 def _result_is_its_file(at: StageAtWork) -> None:
-    """Reading a result from its file and writing it again gives the same bytes; a result can be pickled."""
     _, folder, result = at.finished
     file = json.dumps(folder.read_stage(at.thing.name))
     require(json.dumps(result.to_json()) == file, "the result changes when it is read and written again")
@@ -69,7 +68,6 @@ def _result_is_its_file(at: StageAtWork) -> None:
 
 
 def _interrupted_stage_equals_uninterrupted_one(at: StageAtWork) -> None:
-    """A stage writes the same bytes whether or not it is interrupted after its first run."""
 
     def interrupt(progress: Progress) -> None:
         if progress.stage == at.thing.name and progress.done > progress.cached:
@@ -86,7 +84,6 @@ def _interrupted_stage_equals_uninterrupted_one(at: StageAtWork) -> None:
 
 
 def _stage_is_stale_when_an_input_changes(at: StageAtWork) -> None:
-    """A finished stage is up to date; a change of a factor range or of a number in its section makes it out of date."""
     first, *rest = at.study.factors
     wider = first.model_copy(update={"high": first.high + 0.125 * (first.high - first.low)})
     studies = [at.study.model_copy(update={"factors": (wider, *rest)})]
@@ -101,7 +98,6 @@ def _stage_is_stale_when_an_input_changes(at: StageAtWork) -> None:
 
 
 def _tables_have_titles_and_units(at: StageAtWork) -> None:
-    """Each table has a title, and each number a unit in its heading or row, unless it is a count or a ratio."""
     result = at.finished[2]
     for table in at.thing.showing().tables(result, names_of(result)):
         require(bool(table.title), "a table has no title")

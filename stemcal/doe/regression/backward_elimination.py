@@ -55,6 +55,5 @@ def reduce_surface(
 
 
 def _removable(chosen: Sequence[str]) -> list[int]:
-    """Return the indices of the terms that are not a part of another term, as a linear term is of its interactions."""
     needed = {"1"}.union(*(term.removesuffix("^2").split(":") for term in chosen if ":" in term or "^2" in term))
     return [i for i, term in enumerate(chosen) if term not in needed]

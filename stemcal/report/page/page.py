@@ -154,7 +154,6 @@ def coded(text: str) -> Markup:
 def _section(
     result: StageResult, plots: list[Plot], verdict: Verdict, labels: Mapping[str, str], shared: Shared
 ) -> dict[str, Any]:
-    """Return the section of a stage: outcome, tables, figures and notes, as far as the verdict allows them."""
     pictures = [plot for plot in _plots_of(result.name, plots) if verdict.holds or not plot.claims]
     tables = showable(tables_of(result, labels), verdict.holds)
     notes = [str(note) for note in shown_notes(result, verdict.holds)]
@@ -179,7 +178,6 @@ def _part_of(tables: Iterable[Table], plots: Iterable[Plot], shared: Shared, not
 
 
 def _first_pictures(study: Study, plots: Sequence[Plot]) -> list[Plot]:
-    """Return the figures at the top of the page: measured and simulated responses, and the cut stem."""
     compared = ["validation", *(f"validation-{response.name}" for response in study.naming.others)]
     names = (*compared, f"fracture-{short(study.targets.calibrate_at)}mm")
     return [plot for name in names for plot in plots if plot.name == name and plot.on_page]
@@ -198,9 +196,6 @@ def _plots_of(section: str, plots: Sequence[Plot]) -> list[Plot]:
 def _picture(plot: Plot, shared: Shared) -> _Picture:
     svg = inline_svg(plot.document, plot.caption, shared, plot.readings)
     return {"svg": svg, "caption": plot.caption, "wide": plot.wide}
-
-
-# ---- templates, and the profiler of the fitted surfaces as a separate page for a notebook
 
 
 def environment() -> Environment:

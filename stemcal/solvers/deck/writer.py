@@ -160,9 +160,6 @@ def _mesh(deck: Deck) -> Iterator[str]:
         yield f"{number:8d}{part:8d}" + "".join(f"{node:8d}" for node in nodes)
 
 
-# ---- input files of OpenRadioss in addition to the deck
-
-
 def starter_around(name: str, lengths: Mapping[int, float]) -> str:
     """Return the starter input that includes the deck file `name` (run.k) and the nonlocal `lengths` (mm) of parts."""
     heading = f"#{'LENGTH':>19}{'LE_MAX':>20}"

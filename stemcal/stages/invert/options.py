@@ -52,7 +52,6 @@ class InvertOptions(Frozen):
 
 
 def _joint_conditions_measured(draft: Draft) -> Iterator[Finding]:
-    """Check that `invert.diameters` lists measured diameters."""
     if (wanted := draft.study.of(InvertOptions).conditions) is None:
         return
     if draft.naming.condition is None:
@@ -75,7 +74,6 @@ def _joint_conditions_measured(draft: Draft) -> Iterator[Finding]:
 
 
 def _responses_measured(draft: Draft) -> Iterator[Finding]:
-    """Check that every fitted response is measured with a standard deviation, and that the solver returns it."""
     path, names, named = ("invert", "responses"), draft.study.of(InvertOptions).responses, draft.naming
     if names == (FIRST,):
         return
@@ -100,7 +98,6 @@ def _responses_measured(draft: Draft) -> Iterator[Finding]:
 
 
 def _rule_uses_priors(draft: Draft) -> Iterator[Finding]:
-    """Check that `invert.rule` is not set together with priors, which determine the solution."""
     known = any(factor.prior is not None for factor in draft.factors.values())
     if known and draft.study.of(InvertOptions).rule != "least_coded_distance":
         remedy = "remove this key: with priors, the solution is the best fit to measurements and priors"
@@ -131,7 +128,6 @@ InvertOptions.doubts = _doubts
 
 
 def _growth_is_seen(draft: Draft) -> Iterator[Finding]:
-    """Check that a varied exponent affects a fitted response: at its reference diameter it has no effect."""
     if isinstance(chosen := draft.study.of(RsmOptions).factors, str):
         return
     joint: Sequence[float] | str = draft.study.of(InvertOptions).conditions or [draft.study.targets.calibrate_at]
@@ -145,7 +141,6 @@ def _growth_is_seen(draft: Draft) -> Iterator[Finding]:
 
 
 def _surface_over_conditions(draft: Draft) -> Iterator[Finding]:
-    """Check that a surface over conditions has several fitted conditions and a solver for any condition."""
     if draft.study.of(RsmOptions).over == "factors" or not draft.study.of(RsmOptions).wanted:
         return
     remedy = "remove `rsm.over`"

@@ -91,7 +91,6 @@ def _cutters(study: Study, surface: RsmResult, problem: Problem, optimum: Optimu
 
 
 def _levels(study: Study, surface: RsmResult, x: Array) -> dict[str, float]:
-    """Return the levels of all factors at a coded point, rounded to four digits within the ranges."""
     levels = dict(surface.fixed)
     for name, value in surface.scales.levels(x).items():
         factor = study.factor(name)
@@ -110,14 +109,12 @@ def _cutter(name: str, levels: Mapping[str, float], study: Study, surface: RsmRe
 
 
 def _simulated(work: Work, cutters: Sequence[Cutter], pictured: bool, first: int = 0) -> list[Cutter]:
-    """Simulate the cutters; return them with the outcomes."""
     simulate, at = work.simulating("optimise", pictured), work.study.targets.calibrate_at
     outcomes = simulate(first, [cutter.levels for cutter in cutters], [at])
     return [replace(cutter, outcome=outcome) for cutter, outcome in zip(cutters, outcomes, strict=True)]
 
 
 def _in_materials(work: Work, cutters: Sequence[Cutter]) -> list[Cutter]:
-    """Simulate the optimum and the present cutter in the other materials of the study."""
     simulated = []
     for number in range(1, len(work.study.materials) + 1):
         study = work.study.in_material(number)
@@ -169,7 +166,6 @@ def _edges(study: Study, surface: RsmResult, x: Array) -> dict[str, str]:
 
 
 def _is_physical_bound(study: Study, name: str, end: str) -> bool:
-    """Check that the end of a range is a bound of the parameter itself, such as an angle of 0°."""
     factor, parameter = study.factor(name), study.kind.parameters.get(name)
     bound = None if parameter is None else parameter.lowest if end == "low" else parameter.highest
     if parameter is None or bound is None or not isfinite(bound):

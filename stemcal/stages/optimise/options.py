@@ -34,7 +34,6 @@ def _level(factor: Factor, value: float | str) -> float:
 
 
 def _present_is_possible(draft: Draft) -> Iterator[Finding]:
-    """Check that the levels of the present cutter are within the ranges, and that the study has a goal."""
     present, known = draft.study.of(OptimiseOptions).present, {f.name: f for f in draft.factors.values()}
     if present and draft.study.goal is None:
         yield Finding(("optimise",), "the study has no goal", "add `goal: {minimise: [force]}`, or remove this key")

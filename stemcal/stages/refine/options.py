@@ -25,7 +25,6 @@ _RANGES = {"type": "object", "additionalProperties": {"anyOf": [_RANGE, {"type":
 
 
 def _by_name(value: Any) -> Any:
-    """Accept a list of names as a mapping without ranges."""
     if not isinstance(value, list) or not all(isinstance(name, str) for name in value):
         return value
     if twice := [name for name in value if value.count(name) > 1]:
@@ -92,7 +91,6 @@ def seen(study: Study) -> Study:
 
 
 def _refinement_is_possible(draft: Draft) -> Iterator[Finding]:
-    """Check the factors and ranges of `refine.adjust`, and that all keys can be used with `refine.in` or without it."""
     if (refine := draft.study.given(RefineOptions)) is None:
         return
     if refine.elsewhere and not has_surface(draft.study):
@@ -115,7 +113,6 @@ def _refinement_is_possible(draft: Draft) -> Iterator[Finding]:
 
 
 def _tests_and_curves_stay_here(draft: Draft) -> Iterator[Finding]:
-    """Check that a study with laboratory tests or curves has no `refine.in`, whose model does not simulate them."""
     if not draft.study.of(RefineOptions).elsewhere:
         return
     if draft.tests:
@@ -149,7 +146,6 @@ RefineOptions.rules = (_refinement_is_possible, _tests_and_curves_stay_here, _th
 
 
 def _doubts(study: Study) -> Iterator[Finding]:
-    """Yield a duration that is probably in the wrong unit."""
     from stemcal.study.rules.plausible import doubt
 
     if duration := study.of(RefineOptions).duration:

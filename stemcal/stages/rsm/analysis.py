@@ -96,7 +96,6 @@ def _notes(result: RsmResult) -> Iterator[Note]:
 def _fit_terms(
     study: Study, design: Design, runs: Sequence[DesignRun], axis: ConditionAxis | None
 ) -> tuple[Surface, tuple[ReductionStep, ...] | None]:
-    """Fit the surface as the spec specifies; return it with the removed terms, None without elimination."""
     logarithm, values = axis is not None and FIRST in axis.logarithms, np.array([run.number(FIRST) for run in runs])
     data, names = (design.coded, np.log(values) if logarithm else values, design.names), Wording(study.naming)
     names = Wording(study.naming.of_logarithm) if logarithm else names

@@ -60,7 +60,6 @@ def _chosen_or_names(value: Any) -> Any:
 
 
 def _factors_taken(design: str) -> tuple[int, int]:
-    """Return the smallest and largest number of factors that a design supports."""
     known = SURFACES.named(design)
     return (2, MOST_FACTORS) if known is None else known.factors
 
@@ -199,7 +198,6 @@ def _factors_are_found(draft: Draft) -> Iterator[Finding]:
 
 
 def _surface_design_takes_factors(draft: Draft) -> Iterator[Finding]:
-    """Check that the design supports the number of factors and has enough runs for a quadratic."""
     rsm, known = draft.study.of(RsmOptions), len(draft.names)
     if not rsm.wanted:
         return
@@ -219,7 +217,6 @@ def _surface_design_takes_factors(draft: Draft) -> Iterator[Finding]:
 
 
 def _runs_are_used(draft: Draft) -> Iterator[Finding]:
-    """Check that `rsm.runs` is used only with a design that can have any number of runs."""
     rsm = draft.study.of(RsmOptions)
     if rsm.wanted and rsm.runs is not None and rsm.design != _LATIN_HYPERCUBE:
         message = f"the number of runs of the `{rsm.design}` design is determined by the number of factors"
@@ -227,7 +224,6 @@ def _runs_are_used(draft: Draft) -> Iterator[Finding]:
 
 
 def _coding_fits(draft: Draft) -> Iterator[Finding]:
-    """Check that `rsm.coding` lists factors, is within their ranges and leads to physical levels."""
     coding = draft.study.of(RsmOptions).coding
     yield from (draft.unknown_factor(("rsm", "coding", name), name) for name in coding if name not in draft.names)
     for factor in draft.factors.values():
@@ -269,7 +265,6 @@ RsmOptions.rules = (
 
 
 def _doubts(study: Study) -> Iterator[Finding]:
-    """Yield doubts: factors that no run varies, and exponents without effect at their reference diameter."""
     at, chosen = study.targets.calibrate_at, study.of(RsmOptions).factors
     if not study.of(RsmOptions).wanted:
         return

@@ -138,7 +138,6 @@ def validate_notes(stage: ValidateResult) -> Iterator[Note]:
 
 
 def _travel(stage: ValidateResult) -> Iterator[Note]:
-    """Yield a note if measured and simulated travel differ in kind; it does not affect the verdict."""
     further = [row for compared in stage.rows for row in compared.further]
     rows = [row for row in further if row.response == TRAVEL.name and not row.judged]
     errors = [abs(row.error_percent) for row in rows if row.error_percent is not None]

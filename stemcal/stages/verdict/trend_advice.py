@@ -115,7 +115,6 @@ def trend_reason(
 
 
 def _is_length(condition: Variable) -> bool:
-    """Check that a condition is a length, over which responses can follow a power law."""
     try:
         return parse_unit(condition.unit).dimension == "length"
     except UnitError:

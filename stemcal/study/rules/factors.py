@@ -143,7 +143,6 @@ def wrong_levels(study: Study, levels: Mapping[str, float], diameter: float | No
 
 
 def _material_is_given_once(draft: Draft) -> Iterator[Finding]:
-    """A parameter is a factor or has a fixed value, not both; a growing parameter has one of them."""
     for name, place in draft.places.items():
         given = place.given
         if name in draft.names and given is not None and not (isinstance(given, Growth) and given.value is None):
@@ -155,7 +154,6 @@ def _material_is_given_once(draft: Draft) -> Iterator[Finding]:
 
 
 def _sections_are_given_once(draft: Draft) -> Iterator[Finding]:
-    """A setting that is a factor has no fixed value in its section, and the stroke is set only once."""
     for name in settings_varied(draft):
         section = field_or_none(draft.study, SETTINGS[name].section)
         if section is not None and name in section.model_fields_set:
@@ -177,7 +175,6 @@ def settings_varied(draft: Draft) -> dict[str, int]:
 
 
 def _settings_act(draft: Draft) -> Iterator[Finding]:
-    """A setting that is a factor has an effect, and changes no other setting unintentionally."""
     study, settings = draft.study, settings_varied(draft)
     if "speed" in settings and study.loading.chosen_stroke is None:
         message = f"the stroke ({study.loading.duration:g} s times the speed) would follow the factor `speed`"

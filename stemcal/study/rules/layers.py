@@ -21,7 +21,6 @@ _ELEMENTS, _MOST_MASS = 3, 100.0
 
 
 def _solver_has_layers(draft: Draft) -> Iterator[Finding]:
-    """Layers and fibres require a solver that simulates them, also in the model of a `refine` section."""
     there = draft.study.there
     if draft.kind.has_layers and not there.kind.writes_decks:
         return
@@ -64,7 +63,6 @@ def _layers_are_complete(draft: Draft) -> Iterator[Finding]:
 
 
 def _factors_act_in_a_layer(draft: Draft) -> Iterator[Finding]:
-    """A factor of the whole stem has an effect: at least one layer has no own value of the parameter."""
     for index, factor in draft.factors.items() if draft.layers and draft.kind.has_layers else ():
         each = [f"{layer.name}_{factor.name}" for layer in draft.layers]
         follow = [name for name in each if name in draft.places and draft.places[name].given is None]
@@ -100,7 +98,6 @@ def _measured_values_cover_the_diameters(draft: Draft) -> Iterator[Finding]:
 
 
 def _layers_fit_the_wall(draft: Draft) -> Iterator[Finding]:
-    """At every diameter, the layers are thinner than the wall, and not too thin for the time step of the solver."""
     specimen, outer = draft.study.specimen, draft.study.layers[:-1]
     ratio = specimen.bore if specimen.bore is not None else specimen.diameter_ratio
     for diameter in _diameters(draft) if outer else ():
@@ -154,7 +151,6 @@ def _diameters(draft: Draft) -> list[float]:
 
 
 def _laws_are_possible(draft: Draft) -> Iterator[Finding]:
-    """For all levels of the factors, the elastic energy is positive and the yield surface is closed."""
     for layer in draft.study.layers or (None,):
         prefix = "" if layer is None else f"{layer.name}_"
         if f"{prefix}transverse_yield_stress" not in draft.places:

@@ -98,7 +98,6 @@ def _rates(study: Study) -> Iterator[Finding]:
 
 
 def _tests(study: Study) -> Iterator[Finding]:
-    """Question the dimensions of laboratory tests, and responses of a further cut that depend on the element size."""
     for index, test in enumerate(study.tests):
         late = [kind.name for kind in test.responses if kind.varies_with_mesh and kind.name in test.measured]
         if test.is_further_cut and late:
@@ -163,7 +162,6 @@ def _mesh(study: Study) -> Iterator[Finding]:
 
 
 def _wall(study: Study, mesh: ElementCounts) -> Iterator[Finding]:
-    """Question a wall with too few elements through its thickness for bending, at any diameter of the study."""
     if mesh.through_wall is not None and mesh.through_wall >= _THROUGH:
         return
     for diameter in () if study.layers else _conditions(study):
@@ -232,7 +230,6 @@ def _outliers(study: Study) -> Iterator[Finding]:
 
 
 def _falls(study: Study) -> Iterator[Finding]:
-    """Question a cutting force that decreases with the diameter: a row may be left over from a template."""
     if not study.naming.is_force_on_stems:
         return
     far = {finding.path[1] for finding in _outliers(study)}

@@ -46,7 +46,6 @@ def _conditions_differ(draft: Draft) -> Iterator[Finding]:
 
 
 def _own_names_are_of_programs(draft: Draft) -> Iterator[Finding]:
-    """Only solvers with `own_responses` allow other responses than the force and other conditions than the diameter."""
     if draft.naming.is_cutting or draft.kind.own_responses or draft.tests or draft.study.targets.modes:
         return
     for section, is_own in (
@@ -68,7 +67,6 @@ def _stem_reaches_over_supports(draft: Draft) -> Iterator[Finding]:
 
 
 def _clamp_is_in_place(draft: Draft) -> Iterator[Finding]:
-    """The clamp is beyond the blade and the fixed knife, and the plane of the cut is within the specimen."""
     supports, blade, length = draft.study.supports, draft.study.blade, draft.study.specimen.length
     if supports.kind == "span":
         if "height" in supports.model_fields_set and "height" not in draft.names:
@@ -149,7 +147,6 @@ def _tests_are_simulated(draft: Draft) -> Iterator[Finding]:
 
 
 def _curves_are_simulated(draft: Draft) -> Iterator[Finding]:
-    """The calibration condition has measured curves, and the solver returns curves to compare with them."""
     targets = draft.study.targets
     curved = {target.row: target.condition for target in targets.means if target.curves}
     for index in curved:
@@ -166,7 +163,6 @@ def _curves_are_simulated(draft: Draft) -> Iterator[Finding]:
 
 
 def _tests_differ(draft: Draft) -> Iterator[Finding]:
-    """Test names differ, also in lower case: responses and folders of sheets (on Windows) are named after them."""
     seen: set[str] = set()
     for index, test in draft.tests.items():
         key = test.name.casefold()
@@ -182,7 +178,6 @@ def _tests_differ(draft: Draft) -> Iterator[Finding]:
 
 
 def _tests_have_what_they_need(draft: Draft) -> Iterator[Finding]:
-    """Each measured value is a response of its test, and has a standard deviation."""
     for test in draft.tests.values():
         for means in test.targets:
             own = [response.name for response in test.responses]
@@ -197,7 +192,6 @@ def _tests_have_what_they_need(draft: Draft) -> Iterator[Finding]:
 
 
 def _further_cuts_are_possible(draft: Draft) -> Iterator[Finding]:
-    """A further cutting test, with its changed sections, obeys the same rules as the main cutting test."""
     for index, test in draft.tests.items():
         changed = replace(draft, study=draft.study.model_copy(update=test.in_place_of(draft.study)))
         for rule in _OF_SECTIONS:
@@ -214,7 +208,6 @@ def _tests_fit_the_stem(draft: Draft) -> Iterator[Finding]:
 
 
 def _test_targets_need_forces(draft: Draft) -> Iterator[Finding]:
-    """Each row of a laboratory test has a different diameter, for which there is also a cutting force."""
     cut = [target.condition for target in draft.study.targets.means]
     for test in draft.tests.values():
         seen: list[float] = []
