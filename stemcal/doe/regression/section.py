@@ -49,11 +49,7 @@ class Place:
 
     def z(self, points: ArrayLike) -> Array:
         """Return the coordinates z of points x, (m, number of factors without exponents + 1); the condition is last."""
-        return self._alone.z(np.atleast_2d(np.asarray(points, dtype=float)))[:, 0]
-
-    @cached_property
-    def _alone(self) -> _Places:
-        return _Places([self])
+        return _Places([self]).z(np.atleast_2d(np.asarray(points, dtype=float)))[:, 0]
 
 
 class _Places:
