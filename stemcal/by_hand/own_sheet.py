@@ -83,7 +83,6 @@ class OwnSheet:
         return write_atomic(self.path, text, new=True)
 
     def _remarks(self, runs: Sequence[Request]) -> list[dict[str, str | float]]:
-        """Return the person, date and remark that the present sheet contains for each run without a result."""
         study, solver, named = self.study.by_hand, make_solver(self.study.by_hand), by_name(runs)
         remarks: dict[str, dict[str, str | float]] = {}
         for row in run_sheet.filled(self._entered, str(self.path), study) if self._entered else []:

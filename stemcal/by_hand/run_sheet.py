@@ -197,7 +197,6 @@ def _lines_of_workbook(content: bytes, source: str) -> Lines:
 
 
 def _split(text: str, source: str) -> Lines:
-    """Split the lines at the separator with which the heading has the most columns."""
     ways: list[Lines] = []
     for separator in (",", ";", "\t"):
         reader = csv.reader(text.splitlines(keepends=True), delimiter=separator, strict=True)
@@ -210,7 +209,6 @@ def _split(text: str, source: str) -> Lines:
 
 
 def _head(lines: Lines) -> int | None:
-    """Return the index of the heading, which is the first line with a cell `run`; None if there is none."""
     return next((i for i, (_, cells) in enumerate(lines) if RUN in [narrow(c).casefold() for c in cells]), None)
 
 

@@ -130,7 +130,6 @@ def _known_rows(study: Study, path: Path) -> dict[str, list[_KnownRow]]:
 
 
 def _slips(study: Study, rows: Mapping[str, Sequence[_KnownRow]]) -> list[str]:
-    """Return a message for each result that is far from the others at its condition."""
     at, usual = study.naming.condition, study.targets.calibrate_at
     runs = []
     known = {name: several for name, several in rows.items() if STAGES.named(name.split()[0]) is not None}
@@ -167,7 +166,6 @@ def _known(study: Study, cells: Filled) -> _KnownRow:
 
 
 def _level(cells: Filled, name: str, unit: str) -> float | None:
-    """Return the number in a column, converted to a unit; None if the cell is empty."""
     if not (text := cells.levels.get(name)):
         return None
     try:

@@ -122,7 +122,6 @@ def _go_through(work: Session, until: str | None = None) -> Callable[..., None]:
 def _show_run(
     study: Study, results: Results, verdict: Verdict, page: Path, folder: StudyFolder, as_json: bool, quiet: bool
 ) -> None:
-    """Print findings, notes, verdict, parameters and the path of the report, or JSON; exit code 3 if runs failed."""
     from stemcal.vocabulary import Wording
 
     if as_json:
@@ -145,7 +144,6 @@ def _show_run(
 
 
 def _show_findings(results: Results, verdict: Verdict, folder: StudyFolder, quiet: bool) -> None:
-    """Print the main findings and the most important notes, except those that are part of the verdict."""
     from stemcal.drawing.showing import names_of
     from stemcal.formats import counted
     from stemcal.report.outcome import KNOWN, MOST, notes_of_all, read_first, shortened, showing_of

@@ -150,7 +150,6 @@ def require_material(study: Study, levels: Mapping[str, float], diameter: float)
 
 
 def _check_outputs(study: Study, csv_file: Path | None, figure: Path | None, frames: Path | None) -> None:
-    """Raise `UsageError` before the simulation if its outputs could not be written."""
     options = [name for name, path in {"--frames": frames, "--figure": figure}.items() if path is not None]
     if options and not study.kind.simulates_stems:
         these = "this option" if len(options) == 1 else "these options"
@@ -181,7 +180,6 @@ def summary(result: CuttingResult, diameter: float, test: str = CUTTING, measure
 def _one_run(
     study: Study, levels: Mapping[str, float], at: float, as_json: bool, quiet: bool, csv_file: Path | None
 ) -> None:
-    """Run the program of the spec once and print its answer; raise `RunsFailed` if the run fails."""
     from stemcal.notes import Note
     from stemcal.runs.executors.local import LocalExecutor
     from stemcal.runs.record import Run

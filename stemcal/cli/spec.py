@@ -134,7 +134,6 @@ def _say_plan(estimate: Plan) -> None:
 
 
 def _not_ready(study: Study) -> list[str]:
-    """Return the reasons why the program in a valid spec cannot be started on this machine."""
     if not study.kind.starts_program:
         return []
     from stemcal.solvers import make_solver

@@ -120,13 +120,11 @@ def around_half(radius: float, how: Discretisation) -> int:
 
 
 def _pairs_along(length: float, how: Discretisation) -> int:
-    """Return the number of elements on either side of the cut, without a row under the edge itself."""
     odd = 1 if how.edge_over == "elements" else 0
     return max(1, ceil((length / (_mean_length(how) * how.element_size) - odd) / 2 - 1e-9))
 
 
 def _mean_length(how: Discretisation) -> float:
-    """Return the mean length of the elements along the stem over that of those under the edge."""
     return 1.0 + (1.0 - EVEN_SHARE) * 0.5 * (how.coarsening - 1.0)
 
 
@@ -191,8 +189,7 @@ def _layers_of(test: ShearTest) -> Array:
 
 def _counter_edge(test: ShearTest) -> float:
     """Return the distance of a counter-edge from the plane of the cut, mm: half the blade and its clearance."""
-    half = 0.5 * test.blade.thickness if test.blade.bevel == "both" else 0.0
-    return half + test.supports.clearance
+    return (0.5 * test.blade.thickness if test.blade.bevel == "both" else 0.0) + test.supports.clearance
 
 
 def _blade(test: ShearTest) -> Tool:

@@ -274,7 +274,6 @@ def _ratio_percent(part: Array, curve: ForceHistory, until: int) -> float:
 
 
 def _least_contact_percent(curve: ForceHistory, broken: int | None) -> float:
-    """Return the smallest contact/work in % until the break, after the first tenth of the work done by then."""
     work, contact = curve.external[:broken], curve.contact[:broken]
     counted = work > _BEGINNING * max(work.max(), 1e-12)
     return float(100.0 * np.min(contact[counted] / work[counted], initial=100.0))

@@ -95,8 +95,7 @@ def _columns(x: Array, side: Array, place: float, reach: float) -> tuple[Ints, A
     The layers of nodes must be planes, equally many within reach on both sides unless a mirror replaces one side.
     """
     _, line = np.unique(np.round(x[:, 1:], 7), axis=0, return_inverse=True)
-    order = np.lexsort((side, x[:, 0], line.ravel()))
-    table = order.reshape(line.max() + 1, -1).astype(np.int32)
+    table = np.lexsort((side, x[:, 0], line.ravel())).reshape(line.max() + 1, -1).astype(np.int32)
     away = x[table[0], 0] - place
     right = int(np.argmax((np.abs(away) < _HAIR) & (side[table[0]] > 0.0)))
     count = int(np.searchsorted(away[right:], reach)) + 1

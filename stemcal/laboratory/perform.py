@@ -114,8 +114,7 @@ def perform(test: LaboratoryTest, inspect: Inspect | None = None) -> LaboratoryR
     result = evaluate(curve, history, test.material, broken, len(model.mesh.hexes), wall, balanced=broken)
     until_break = ForceTravel.until_break(curve.travel[:broken], curve.force_filtered[:broken], diameter, PIECE)
     shape = shape_of(model, history, how.symmetry)
-    before_failure = np.flatnonzero(curve.deleted == 0)[-1]
-    percent = 100.0 * gauges.buckling[before_failure] if gauges.buckling else 0.0
+    percent = 100.0 * gauges.buckling[np.flatnonzero(curve.deleted == 0)[-1]] if gauges.buckling else 0.0
     warnings = (*_of_tests(result), *([buckles(percent)] if percent > MOST_BUCKLING else ()))
     more = {"shape": shape, "until_break": until_break, "warnings": warnings}
     return LaboratoryResult(**{**vars(result), **more}).giving(responses_in(PIECE))

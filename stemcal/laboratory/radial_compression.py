@@ -73,8 +73,7 @@ class RadialCompression(Kind):
         around = np.linspace(-1.0, 1.0, around_half(0.5 * stem.outer_diameter, how))
         widths = 1.0 + (coarse - 1.0) * (1.0 - np.abs(around))
         pairs = max(2, ceil(0.5 * stem.length / (coarse * how.element_size)))
-        first = 0 if how.symmetry == "quarter" else -pairs
-        layers = 0.5 * stem.length * np.arange(first, pairs + 1) / pairs
+        layers = 0.5 * stem.length * np.arange(0 if how.symmetry == "quarter" else -pairs, pairs + 1) / pairs
         return stem_mesh(stem, how, widths=widths, layers=layers)
 
     def tools(self, stem: Stem, loading: Loading, both_sides: bool) -> tuple[Tool, ...]:

@@ -150,8 +150,7 @@ def from_preload(travel: Array, force: Array) -> Curve:
     first, after = float(force[begin]), float(force[begin : begin + 2][-1])
     if not first < after or first > RISE * force.max():
         return travel[begin:] - travel[begin], force[begin:]
-    steps = max((PRELOAD - first) / (after - first), -1.0)
-    start = travel[begin] + steps * (travel[begin + 1] - travel[begin])
+    start = travel[begin] + max((PRELOAD - first) / (after - first), -1.0) * (travel[begin + 1] - travel[begin])
     later = begin + int(first <= PRELOAD)
     return np.append(0.0, travel[later:] - start), np.append(PRELOAD, force[later:])
 

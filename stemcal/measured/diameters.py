@@ -151,7 +151,6 @@ def _columns(table: TextTable, column: str | None, label: str | None) -> tuple[l
 
 
 def _label(cells: Sequence[str], row: int, labels: Sequence[int]) -> str:
-    """Return the name of the stem in a row: its labels, or the number of the row from 1."""
     return " ".join(cells[i] for i in labels) if labels else str(row + 1)
 
 
@@ -190,7 +189,6 @@ def _repeated(table: TextTable, labels: Sequence[int], columns: Sequence[int]) -
 
 
 def _labels_apart(table: TextTable, labels: Sequence[int]) -> list[str]:
-    """Return the labels that rows which are not adjacent share."""
     blocks = [name for name, _ in groupby(_label(cells, row, labels) for row, cells in enumerate(table.rows))]
     return [name for name, count in Counter(blocks).items() if count > 1]
 

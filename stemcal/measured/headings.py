@@ -213,7 +213,6 @@ def _narrow(text: str) -> str:
 
 
 def _columns_named(cells: Sequence[str]) -> int:
-    """Count the cells that name a quantity or a specimen; units are not counted."""
     return sum(not _bare_unit(cell) and is_called(cell, (*FORCE, *TRAVEL, *DIAMETER, *LABEL)) for cell in cells)
 
 

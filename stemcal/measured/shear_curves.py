@@ -147,7 +147,6 @@ def _columns(
 
 
 def _first(table: TextTable, what: str, columns: Sequence[int], notes: list[Note]) -> list[int]:
-    """Return the first of several columns, and add a note on the choice."""
     others = ", ".join(quoted(table.columns[column]) for column in columns[1:4])
     text = f"The {what} is read from column {quoted(table.columns[columns[0]])}, not from {others}."
     notes.append(Note("column_chosen", "caution", text, Remedy(f"Use `--{what}-column` to select another column.")))
@@ -155,7 +154,6 @@ def _first(table: TextTable, what: str, columns: Sequence[int], notes: list[Note
 
 
 def _are_alike(table: TextTable, columns: Sequence[int]) -> bool:
-    """Check that the columns have the same unit and names that differ only in numbers or single letters."""
     names = (re.split(r"[\W\d_]+", folded(table.columns[i])) for i in columns)
     roots = {tuple(part for part in name if len(part) > 1 or not part.isascii()) for name in names}
     return len(roots) == 1 and len({table.units[i] for i in columns}) == 1

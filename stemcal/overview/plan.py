@@ -114,7 +114,6 @@ def plan(
 
 
 def _by_test(left: Iterable[Sequence[Request]], solver: Solver, costs: _Costs) -> dict[str, float]:
-    """Return the computing time of each test in the remaining runs (s); empty if the solver has only one test."""
     seconds: dict[str, float] = defaultdict(float)
     cost = costs.of or (lambda _request: 0.0)
     for request in chain.from_iterable(left):

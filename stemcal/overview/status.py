@@ -91,7 +91,6 @@ def stage_states(study: Study, folder: StudyFolder) -> Status:
 
 
 def _file(study: Study, solver: Solver, folder: StudyFolder, stage: str) -> tuple[str, list[str]]:
-    """Return the state of a result file, and the inputs that have changed, including those of earlier stages."""
     if not folder.has_stage(stage):
         return "none", []
     try:

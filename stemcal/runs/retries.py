@@ -68,7 +68,6 @@ class Batch:
 
 
 def _answer_of(future: Future[Computed]) -> Computed:
-    """Return the answer of a finished future; an exception of a run becomes a failed answer."""
     try:
         return future.result()
     except (ClusterLost, Waiting):

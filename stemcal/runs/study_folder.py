@@ -250,7 +250,6 @@ class StudyFolder:
 
 
 def _problem_of(record: Mapping[str, Any], key: str) -> str:
-    """Return the fault of a record whose hash is correct; "" if there is none."""
     if (version := record.get("record_version")) != RECORD_VERSION:
         return f"has record version {version!r:.20}; this version of stemcal requires {RECORD_VERSION}"
     if missing := [name for name in _RECORDED if name not in record]:
@@ -273,7 +272,6 @@ def _problem_of(record: Mapping[str, Any], key: str) -> str:
 
 
 def _is_curve(curve: Mapping[str, Any]) -> bool:
-    """Check that there are as many forces as travels, each a number or null."""
     travel, force = curve.get("travel"), curve.get("force")
     if not (isinstance(travel, list) and isinstance(force, list) and len(travel) == len(force)):
         return False

@@ -154,8 +154,7 @@ class Fit:
         """The fraction of the error variance of each observation that is due to the surface."""
         m = len(self.observations)
         whole = np.diagonal(self.draws, axis1=1, axis2=2)[:, :m]
-        laboratory = np.diagonal(self.errors.laboratory, axis1=1, axis2=2)
-        return np.asarray(self.weights @ (1.0 - laboratory / whole))
+        return np.asarray(self.weights @ (1.0 - np.diagonal(self.errors.laboratory, axis1=1, axis2=2) / whole))
 
     def _spread(self, x: Array) -> Array:
         """Return the relative error variance of the surface of each observation at x, of which only ratios are used."""

@@ -49,8 +49,7 @@ def peak_answer(
     the peak is that of the whole stroke. The filtered force before the fracture is scored on the measured `modes`.
     """
     time, force = contact.time, contact.force
-    rows = max(1, round(options.filter_window / float(np.median(np.diff(time)))))
-    filtered = moving_mean(force, rows)
+    filtered = moving_mean(force, max(1, round(options.filter_window / float(np.median(np.diff(time))))))
     deleted = np.searchsorted(np.sort(np.asarray(failed, dtype=float)), time, side="right")
     broken = break_row(filtered, deleted, BREAK_DROP)
     peak = int(np.argmax(filtered[:broken]))

@@ -72,8 +72,7 @@ def _blade_section(blade: Blade, size: float, stroke: float | None = None, line:
 
     def ends(z: float) -> tuple[float, float]:
         left = -r * cos(lean_left) - (z - r + r * sin(lean_left)) * tan(lean_left)
-        right = touch + (z - r + r * sin(lean_right)) * tan(lean_right)
-        return max(body[0], left), min(body[1], right)
+        return max(body[0], left), min(body[1], touch + (z - r + r * sin(lean_right)) * tan(lean_right))
 
     if line:  # the edge, and the flanks at some height above it
         height = min(size, _VEE * t)

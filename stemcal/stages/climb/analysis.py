@@ -69,7 +69,6 @@ def _notes(rows: Sequence[ClimbRow], best: ClimbRow, reached: bool, names: Wordi
 
 
 def _walk(study: Study, names: list[str], screened: ScreenResult, simulate: SimulateAt) -> list[ClimbRow]:
-    """Simulate the centre, and then step by step until the response has passed the target."""
     target = study.calibration_target.response
     rows = _rows(study, names, [[0.0] * len(names)], simulate)
     start = rows[0].outcome
@@ -96,7 +95,6 @@ def _leap(study: Study, names: list[str], screened: ScreenResult, simulate: Simu
 def _rows(
     study: Study, names: list[str], points: Iterable[Sequence[float]], simulate: SimulateAt, first: int = 0
 ) -> list[ClimbRow]:
-    """Simulate coded points at once; `first` is the step number of the first point."""
     coded = [dict(zip(names, map(float, point), strict=True)) for point in points]
     factors = [study.factor(name) for name in names]
     varied = [{f.name: float(f"{f.centre + f.half_range * point[f.name]:.12g}") for f in factors} for point in coded]

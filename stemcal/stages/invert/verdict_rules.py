@@ -103,7 +103,6 @@ def _all_out_of_reach(evidence: Evidence, surface: Surfaces, point: Point, joint
 
 
 def _contradiction(apart: Contradicted, names: Wording) -> str:
-    """Return a sentence on the measured mean that contradicts the others, and their prediction."""
     named = names.naming.named(apart.response)
     values = (named.counted(value, apart.measured) for value in (apart.measured, apart.low, apart.high))
     measured, low, high = (f"{short(value, 4)}{named.unit_suffix}" for value in values)
@@ -220,7 +219,6 @@ def _to_identify(evidence: Evidence, known: Certainty) -> Remedy:
 
 
 def _within_reach(evidence: Evidence, response: str) -> bool:
-    """Check that a response was measured at the calibration and is in the range of the simulated values."""
     mean, sd = evidence.study.calibration_target.mean_of(response)
     surface = evidence.of(Surfaces)
     if mean is None or surface is None:

@@ -97,7 +97,6 @@ def completed(own: Mapping[str, Any], data: Mapping[str, Any], folder: Path) -> 
 
 
 def _shown(spec: Path) -> str:
-    """Return the path of a spec as the user would type it."""
     here = Path.cwd()
     return spec.relative_to(here).as_posix() if spec.is_relative_to(here) else str(spec)
 

@@ -199,8 +199,7 @@ def toward(surface: AnySurface, level: float, region: Region, start: Array, radi
 
 def _across(trials: Sequence[Trial], best: Trial, target: float) -> Trial | None:
     """Return the trial nearest to `best` on the other side of the target, if there is one."""
-    side = np.sign(best.response - target)
-    others = [trial for trial in trials if np.sign(trial.response - target) == -side]
+    others = [trial for trial in trials if np.sign(trial.response - target) == -np.sign(best.response - target)]
     return min(others, key=lambda trial: float(np.linalg.norm(trial.coded - best.coded)), default=None)
 
 

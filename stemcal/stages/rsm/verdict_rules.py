@@ -188,7 +188,6 @@ def _beyond(
 
 
 def _lost(evidence: Evidence) -> Iterator[Note]:
-    """Yield failed runs if no surface could be fitted, and the conditions at which all runs failed."""
     tried, failed, why = Counter[float](), Counter[float](), Counter[str]()
     levels: dict[bool, list[Mapping[str, float]]] = {True: [], False: []}
     for record in evidence.records:

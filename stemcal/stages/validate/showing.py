@@ -67,7 +67,6 @@ def _validation_table(stage: ValidateResult, names: Wording) -> Table:
 
 
 def _errors_in_short(stage: ValidateResult, names: Wording) -> str:
-    """Return a sentence with the largest and mean errors, and the largest held-out error with that of a formula."""
     of = " (all responses)" if names.naming.others else ""
     worst, mean = fixed(stage.worst_percent), fixed(stage.mean_abs_error_percent)
     every = f"Largest absolute percentage error: {worst} %; mean absolute percentage error: {mean} %{of}."

@@ -47,7 +47,6 @@ def _keyed(name: Any, info: ValidationInfo) -> Any:
 
 
 def _limits(given: Any, info: ValidationInfo) -> Any:
-    """Return the limits by response, in the units of the responses."""
     if info.context is None:
         return given
     if not isinstance(given, Mapping):

@@ -271,7 +271,6 @@ class Study(StudyForm):
         return there if people == [False, True] else self
 
     def _internal(self, levels: Mapping[str, float]) -> dict[str, float]:
-        """Return the value of every factor in internal units; factors without a level are at mid-level."""
         chosen = {**self.midlevels(), **levels}
         return {factor.name: factor.internal(chosen[factor.name]) for factor in self.factors}
 

@@ -61,7 +61,6 @@ class _Described(GenerateJsonSchema):
 
 
 def _meanings_of_fields(model: type) -> dict[str, str]:
-    """Return the docstring of each field of a class, including fields of its base classes, by name."""
     meanings = {}
     for kind in (kind for kind in reversed(model.__mro__) if issubclass(kind, Frozen)):
         try:

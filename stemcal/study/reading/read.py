@@ -157,7 +157,6 @@ def _end(node: yaml.Node) -> int:
 
 
 def _entries(node: yaml.Node | None) -> Mapping[str, tuple[yaml.Node, yaml.Node]]:
-    """Return the nodes of the keys and values of a mapping by key; empty for any other node."""
     if not isinstance(node, yaml.MappingNode):
         return {}
     return {str(key.value): (key, value) for key, value in node.value}

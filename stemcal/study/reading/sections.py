@@ -242,7 +242,6 @@ def spelled(name: str) -> str:
 
 
 def _kind(section: str) -> Any:
-    """Return the class of a section; for the solver, that of the default kind."""
     return type(usual_solver()) if section == "solver" else get_type_hints(StudyForm)[section]
 
 

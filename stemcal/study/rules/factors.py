@@ -266,7 +266,6 @@ def possible_values(draft: Draft, name: str, diameter: float | None = None) -> I
 
 
 def _growing(draft: Draft) -> Mapping[str, Growth]:
-    """Return the parameters that are powers of the diameter; none if the material section is invalid."""
     return draft.growing if has_fields(draft.study, "material") else {}
 
 

@@ -143,7 +143,6 @@ def _is_covered(value: object, diameter: float) -> bool:
 
 
 def _diameters(draft: Draft) -> list[float]:
-    """Return the diameters that the study simulates: those of the targets, and the specimen's if it is in the spec."""
     written = "outer_diameter" in draft.study.specimen.model_fields_set
     all_ = draft.diameters
     targets = {d for path, d in all_.items() if path[0] == "targets"}

@@ -71,11 +71,9 @@ class StageKind(Checked):
         return study.of(self.section())
 
     def _class(self, part: str) -> str:
-        """Return the name of the class of a part, for example `ScreenOptions`."""
         return "".join(word.capitalize() for word in self.name.replace("-", "_").split("_")) + part
 
     def _part(self, module: str, name: str) -> Any:
-        """Return the object with this name in a module of the stage's package, or in its only module, or None."""
         place = type(self).__module__
         if not hasattr(sys.modules[place], "__path__"):
             return getattr(sys.modules[place], name, None)
