@@ -245,6 +245,18 @@ def test_the_present_cutter_is_the_optimum(tmp_path: Path) -> None:
     assert verdict.verdict == "not_calibrated"
 
 
+def test_two_responses_that_are_not_distinguishable(tmp_path: Path) -> None:
+    """The present cutter is the knee itself: one sentence on both responses, in the plural."""
+    first, _ = optimised(tmp_path, "goal: {minimise: [force, energy]}\n")
+    assert first is not None
+    levels = ", ".join(f"{name}: {value:g}" for name, value in first.optimum.items())
+    (tmp_path / "again").mkdir()
+    goal = f"goal: {{minimise: [force, energy]}}\noptimise: {{present: {{{levels}}}}}\n"
+    _, verdict = optimised(tmp_path / "again", goal)
+    (text,) = (one.text for one in verdict.reasons if one.kind == "not_distinguishable")
+    assert "force and energy of the optimum are" in text.replace("maximum ", "")
+
+
 def test_edge_of_a_range(tmp_path: Path) -> None:
     """The energy falls with c everywhere: the remedy widens that range."""
     found, verdict = optimised(tmp_path, "goal: {minimise: [energy]}\n")

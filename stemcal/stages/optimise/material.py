@@ -89,9 +89,9 @@ def completed(own: Mapping[str, Any], data: Mapping[str, Any], folder: Path) -> 
         fastest = max([*speeds, loading.speed])
         if source.solver.rate == "paper" and fastest > _FASTER * source.loading.speed:
             message = (
-                f"`rate_law: paper` is valid near the speed of the calibration ({source.loading.speed:g} mm/s), but the"
+                f"`rate_law: paper` is valid near the speed of the calibration ({source.loading.speed:.3g} mm/s), but "
+                f"the blade has up to {fastest:g} mm/s, at which the law multiplies the yield stress"
             )
-            message += f" blade has up to {fastest:g} mm/s, at which it multiplies the yield stress"
             borrowed.find(message, "calibrate the material with `solver: {rate_law: none}`")
     return borrowed
 

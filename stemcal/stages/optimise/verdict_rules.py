@@ -49,15 +49,19 @@ def indistinguishable(evidence: Evidence) -> Iterator[Note]:
         kind = "optimum_failed" if gain is None else "present_is_better" if high is not None and high < 0.0 else ""
         better = gain is not None and gain[0] > 0.0 and (low is None or low > 0.0)
         kinds[kind if kind or better else "not_distinguishable"].append(result.naming.named(name).long)
-    what = "was not simulated for both cutters", "is not distinguishable from", "is worse than"
+    what = (
+        ("was not simulated for both cutters", "were not simulated for both cutters"),
+        ("is not distinguishable from that", "are not distinguishable from those"),
+        ("is worse than that", "are worse than those"),
+    )
     surface, better_known = evidence.of(RsmResult), bool(kinds.pop(""))
     remedy = None if surface is None else advice.more_runs(surface)
     if better_known and result.front:
         remedy = Remedy("Choose another point of the Pareto front, or limit the response with `goal.at_most`.")
     for (kind, names), words in zip(kinds.items(), what, strict=True):
         if names:
-            than = "" if kind == "optimum_failed" else " that of the present cutter"
-            text = f"The {series(names)} of the optimum {words}{than}."
+            than = "" if kind == "optimum_failed" else " of the present cutter"
+            text = f"The {series(names)} of the optimum {words[len(names) > 1]}{than}."
             yield Note(kind, "warning" if better_known else "error", text, remedy)
 
 
