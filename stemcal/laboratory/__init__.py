@@ -62,8 +62,5 @@ class Kind:
         return np.zeros(mesh.nodes.shape, dtype=bool)
 
     def motion(self, mesh: Mesh, stem: Stem, loading: Loading, laws: Sequence[Material]) -> Array:
-        """Return the initial velocities (N, 3), mm/s, of the slow motion under load, so that no vibration starts.
-
-        `laws` are the materials of the layers from the inside.
-        """
+        """Return initial velocities (N, 3), mm/s, of the slow motion, for no vibration; `laws` are from the inside."""
         raise NotImplementedError
