@@ -43,7 +43,7 @@ class Variable:
 
     @property
     def noun(self) -> str:
-        """Its name in sentences: ``force``, ``angle of repose``."""
+        """Name of the variable in sentences: ``force``, ``angle of repose``."""
         if self == DIAMETER:
             return "diameter"
         own = self.in_table
@@ -95,7 +95,7 @@ class Vocabulary:
 
     @property
     def is_cutting(self) -> bool:
-        """Whether these are the names of the cutting test, with or without further responses of that test."""
+        """Whether the study has the names of the cutting test, with or without further responses of that test."""
         return self.is_force_on_stems and not self.others and set(CUTTING.further) <= set(self.further)
 
     @property

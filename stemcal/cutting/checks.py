@@ -46,7 +46,7 @@ def bent_away(stroke: float, aside: float, percent: float) -> Note:
 
 
 def broken_elsewhere(travel: float, distance: float) -> Note:
-    """Return the warning that the stem broke at a distance from the cut; travel and distance in mm."""
+    """Return the warning that the stem broke at a `distance` (mm) from the cut, after a blade `travel` (mm)."""
     text = (
         f"The stem was not cut through: at a travel of {travel:.3g} mm, it broke at a distance of about "
         f"{distance:.3g} mm from the cut. The maximum force and the cutting energy are those of the break."

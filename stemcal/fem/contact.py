@@ -134,10 +134,10 @@ def edge_arrays(tools: tuple[Tool, ...], x: Array, size: float) -> EdgeArrays:
 
 # A blunt tool acts at most this number of spreads from its edge; a tool that acted farther would not be a blade.
 _FARTHEST = 4.0
-# Samples across a spread edge; lines of samples and rows along the edge per spread a. With 4 rows per spread the strain
-# under the edge grows in bursts as successive rows come into contact, which changes the failure force by up to 8 %.
-_ACROSS = 24
-_LINES = 8
+_ACROSS = 24  # samples across a spread edge
+_LINES = 8  # lines of samples along the edge, per spread a
+# Rows along the edge per spread a. With 4, the strain under the edge grows in bursts as successive rows come into
+# contact, which changes the failure force by up to 8 %.
 _ROWS = 8
 # Element length over spread in the shipped study, for which the spread was chosen. On shorter elements the bell is
 # wider, by at most √(1 + 7/6 · 0.56²) because its variance is at least a²/7 (see `_across`).

@@ -177,7 +177,7 @@ def _regex(text: str, file: str, pattern: str) -> _Series:
 _CONTINUES = re.compile(r"\.?\d|\.?[eEdD][-+]?\d|\.?\s*[x×*·]\s*10\s*(\^|\*\*)|\^\d", re.ASCII)
 _FORTRAN = re.compile(r"[-+]\d{3}(?!\d)", re.ASCII)
 _BEGINS = re.compile(r"\d\.?$|\d\.?[eEdD][-+]?$", re.ASCII)
-# Characters that may be part of a number or separate two numbers: thousands separators; before it, a sign or a point.
+# Thousands separators, which may also separate two numbers. Before a number there may be a sign or a decimal point too.
 _MARK = "[,'’_\u00a0\u2009\u202f]"
 _AFTER = re.compile(rf"{_MARK}\d", re.ASCII)
 _BEFORE = re.compile(rf"\d{_MARK}$|[-−–.]$", re.ASCII)

@@ -26,10 +26,10 @@ How = Literal["solution", "surface", "bracket", "middle", "probe", "secant", "ba
 class RefineRun(Spread):
     """One run of the refinement: how its point was chosen, the response predicted before the run, and the outcome.
 
-    `how` is ``solution`` (of the surface), ``surface`` (on the refitted surface), ``bracket`` (between two points),
-    ``path`` (along the factors of `refine.adjust`), ``back`` (half-way back from a failed run) or ``elsewhere`` (a
-    former point at another condition). Without a response surface it is ``middle`` (of the ranges), ``probe`` (one
-    factor moved) or ``secant`` (by the slopes between earlier points).
+    `how` is ``solution`` (of the surface), ``surface`` (of the surface corrected by new runs), ``bracket`` (between two
+    points), ``path`` (only factors in `refine.adjust` move), ``back`` (half-way back from a failed run) or
+    ``elsewhere`` (an earlier point, simulated at another condition). Without a response surface it is ``middle`` (of
+    the ranges), ``probe`` (one factor moved) or ``secant`` (by the slopes between earlier points).
     """
 
     run: int

@@ -32,7 +32,7 @@ class Results:
 
     @property
     def parameters(self) -> dict[str, float]:
-        """The calibrated levels in the study's own model, in units of the spec; `UsageError` if there are none yet."""
+        """Calibrated parameter values of the study's own solver, in spec units; `UsageError` if there are none."""
         levels = [settled for result in self.done if (settled := result.settles) is not None]
         if not levels:
             raise UsageError("The study is not calibrated yet. Run `stemcal run SPEC` first.")

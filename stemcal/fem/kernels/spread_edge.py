@@ -289,7 +289,7 @@ def _list_met(edge: Floats) -> None:
 
 @kernel
 def _work_out_compliance(edge: Floats, free: Any, inverse_mass: Array) -> None:
-    """Compute `compliance`, `own` and `give`: accelerations of mean heights and of slip per force of a row."""
+    """Compute per unit force on a row: accelerations of mean heights (`compliance`, `own`) and of slip (`give`)."""
     answer = edge.velocity
     for j in range(edge.sizes.shape[0]):
         edge.give[j] = 0.0
@@ -328,7 +328,7 @@ def _common_give(edge: Floats, j: int, other: int, inverse_mass: Array) -> float
 
 @kernel
 def push_spread_edge(edge: Floats, tools: Floats, body: Floats, kick: float, dt: float, friction: Floats) -> None:
-    """Solve for the forces that keep the surface from rising above the edge, and add them to `body.pushes`."""
+    """Solve for the contact forces that keep the stem's surface below the blade edge; add them to `body.pushes`."""
     speed, slide, tip = tools.speed[edge.tool], tools.slide[edge.tool], tools.height[edge.tool]
     _predict_velocities(edge, body, kick)
     for j in range(edge.sizes.shape[0]):

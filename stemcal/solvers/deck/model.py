@@ -26,7 +26,7 @@ from stemcal.study.model.shear_test import GAP
 from stemcal.study.model.study import Study
 from stemcal.study.types.factor import PARAMETERS
 
-MOST_ELEMENTS = 2e6  # elements in a deck of some hundred megabytes
+MOST_ELEMENTS = 2e6  # most elements in a deck, whose file then has several hundred megabytes
 _BLADE_OVER_STEM = 1.5  # length of the blade in a deck over the diameter of the stem, so that its ends do not touch it
 # Distance of a rounded edge from the nearest row of nodes, in element sizes of the spec. With this position, the force
 # varies by ±5 %: the extremes are over a row and midway between two rows. At a quarter it is close to the mean, since

@@ -56,9 +56,9 @@ def supports_mesh(supports: Supports, stem: Stem, size: float) -> Mesh:
 def _blade_section(blade: Blade, size: float, stroke: float | None = None, line: bool = False) -> Array:
     """Return the nodes (rows, columns, 2) of the cross-section of the blade in x and z, with the edge at z = 0.
 
-    The first row is on the rounded edge, whose ends continue in the flanks up to the body of the blade. A body that is
-    thinner than the rounding is widened. With `line`, the first row is a V: a sharp edge is a single node, because
-    other nodes close to it would also contact the stem at a depth of some hundredths of a millimetre.
+    The first row follows the rounded edge and then the flanks, up to the body of the blade. A body that is thinner than
+    the rounding is widened. `size` is that of the elements. With `line`, the first row is a V: a sharp edge is a single
+    node, because other nodes close to it would also contact the stem at a depth of some hundredths of a millimetre.
     """
     r, t = blade.edge_radius, blade.thickness
     both = blade.bevel == "both"

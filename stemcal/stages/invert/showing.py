@@ -166,7 +166,7 @@ def profiles(invert: InvertResult, labels: Mapping[str, str] | None = None) -> F
 
 
 def profile_points(part: Certainty, name: str) -> list[tuple[float, float]]:
-    """Return the points of a factor's profile relative to the allowed rise, with the interval limits at 1."""
+    """Return (level, rise over allowed rise) of a factor's profile likelihood; at the interval limits it is 1."""
     curve, ends = part.profiles[name], zip(part.intervals[name], part.bounded[name], strict=True)
     points = [(value, rise / (curve.allowed or 1.0)) for value, rise in zip(curve.values, curve.rise, strict=True)]
     return sorted(points + [(end, 1.0) for end, bounded in ends if bounded])

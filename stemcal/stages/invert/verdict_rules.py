@@ -26,7 +26,7 @@ _NEAR_RADIUS, _NEAR_END = 0.98, 0.01  # shares of radius and range: how near a s
 
 @ranked(Rank.TREND)
 def anisotropy(evidence: Evidence) -> Iterator[Note]:
-    """Yield that tests along and across the axis require different elastic moduli, although the model is isotropic."""
+    """Yield a note if the tests along and across the axis require different moduli of an isotropic model."""
     surface, solved = evidence.of(Surfaces), evidence.of(InvertResult)
     if surface is not None and solved is not None:
         yield from direction_reason(evidence, surface, solved.point.solution)

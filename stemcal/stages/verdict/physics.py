@@ -47,7 +47,7 @@ class Doubt:
 
 @dataclass(frozen=True)
 class Physics:
-    """Numbers of checked and of doubtful runs, doubts about all runs, and doubts about runs `at_solution`."""
+    """Numbers of checked and of doubtful runs; the doubts about any run, and those about runs `at_solution`."""
 
     checked: int
     doubtful: int
@@ -181,7 +181,7 @@ def _inertia(solver: Any, worst: float, part: float) -> Remedy:
 
 
 def _time_step(solver: Any, part: float) -> dict[str, str]:
-    """Return a fixed time step times `part`, rounded down; nothing without a fixed time step."""
+    """Return the key for the solver's fixed time step times `part`, rounded down; {} if the step is not fixed."""
     if solver.time_step is None:
         return {}
     return {"time_step": f"{outwards(1e6 * solver.time_step * part, False):g} us"}

@@ -94,6 +94,6 @@ class GoalSection(Frozen):
         return tuple(dict.fromkeys((FIRST, *self.signs, *self.at_most)))
 
     def unmeasured(self, condition: float) -> Target:
-        """Return a target without measured values (NaN), which gives the surfaces their condition and responses."""
+        """Return a target whose measured values are NaN: it only states the condition and responses of the surfaces."""
         further = {name: Mean.model_construct(value=nan) for name in self.responses if name != FIRST}
         return Target.model_construct(condition=condition, response=nan, further=further)
