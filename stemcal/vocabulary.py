@@ -153,7 +153,7 @@ CUTTING = Vocabulary()
 
 
 def small(label: str) -> str:
-    """Return a label with a small first letter, unless it begins with a symbol, an abbreviation or a name in ’s."""
+    """Return a label with a small first letter, unless it begins with a symbol, an abbreviation or a person’s name."""
     first = label.partition(" ")[0]
     kept = len(first) == 1 or first[1:2].isupper() or first.endswith(("'s", "’s"))
     return label if kept else label[:1].lower() + label[1:]

@@ -43,7 +43,7 @@ def split(texts: Sequence[str], separator: str) -> list[Line]:
         elif '"' in content:  # a quoted cell may contain the separator
             try:
                 cells = next(csv.reader([content], delimiter=separator, skipinitialspace=True), [])
-            except csv.Error:  # a cell of more than 131,072 characters is not a number
+            except csv.Error:  # of a cell of more than 131,072 characters, which is no number
                 cells = content.split(separator)
         else:
             cells = content.split(separator)

@@ -48,7 +48,7 @@ class StageStatus:
 
 @dataclass(frozen=True)
 class Status:
-    """Progress and verdict of a study, the process `working` in its folder, and the path of its run sheet."""
+    """Progress and verdict of a study, the process that works in its folder, and the path of its run sheet."""
 
     schema_version: int
     stage: str

@@ -238,7 +238,7 @@ class StudyFolder:
         write_atomic(self.path / SPEC_PLACE, f"{spec.absolute()}\n")
 
     def remembered_spec(self) -> Path | None:
-        """Return the path of the spec; None if it is not stored."""
+        """Return the path of the spec that is stored in the study folder; None if no path is stored."""
         try:
             return Path(read_plain(self.path / SPEC_PLACE, _MOST_NOTE).decode("utf-8", "surrogateescape").strip())
         except OSError:

@@ -101,7 +101,7 @@ class Solver:
         return False
 
     def given(self, _stage: str) -> list[Any]:
-        """Return the data of a stage that a file contains (levels and known answers), as JSON values."""
+        """Return levels and known answers of a stage that the file of this solver contains, as JSON values."""
         return []
 
     def write_inputs(self, _place: Path, _name: str, _request: Request) -> None:

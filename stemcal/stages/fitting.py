@@ -212,7 +212,7 @@ class Surfaces(StageResult):
 
     @property
     def axes(self) -> tuple[str, ...]:
-        """Coordinates of the surface: the factors; with `over`, those that are no exponents, then the condition."""
+        """Coordinates of the surface: the factors; over conditions, all but exponents, and then the condition."""
         if self.over is None:
             return self.names
         exponents = {exponent for exponent, _ in self.over.growing.values()}

@@ -294,7 +294,7 @@ def _allowed(fit: Fit, others: Fit, i: int) -> tuple[float, float]:
 
 
 def missed_observations(fit: Fit) -> list[int]:
-    """Return the indices of observations that their own surface reaches nowhere in the region within their errors."""
+    """Return the indices of observations that their surface reproduces, within the error, nowhere in the region."""
     variance = 1.0 / np.array([fit.weights @ (1.0 / fit.draws[:, i, i]) for i in range(len(fit.observations))])
     allowed = np.array([fit.tangents.allowed(slope) for slope in fit.tangents.slopes[: len(fit.observations)]])
     return np.flatnonzero((fit.measured - _reached(fit)) ** 2 > allowed * variance).tolist()

@@ -39,7 +39,7 @@ from stemcal.doe.regression.surface import Surface
 from stemcal.errors import UsageError
 from stemcal.vocabulary import FIRST
 
-_DRAWS, _MANY = 512, 64  # a quarter of the draws is enough for more means than `_MANY`: their scatter is well known
+_DRAWS, _MANY = 512, 64  # more than `_MANY` means determine the scatter well, and need a quarter of the draws
 FINEST, COARSEST = 1e-4, 0.1
 """Bounds of the relative error of a surface (the first also of a mean); the second is raised if runs show more."""
 _MOST_APART = 1.0

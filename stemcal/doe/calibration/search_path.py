@@ -1,7 +1,7 @@
-"""Search for a target response along a path through the ranges of some factors.
+"""Search for a target response in another program or on another mesh, along a path through the ranges of some factors.
 
-Along the path the first factor moves to the end of its range, then the second, and so on. The coordinate s of the path,
-its `place` in the code, is the change of the logarithm of the response that the surface predicts:
+From the calibrated point, the first factor moves to the end of its range, then the second, and so on. The coordinate s
+of the path, its `place` in the code, is the change of the logarithm of the response that the surface predicts:
 
     s = Σ eⱼ·Δvⱼ        eⱼ = ∂ ln ŷ/∂vⱼ at the calibrated point        vⱼ = ln xⱼ, or xⱼ where its range includes zero
 
@@ -9,8 +9,8 @@ The response y of another program or mesh differs from the surface by a scale a 
 
     ln y = ln ŷ₀ + a + k·s
 
-The first run determines a, with k = 1 as on the surface; the second determines k. Once two runs bracket the target, the
-next place is interpolated linearly between them (regula falsi).
+ŷ₀ is the prediction at the calibrated point. The first run determines a, with k = 1 as on the surface; the second
+determines k. Once two runs bracket the target, the next place is interpolated linearly between them (regula falsi).
 """
 
 from collections.abc import Sequence

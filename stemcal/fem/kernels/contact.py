@@ -29,8 +29,8 @@ class ToolArrays(NamedTuple):
     speed: Array  # (T,) its velocity along z
     slide: Array  # (T,) its velocity along y
     edge: Array  # (T,) x of its edge
-    spread: Array  # (T,) distance from its edge within which nodes touch only the spread edge, 0 without one
-    reach: Array  # (T,) distance beside its edge within which faces can touch the edge, 0 without a spread edge
+    spread: Array  # (T,) distance from the tool's edge within which nodes touch only the spread edge; 0: none
+    reach: Array  # (T,) distance from the tool's edge within which faces can touch the spread edge; 0: none
     traction: Array  # (T, N, 3) friction spring of each node
     force: Array  # (T, 3) force of the stem on the tool in this step; changes during the run
     faces: Mask  # (T,) contact with the faces of the skin instead of with their nodes

@@ -34,7 +34,7 @@ class Unit(NamedTuple):
     denominator: float
 
 
-# Numerator and denominator of each unit by dimension, the internal unit first.
+# Factor of each unit to the internal one as numerator and denominator, by dimension; the internal unit is first.
 _TABLE: dict[str, dict[str, tuple[float, float]]] = {
     "length": {"mm": (1, 1), "um": (1, 1000), "cm": (10, 1), "m": (1000, 1), "in": (25.4, 1)},
     "mass": {"t": (1, 1), "kg": (1, 1000), "g": (1, 1e6)},
@@ -140,7 +140,7 @@ def with_point(text: str) -> str:
 
 
 def usual_unit(dimension: str) -> str:
-    """Return the unit that errors suggest: mm/min for speeds, kg/m3 for densities, otherwise the internal unit."""
+    """Return the unit that error messages suggest: mm/min for speeds, kg/m3 for densities, else the internal one."""
     return {"speed": "mm/min", "density": "kg/m3"}.get(dimension, INTERNAL[dimension])
 
 
