@@ -55,7 +55,8 @@ def fresh_results(study: Study, folder: StudyFolder, known_fresh: Sequence[Stage
             current: StageResult = read_result(folder, stage.result())
             return current
         except UsageError as error:
-            reasons.append(str(error))
+            if stage.by_section or stage.asked_for(study):  # otherwise an earlier version of the spec included it
+                reasons.append(str(error))
             return None
 
     results = map(read, stages_known(study))

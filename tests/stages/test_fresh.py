@@ -1,6 +1,7 @@
 """A stage that would be made of the same as before is read; whatever changes, it is made anew."""
 
 import json
+import re
 import shutil
 from collections.abc import Callable, Sequence
 from inspect import signature
@@ -16,6 +17,7 @@ from stemcal.runs.executors import InlineExecutor
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers import make_solver
 from stemcal.stages.fresh import _TEST, changes_since, finished, inputs_of, make, require_fresh
+from stemcal.stages.results import Results, fresh_results
 from stemcal.stages.stage import STAGES, stage_called
 from stemcal.stages.validate.analysis import validate
 from stemcal.study.model.study import Study
@@ -166,3 +168,12 @@ def test_a_solver_of_ones_own_is_always_asked(place: Path) -> None:
 def test_the_signature_of_a_stage_lists_what_its_callers_pass() -> None:
     assert list(signature(validate).parameters) == ["study", "folder", "executor", "watch", "solver"]
     assert "StudyFolder" in str(signature(validate).parameters["folder"])
+
+
+def test_a_screening_that_the_spec_no_longer_includes_is_no_reason(place: Path) -> None:
+    """After advice such as `screen: {design: none}` the old file remains: to screen again is then no remedy."""
+    replaced("paper-replay.yaml", "alpha: 0.05", "alpha: 0.06")(place)
+    path, folder = place / "paper-replay.yaml", StudyFolder(place / "out")
+    assert len(fresh_results(load_study(path), folder).stale) == 1
+    path.write_text(re.sub(r"(?m)^  design: plackett-burman", "  design: none", path.read_text("utf-8")), "utf-8")
+    assert fresh_results(load_study(path), folder) == Results()
