@@ -16,11 +16,11 @@ from stemcal.cutting.parts import Blade, Discretisation, Loading, ShearTest, Ste
 from stemcal.cutting.result import CuttingResult, moving_mean
 from stemcal.cutting.simulate import shear
 from stemcal.errors import SimulationFailed
-from stemcal.fem.contact import Contact
 from stemcal.fem.kernels import contact as kernels
 from stemcal.fem.material import Material
 from stemcal.fem.model import Integration
 from stemcal.fem.stepper import simulate
+from stemcal.fem.tools import Contact
 
 MATERIAL = Material(1.1e-9, 1000.0, 0.3, 15.0, 0.5, 0.05, 90.0, 8.0, 0.03, "paper")
 HOURGLASS = 0.037

@@ -8,10 +8,10 @@ import numpy as np
 from test_rebound_and_friction import BLOCK, GRAVITY, MASS, SOFT, STEP, TABLE, fall, momentum, slide
 from test_taylor_bar import LENGTH, RADIUS, SPEED, impact, quarter_rod, shape
 
-from stemcal.fem.contact import Contact, Tool
 from stemcal.fem.material import Material
 from stemcal.fem.model import Integration, Model
 from stemcal.fem.stepper import History
+from stemcal.fem.tools import Contact, Tool
 from verification import figures
 from verification.case import SINGLE, Case, Drawing, Topic
 

@@ -9,12 +9,12 @@ import numpy as np
 from stemcal.arrays import Array
 from stemcal.cutting.constraints import held_components
 from stemcal.cutting.parts import SHARES, Discretisation, ShearTest, Stem
-from stemcal.fem.contact import Tool
 from stemcal.fem.kernels.search import FACES
 from stemcal.fem.material import Layers, Material
 from stemcal.fem.mesh import SQUARE, Mesh, hollow_cylinder, solid_cylinder, square_of_solid
 from stemcal.fem.model import Model
 from stemcal.fem.parting import doubled
+from stemcal.fem.tools import Tool
 
 # On either side of the edge, this share of the elements has the same length as those under the edge.
 EVEN_SHARE = 0.3

@@ -5,9 +5,9 @@ from itertools import accumulate
 from math import radians, tan
 from typing import Literal
 
-from stemcal.fem.contact import Contact
 from stemcal.fem.material import Material
 from stemcal.fem.model import Integration
+from stemcal.fem.tools import Contact
 
 
 @dataclass(frozen=True)

@@ -9,8 +9,8 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from stemcal.fem.kernels.fibres import TransverseNumbers
 from stemcal.fem.kernels.plasticity import MaterialNumbers
-from stemcal.fem.kernels.transverse import TransverseNumbers
 
 RateLaw = Literal["paper", "cowper_symonds"]
 
@@ -175,7 +175,7 @@ class Material:
 
     @property
     def _hill(self) -> tuple[float, float, float]:
-        """h₁, h₂, h₃ of Hill's stress (see `kernels.transverse`) from the yield stresses.
+        """h₁, h₂, h₃ of Hill's stress (see `kernels.fibres`) from the yield stresses.
 
         q² is (⅔ h₁ + (h₂ + h₃)/9) σ² in tension across the axis, (2h₁ + h₂) τ² in axial shear, and
         (⅔ h₁ + 4/9 (h₂ + h₃)) σ² = σ² in axial tension; at yield, q is the axial yield stress in each case.

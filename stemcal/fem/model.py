@@ -6,9 +6,9 @@ from typing import Literal
 import numpy as np
 
 from stemcal.arrays import Array, Mask
-from stemcal.fem.contact import Contact, Tool
 from stemcal.fem.material import BulkViscosity, Layers, Material
 from stemcal.fem.mesh import Mesh
+from stemcal.fem.tools import Contact, Tool
 
 Precision = Literal["mixed", "double"]
 

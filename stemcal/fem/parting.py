@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 
 from stemcal.arrays import Array, Ints, Mask
-from stemcal.fem.contact import Tool
 from stemcal.fem.kernels.parting import SKIN, CutPlane
 from stemcal.fem.kernels.search import FACES
 from stemcal.fem.kernels.spread_edge import SpreadEdge
 from stemcal.fem.mesh import Mesh
+from stemcal.fem.tools import Tool
 
 _HAIR = 1.0e-9  # mm
 # Elements nearer to the plane than half the blade's thickness plus this number of internal lengths are never deleted:

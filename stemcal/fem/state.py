@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from stemcal.arrays import Array, Ints, Mask
 from stemcal.errors import SimulationFailed
-from stemcal.fem.contact import edge_arrays, spread_edge, tool_arrays, with_skin
 from stemcal.fem.kernels import block
 from stemcal.fem.kernels.compile import RUN
 from stemcal.fem.kernels.contact import EdgeArrays, FrictionNumbers, ToolArrays
@@ -26,6 +25,7 @@ from stemcal.fem.material import HOURGLASS_SHARE, Layers, Material
 from stemcal.fem.mesh import Mesh
 from stemcal.fem.model import Model
 from stemcal.fem.parting import cut_plane, joined, parts_under, spared
+from stemcal.fem.tools import edge_arrays, spread_edge, tool_arrays, with_skin
 
 
 def exchange(

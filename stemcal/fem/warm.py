@@ -13,12 +13,12 @@ from pathlib import Path
 import llvmlite.binding
 from filelock import FileLock
 
-from stemcal.fem.contact import Tool
 from stemcal.fem.kernels.compile import CACHE
 from stemcal.fem.material import Material, Transverse
 from stemcal.fem.mesh import brick
 from stemcal.fem.model import Integration, Model
 from stemcal.fem.stepper import simulate
+from stemcal.fem.tools import Tool
 from stemcal.processes.child import Child
 from stemcal.processes.interrupts import put_off
 

@@ -14,9 +14,9 @@ from stemcal.arrays import Array, Mask
 
 if TYPE_CHECKING:
     from stemcal.cutting.parts import Discretisation, Loading, Stem
-    from stemcal.fem.contact import Tool
     from stemcal.fem.material import Material
     from stemcal.fem.mesh import Mesh
+    from stemcal.fem.tools import Tool
 
 
 class Kind:

@@ -10,10 +10,10 @@ from stemcal.arrays import Array
 from stemcal.cutting.build import crowns, materials, through_layers, through_wall
 from stemcal.cutting.constraints import mirrors
 from stemcal.cutting.parts import SHARES, Discretisation, Loading, Stem
-from stemcal.fem.contact import Contact, Tool
 from stemcal.fem.material import Layers, Material
 from stemcal.fem.mesh import Mesh
 from stemcal.fem.model import Integration, Model
+from stemcal.fem.tools import Contact, Tool
 from stemcal.laboratory import Kind
 
 # One layer of elements, with integration points in its middle, has no bending stiffness; two layers would have to be a

@@ -16,9 +16,9 @@ from stemcal.study.types.field_types import Length
 
 if TYPE_CHECKING:
     from stemcal.cutting.parts import Discretisation, Loading, Stem
-    from stemcal.fem.contact import Tool
     from stemcal.fem.material import Material
     from stemcal.fem.mesh import Mesh
+    from stemcal.fem.tools import Tool
 
 
 class RadialSection(PieceSection):

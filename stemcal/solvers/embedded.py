@@ -12,9 +12,9 @@ from stemcal.cutting.parts import Blade, Discretisation, Loading, ShearTest, Ste
 from stemcal.cutting.result import CuttingResult
 from stemcal.cutting.simulate import placed, shear
 from stemcal.errors import SimulationFailed
-from stemcal.fem.contact import Contact
 from stemcal.fem.material import Material, Transverse
 from stemcal.fem.model import Integration
+from stemcal.fem.tools import Contact
 from stemcal.fem.vtk_frames import FrameWriter
 from stemcal.fem.warm import compile_once, is_compiled, warm
 from stemcal.solvers import laboratory_runs

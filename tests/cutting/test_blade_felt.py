@@ -10,9 +10,9 @@ import pytest
 from stemcal.cutting.build import build
 from stemcal.cutting.parts import Loading, ShearTest
 from stemcal.cutting.simulate import shear
-from stemcal.fem.contact import _gap_beside, _reach_beside, spread_edge
 from stemcal.fem.mesh import brick
 from stemcal.fem.stepper import simulate
+from stemcal.fem.tools import _gap_beside, _reach_beside, spread_edge
 from stemcal.solvers.embedded import shear_test
 from stemcal.study.reading import load_study
 

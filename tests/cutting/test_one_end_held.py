@@ -10,11 +10,11 @@ from stemcal.cutting.build import build
 from stemcal.cutting.parts import Blade, Discretisation, Loading, ShearTest, Stem, SupportKind, Supports
 from stemcal.cutting.result import CuttingResult
 from stemcal.cutting.simulate import shear
-from stemcal.fem.contact import Contact
 from stemcal.fem.material import Material
 from stemcal.fem.model import Integration, Model
 from stemcal.fem.state import State
 from stemcal.fem.stepper import simulate
+from stemcal.fem.tools import Contact
 
 HEIGHT, RADIUS = 60.0, 4.0
 AREA, INERTIA = pi * RADIUS**2, 0.25 * pi * RADIUS**4

@@ -8,7 +8,7 @@ from test_shipped import cut_of as shipped
 from stemcal.cutting.parts import ShearTest
 from stemcal.cutting.result import CuttingResult
 from stemcal.cutting.simulate import shear
-from stemcal.fem.contact import Contact
+from stemcal.fem.tools import Contact
 
 
 def integrated(test: ShearTest, **how: Any) -> ShearTest:

@@ -10,9 +10,9 @@ import pytest
 from stemcal.cutting.parts import Blade, Discretisation, Loading, ShearTest, Stem, Supports, Symmetry
 from stemcal.cutting.result import CuttingResult
 from stemcal.cutting.simulate import placed, shear
-from stemcal.fem.contact import Contact
 from stemcal.fem.material import Material
 from stemcal.fem.model import Integration
+from stemcal.fem.tools import Contact
 
 
 def cut(

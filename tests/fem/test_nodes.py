@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from called import called
 
-from stemcal.fem.contact import Tool
 from stemcal.fem.kernels import nodes
 from stemcal.fem.kernels.nodes import CHUNK, KINDS, kick_and_drift
 from stemcal.fem.material import Material
 from stemcal.fem.mesh import brick
 from stemcal.fem.model import Integration, Model
 from stemcal.fem.state import State, start
+from stemcal.fem.tools import Tool
 
 push, take, leave, energy_within = map(
     called, (nodes.push, nodes.kick_by_pushes, nodes.clear_pushes, nodes.kinetic_energy_within)

@@ -10,7 +10,6 @@ import pytest
 from called import called
 from numpy.typing import NDArray
 
-from stemcal.fem.contact import Contact, Tool
 from stemcal.fem.kernels import contact, parting
 from stemcal.fem.kernels.block import PLASTIC_STRAIN, STRESS
 from stemcal.fem.material import Material
@@ -19,6 +18,7 @@ from stemcal.fem.model import Integration, Model
 from stemcal.fem.parting import doubled, joined, spared
 from stemcal.fem.state import State, start
 from stemcal.fem.stepper import History, simulate
+from stemcal.fem.tools import Contact, Tool
 
 Array = NDArray[np.float64]
 STEEL = Material(1e-9, 1000.0, 0.0)

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 from called import called
 
-from stemcal.fem.contact import Contact, Tool
 from stemcal.fem.kernels import spread_edge
 from stemcal.fem.material import Material
 from stemcal.fem.mesh import brick
 from stemcal.fem.model import Integration, Model
 from stemcal.fem.state import State, start
 from stemcal.fem.stepper import _Marching
+from stemcal.fem.tools import Contact, Tool
 
 _work_out_compliance, _list_met = map(called, (spread_edge._work_out_compliance, spread_edge._list_met))
 

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from stemcal.fem import lanes
-from stemcal.fem.contact import Contact, Tool
 from stemcal.fem.material import Material
 from stemcal.fem.mesh import brick
 from stemcal.fem.model import Integration, Model
 from stemcal.fem.stepper import History, simulate
+from stemcal.fem.tools import Contact, Tool
 
 WEDGE = Tool(corners=((2.5, 0.1), (3.0, 2.0), (2.0, 2.0)), radius=0.1, height=2.001, speed=-200.0, edge=2.5)
 

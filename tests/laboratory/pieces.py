@@ -4,9 +4,9 @@ from math import inf
 from typing import Any
 
 from stemcal.cutting.parts import Discretisation, Loading, Stem
-from stemcal.fem.contact import Contact
 from stemcal.fem.material import Material
 from stemcal.fem.model import Integration
+from stemcal.fem.tools import Contact
 from stemcal.laboratory import Kind
 from stemcal.laboratory.build import LaboratoryTest
 

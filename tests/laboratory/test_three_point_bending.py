@@ -11,11 +11,11 @@ from hinge_in_calculix import collapse
 from pieces import RATIO, E, material, piece
 
 from stemcal.cutting.parts import Loading, Stem
-from stemcal.fem.contact import Tool
 from stemcal.fem.material import Material
 from stemcal.fem.mesh import Mesh
 from stemcal.fem.state import State
 from stemcal.fem.stepper import simulate
+from stemcal.fem.tools import Tool
 from stemcal.laboratory.build import LaboratoryTest, build_piece, rounded
 from stemcal.laboratory.perform import perform
 from stemcal.laboratory.three_point_bending import ThreePointBending

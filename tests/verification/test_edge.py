@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from driven import NO_VISCOSITY
 
-from stemcal.fem.contact import Contact, Tool
 from stemcal.fem.material import Material
 from stemcal.fem.mesh import Mesh, brick
 from stemcal.fem.model import Integration, Model
 from stemcal.fem.stepper import simulate
+from stemcal.fem.tools import Contact, Tool
 
 ELASTIC = Material(1e-9, 1000.0, 0.0)
 STEP = 1.0 / np.sqrt(1000.0 / 1e-9)

@@ -10,11 +10,11 @@ import pytest
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from stemcal.fem.contact import Contact, Tool
 from stemcal.fem.material import Material
 from stemcal.fem.mesh import Mesh, brick
 from stemcal.fem.model import Integration, Model
 from stemcal.fem.stepper import History, simulate
+from stemcal.fem.tools import Contact, Tool
 
 YIELD = 2.0
 K = YIELD / sqrt(3.0)

@@ -12,12 +12,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from stemcal.fem.contact import Contact, Tool
 from stemcal.fem.material import Layers, Material
 from stemcal.fem.mesh import Mesh, brick
 from stemcal.fem.model import Integration, Model
 from stemcal.fem.state import State
 from stemcal.fem.stepper import simulate
+from stemcal.fem.tools import Contact, Tool
 
 E, NU, DENSITY = 1e5, 0.3, 1e-6
 YIELD, FAILURE = 20.0, 0.1

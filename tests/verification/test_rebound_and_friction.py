@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from driven import NO_VISCOSITY
 
-from stemcal.fem.contact import Contact, Tool
 from stemcal.fem.material import Material
 from stemcal.fem.mesh import brick
 from stemcal.fem.model import Integration, Model
 from stemcal.fem.state import start
 from stemcal.fem.stepper import History, _Marching, simulate
+from stemcal.fem.tools import Contact, Tool
 
 # A table: its top at z = 0, far larger than what lies on it.
 TABLE = Tool(corners=((-50.0, -20.0), (50.0, -20.0), (50.0, -1.0), (-50.0, -1.0)), radius=1.0)

@@ -8,11 +8,11 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_matrix
 from scipy.sparse.linalg import spsolve
 
-from stemcal.fem.contact import Contact, Tool, _gap_beside, _reach_beside
 from stemcal.fem.material import Material
 from stemcal.fem.mesh import Mesh, brick
 from stemcal.fem.model import Integration, Model
 from stemcal.fem.stepper import History, simulate
+from stemcal.fem.tools import Contact, Tool, _gap_beside, _reach_beside
 
 Array = NDArray[np.float64]
 

@@ -8,11 +8,11 @@ of 21.4 to 21.6 mm, a foot of 7.0 to 7.2 mm radius and a largest plastic strain 
 import numpy as np
 import pytest
 
-from stemcal.fem.contact import Contact, Tool
 from stemcal.fem.material import Material
 from stemcal.fem.mesh import Mesh
 from stemcal.fem.model import Integration, Model
 from stemcal.fem.stepper import History, simulate
+from stemcal.fem.tools import Contact, Tool
 
 LENGTH, RADIUS, SPEED = 32.4, 3.2, 227.0e3
 COPPER = Material(8.93e-9, 117.0e3, 0.35, 400.0, 100.0, 1.0)

@@ -20,9 +20,9 @@ import numpy as np
 from stemcal.arrays import Array
 from stemcal.cutting.build import stem_mesh
 from stemcal.cutting.parts import Discretisation, Loading, Stem
-from stemcal.fem.contact import Tool
 from stemcal.fem.material import Material
 from stemcal.fem.mesh import Mesh
+from stemcal.fem.tools import Tool
 from stemcal.laboratory import Kind
 from stemcal.laboratory.build import roller
 from stemcal.responses import ForceTravel, Response, secant

@@ -21,7 +21,7 @@ from stemcal.fem.kernels.nodes import EDGE, FRICTION, SURFACE, push
 
 
 class ToolArrays(NamedTuple):
-    """Rigid tools in the form that the kernels use; created by `stemcal.fem.contact.tool_arrays`."""
+    """Rigid tools in the form that the kernels use; created by `stemcal.fem.tools.tool_arrays`."""
 
     corners: Array  # (T, P, 2) polygon corners (x, z) counter-clockwise, the last one repeated to fill
     radius: Array  # (T,) outward offset of the polygon
@@ -42,7 +42,7 @@ class ToolArrays(NamedTuple):
 
 
 class FrictionNumbers(NamedTuple):
-    """Contact and friction constants; created by `stemcal.fem.contact.Contact.numbers`."""
+    """Contact and friction constants; created by `stemcal.fem.tools.Contact.numbers`."""
 
     static: float
     dynamic: float

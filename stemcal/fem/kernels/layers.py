@@ -11,8 +11,8 @@ from numba.extending import overload
 
 from stemcal.arrays import Floats
 from stemcal.fem.kernels.compile import TWO, inlined
+from stemcal.fem.kernels.fibres import TransverseNumbers, transverse_return, unit
 from stemcal.fem.kernels.plasticity import elastic_trial, radial_return
-from stemcal.fem.kernels.transverse import TransverseNumbers, transverse_return, unit
 
 _overload: Any = overload  # its types lack some of its options
 _INLINED = {"forceinline": True, "error_model": "numpy", "fastmath": {"contract", "nsz"}}

@@ -46,7 +46,7 @@ _NEAR = 0.05
 
 
 class SpreadEdge(NamedTuple):
-    """Rows along a spread edge and their nodes and forces; created by `stemcal.fem.contact.spread_edge`.
+    """Rows along a spread edge and their nodes and forces; created by `stemcal.fem.tools.spread_edge`.
 
     The surface is sampled along L lines across the edge, with Q samples each. A row is the bell around a position on
     the edge; it covers M lines, some of them mirror images beyond the plane y = 0. Arrays from `found` on change during

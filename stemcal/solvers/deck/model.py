@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from stemcal.cutting.build import materials, mesh_size, stem_mesh
 from stemcal.cutting.parts import Blade, Discretisation, Stem, Supports, rate_filter
 from stemcal.errors import UsageError
-from stemcal.fem.contact import POINTS_PER_FACE
 from stemcal.fem.material import Layers, Material
 from stemcal.fem.mesh import Mesh
+from stemcal.fem.tools import POINTS_PER_FACE
 from stemcal.formats import series
 from stemcal.solvers.deck import equivalents
 from stemcal.solvers.deck.keywords import WIDTH, DeckForm, fitted, form_of

@@ -9,12 +9,12 @@ from called import called
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from stemcal.fem.contact import Contact, Tool, edge_arrays, spread_edge, tool_arrays
 from stemcal.fem.kernels import contact
 from stemcal.fem.kernels.contact import EdgeArrays
 from stemcal.fem.mesh import Mesh
 from stemcal.fem.parting import cut_plane
 from stemcal.fem.state import _no_pushes
+from stemcal.fem.tools import Contact, Tool, edge_arrays, spread_edge, tool_arrays
 
 contact_force, friction_limit = called(contact.contact_force), called(contact.friction_limit)
 face_modes, face_normal = called(contact.face_modes), called(contact.face_normal)

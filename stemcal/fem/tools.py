@@ -1,4 +1,4 @@
-"""Rigid tools and the contact law, as a user of the solver writes them."""
+"""Rigid tools and their friction as a user of the solver sets them; the contact law is in `kernels.contact`."""
 
 from dataclasses import dataclass
 from functools import lru_cache
