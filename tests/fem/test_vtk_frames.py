@@ -6,8 +6,9 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
+from stemcal.arrays import Array
 from stemcal.fem.material import Material
-from stemcal.fem.mesh import brick, hollow_cylinder
+from stemcal.fem.mesh import Mesh, brick, hollow_cylinder
 from stemcal.fem.model import Integration, Model
 from stemcal.fem.stepper import simulate
 from stemcal.fem.vtk_frames import FrameWriter, _von_mises, _write_vtu
@@ -19,19 +20,22 @@ def test_von_mises_of_known_states() -> None:
     np.testing.assert_allclose(_von_mises(stress), [5.0, np.sqrt(3.0) * 2.0, 0.0], atol=1e-12)
 
 
+def drawn_out(mesh: Mesh, along: Array) -> Model:
+    """Return a model whose nodes keep their velocities `along` x."""
+    return Model(
+        mesh=mesh,
+        material=Material(1.0e-9, 1000.0, 0.0),
+        held=np.ones(mesh.nodes.shape, dtype=bool),
+        velocity=np.column_stack([along, np.zeros((len(along), 2))]),
+        integration=Integration(outputs=10),
+    )
+
+
 @pytest.fixture
 def stretched(tmp_path: Path) -> Path:
     """Two elements drawn out at a uniform rate of 1/s along x for 1 ms, frames at every second of ten outputs."""
     mesh = brick((2.0, 1.0, 1.0), (2, 1, 1))
-    velocity = np.zeros_like(mesh.nodes)
-    velocity[:, 0] = mesh.nodes[:, 0]
-    model = Model(
-        mesh=mesh,
-        material=Material(1.0e-9, 1000.0, 0.0),
-        held=np.ones(mesh.nodes.shape, dtype=bool),
-        velocity=velocity,
-        integration=Integration(outputs=10),
-    )
+    model = drawn_out(mesh, mesh.nodes[:, 0])
     simulate(model, 1.0e-3, inspect=FrameWriter(tmp_path / "frames", every=2))
     return tmp_path / "frames"
 
@@ -43,15 +47,7 @@ def test_every_element_has_its_own_stress(tmp_path: Path, monkeypatch: pytest.Mo
         "stemcal.fem.vtk_frames._write_vtu", lambda _path, x, hexes, _points, data: written.append((x, data, hexes))
     )
     mesh = hollow_cylinder(1.6, 4.0, np.linspace(0.0, 9.0, 8), (7, 3), (-0.5 * np.pi, 0.5 * np.pi))
-    velocity = np.zeros_like(mesh.nodes)
-    velocity[:, 0] = mesh.nodes[:, 0] ** 2
-    model = Model(
-        mesh=mesh,
-        material=Material(1.0e-9, 1000.0, 0.0),
-        held=np.ones(mesh.nodes.shape, dtype=bool),
-        velocity=velocity,
-        integration=Integration(outputs=10),
-    )
+    model = drawn_out(mesh, mesh.nodes[:, 0] ** 2)
     simulate(model, 1.0e-3, inspect=FrameWriter(tmp_path / "frames"))
     nodes, data, hexes = written[-1]
     along = nodes[hexes].mean(axis=1)[:, 0]

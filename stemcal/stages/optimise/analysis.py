@@ -8,6 +8,7 @@ from math import hypot, isclose, isfinite
 import numpy as np
 
 from stemcal.arrays import Array
+from stemcal.doe.comparison import NORMAL
 from stemcal.doe.regression.least_squares import t_quantile
 from stemcal.doe.regression.surface import Surface
 from stemcal.errors import UsageError
@@ -31,7 +32,6 @@ from stemcal.study.model.study import Study
 from stemcal.study.types import units
 
 _EDGE = 1e-3  # coded: an optimum nearer to the end of a range is at the end
-_NORMAL = 1.96
 
 
 @a_stage(OptimiseResult)
@@ -150,7 +150,7 @@ def gain_of(
         return (g, None, None), sources
     n = len(present.outcome.keys)
     sources["runs"] = 100.0 * (fitted.mean_square * fitted.own_scatter / n) ** 0.5 * hypot(1.0, o / p) / abs(p)
-    half = hypot(t_quantile(0.95, fitted.df) * sources["runs"], _NORMAL * sources.get("material", 0.0))
+    half = hypot(t_quantile(0.95, fitted.df) * sources["runs"], NORMAL * sources.get("material", 0.0))
     return (g, g - half, g + half), sources
 
 

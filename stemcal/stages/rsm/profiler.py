@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
+from stemcal.doe.comparison import NORMAL
 from stemcal.doe.regression.least_squares import t_quantile
 from stemcal.doe.regression.section import AnySurface, Section
 from stemcal.formats import unit_written
@@ -18,7 +19,6 @@ from stemcal.vocabulary import FIRST, Wording, capital
 
 MOST = 24
 """Largest number of surfaces in the report; `rsm.json` contains all."""
-_NORMAL = 1.96
 
 
 def profiler_data(
@@ -70,7 +70,7 @@ def _surface(study: Study, mean: Measured, surface: AnySurface) -> dict[str, Any
     half_width = 0.0  # t·s/√n; with the normal quantile if n is not given
     if mean.sd is not None:
         n = mean.n or 1
-        half_width = float((t_quantile(0.95, n - 1) if n > 1 else _NORMAL) * mean.sd / n**0.5)
+        half_width = float((t_quantile(0.95, n - 1) if n > 1 else NORMAL) * mean.sd / n**0.5)
     command = f"stemcal simulate SPEC --diameter {mean.condition:g}"
     simulated = study.naming.is_cutting and study.kind.simulates_stems
     return {

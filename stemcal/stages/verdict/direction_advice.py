@@ -7,7 +7,7 @@ simulated slope.
 from collections.abc import Iterator, Mapping
 from math import exp, hypot, inf, log, nan
 
-from stemcal.doe.comparison import standard_error
+from stemcal.doe.comparison import NORMAL, standard_error
 from stemcal.formats import outwards, series, short
 from stemcal.notes import Note, Remedy
 from stemcal.stages.fitting import Surfaces, fitted_surfaces, measured_means
@@ -16,7 +16,6 @@ from stemcal.study.model.study import Study
 from stemcal.vocabulary import DIAMETER
 
 _E, _ACROSS = "elastic_modulus", "transverse_elastic_modulus"
-_NORMAL = 1.96
 _WIDER = 2.0  # the ranges of both moduli reach from half to twice the required ones
 
 
@@ -29,7 +28,7 @@ def direction_reason(evidence: Evidence, surface: Surfaces, solution: Mapping[st
     if along is None or across is None:
         return
     apart, known = abs(log(along[1] / across[1])), hypot(along[2], across[2])
-    if apart < 2.0 * log(1.0 + 0.01 * evidence.equivalent_percent) or apart < _NORMAL * known:
+    if apart < 2.0 * log(1.0 + 0.01 * evidence.equivalent_percent) or apart < NORMAL * known:
         return
     modulus = study.parameters(solution, study.calibration_target.condition)[_E]
     first, second = (f"{series(names)} requires {short(modulus * times, 3)} MPa" for names, times, _ in (along, across))

@@ -12,6 +12,7 @@ import numpy as np
 from stemcal.arrays import Array
 from stemcal.doe.calibration.region import Region
 from stemcal.doe.coding import Coding
+from stemcal.doe.comparison import NORMAL
 from stemcal.doe.regression.section import AnySurface
 from stemcal.notes import Note, Remedy
 from stemcal.power_law import PowerLaw, fit_power_law
@@ -24,7 +25,6 @@ from stemcal.vocabulary import DIAMETER, FIRST, Variable, Wording
 
 _LEAST_CHANGE = 0.03  # smallest relative change of the force over the diameters that is worth a parameter
 _BETTER = 0.6  # advice must reduce the largest error to this share of the present one
-_NORMAL = 1.96
 _EXPONENTS = np.arange(-2.0, 2.001, 0.05)
 _CLOUD = 8
 
@@ -87,7 +87,7 @@ def trend_of(
     diameters = [row[0] for row in rows]
     x = np.log(diameters) - np.mean(np.log(diameters))
     known = np.array([0.01 * (row[3] or 0.0) for row in rows])
-    within = _NORMAL * float(np.linalg.norm(x * known) / (x @ x))  # of b = Σ x ln r / Σ x²
+    within = NORMAL * float(np.linalg.norm(x * known) / (x @ x))  # of b = Σ x ln r / Σ x²
     low, high = law.exponent_interval
     change = abs(law.exponent) * float(np.log(max(diameters) / min(diameters)))
     return law if low * high > 0.0 and abs(law.exponent) > within and change >= _LEAST_CHANGE else None
