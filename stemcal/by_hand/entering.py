@@ -43,7 +43,7 @@ class Entered:
     refused: tuple[RowRefused, ...] = ()
 
     def summary(self) -> str:
-        """Return the numbers of accepted, known and replaced results in sentences."""
+        """Return sentences with the numbers of accepted, known and replaced results."""
         sentences = [f"Results accepted: {len(self.taken)}."]
         if self.known:
             sentences.append(f"Results already recorded: {len(self.known)}.")
@@ -61,7 +61,7 @@ class Entered:
 
 @dataclass(frozen=True)
 class _Result:
-    """A row without errors, the run that it is for, and its result."""
+    """A row without errors, the run to which it refers, and the result in it."""
 
     filled: Filled
     request: Request
@@ -108,8 +108,8 @@ def record_results(study: Study, folder: StudyFolder, sheet: Sequence[Filled], *
 
 
 def _enterable(study: Study, folder: StudyFolder, rows: Sequence[Filled]) -> dict[str, Request]:
-    """Return the runs whose results may be entered, by key; with `rows`, those after the study has continued."""
-    waiting = None  # remains if a stage fails, whose wrong results the rows may correct
+    """Return the runs whose results may be entered, by key; with `rows`, continue the study first, if possible."""
+    waiting = None  # stays None if a stage fails; the rows may then correct the results that made it fail
     with suppress(StemcalError):
         if not rows:
             return enterable_runs(study, folder, None)
@@ -152,7 +152,7 @@ def _by_run(
 def _against_record(
     result: _Result, record: Mapping[str, Any] | None, study: Study, because: str
 ) -> Literal["taken", "known", "replaced"]:
-    """Return whether a result is new, known, or replaces another; raise `RowRefused` if it must not replace another."""
+    """Classify a result as new, known, or a replacement; raise `RowRefused` if it must not replace the record."""
     filled = result.filled
     before = None if record is None or not is_final(record, study.by_hand.solver.run_limit) else _answer_in(record)
     if before is None or record is None:

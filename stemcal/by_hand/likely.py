@@ -25,7 +25,7 @@ Columns = Mapping[tuple[float, str], Mapping[str, float]]
 
 
 def likely_columns(study: Study, answers: Iterable[tuple[str, Request, Answer]]) -> Columns:
-    """Return the known values: those of `answers` (key, request, answer), and the measured means of the targets."""
+    """Collect the known values: the results in `answers` (key, request, answer), and the means of the targets."""
     columns: dict[tuple[float, str], dict[str, float]] = defaultdict(dict)
     first, *_ = names = [response.name for response in entered_responses(study)]
     for target in study.targets.means:
@@ -90,7 +90,7 @@ def misplaced_value(
     single = [(name, replace(filled, levels={name: text})) for name, text in filled.levels.items()]
     changed = [[name for name, cells in single if other_level(study, run, cells) is not None] for run in named]
     nearest = min(changed, key=len, default=[])
-    # a level with another number, if all other levels are those of a run
+    # the column of a level with a wrong number, if all other levels of the row agree with a run
     names = nearest if len(nearest) == 1 and _number(row.levels[nearest[0]]) is not None else []
     names = [*names, *_result_among_remarks(study, columns, named, row)]
     if not named and _number(row.run) is not None:
@@ -106,7 +106,7 @@ def misplaced_value(
 
 
 def _result_among_remarks(study: Study, columns: Columns, runs: Sequence[Request], row: Filled) -> list[str]:
-    """Return the columns for name, date and remark that contain a number near the known results."""
+    """Return the columns for name, date and remark in which there is a number similar to the known results."""
     places = {(run.condition, response.name) for run in runs for response in entered_responses(study)}
     known = [list(columns[place].values()) for place in places if place in columns]
     numbers = {name: _number(text) for name, text in row.origin.items() if (name, text) != (STUDY, narrow(study.name))}

@@ -45,7 +45,7 @@ def by_name(runs: Iterable[Request]) -> dict[str, list[Request]]:
 
 
 def meant_run(study: Study, runs: Mapping[str, Sequence[Request]], row: Filled) -> Request:
-    """Return the run that a row is for: it has the same name, and the same levels as far as the row contains them."""
+    """Return the run to which a row refers: the run with the name and the levels in the row."""
     named = runs.get(row.run_name, ())
     if not named:
         message = f"the study has no run {row.run!r}; write the name as in the sheet, such as rsm 3"

@@ -143,7 +143,7 @@ def narrow(text: str) -> str:
 
 
 def filled(content: bytes, source: str, study: Study, *, partial: bool = False) -> list[Filled]:
-    """Return the rows of a sheet; `UsageError` if columns are missing, unless they are of levels and `partial`."""
+    """Return the rows of a sheet; `UsageError` if columns are missing, except columns of levels if `partial`."""
     if len(content) > MAX_BYTES:
         message = f"{source} is larger than {MAX_BYTES // MIB} MiB; save the worksheet with the runs as a separate file"
         raise UsageError(message)
@@ -156,7 +156,7 @@ def filled(content: bytes, source: str, study: Study, *, partial: bool = False) 
 
 
 def rows_from_mappings(rows: Sequence[Mapping[str, Any]], study: Study) -> list[Filled]:
-    """Return rows from mappings by column name, where `failed` has the reason of a failure; `UsageError` if invalid."""
+    """Convert mappings (cell by column name) to rows; `failed` is the reason for a failed run. Raise `UsageError`."""
     fields = fields_of(study)
     lines = [(0, [field.heading for field in fields])]
     lines += [(number, _cells(row, f"row {number}", fields)) for number, row in enumerate(rows, 1)]

@@ -23,7 +23,7 @@ SHEET_VERSION = 1
 
 @dataclass(frozen=True)
 class _KnownRow:
-    """A row of the file: its cells, its levels as numbers, and its result, or None if it is missing."""
+    """A row of the file: its cells, its levels as numbers, and its result, None for a run without a result."""
 
     cells: Filled
     levels: Mapping[str, float]

@@ -129,7 +129,7 @@ class _ToWarnings(logging.Handler):
 
 
 def route_log() -> None:
-    """Print warnings that stemcal logs on stderr, in the same form as those of commands."""
+    """Print warnings that stemcal logs on stderr, in the same form as the warnings of commands."""
     log = logging.getLogger("stemcal")
     if not any(isinstance(handler, _ToWarnings) for handler in log.handlers):
         log.addHandler(_ToWarnings(logging.WARNING))

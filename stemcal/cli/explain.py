@@ -15,7 +15,7 @@ from stemcal.report.glossary import Term, glossary
 
 
 def look_up(term: str) -> list[Term]:
-    """Return the entries of a term or of a spec key, by any of its names; otherwise the entries that contain it.
+    """Return the entries with this name, a term or a spec key; if there are none, the entries whose names contain it.
 
     Raises `UsageError` with the most similar terms if there is no entry.
 

@@ -99,7 +99,7 @@ def _program_of(study: Study, path: Path, asked: str | None) -> Literal["lsdyna"
 
 
 def _calibrated(study: Study, program: str, out: Path | None) -> tuple[Study, dict[str, float]]:
-    """Return study and levels for a deck: those refined in the program, those calibrated, or else mid-levels."""
+    """Return study and levels for a deck: levels refined in the program, else calibrated levels, else mid-range."""
     from stemcal.runs.study_folder import StudyFolder, place_of
     from stemcal.stages.refine.result import RefineResult
     from stemcal.stages.results import fresh_results

@@ -24,7 +24,7 @@ RESUMES = "finished runs are kept; run the same command again to resume"
 @contextmanager
 def exit_codes() -> Iterator[None]:
     """Run a command; convert an exception to a message on stderr and an exit code."""
-    envelope.command, envelope.result, envelope.notes = "", None, []  # discards those of an earlier command
+    envelope.command, envelope.result, envelope.notes = "", None, []  # discards the data of an earlier command
     with raising_interrupts():
         try:
             raise_noted()

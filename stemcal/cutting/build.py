@@ -52,14 +52,14 @@ def stem_mesh(
     layers: Array | None = None,
     parts: bool = False,
 ) -> Mesh:
-    """Return the mesh of the stem, or of the part of it that the symmetry leaves; nodes are on the mirror planes.
+    """Return the mesh of the stem, or of the part that is modelled with mirror planes, on which there are nodes.
 
     rests_at: Distance from the blade (mm) at which a layer of nodes is placed on either side. Nodes rest on a support,
-        so without this the span would be that between the nearest layers.
-    widths: Relative widths of the elements around half the stem, from the bottom to the top, instead of those by `how`.
-    layers: x of the layers of nodes along the stem, mm, instead of those by `how`.
-    parts: The stem parts under the edge, so a layer of nodes is there; in a model of both sides, two layers with
-        elements of zero length between them (see `fem.parting.doubled`).
+        so without this layer the span would be the distance between the layers next to the supports.
+    widths: Relative widths of the elements around half the stem, from the bottom to the top; by default from `how`.
+    layers: x of the layers of nodes along the stem, mm; by default from `how`.
+    parts: Whether the stem parts on the plane under the edge. A layer of nodes is then placed there; in a model of both
+        sides, two layers with elements of zero length between them (see `fem.parting.doubled`).
     """
     outer, inner = 0.5 * stem.outer_diameter, 0.5 * stem.outer_diameter * stem.diameter_ratio
     if widths is None:  # from the bottom to the top under the edge
@@ -85,7 +85,7 @@ def stem_mesh(
 
 
 def materials(mesh: Mesh, stem: Stem, inner: Material, outer: tuple[Material, ...]) -> Material | Layers:
-    """Return the material of the elements of a stem: `inner` of its innermost layer, `outer` of the others."""
+    """Return the material of each element of a stem: `inner` in the innermost layer, `outer` in the other layers."""
     if not outer:
         return inner
     radius = np.linalg.norm(mesh.nodes[mesh.hexes, 1:], axis=2).mean(axis=1)
@@ -100,8 +100,7 @@ def through_wall(stem: Stem, how: Discretisation) -> int:
 def through_layers(stem: Stem, how: Discretisation) -> tuple[int, ...]:
     """Return the number of elements through each layer, from the inside; interfaces of layers have nodes.
 
-    In a solid stem, the number for the innermost layer is that of its rings of elements around the core, whose radius
-    is half of the layer's.
+    In a solid stem, the elements of the innermost layer are rings around a core with half the radius of the layer.
     """
     radii, wall = stem.radii, 0.5 * stem.outer_diameter * (1.0 - stem.diameter_ratio)
     fewest = FEWEST_IN_LAYER if stem.layers else 1
@@ -152,10 +151,10 @@ def _outwards(length: float, how: Discretisation) -> Array:
 
 
 def _supported(layers: Array, rests_at: float, sides: tuple[float, ...] = (1.0, -1.0)) -> Array:
-    """Return the layers of nodes with, on each of `sides`, the layer nearest to `rests_at` moved to that distance.
+    """Move the layer of nodes that is nearest to the distance `rests_at` to this distance, on each of `sides`.
 
-    Layers from half that distance to the end of the stem move in proportion. Nothing moves if one element extends that
-    far, or if the stem ends before.
+    Layers from half that distance to the end of the stem move in proportion. Nothing moves if a single element reaches
+    that far, or if the stem is too short.
     """
     moved, middle = layers.copy(), 0.5 * rests_at
     for side in sides:
@@ -168,7 +167,7 @@ def _supported(layers: Array, rests_at: float, sides: tuple[float, ...] = (1.0, 
 
 
 def crowns(mesh: Mesh) -> Array:
-    """Return (E, 6) the height (mm) of a circle about the axis over the middle of each face with all corners on it."""
+    """Return (E, 6) the height (mm) of the true round surface over the middle of each face; 0 for other faces."""
     corners = mesh.nodes[mesh.hexes[:, FACES], 1:]
     radius = np.linalg.norm(corners, axis=3)
     round_ = np.ptp(radius, axis=2) < 1e-9
@@ -176,7 +175,7 @@ def crowns(mesh: Mesh) -> Array:
 
 
 def _layers_of(test: ShearTest) -> Array:
-    """Return x of the layers of nodes, mm; a layer is where the stem rests on a block, a clamp is at the left end."""
+    """Return x of the layers of nodes, mm; a layer is where the stem rests on a block; a clamp is at the left end."""
     how, supports, height = test.discretisation, test.supports, test.supports.height
     if supports.kind == "span":
         return _supported(_layers(test.stem.length, how), 0.5 * supports.clearance + supports.fillet_radius)

@@ -35,7 +35,7 @@ def not_severed(stroke: float, percent: float) -> Note:
 
 
 def bent_away(stroke: float, aside: float, percent: float) -> Note:
-    """Return the warning that the blade pushed a clamped stem aside; `stroke`, `aside` in mm, unparted percentage."""
+    """Return the warning that the blade pushed a clamped stem aside (mm); `percent` of the cut plane is unparted."""
     text = (
         f"The stem was bent away, not cut: after a stroke of {stroke:.3g} mm, the blade has pushed the section under "
         f"the edge {aside:.3g} mm aside, and {percent:.0f} % of the section still holds. Below a critical speed, the "
@@ -73,7 +73,7 @@ def maximum_not_passed(stroke: float) -> Note:
 
 
 def buckles(percent: float) -> Note:
-    """Return the warning that a compressed piece bends or wrinkles, by a percentage of its widening."""
+    """Return the warning that a compressed piece bends or wrinkles; `percent` of its widening is not uniform."""
     text = (
         f"The compressed specimen buckles before it breaks (deviation from a round cross-section: {percent:.0f} % of "
         "the increase in width). Travel, work and maximum force then depend on the mesh; the slope does not."

@@ -256,7 +256,7 @@ def evaluate(
 
 
 def _of_curve(curve: ForceHistory, peak: int, broken: int | None, rate: float, material: Material) -> list[Note]:
-    """Return warnings for a strain rate (1/s) above C of the paper's law, and for a larger force after a break."""
+    """Return warnings: a strain rate (1/s) is above C of the paper's law; the force after a break exceeds the peak."""
     notes, c, before = list[Note](), material.strain_rate_c, float(curve.force_filtered[peak])
     if material.rate_law == "paper" and 0.0 < c < rate:
         notes.append(checks.rate_above_law(rate, c, 1.0 + (rate / c) ** material.strain_rate_p))

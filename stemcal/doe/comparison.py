@@ -160,10 +160,10 @@ class Formula:
     standard_error_percent: float | None = absent()  # largest standard error of the measured means there
 
     def better(self, model_percent: float) -> Better:
-        """Return which prediction is better, the largest error of the model being `model_percent`.
+        """Compare the errors of the formula and of the model (`model_percent` at most): which predicts better?
 
-        It is neither if the errors differ by less than 1.96 standard errors of the measured mean, since the scatter of
-        the specimens may then explain the difference.
+        The answer is ``neither`` if the errors differ by less than 1.96 standard errors of the measured mean, since the
+        scatter of the specimens may then explain the difference.
 
         >>> Formula(2.6, 0.1, 4.7).better(3.0), Formula(2.6, 0.1, 1.0).better(3.0), Formula(2.6, 9.0).better(3.0)
         ('neither', 'formula', 'model')
@@ -195,7 +195,7 @@ def formula_elsewhere(fitted: Sequence[Force], held_out: Sequence[Force]) -> For
 
 
 def formula_left_out(forces: Sequence[Force]) -> Formula | None:
-    """Fit F = a·dᵇ to all forces; its error is that of leave-one-out cross-validation, each diameter left out in turn.
+    """Fit F = a·dᵇ to all forces; its error is from cross-validation, in which each diameter is left out in turn.
 
     None with fewer than three diameters.
 

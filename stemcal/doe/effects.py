@@ -118,14 +118,14 @@ def _pure(centre: Array) -> float:
     return pure if pure > NEGLIGIBLE * float(centre @ centre) else 0.0
 
 
-# A note lists this number of factors and of aliases of each, and has the number of the others.
+# Largest numbers of factors, and of aliases of each factor, that a note lists; it counts the others.
 _SHOWN_FACTORS, _SHOWN_ALIASES = 6, 3
 
 
 def alias_matrix(coded: Array) -> Array:
     """Return the alias matrix A = (XᵀX)⁻¹XᵀZ without the row of the mean, (k, k(k − 1)/2).
 
-    X has the columns of the mean and the main effects, Z those of the two-factor interactions in the order of
+    X has the columns of the mean and the main effects; Z has the columns of the two-factor interactions in the order of
     `itertools.combinations`. A_ij is the weight of interaction j in the estimate of main effect i.
     """
     n, k = coded.shape

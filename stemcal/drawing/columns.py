@@ -41,7 +41,7 @@ def simulated(named: Variable, label: str = "") -> Column:
 
 
 def measured_columns(names: Wording, each: bool, columns: Iterable[tuple[str, str, Form]]) -> list[Column]:
-    """Return the condition and these `columns` (key, label, form) of values of the first response, with its unit.
+    """Return the column of the condition, then `columns` (key, label, form) headed by the unit of the response.
 
     If `each` row has another response, a column with the name and one with the unit of the response are added.
     """

@@ -116,7 +116,7 @@ class Table:
         return replace(self, columns=tuple(self.columns[place] for place in places), rows=rows)
 
     def shortened(self, whole: str, most: int = MOST_ROWS) -> Table:
-        """Return a table of at most `most` rows, the first ones and those with the largest errors.
+        """Return a table of at most `most` rows: the first rows, and the rows with the largest errors.
 
         `whole` is the name of the file with all rows, for the note in the foot.
 

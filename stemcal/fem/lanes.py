@@ -60,7 +60,7 @@ def lay_out(hexes: Ints, nodes: int, materials: NDArray[np.int_] | None = None) 
     """Return the layout of elements (E, 8) with materials (E,), on a number of nodes."""
     slots, heads = _slots(hexes, np.zeros(len(hexes), dtype=int) if materials is None else materials)
     count = -(-(slots[-1] + 1) // LANES) * LANES
-    # the first node of a run is that of its first lane, even if this lane is empty
+    # the first node of a run is the node of its first lane, even if this lane is empty
     first = np.zeros((count // RUN, 8), dtype=np.int32)
     run = slots // RUN
     first[run] = hexes[heads] + (run * RUN - slots[heads])[:, None]

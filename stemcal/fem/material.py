@@ -28,7 +28,7 @@ _NEVER = 1.0e30
 
 @dataclass(frozen=True)
 class Transverse:
-    """Properties of a material across its axis (L along, T across); those of `Material` are then along the axis.
+    """Properties of a material across its axis (L along, T across); the values in `Material` then apply along the axis.
 
     elastic_modulus, shear_modulus: E_T across the axis, G_LT between the axis and a direction across it, MPa.
     poisson_ratio: ν_TT between two directions across the axis; the material's ν_LT is for tension along the axis.
@@ -154,7 +154,7 @@ class Material:
 
     @property
     def _across(self) -> Transverse:
-        """The properties across the axis; without an axis, those of the isotropic material."""
+        """The properties across the axis; for a material without an axis, its isotropic properties."""
         if self.transverse is not None:
             return self.transverse
         return Transverse(

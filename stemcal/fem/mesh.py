@@ -137,7 +137,7 @@ def square_of_solid(around: int) -> tuple[int, int]:
     return around - 2 * across, across
 
 
-# Core: radius of its corners over that of the cylinder, and bulge of its sides (0 straight, 1 an arc).
+# Core: radius of its corners over the radius of the cylinder, and bulge of its sides (0 straight, 1 an arc).
 SQUARE, _BULGE = 0.5, 0.4
 
 
@@ -156,7 +156,7 @@ def _half_disc(radius: float, through: int, widths: Array, beyond: Sequence[floa
     rings = rim + np.linspace(0.0, 1.0, through + 1)[1:, None, None] * (arc - rim)
     rings = np.concatenate([rings, (np.array(beyond) / radius)[:, None, None] * arc])
     inside = _filled(rim, up, across)
-    # nodes of the core row by row from the bottom; those on its rim begin the rings
+    # nodes of the core row by row from the bottom; the nodes on its rim begin the rings
     grid = np.arange((up + 1) * (across + 1), dtype=np.int32).reshape(up + 1, across + 1)
     begin = np.concatenate([grid[0], grid[1:-1, -1], grid[-1, ::-1]])
     ring = grid.size + np.arange(rings[..., 0].size, dtype=np.int32).reshape(-1, len(arc))

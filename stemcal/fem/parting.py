@@ -32,7 +32,7 @@ def doubled(mesh: Mesh) -> Mesh:
 
 
 def joined(mesh: Mesh, tools: tuple[Tool, ...]) -> Mesh:
-    """Return the mesh whose elements share nodes across the cut plane, where those of `mesh` have twin nodes."""
+    """Return the mesh with the twin nodes on the cut plane merged, so that elements share nodes across the plane."""
     if (tool := parts_under(tools)) < 0:
         return mesh
     on = np.flatnonzero(np.abs(mesh.nodes[:, 0] - (tools[tool].edge or 0.0)) < _HAIR)
@@ -90,7 +90,7 @@ def cut_plane(tools: tuple[Tool, ...], mesh: Mesh, spread: SpreadEdge) -> CutPla
 
 
 def _columns(x: Array, side: Array, place: float, reach: float) -> tuple[Ints, Array]:
-    """Return the nodes (P, M) in lines across the plane, within reach and one layer more, and the layers' x from it.
+    """Return the nodes (P, M) in lines across the plane, up to one layer beyond `reach`, and the layers' distances.
 
     The layers of nodes must be planes, equally many within reach on both sides unless a mirror replaces one side.
     """

@@ -54,7 +54,7 @@ def exchange(
     # free face counts with the element's image behind it, so that a model with a mirror plane has as many passes, and
     # so the same means, as the full model: otherwise the first element would fail in another step.
     passes = max(int(time.max() > 0.0), ceil(float((2.0 * time[:, 0] * rate.sum(axis=1)).max()) - 1e-9))
-    # behind a face without a neighbour the index is that of the element itself, so that the kernel needs no branch
+    # a face without a neighbour has the index of the element itself behind it, so that the kernel needs no branch
     around = np.where(neighbours < 0, np.arange(elements)[:, None], neighbours).astype(np.uint32)
     share = np.where(neighbours < 0, 0.0, rate) * time / max(passes, 1)
     means = np.zeros(elements), np.zeros(elements), np.zeros_like(strains), np.zeros(1)

@@ -66,7 +66,7 @@ class History:
 
     @property
     def balance(self) -> Array:
-        """Error of the energy balance (R,), mJ: all energies less those at the start and the external work."""
+        """Error of the energy balance (R,), mJ: all energies, minus their sum at the start and the external work."""
         held = self.kinetic + self.internal + self.hourglass + self.eroded + self.contact
         return np.asarray(held - held[0] - self.external)
 

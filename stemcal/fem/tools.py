@@ -205,7 +205,7 @@ def spread_edge(tools: tuple[Tool, ...], x: Array, hexes: Ints, size: float) -> 
 
 
 def _gap_beside(tool: Tool, s: Array) -> Array:
-    """Return the distances (mm) from a tool to the points beside its edge by s (mm), at the height of the edge.
+    """Return the distances (mm) from a tool to points at the height of its edge, at the offsets s (mm) from the edge.
 
     The distance is |s| for an edge without angle and radius, and less beside flanks and rounding.
     """
@@ -232,9 +232,9 @@ def _across(tool: Tool, mirrored: bool, h: float) -> tuple[Array, Array]:
     """Return the sample positions across a spread edge on elements of length h (mm), and their weights.
 
     The weight is the bell of the distance from the tool. Linear shape functions share a force between two nodes, which
-    adds h²/6, the variance of a hat function, to that of the bell. The samples are moved apart so that the sum is the
-    same on all short elements. No correction is needed along the edge, where neighbouring rows overlap. In a mirrored
-    body only the samples on its side of the edge remain.
+    adds h²/6, the variance of a hat function, to the variance of the bell. The samples are moved apart so that the sum
+    is the same on all short elements. No correction is needed along the edge, where neighbouring rows overlap. In a
+    mirrored body only the samples on its side of the edge remain.
     """
     left, right = _reach_beside(tool)
     across = -left + (left + right) * (np.arange(_ACROSS) + 0.5) / _ACROSS
@@ -251,7 +251,7 @@ def _bell(s: Array) -> Array:
 
 
 def _lines_of_rows(rows: Array, along: Array, a: float, half: bool) -> tuple[Ints, Array, Array]:
-    """Return (R, M) the lines within `a` of each row, their distances along the edge, and −1 for images, else 1."""
+    """Return for each row the lines within `a` of it, their distances from it, and −1 for images, else 1: (R, M)."""
     images = -along[::-1] if half else along[:0]
     y = np.concatenate([images, along])
     index = np.concatenate([np.arange(len(images))[::-1], np.arange(len(along))])

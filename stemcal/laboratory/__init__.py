@@ -46,15 +46,15 @@ class Kind:
         raise NotImplementedError
 
     def modulus(self, stem: Stem, material: Material) -> float:
-        """Return the E of that wave speed, MPa: for a material with an axis, the effective E of the slowest mode."""
+        """Return E for this wave speed, MPa; for a material with an axis, the effective E of the slowest mode."""
         return material.elastic_modulus
 
     def mesh(self, stem: Stem, how: Discretisation) -> Mesh:
-        """Return the mesh of the piece, or of the part of it that the symmetry leaves."""
+        """Return the mesh of the piece, or of the part that is modelled with mirror planes."""
         raise NotImplementedError
 
     def tools(self, stem: Stem, loading: Loading, both_sides: bool) -> tuple[Tool, ...]:
-        """Return the rigid tools, the moving one first; with a mirror plane x = 0, only those at x ≥ 0."""
+        """Return the rigid tools, the moving tool first; with a mirror plane x = 0, only the tools at x ≥ 0."""
         return ()
 
     def driven(self, mesh: Mesh, stem: Stem) -> Mask:
@@ -62,5 +62,5 @@ class Kind:
         return np.zeros(mesh.nodes.shape, dtype=bool)
 
     def motion(self, mesh: Mesh, stem: Stem, loading: Loading, laws: Sequence[Material]) -> Array:
-        """Return initial velocities (N, 3), mm/s, of the slow motion, for no vibration; `laws` are from the inside."""
+        """Return the initial velocities (N, 3), mm/s, with which no vibration starts; `laws` are from the inside."""
         raise NotImplementedError

@@ -113,7 +113,7 @@ def rounded(test: LaboratoryTest) -> LaboratoryTest:
 
 
 def _centres(mesh: Mesh) -> Array:
-    """Return z (E,) of the centroid of each element's section, from those of two triangles, mm."""
+    """Return z (E,) of the centroid of the cross-section of each element, mm, computed from two triangles."""
     triangles = mesh.nodes[mesh.hexes[:, [[0, 1, 2], [0, 2, 3]]], 1:]
     areas = np.abs(np.linalg.det(triangles[:, :, 1:] - triangles[:, :, :1]))
     return np.asarray((areas * triangles[..., 1].mean(axis=2)).sum(axis=1) / areas.sum(axis=1))

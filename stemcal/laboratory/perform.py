@@ -37,7 +37,7 @@ class LaboratoryResult(CuttingResult):
     responses: dict[str, float] = field(default_factory=dict)
 
     def giving(self, responses: Iterable[Response]) -> LaboratoryResult:
-        """Return the result with the values of responses, except those that the curve does not have."""
+        """Return the result with the values of those `responses` that the curve determines."""
         if self.until_break is None:
             return self
         values = {kind.name: value for kind in responses if (value := kind.value(self.until_break)) is not None}
@@ -86,7 +86,7 @@ REVISION = 8
 
 def perform(test: LaboratoryTest, inspect: Inspect | None = None) -> LaboratoryResult:
     """Run a virtual laboratory test; arguments and errors as in `cutting.simulate.shear`."""
-    diameter = test.stem.outer_diameter  # `rounded` changes that of the mesh
+    diameter = test.stem.outer_diameter  # `rounded` changes the diameter of the mesh
     test = rounded(test)
     model, how = build_piece(test), test.discretisation
     scale = 1.0 / SHARES[how.symmetry]
@@ -132,6 +132,6 @@ def cut(test: ShearTest, inspect: Inspect | None = None) -> LaboratoryResult:
 
 
 def _of_tests(result: CuttingResult) -> tuple[Note, ...]:
-    """Return the warnings, with the one on a short stroke worded for laboratory tests."""
+    """Return the warnings of a test; the warning on a short stroke is worded for laboratory tests."""
     stroke = float(result.history.travel[-1])
     return tuple(maximum_not_passed(stroke) if note.kind == STROKE_TOO_SHORT else note for note in result.warnings)

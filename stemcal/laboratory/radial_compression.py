@@ -53,7 +53,7 @@ class RadialCompression(Kind):
     WIDER: ClassVar[float] = 4.0
 
     def slowest_period(self, stem: Stem, wave_speed: float) -> float:
-        """Return the period of the ring's oval mode, ω = 6/√5 √(EI/ρA)/R², or that of a wave across it if longer."""
+        """Return the period of the ring's oval mode, ω = 6/√5 √(EI/ρA)/R², or of a wave across it if longer."""
         wall = 0.5 * stem.outer_diameter * (1.0 - stem.diameter_ratio)
         radius = 0.5 * (stem.outer_diameter - wall)
         oval = 2.0 * pi * radius**2 * sqrt(5.0 * 12.0) / (6.0 * wall * wave_speed)

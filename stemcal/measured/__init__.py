@@ -1,4 +1,4 @@
-"""What the laboratory brings: stem diameters and shear-test curves, from the machine's files to targets.
+"""Laboratory data: stem diameters and shear-test curves, from the files of the machine to the targets of a spec.
 
 headings      numbers, names and units in the languages of laboratories
 cells         files of any encoding and workbooks of Excel → lines of cells

@@ -43,7 +43,7 @@ def split(texts: Sequence[str], separator: str) -> list[Line]:
         elif '"' in content:  # a quoted cell may contain the separator
             try:
                 cells = next(csv.reader([content], delimiter=separator, skipinitialspace=True), [])
-            except csv.Error:  # of a cell of more than 131,072 characters, which is no number
+            except csv.Error:  # a cell of more than 131,072 characters, which cannot be a number
                 cells = content.split(separator)
         else:
             cells = content.split(separator)
@@ -55,8 +55,9 @@ def split(texts: Sequence[str], separator: str) -> list[Line]:
 def decoded_table(content: bytes, encoding: str | None, path: Path) -> tuple[str, str]:
     """Return the decoded text and its encoding, detected if `encoding` is None.
 
-    The encoding is that of the byte order mark, UTF-8 or UTF-16. Otherwise it is the encoding of Chinese or European
-    machines in which the text contains the most known words.
+    With a byte order mark or many zero bytes the encoding is UTF-8 or UTF-16. Otherwise it is the encoding of Chinese
+    or
+    European machines in which the text contains the most known words.
     """
     try:
         decoded = encodings.decoded(content, [encoding] if encoding else encodings.guesses(content))
@@ -107,7 +108,8 @@ def sheets(content: bytes, source: str) -> dict[str, list[Line]]:
             for row in sheet.iter_rows(values_only=True):
                 rows, cells = rows + 1, cells + len(row)
                 require_size(source, rows, cells)
-                # a whole number has no decimal mark, from which that of the file would be detected
+                # the cell of a whole number is written without a decimal mark, which would mislead the detection of the
+                # mark
                 values = [int(v) if isinstance(v, float) and v.is_integer() else v for v in row]
                 texts = ["" if value is None else str(value).strip() for value in values]
                 while texts and not texts[-1]:

@@ -126,8 +126,8 @@ def modes_of(curves: Sequence[Curve], stiffness: float | None = None, most: int 
 def without_noise(travel: Array, force: Array) -> Curve:
     """Return a measured curve smoothed from contact to the break, so that noise does not raise its maximum.
 
-    The force at each point is that of a quadratic fitted to its neighbours (A. Savitzky and M. J. E. Golay, Anal. Chem.
-    36 (1964) 1627): on either side 2/25 of the points between contact and maximum. The part before contact is not
+    The force at each point is the value of a quadratic fitted to its neighbours (A. Savitzky and M. J. E. Golay, Anal.
+    Chem. 36 (1964) 1627): on either side 2/25 of the points between contact and maximum. The part before contact is not
     smoothed, since the curve has a corner where contact begins.
     """
     from scipy.signal import savgol_filter

@@ -229,7 +229,7 @@ def is_heading(cells: Sequence[str]) -> bool:
 
 
 def units_in(cells: Sequence[str]) -> list[str]:
-    """Return all units in the cells: those in brackets, or at the end of a cell without brackets."""
+    """Return all units in the cells: units in brackets, or at the end of a cell without brackets."""
     in_brackets = [re.findall(rf"[\[(]\s*({_UNIT})\s*[\])]", _narrow(cell)) for cell in cells]
     return [unit for cell, units in zip(cells, in_brackets, strict=True) for unit in units or [_unit_in(cell)] if unit]
 

@@ -54,7 +54,7 @@ class _GradeForces(Spread):
 
 @dataclass(frozen=True)
 class ShearTests:
-    """The specimens that are not excluded, and their statistics; `notes` are those that concern no single specimen."""
+    """The specimens that are not excluded, and their statistics; `notes` do not concern a single specimen."""
 
     specimens: tuple[TestedSpecimen, ...]
     grades: tuple[_GradeForces, ...]
@@ -97,7 +97,7 @@ def measure_shear(
     index: Mapping[str, tuple[float, float | None]] | None = None,
     exclude: Collection[str] = (),
 ) -> ShearTests:
-    """Read the files of the machine and evaluate all specimens except those in `exclude`.
+    """Read the files of the machine and evaluate all specimens except the excluded ones (`exclude`).
 
     `index` maps the name of a file, with or without extension, to its diameter and grade (mm; the grade may be None).
     """
@@ -143,7 +143,7 @@ def _names_of(path: Path) -> list[str]:
 
 
 def find_files(folder: Path) -> list[Path]:
-    """Return a single data file, or those in a folder and its subfolders, sorted so that 7mm precedes 10mm."""
+    """Return a single data file, or all data files in a folder and its subfolders, sorted so that 7mm precedes 10mm."""
     if folder.is_file():
         return [folder]
     if not folder.is_dir():

@@ -232,7 +232,7 @@ def _data_run(lines: Sequence[Line], decimal: str, ragged: bool) -> _Run:
 
 
 def _is_number(cell: str) -> bool:
-    """Test whether a cell is a number with either decimal mark, since that of the file is not known yet."""
+    """Test whether a cell is a number with either decimal mark; the mark of the file is not known yet."""
     return any(as_number(cell, decimal) is not None for decimal in DECIMALS.values())
 
 
@@ -297,7 +297,7 @@ def _above(lines: Sequence[Line], run: _Run, decimal: str) -> list[int]:
 
 
 def matching(table: TextTable, words: Sequence[str], known: Collection[str] = ()) -> list[int]:
-    """Return the columns whose names contain one of the words; those with a `known` unit if there are any.
+    """Return the columns whose names contain one of the words; if some of them have a `known` unit, only these.
 
     Columns of stress, strain and speed are left out, because 应力 (stress) contains the word for force.
     """

@@ -49,7 +49,7 @@ class MeasuredTests:
 def measure_tests(
     study: Study, folder: Path, how: CurveOptions = CurveOptions(), exclude: Collection[str] = ()
 ) -> MeasuredTests:
-    """Evaluate the curves in the subfolder of each test, except those of the specimens in `exclude` (TEST/SPECIMEN)."""
+    """Evaluate the curves in the subfolder of each test; the specimens in `exclude` (TEST/SPECIMEN) are left out."""
     there = [test for test in study.tests if (folder / test.name).is_dir()]
     if not there:
         if not study.tests:
@@ -103,8 +103,8 @@ def _means(test: LaboratorySection, read: ShearTests) -> list[_TestedMean]:
 def break_at(force: Array) -> int:
     """Return the number of points before the break; all if the curve has no break.
 
-    The rule is that of simulated tests, where elements have failed at the break. Failed elements cannot be counted in a
-    real test, so the rule applies after the maximum: a drop while the piece settles on its rollers is no break.
+    The break is found as in simulated tests, where elements have failed at the break. Failed elements cannot be counted
+    in a real test, so the rule applies after the maximum: a drop while the piece settles on its rollers is no break.
 
     >>> break_at(np.array([0.0, 8.0, 10.0, 7.0, 4.0, 6.0])), break_at(np.array([0.0, 1.0, 2.0]))
     (4, 3)

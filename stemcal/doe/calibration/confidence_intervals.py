@@ -15,14 +15,14 @@ from stemcal.arrays import Array
 from stemcal.doe.calibration.likelihood import LEVEL, Fit
 from stemcal.doe.calibration.region import Objective, Region, extremes, height, optimise, search_from, squared_distance
 
-_GRID, _FREE = 25, 0.5  # values of a factor in its profile; fraction of its range from which it counts as undetermined
+_GRID, _FREE = 25, 0.5  # values of a factor in its profile; fraction of the range from which it is undetermined
 _CLOUD, _SEEDS = 9, 3  # 2^9 points fill the region; number of searches from the best of them
 _SMALL_PART = 0.05  # smaller components of a direction, relative to the largest, are left out
 _NEAR = 0.01  # an end within this fraction of the range from its limit is at the limit
-_WIDER, _INSIDE = 1.5, 0.95  # see `Profile.bounded`: widening of the region; fraction of the allowed rise at an end
+_WIDER, _INSIDE = 1.5, 0.95  # for `Profile.bounded`: factor that widens the region; fraction of the allowed rise
 _SLACK = 1e-6  # coded: at its extreme value of xⱼ a region is a single point, which rounding must not exclude
 _FLAT = 0.75  # a direction is undetermined if its interval has this fraction of the width of the region
-_GOOD_TO = 0.03  # relative error of exact means when directions are judged; otherwise none would be undetermined
+_GOOD_TO = 0.03  # relative error assumed for exact means; without it, no direction would be undetermined
 _KEPT = 1e-6  # tolerance of constraints
 
 
@@ -30,8 +30,8 @@ _KEPT = 1e-6  # tolerance of constraints
 class Profile:
     """The profile of one factor, and its 95 % interval from `low` to `high`.
 
-    `bounded` states for each end whether the data determine it. If not, the end is the limit of the factor, or another
-    factor is at its limit there: in a region wider by half, the end would be inside the interval.
+    `bounded`: whether the data determine each end. An end is not determined if it is at the limit of the
+    factor, or if it would move outwards in a region wider by half, because another factor is at its limit there.
     """
 
     factor: str
@@ -181,7 +181,7 @@ def settled(fit: Fit, within: Region | None = None) -> tuple[Fit, Array]:
 
 
 def _scattered(fit: Fit) -> Fit:
-    """Return the fit; if the means have no scatter, with a standard deviation of 3 % for each."""
+    """Return the fit; if the means have no scatter, give each a standard deviation of 3 %."""
     if fit.errors.scatter != "surface":
         return fit
     more = np.append((_GOOD_TO * fit.measured) ** 2, np.zeros(len(fit.priors)))
@@ -189,7 +189,7 @@ def _scattered(fit: Fit) -> Fit:
 
 
 def _chord(region: Region, direction: Array) -> float:
-    """Return the width of a region in a direction, along the line through the point nearest to its centre."""
+    """Return the width of a region in a direction, measured through the point of the region nearest to its centre."""
     rise = np.concatenate([direction, -direction])
     room = np.maximum(np.concatenate([region.high - region.middle, region.middle - region.low]), 0.0)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -258,7 +258,7 @@ def left_out(fit: Fit, groups: Sequence[object]) -> list[float]:
 
 
 def left_out_intervals(fit: Fit, groups: Sequence[object]) -> list[tuple[float, float]]:
-    """Return the 95 % prediction interval of each measured mean by the fit without its group, with both errors."""
+    """Return the 95 % prediction interval of each mean by a fit without its group, with the error of the mean."""
     fits = [(members, fit.without(*members)) for members in _members(groups)]
     intervals = {i: predicted_interval(fit, others, i) for members, others in fits for i in members}
     return [intervals[i] for i in range(len(groups))]
@@ -280,7 +280,7 @@ def _members(groups: Sequence[object]) -> list[list[int]]:
 
 
 def _allowed(fit: Fit, others: Fit, i: int) -> tuple[float, float]:
-    """Return the 95 % interval of ŷᵢ: its least and greatest value over the points that the `others` allow."""
+    """Return the 95 % interval of ŷᵢ by the fit to the `others`: its extreme values over their 95 % region."""
     surface, slope = fit.observations[i].surface, fit.slopes(others.best)[i]
     rule = below(others, most := others.least + others.tangents.allowed(slope))
     cloud = fit.region.cloud(_CLOUD)
@@ -294,7 +294,7 @@ def _allowed(fit: Fit, others: Fit, i: int) -> tuple[float, float]:
 
 
 def missed_observations(fit: Fit) -> list[int]:
-    """Return the indices of observations that their surface reproduces, within the error, nowhere in the region."""
+    """Return the indices of observations out of reach: their surface is nowhere within the error of the mean."""
     variance = 1.0 / np.array([fit.weights @ (1.0 / fit.draws[:, i, i]) for i in range(len(fit.observations))])
     allowed = np.array([fit.tangents.allowed(slope) for slope in fit.tangents.slopes[: len(fit.observations)]])
     return np.flatnonzero((fit.measured - _reached(fit)) ** 2 > allowed * variance).tolist()

@@ -70,9 +70,10 @@ def solve_target(
 ) -> Calibration:
     """Solve ŷ(x) = target: choose one solution, and find the range of each factor over all solutions.
 
-    `low` and `high` (k,) are the coded ends of the factor ranges, `radius` that of the sphere within which the surface
-    is valid. The `rule` is ``least_coded_distance`` or ``others_at_centre``. Raises `TargetUnreachable`, with the
-    `unit` in its message, if ŷ reaches the target nowhere in the region.
+    `low` and `high` (k,) are the coded ends of the factor ranges; the surface is valid within a sphere of this
+    `radius`.
+    The `rule` is ``least_coded_distance`` or ``others_at_centre``. Raises `TargetUnreachable`, with the `unit` in its
+    message, if ŷ reaches the target nowhere in the region.
     """
     rules = {
         "least_coded_distance": lambda solutions: solutions.best(squared_distance()),
@@ -99,7 +100,7 @@ def assess_point(
     high: ArrayLike | None = None,
     radius: float | None = None,
 ) -> Assessment:
-    """Predict at one coded point; `inside` tests the box and the radius, by default that of the outermost run."""
+    """Predict at one coded point; `inside` tests the box and the radius (default: distance of the outermost run)."""
     x = np.asarray(coded, dtype=float)
     distance = float(np.linalg.norm(x))
     reach = surface.design_radius if radius is None else radius

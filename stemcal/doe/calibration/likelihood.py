@@ -190,7 +190,7 @@ class Fit:
             return None if self.df < 1 else float(np.mean(chdtrc(self.df, self.tangents.misfits)))
         if not self.priors:
             return None
-        # the scatter is estimated from the data alone, so the p-value is that of the increase of D due to the priors
+        # the scatter is estimated from the data alone, so the p-value tests the increase of D due to the priors
         data = fit(self.observations, self.region)
         rise = self.tangents.misfits - data.tangents.misfits
         return float(data.weights @ chdtrc(len(self.priors), np.maximum(rise, 0.0)))

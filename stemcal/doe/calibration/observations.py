@@ -213,10 +213,15 @@ class Contrasts:
 def _groups_of(residuals: Array, bases: Array, runs: Array, free: Array, noise: Array) -> tuple[Array, ...]:
     """Return counts, z2, common and noise of the groups of contrasts, (groups,) each.
 
-    Surface i has the residuals eᵢ = Mᵢyᵢ with Mᵢ = 1 − BᵢBᵢᵀ, B = `bases` (m, points, terms), `free` contrasts and the
-    sum `noise` of their variances by single runs. Surfaces of one design have M in common: for every contrast uᵀe one,
-    uᵀΣeᵢ/√m, has the variance m by σ_c², and m − 1 have 0. R⁻¹ = 1/r − D, r the fewest runs of a point, so that all u
-    but the left singular vectors of M√D, with values s, have the variance 1/r by single runs, and these 1/r − s².
+    Surface i has the residuals eᵢ = Mᵢyᵢ with Mᵢ = 1 − BᵢBᵢᵀ, where B is `bases` (m, points, terms), the number `free`
+    of
+    contrasts, and the sum `noise` of the variances of its contrasts for σ_E² = 1.
+
+    If all m surfaces have the same design, M is the same for all. Along a unit vector u, the contrast uᵀΣeᵢ/√m of all
+    surfaces then has the variance m for σ_c² = 1; the m − 1 contrasts orthogonal to it have none. For σ_E² = 1, let r
+    be
+    the smallest number of runs at a point, and R⁻¹ = 1/r − D. The variance is 1/r − s² along the left singular vectors
+    of M√D, whose singular values are s, and 1/r along all other u.
     """
     total, m = residuals.sum(axis=0), len(residuals)
     if np.array_equal(runs, np.broadcast_to(runs[0], runs.shape)) and np.allclose(bases, bases[0]):
@@ -288,7 +293,7 @@ class Errors:
 
 
 def errors_of(observations: Sequence[Observation], spare: int) -> Errors:
-    """Draw the errors of observations; `spare` is their number minus that of the factors.
+    """Draw the errors of observations; `spare` is the number of observations minus the number of factors.
 
     If no standard deviation was measured and `spare` > 0, the scatter is estimated from the misfit.
     """

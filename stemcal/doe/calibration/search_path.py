@@ -94,7 +94,7 @@ class SearchPath:
         return values
 
     def longest(self, place: float, upwards: bool) -> float:
-        """Return the longest step from a place up or down: that of the factor that moves there."""
+        """Return the longest step from a place up or down; it depends on which factor moves there."""
         passed, away = 0.0, (place > 0.0) == upwards
         for mover in self.movers:
             passed += mover.reach(place > 0.0)

@@ -108,7 +108,7 @@ def _run_diagnostics(fit: LeastSquares, rows: Sequence[int]) -> Iterator[RunDiag
 
 
 def _press(fit: LeastSquares) -> float | None:
-    """Return the PRESS statistic Σ(e/(1 − h))², the prediction errors of runs left out; without runs of leverage 1."""
+    """Return the PRESS statistic, the sum of squared leave-one-out errors e/(1 − h), without runs of leverage 1."""
     judged = fit.leverage < _FULL_LEVERAGE
     if fit.df == 0 or not judged.any():
         return None

@@ -37,9 +37,11 @@ class Place:
 
     @cached_property
     def coordinates(self) -> tuple[list[int], Array, Array, list[int]]:
-        """For each coordinate zⱼ = (startⱼ + xⱼ)·exp(rateⱼ·x_e) − startⱼ: the indices j, start, rate, the indices e.
+        """Return j, start, rate and e of every coordinate zⱼ = (startⱼ + xⱼ)·exp(rateⱼ·x_e) − startⱼ.
 
-        Exponents are not coordinates. A factor that does not grow has zⱼ = xⱼ: start and rate are 0.
+        The indices j of factors exclude exponents; e is the index of the exponent with which factor j grows. A factor
+        that
+        does not grow has zⱼ = xⱼ: start and rate are 0.
         """
         half, grows = self.coding.half_step, self.growing
         factors = [j for j in range(len(half)) if j not in {exponent for exponent, _ in grows.values()}]
@@ -61,7 +63,7 @@ class _Places:
         self._conditions = np.array([place.condition for place in each])
 
     def z(self, x: Array) -> Array:
-        """Return the coordinates z of points x (m, k), (m, places, coordinates); the last one is the condition."""
+        """Return the coordinates z (m, places, coordinates) of points x (m, k); the last is the condition."""
         growth = np.exp(self._rates * x[:, None, self._exponents])
         z = np.empty((*growth.shape[:2], growth.shape[2] + 1))
         z[..., :-1] = (self._start + x[:, None, self._factors]) * growth - self._start

@@ -108,7 +108,7 @@ def fetch(scratch: Array, runs: Any, seen: Any) -> None:
 
 @inlined
 def scatter(scratch: Array, runs: Any, f: Array) -> None:
-    """Subtract the forces of a block's corners from those of the nodes."""
+    """Subtract the corner forces of a block from the nodal forces."""
     for a in range(8):
         for r in range(RUNS):
             subtract_run(f, np.intp(runs[a, r]), scratch, (FORCES + a) * LANES + r * RUN, 8 * LANES)

@@ -101,7 +101,7 @@ def flank_distance(cut: Floats, n: int, px: float, pz: float) -> Floats:
 
 @inlined
 def meets_flank(cut: Floats, n: int) -> bool:
-    """Check that a node touches the flanks of the blade: all nodes except those of the cut plane not yet parted."""
+    """Check that a node touches the flanks of the blade; nodes of the cut plane touch them only after parting."""
     p = cut.number[n]
     return bool(p < 0 or cut.parted[p])
 

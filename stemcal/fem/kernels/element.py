@@ -107,7 +107,7 @@ def hourglass_forces(
 ) -> Floats:  # fmt: skip
     """Return the forces on the four hourglass modes without and with damping, and their power.
 
-    The power is that of the mean of old and new force. All are zero if the element is not alive.
+    The power is computed with the mean of old and new force. All are zero if the element is not alive.
     """
     # stiffness a: the constant one, or the one that the stress requires (`hourglass`); Q ← R Q + a Δt q̇
     lasting = like(alive, 1.0) if alive > ZERO else ZERO

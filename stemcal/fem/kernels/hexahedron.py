@@ -56,7 +56,7 @@ def spread(m: Floats) -> Floats:
 def minors(p: Floats, q: Floats) -> Floats:
     """Return one component of Bₘ, m = 1…6, from the modal sums p, q of the other two coordinates in cyclic order.
 
-    For the x component p, q are those of (y, z), for y (z, x), for z (x, y):
+    For the x component, p and q are the modal sums of y and z; for y, of z and x; for z, of x and y:
 
         B₁ = X₂×X₃ + ⅓ X₆×X₅    B₄ = ⅓ (X₃×X₅ + X₆×X₂)
         B₂ = X₃×X₁ + ⅓ X₄×X₆    B₅ = ⅓ (X₄×X₃ + X₁×X₆)

@@ -208,7 +208,7 @@ def add_chunks(sums: Array) -> tuple[float, float]:
 
 @kernel
 def add_late_forces(body: Any, mine: Any) -> None:
-    """Add the separate force rows `mine` (the last rows of f) to those of their nodes `late`, in order."""
+    """Add the separate force rows `mine` (the last rows of f), in order, to the forces of their nodes `late`."""
     f, late = body.f, body.late
     first = f.shape[0] - late.shape[0]
     for i in range(3):

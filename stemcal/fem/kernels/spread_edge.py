@@ -63,7 +63,7 @@ class SpreadEdge(NamedTuple):
     lines: Ints  # (R, M) lines of each row, −1 beyond its last
     bell: Array  # (R, M) bell along the edge at these lines
     image: Array  # (R, M) −1 for mirror images, 1 for other lines
-    pairs: Ints  # (P, 2) rows from y = 0 outwards with the rows at −y, −1 where a mirror replaces those
+    pairs: Ints  # (P, 2) each row with y ≥ 0, from y = 0 outwards, and the row at −y; −1 if a mirror replaces it
     found: Ints  # (L, Q) face under each sample, −1 for none
     place: Array  # (L, Q, 6) ξ, η, height, additional height of the true surface, n_x/n_z, n_y/n_z
     line_sums: Array  # (L, 2) Σ w and Σ w z of the true surface over the samples above a face
@@ -238,7 +238,7 @@ def _mean_height(edge: Floats, j: int) -> Floats:
 
 @inlined
 def _add_line(edge: Floats, j: int, line: int, image: float, share: float) -> None:
-    """Add a share of the nodal weights of a line to those of row j."""
+    """Add a share of the nodal weights of a line to the nodal weights of row j."""
     for m in range(edge.line_sizes[line]):
         k = _place_of(edge.sizes, edge.nodes, j, edge.line_nodes[line, m])
         if k < 0:
