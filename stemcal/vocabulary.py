@@ -122,7 +122,7 @@ class Vocabulary:
         return next(own, None) or Variable.of(known_response(name))
 
     def measuring(self, names: Collection[str]) -> Self:
-        """Return a copy with further responses: those of the names that the cutting test has."""
+        """Return a copy with further responses, as far as the cutting test has responses with these names."""
         more = (Variable.of(response) for response in responses_in(CUT, measured=names) if response.name in names)
         return replace(self, responses=tuple(dict.fromkeys((*self.responses, *more))))
 

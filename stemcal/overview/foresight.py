@@ -19,7 +19,7 @@ _MOST_HOURS = 48.0  # a command whose runs take longer starts with a warning
 
 @dataclass(frozen=True)
 class Demand:
-    """Number of runs, computing time of all of them on one core (s), and memory of the largest (bytes)."""
+    """Number of runs, their computing time on one core in total (s), and the memory of the largest run (bytes)."""
 
     runs: int
     seconds: float
@@ -27,7 +27,7 @@ class Demand:
 
 
 def demand_left(study: Study, folder: StudyFolder, solver: Solver, stage: str | None = None) -> Demand:
-    """Return the demand of the remaining runs of all stages, or of one; of one run if its runs are not known yet."""
+    """Return the demand of the remaining runs of all stages or of one `stage`; of a single run if they are unknown."""
     wanted = [part for part in asked(study, solver, folder) if stage in (None, part.stage)]
     if stage is not None and not wanted:
         return demand_of([Request(stage, 0, study.midlevels(), study.targets.calibrate_at)], solver)
@@ -51,7 +51,7 @@ def demand_of(requests: Iterable[Request], solver: Solver) -> Demand:
 
 
 def excess(demand: Demand, workers: int, memory: float | None) -> list[Note]:
-    """Return notes on a demand for more than `memory` (bytes; None if it is not limited), or than `_MOST_HOURS`."""
+    """Return notes if runs need more than `memory` (bytes; None: unlimited), or take longer than `_MOST_HOURS`."""
     notes, at_a_time = [], max(1, min(workers, demand.runs))
     if memory is not None and at_a_time * demand.memory > memory:
         text, fitting = f"One run needs about {in_bytes(demand.memory)} of memory", int(memory // demand.memory)
@@ -70,7 +70,7 @@ def excess(demand: Demand, workers: int, memory: float | None) -> list[Note]:
 
 
 def warnings_before(demand: Demand, workers: int, here: bool = True) -> list[str]:
-    """Return warnings about long computing times; raise `UsageError` if runs `here` exceed the machine's memory."""
+    """Return warnings of long computing times; `UsageError` if runs on this machine (`here`) exceed its memory."""
     notes = excess(demand, workers, machine_memory() if here else None)
     if impossible := [str(note) for note in notes if note.severity == "error"]:
         raise UsageError(" ".join(impossible))
@@ -102,7 +102,7 @@ def beforehand(study: Study) -> Iterator[Note]:
 
 
 def lasting(study: Study, travel: float, diameter: float) -> Remedy:
-    """Return the remedy with which the blade reaches a travel (mm) at a stem diameter (mm)."""
+    """Return the remedy: a longer stroke, so that the blade travels this distance (mm) at a stem diameter (mm)."""
     longer = study.loading.longer(travel / study.loading.stroke_at(diameter))
     if longer.stroke is None:
         step = 10.0 ** (floor(log10(longer.duration)) - 1)

@@ -121,7 +121,7 @@ _DOTS_PER_INCH = 110
 
 
 def write_animation(frames: Sequence[Frame], path: Path, curve: Curve | None = None) -> Path:
-    """Write an animated GIF of the cut and its force `curve` (mm, N), by default that of the frames; return `path`."""
+    """Write an animated GIF of the cut and its force `curve` (mm, N; default: of the frames); return `path`."""
     from matplotlib.animation import PillowWriter
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 

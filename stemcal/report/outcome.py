@@ -57,7 +57,7 @@ def certainty(results: Results, holds: bool = True) -> list[str]:
 
 
 def shown_notes(result: StageResult, holds: bool) -> list[Note]:
-    """Return the notes of a stage; if the study is not calibrated, without those on confidence intervals."""
+    """Return the notes of a stage; if the study is not calibrated, notes on confidence intervals are left out."""
     notes = list(result.notes)
     if holds or all(note.kind != KNOWN for note in notes):
         return notes

@@ -71,7 +71,7 @@ def _remarks(progress: Progress, naming: Vocabulary) -> list[str]:
 
 
 class Watcher:
-    """Receives progress reports and prints nothing; base class of those that print."""
+    """Base class of progress displays: receives progress reports and prints nothing."""
 
     def __enter__(self) -> Self:
         return self

@@ -20,7 +20,7 @@ MANY = 4  # with more factors than this, columns are headed by symbols instead o
 def design_tables(
     result: StageResult, symbols: Mapping[str, str], labels: Mapping[str, str] | None = None
 ) -> list[Table]:
-    """Return the table of a stage's design: runs, factor levels and responses; no table if the stage has no design.
+    """Return the table of the runs of a stage's design: factor levels and responses; no table without a design.
 
     Columns are headed by the names of factors or their `labels`, or by `symbols` if there are many factors.
     """
@@ -58,7 +58,7 @@ def runs_table(rows: Iterable[LedgerRow], names: Wording, title: str) -> Table:
 
 
 def setting_tables(study: Study) -> list[Table]:
-    """Return the table of factors and, unless the study is an optimisation, that of measured values."""
+    """Return the table of factors and, unless the study is an optimisation, the table of measured values."""
     return [factors_table(study), *([_measured(study)] if study.goal is None else [])]
 
 

@@ -1,1 +1,1 @@
-"""Runs: from a request to a recorded answer, and what becomes of those that fail."""
+"""Runs of a solver: executors, the recorded answers, and the repetition of failed runs."""

@@ -29,7 +29,7 @@ QUORUM = 0.5  # the fraction of the runs of a stage that must succeed
 class Progress:
     """Progress of a stage.
 
-    done, total     numbers of distinct runs; `cached` of those that are done were recorded before
+    done, total     numbers of distinct runs; `cached` runs were recorded before this command
     last_response   response of the last run, and its `last_condition`; None if there is none
     preparing       whether the solver is still being prepared, for which all runs wait
     points          number of requested runs, including equal ones
@@ -71,7 +71,7 @@ def answer_all(
     fraction of the requests than `quorum` succeeds, and `Waiting` if people must enter results first.
     """
     runs = [Run.of(solver, request) for request in requests]
-    known: dict[str, Outcome] = {}  # outcomes by key, first those with a final record
+    known: dict[str, Outcome] = {}  # outcomes by key; at first only the outcomes of final records
     missing: dict[str, Run] = {}
     for run in runs:
         if run.key in known or run.key in missing:

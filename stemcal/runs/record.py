@@ -179,7 +179,7 @@ def lower_bound_notes(outcomes: Sequence[Outcome]) -> list[Note]:
 
 
 def merged(outcomes: Sequence[Outcome], times: int) -> list[Outcome]:
-    """Return one outcome for every `times` replicates: the mean of those that succeeded. For 0, nothing is merged."""
+    """Return one outcome for every `times` replicates: the mean of the successful ones. For 0, nothing is merged."""
     if not times:
         return list(outcomes)
     return [_mean(outcomes[i : i + times]) for i in range(0, len(outcomes), times)]

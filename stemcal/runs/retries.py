@@ -55,7 +55,7 @@ class Batch:
             yield run, (answer, circumstances)
 
     def rest(self) -> Iterator[tuple[Run, Computed]]:
-        """Cancel the runs that have not begun, after an interruption, and yield those that have finished."""
+        """After an interruption, cancel the runs that have not begun, and yield the runs that have finished."""
         for future, run in self._pending.items():
             if not future.cancel() and future.done() and future.exception() is None:
                 yield run, future.result()

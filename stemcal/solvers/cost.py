@@ -17,7 +17,7 @@ _STEP, _ELEMENT = 10.0e-6, 0.055e-6
 # Travel at which stems usually fracture and are cut through, as a share of the diameter: between two supports, and next
 # to a clamp, where the blade flattens the stem first.
 _UNTIL_BROKEN, _UNTIL_SEVERED = 0.09, (0.6, 1.2)
-_FLAT = 0.5  # stable step of the smallest element of a cut, which is flat, over that of a cube of its volume
+_FLAT = 0.5  # stable step of the smallest, flat element of a cut, divided by the step of a cube of the same volume
 
 
 def seconds(test: AnyTest) -> float:

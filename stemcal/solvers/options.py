@@ -153,7 +153,7 @@ class ProgramOptions(SolverOptions):
 
 
 def _by_response(result: Any) -> Any:
-    """Return the readers by the names of responses; a single reader is that of the first response."""
+    """Return the readers of `result` by the names of responses; a single reader reads the first response."""
     several = isinstance(result, dict) and all(isinstance(reader, dict | ResultReader) for reader in result.values())
     return result if several else {FIRST: result}
 

@@ -158,7 +158,7 @@ class _Loaded:
     roots: list[Path]
 
     def forget(self) -> None:
-        """Unload the modules of the class, because those of another class may have the same names."""
+        """Unload the modules of the class, because another class may have modules of the same names."""
         for name in sys.modules.keys() - self.modules_before:
             path = Path(getattr(sys.modules[name], "__file__", None) or "")
             if any(path.is_relative_to(root) and not _is_installed(path, root) for root in self.roots):

@@ -39,7 +39,7 @@ class Replicates:
 
 
 def values_of(request: Request, seed: int = 0, naming: Vocabulary = CUTTING) -> dict[str, str]:
-    """Return the text that replaces each placeholder; a factor named as another placeholder has priority."""
+    """Return the text that replaces each placeholder; a factor replaces a built-in placeholder of the same name."""
     drawn = {SEED: str(seed), REPLICATE: str(request.replicate)}
     levels = {name: repr(float(value)) for name, value in request.levels.items()}
     at = {} if naming.condition is None else {naming.condition.name: repr(float(request.condition))}

@@ -45,7 +45,7 @@ class Measured:
 
     @property
     def leads(self) -> bool:
-        """Whether the error of a fit includes it: the force, and every response that the spec declares."""
+        """Whether it counts in the error of a fit: the force, and every response that the spec declares."""
         return self.response == FIRST or self.named in self.naming.others
 
 
@@ -80,7 +80,7 @@ def priors_of(study: Study, coding: Coding) -> tuple[Prior, ...]:
 
 
 def measured_means(study: Study) -> list[Measured]:
-    """Return the means to fit: of all fitted responses at the conditions of a joint fit, or one mean alone."""
+    """Return the means to fit: every fitted response at every condition of a joint fit, or else a single mean."""
     targets, responses = study.joint_targets or (study.calibration_target,), study.fitted_responses
     return [mean for target in targets for mean in measured_of(target, responses, study.naming)]
 
@@ -212,7 +212,7 @@ class Surfaces(StageResult):
 
     @property
     def axes(self) -> tuple[str, ...]:
-        """Coordinates of the surface: the factors; over conditions, all but exponents, and then the condition."""
+        """Coordinates of the surface: the factors; with conditions, the factors but exponents, then the condition."""
         if self.over is None:
             return self.names
         exponents = {exponent for exponent, _ in self.over.growing.values()}

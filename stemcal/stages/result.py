@@ -56,7 +56,7 @@ class CodedScale:
 
 @dataclass(frozen=True, kw_only=True)
 class DesignRun(Spread):
-    """One run of a design: all levels, those of varied factors coded, the condition if it varies, the outcome."""
+    """One run of a design: all levels, coded levels of varied factors, the condition if it varies, the outcome."""
 
     run: int
     levels: dict[str, float]
@@ -95,7 +95,7 @@ class DesignRuns:
 
 @dataclass(frozen=True)
 class Judged:
-    """The error of a response at a condition, None if the run failed; `key` is that of the run record."""
+    """The error of a response at a condition, None if the run failed; `key` is the key of the run record."""
 
     response: str
     condition: float
@@ -111,7 +111,7 @@ class Judged:
 
 @dataclass(frozen=True)
 class Prediction:
-    """Largest error of predicted values, held out at `conditions` or each left out `in_turn`, and that of a formula."""
+    """Largest error of predicted values, held out at `conditions` or left out `in_turn`; the error of a formula."""
 
     worst_percent: float
     formula: Formula | None

@@ -40,7 +40,7 @@ class Results:
 
 
 def fresh_results(study: Study, folder: StudyFolder, known_fresh: Sequence[StageResult] = ()) -> Results:
-    """Return the fresh results, and why others are not used; those in `known_fresh` are not checked."""
+    """Return the fresh results, and the reasons why others are not used; stages in `known_fresh` are not checked."""
     known = {result.name: result for result in known_fresh}
     reasons: list[str] = []
     solver = functools.cache(lambda: make_solver(study))  # made only if it is needed

@@ -117,7 +117,7 @@ def stage_called(name: str) -> Stage[Any]:
 
 
 def stages_of(study: Study) -> tuple[Stage[Any], ...]:
-    """Return a study's stages, each after the one it needs; those of other packages if the spec has their section."""
+    """Return the stages of a study, each after the stage that it needs; further packages' if the spec has a section."""
     left = [stage for stage in STAGES.built_in if stage.asked_for(study)]
     left += [stage_called(name) for name in study.further]
     ordered: list[Stage[Any]] = []
@@ -137,7 +137,7 @@ def has_surface(study: Study) -> bool:
 
 
 def calibrating(study: Study) -> Stage[Any]:
-    """Return the stage whose parameters are those of the study: the last one that sets them in its own model."""
+    """Return the stage whose parameters the study uses: the last one that calibrates its own model."""
     return [stage for stage in STAGES.built_in if stage.calibrates(study)][-1]
 
 

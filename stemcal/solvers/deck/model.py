@@ -112,7 +112,7 @@ class Deck:
 
     @cached_property
     def given(self) -> dict[str, float]:
-        """The nine parameters of the innermost layer in the study."""
+        """The nine parameters of the innermost layer, as specified in the study."""
         return self.layers[STEM].along
 
     @property
@@ -144,7 +144,7 @@ class Deck:
 
     @property
     def nose(self) -> float:
-        """Radius of the edge in the deck, mm: that of the blade, or the radius equivalent to the edge spread."""
+        """Radius of the edge in the deck, mm: the blade's, or the radius equivalent to the edge spread if larger."""
         radius = self.study.blade.edge_radius
         return max(radius, equivalents.nose_radius(self.edge_spread)) if self.form.lengths else radius
 

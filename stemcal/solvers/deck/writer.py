@@ -23,7 +23,7 @@ STARTER_INPUT = "run_0000.rad"  # includes the deck and adds nonlocal failure
 TITLES = "/TH/TITLE"  # titles of the time histories, by which th_to_csv converts impulses to forces
 
 _STEEL_DENSITY = 7.8e-09  # of blade and supports, Table 2 of the published study, t/mm³
-# Tools of the stem's material: their density over that of the stem; a yield stress and failure strain out of reach.
+# Tools made of the stem's material: density over that of the stem; yield stress and failure strain never reached.
 _HEAVY, _NEVER = 100.0, 1e6
 _NO_PLANE_MOTION, _NO_TRANSLATION, _NO_ROTATION = 4, 7, 7
 _ALONG_Z, _VELOCITY, _CURVE = 3, 0, 1

@@ -125,7 +125,7 @@ def _in_materials(work: Work, cutters: Sequence[Cutter]) -> list[Cutter]:
 
 
 def _first_in(number: int) -> int:
-    """Return the row of the first run in a material, after those of four cutters."""
+    """Return the number of the first run in another material; runs 0 to 3 are in the material of the study."""
     return 2 + 2 * number
 
 

@@ -58,7 +58,7 @@ class Borrowed:
 def completed(own: Mapping[str, Any], data: Mapping[str, Any], folder: Path) -> Borrowed:
     """Return the sections of a spec, completed by the calibrated material of the study that `material.from` names.
 
-    `folder` is that of the spec, `own` are its sections as read, `data` the values as written.
+    `folder` is the folder of the spec, `own` are its sections as read, `data` the values as written.
     """
     borrowed, name = Borrowed(), own["material"].from_
     place, beside = StudyFolder(folder / name), folder / f"{Path(name).name}.yaml"
@@ -174,7 +174,7 @@ def _add_sections(
         borrowed.find("the layers differ from those of the calibration", "remove this key", ("layers",))
     borrowed.sections["layers"] = theirs["layers"]
     measured = [target.condition for target in source.targets.means]
-    diameter = field_or_none(own.get("specimen"), "outer_diameter")  # without one that of the calibration
+    diameter = field_or_none(own.get("specimen"), "outer_diameter")  # by default the diameter of the calibration
     if diameter is not None and not (1.0 - _CLOSE) * min(measured) <= diameter <= (1.0 + _CLOSE) * max(measured):
         ends = f"{min(measured):g} to {max(measured):g} mm"
         message = f"{diameter:g} mm is outside the diameters of the calibration ({ends})"

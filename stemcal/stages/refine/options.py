@@ -84,7 +84,7 @@ def seen(study: Study) -> Study:
     options = study.given(RefineOptions)
     if options is None or (solver := options.in_) is None:
         return study
-    if solver.kind == study.solver.kind:  # keys that are not set are those of the study
+    if solver.kind == study.solver.kind:  # omitted keys have the values of the study
         solver = study.solver.model_copy(update={name: getattr(solver, name) for name in solver.model_fields_set})
     sections = {name: getattr(study, name).model_copy(update=change) for name, change in options.changes.items()}
     return study.model_copy(update={"solver": solver, "refine": None, **sections})

@@ -56,7 +56,7 @@ def over_design(study: Study, coding: Coding) -> Design:
 
 
 def runs_of_both(study: Study, names: Sequence[str], design: Design) -> Note | None:
-    """Return a note that compares the runs for one surface over all fitted conditions with those for one at each."""
+    """Compare the numbers of runs, in a note, of one surface over all conditions and of one surface at each."""
     options, conditions = study.of(RsmOptions), {target.condition for target in study.joint_targets}
     if len(conditions) < 2:
         return None

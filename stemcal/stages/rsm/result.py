@@ -25,7 +25,7 @@ from stemcal.vocabulary import FIRST, Vocabulary, Wording
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class RsmResult(Surfaces, FitStatistics):
-    """The response as a quadratic in the coded factors; `covariance` is that of the coefficients, in their order."""
+    """The response as a quadratic in the coded factors, with the `covariance` of its coefficients in their order."""
 
     name: ClassVar[str] = "rsm"
     shown = ("names", "r2")

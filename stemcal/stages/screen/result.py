@@ -37,7 +37,7 @@ class Screening:
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class ScreenResult(StageResult, Screening):
-    """The screening of the first response; `responses` has those of further ones, see `seen_by`."""
+    """The screening of the first response, and the screenings of further `responses` (see `seen_by`)."""
 
     name: ClassVar[str] = "screen"
     shown = ("significant",)
@@ -54,7 +54,7 @@ class ScreenResult(StageResult, Screening):
         return [self, *(self.seen_by(name) for name in self.responses or {})]
 
     def seen_by(self, response: str) -> ScreenResult:
-        """Return the screening of a further response as a result by itself."""
+        """Return the screening of a further response in the form of a result."""
         further = (self.responses or {})[response]
         head = replace(self.head, naming=self.naming.with_primary(response))
         return replace(self, head=head, **vars(further), responses=None)

@@ -95,7 +95,7 @@ class ValidateResult(StageResult):
 
     @property
     def prediction(self) -> Prediction | None:
-        """Largest error at the held-out conditions, and that of a formula through the fitted forces."""
+        """Largest error at the held-out conditions, and the error of a formula through the fitted forces."""
         if self.worst_held_out_percent is None or self.naming.condition is None or self.is_given:
             return None
         return Prediction(self.worst_held_out_percent, self.formula, tuple(row.condition for row in self.held_out))

@@ -61,7 +61,7 @@ def to_reach(study: Study, surface: Surfaces, target: float) -> Remedy:
 
 
 def widened(factor: Factor, up: bool, width: float) -> Remedy:
-    """Return the remedy to extend a range upwards or downwards by `width` times its width, as far as it can be."""
+    """Return the remedy to extend a range upwards or downwards by `width` times its width, as far as physics allows."""
     width = (width if up else min(width, _above_zero(factor))) * (factor.high - factor.low)
     end = factor.high + width if up else factor.low - width
     value, key = outwards(end, up), "high" if up else "low"
@@ -79,7 +79,7 @@ def _least_width(surface: Surfaces, end: Array, factor: Factor, up: bool, target
     low, high, inside = region.low, region.high, region.cloud(_CLOUD)
 
     def gained(width: float) -> float:
-        """Return the change of the plane towards the target, at most, in the design region of the wider range."""
+        """Return the largest change of the plane towards the target, in the design region of the wider range."""
         stretch, shift = np.ones(len(slope)), np.zeros(len(slope))
         stretch[j], shift[j] = 1.0 + width, (1.0 if up else -1.0) * 0.5 * width * (high[j] - low[j])
         return float(np.max(side * ((inside * stretch + shift - end) @ slope)))

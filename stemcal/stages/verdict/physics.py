@@ -47,7 +47,7 @@ class Doubt:
 
 @dataclass(frozen=True)
 class Physics:
-    """Numbers of checked and of doubtful runs; the doubts about any run, and those about runs `at_solution`."""
+    """Numbers of checked and of doubtful runs; doubts about any runs, and about the runs `at_solution`."""
 
     checked: int
     doubtful: int

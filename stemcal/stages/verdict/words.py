@@ -91,7 +91,7 @@ def uses(verdict: Verdict, names: Wording) -> list[str]:
 
 
 def predicted(prediction: Prediction, names: Wording, worst: Judged | None = None) -> str:
-    """Return a sentence on the largest error of values that were not fitted, compared with that of a formula.
+    """Return a sentence on the largest error of values that were not fitted, compared with the error of a formula.
 
     >>> from stemcal.doe.comparison import Formula
     >>> print(predicted(Prediction(2.88, Formula(2.53, 3.67, 4.4), (8.0, 10.0)), Wording()).replace(" (", "\\n("))

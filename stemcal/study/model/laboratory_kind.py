@@ -67,7 +67,7 @@ class LaboratorySection(Frozen):
 
     @property
     def responses(self) -> tuple[Response, ...]:
-        """Possible responses of the test: the built-in ones, and those of other packages that have targets."""
+        """Possible responses of the test: built-in ones, and responses of other packages if they have targets."""
         return responses_in(*self.places, measured=[name for means in self.targets for name in means.means])
 
     def shear_over_bending(self, diameter: float, ratio: float, softness: float) -> float:
@@ -94,7 +94,7 @@ class LaboratorySection(Frozen):
         return f"{self.name}_{response}"
 
     def in_place_of(self, own: object) -> dict[str, Any]:
-        """Return the changed sections, by name, of the study (or draft) `own` for a further cutting test."""
+        """Return the sections of the study (or draft) `own`, by name, that differ in a further cutting test."""
         return {}
 
 

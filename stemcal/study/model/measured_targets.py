@@ -116,7 +116,7 @@ class Target(Frozen):
 
 
 class Targets(Frozen):
-    """All targets, and the condition of the calibration: that of `invert`, of the specimen, or of the first row."""
+    """All targets, and the condition of the calibration: of `invert`, of the specimen, or of the first row."""
 
     calibrate_at: float
     means: tuple[Target, ...]
@@ -135,7 +135,7 @@ class Targets(Frozen):
         return next((modes for there, modes in self.modes.items() if isclose(there, condition)), None)
 
     def with_modes(self, modes: Mapping[int, CurveModes], travels: Mapping[int, Mean] = {}) -> Targets:
-        """Return the targets with the components, scores and travels of curves, given by the index in `means`."""
+        """Return the targets with the results of curves (modes, scores, travels), by the index of their target."""
         means = list(self.means)
         for index, of_row in modes.items():
             scores = {

@@ -228,7 +228,7 @@ class Study(StudyForm):
         return {**innermost, **self.material.given(), **varied, **(NO_RATE if self.solver.rate == "none" else {})}
 
     def at(self, levels: Mapping[str, float]) -> Study:
-        """Return the study with the levels of those factors that are settings of the test or the stem friction."""
+        """Return the study in which levels of factors replace settings of the test and the stem friction."""
         chosen = self._internal(levels) if self.kind.parameters else {}
         study = self.with_settings({name: value for name, value in chosen.items() if name in self.kind.parameters})
         if (friction := chosen.get(FRICTION)) is None:

@@ -25,8 +25,8 @@ from stemcal.study.types.strict_yaml import MAX_BYTES, Document, Finding, NodePa
 def load_study(path: str | Path, **changes: object) -> Study:
     """Return the study in the YAML file `path`; raise `SpecError` with all problems in it.
 
-    `changes` modify the spec before it is checked. The name of each is that of a section or a factor: a mapping is
-    merged into it, any other value replaces it.
+    `changes` modify the spec before it is checked. Each has the name of a section or a factor: a mapping is merged into
+    it, any other value replaces it.
     """
     path = Path(path)
     try:
@@ -83,7 +83,7 @@ def _draft(data: Any, sections: Sections) -> Draft:
 
 
 def _without_echo(path: Path, document: Document, findings: list[Finding], spoiled: set[int]) -> Iterator[SpecProblem]:
-    """Yield the findings as problems, without repetitions and without those in lines that are invalid YAML."""
+    """Yield the findings as problems, without repetitions and without findings in lines that are invalid YAML."""
     seen = set()
     for finding in findings:
         problem = _problem(path, document, document.place(finding.path, finding.at_key), finding)

@@ -209,7 +209,7 @@ class Sections:
                 self.good[name] = self.good[name].model_copy(update={"responses": measured})
 
     def _find(self, error: ValidationError, section: NodePath, reported: Collection[NodePath] = ()) -> None:
-        """Add pydantic's errors in a section to the findings, except those at paths in `reported`."""
+        """Add pydantic's errors in a section to the findings, except errors at paths in `reported`."""
         for entry in error.errors(include_url=False):
             if entry["type"] == "too_short" and isinstance(entry["input"], list) and entry["input"]:
                 continue  # pydantic counts only the valid entries of the list; the invalid ones are reported

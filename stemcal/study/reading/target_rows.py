@@ -173,7 +173,7 @@ class TargetRows:
         return targets
 
     def calibrated_at(self, chosen: Any, outer_diameter: float | None) -> float | None:
-        """Return the condition of the calibration, if it has a row; otherwise that of the first row.
+        """Return the condition of the calibration, if it has a row; otherwise the condition of the first row.
 
         It is the first of the `chosen` conditions in `invert`, or else the diameter of the specimen.
         """

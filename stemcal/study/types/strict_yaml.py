@@ -119,7 +119,7 @@ def _read_text(document: Document, text: str) -> None:
     except yaml.MarkedYAMLError as error:
         problem = (error.problem or error.context or "no YAML").replace("\n", " ")[:200]
         remedy = next((remedy for part, remedy in _REMEDIES.items() if part in problem), "check this line")
-        # the place of a key without its colon is that of the key, not of the text after it
+        # if a key has no colon, the error is at the key, not at the text after it
         places = error.problem_mark, error.context_mark
         first, second = places[::-1] if _NO_COLON in problem else places
         document.note(_place(first or second), f"the file is not valid YAML: {problem}", remedy)
