@@ -66,7 +66,7 @@ def missing(part: Asked, study: Study, solver: Solver, folder: StudyFolder | Non
 
 
 def keyed(part: Asked, study: Study, solver: Solver) -> list[tuple[str, Request, int | None]]:
-    """Return the runs of a stage with their keys, and their materials: None, or from 1 for the others of the study."""
+    """Return the runs of a stage with their keys and materials: None, or the number of another material, from 1."""
     found: list[tuple[str, Request, int | None]] = [
         (Run.of(solver, request).key, request, None) for request in part.requests
     ]

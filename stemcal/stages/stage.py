@@ -41,63 +41,63 @@ class Stage(StageKind, Checked, Generic[R]):
 
     help: ClassVar[str] = ""  # description of its command
     attribute: ClassVar[str] = ""  # attribute of `StudyResults` with its result; by default its name
-    reads: ClassVar[tuple[str, ...]] = ()  # the sections of the spec that it depends on
+    reads: ClassVar[tuple[str, ...]] = ()  # sections of the spec on which its result depends
     simulates: ClassVar[bool] = True  # whether it has its own runs
-    pictured: ClassVar[bool] = False  # whether its runs keep the data for pictures, as runs at a solution do
-    of_surface: ClassVar[bool] = False  # whether only a study with a response surface includes it
-    one_by_one: ClassVar[bool] = False  # whether a run depends on the last, so that the next can replace a failed one
+    pictured: ClassVar[bool] = False  # whether its runs store the data for pictures
+    of_surface: ClassVar[bool] = False  # whether only studies with a response surface have this stage
+    one_by_one: ClassVar[bool] = False  # whether each run depends on the last; a failed run may then be replaced
 
     def needs(self, study: Study) -> str | None:
-        """Return the name of the stage whose file it reads, or None."""
+        """Return the name of the stage whose file this stage reads, or None."""
         return None
 
     def asked_for(self, study: Study) -> bool:
-        """Check that the whole study includes this stage."""
+        """Check that this stage is part of the whole study, as `stemcal run` computes it."""
         if study.goal is not None and "targets" in self.reads:
             return False
         section = self.section() if self.by_section else None
         return (section is None or study.given(section) is not None) and (has_surface(study) or not self.of_surface)
 
     def inputs(self, study: Study) -> Mapping[str, object]:
-        """Return further inputs of its file, in addition to factors, sections, solver and the previous file."""
+        """Return further inputs of the stage file, in addition to factors, sections, solver and the previous file."""
         return {}
 
     def calibrates(self, study: Study) -> bool:
-        """Check that it sets the parameters in the model of the study; the last such stage decides."""
+        """Check that this stage calibrates the parameters of the study; if several do, the last one counts."""
         return False
 
     def makes_surface(self, study: Study) -> bool:
-        """Check that it fits the response surface of the study."""
+        """Check that this stage fits the response surface of the study."""
         return False
 
     def tolerance_percent(self, study: Study) -> float | None:
-        """Return the percentage within which measured and simulated values count as equal, if it is set here."""
+        """Return the percentage within which measured and simulated values count as equal, if this stage sets it."""
         return None
 
     def result(self) -> type[R]:
-        """Return the class of its result."""
+        """Return the class of the stage's result."""
         return self._needed("result", self._class("Result"))  # type: ignore[no-any-return]
 
     def making(self) -> Callable[..., R]:
-        """Return the function that computes its result (decorated with `stages.work.a_stage`)."""
+        """Return the function that computes the result (decorated with `stages.work.a_stage`)."""
         return self._needed("analysis", self.name.replace("-", "_"))  # type: ignore[no-any-return]
 
     def foresee(self, study: Study, solver: Solver, folder: StudyFolder | None) -> Asked | None:
-        """Return the runs that it needs, as far as they are known now; None if each depends on the last."""
+        """Return the runs that the stage needs, as far as they are known; None if each run depends on the last one."""
         foresee = self._part("analysis", "foresee") if self.asked_for(study) else None
         return None if foresee is None else foresee(study, solver, folder)
 
     def later(self, study: Study) -> Later | None:
-        """Return the usual number of runs that it decides one by one; None if it has none."""
+        """Return the usual number of runs of a stage that decides them one by one; None for other stages."""
         later = self._part("analysis", "later")
         return None if later is None else later(study)
 
     def reasons(self) -> Sequence[Callable[[Any], Iterator[Note]]]:
-        """Return its rules of the verdict: functions of `verdict.verdict_rules.Evidence` that yield reasons."""
+        """Return the rules of the verdict: functions of `verdict.verdict_rules.Evidence` that yield reasons."""
         return self._part("verdict_rules", "RULES") or ()
 
     def showing(self) -> Showing[Any]:
-        """Return its sentences, tables and figures."""
+        """Return the object that creates the stage's sentences, tables and figures."""
         return self._needed("showing", self._class("Showing"))()  # type: ignore[no-any-return]
 
     def _needed(self, module: str, name: str) -> Any:

@@ -34,7 +34,7 @@ class Work:
     solver: Solver
 
     def there(self) -> "Work":
-        """Return the context with the model of `refine.in`."""
+        """Return the same context for the model of `refine.in`."""
         study = self.study.there
         return replace(self, study=study, solver=make_solver(study).placed(self.folder.work))
 
@@ -73,7 +73,7 @@ class Work:
 
 
 def a_stage(kind: type[R]) -> Callable[[Callable[[Work, Head], R]], Callable[..., R]]:
-    """Make a stage of a function: lock the folder, require a fresh earlier stage, and store the result."""
+    """Make a stage of a function that computes a result: lock the folder, check earlier stages, store the result."""
 
     def decorated(analysis: Callable[[Work, Head], R]) -> Callable[..., R]:
         @wraps(analysis, assigned=("__module__", "__name__", "__qualname__", "__doc__"))
@@ -105,7 +105,7 @@ SAME = 1e-6  # relative difference that another order of summation may cause
 
 
 def repeats_itself(study: Study) -> bool:
-    """Check that equal inputs give equal responses: a solver that computes, without replicates."""
+    """Check that the solver computes its responses and has no replicates, so that equal inputs give equal responses."""
     return study.kind.answers == "computes" and not study.solver.repeats
 
 

@@ -26,7 +26,7 @@ _NEAR_RADIUS, _NEAR_END = 0.98, 0.01  # shares of radius and range: how near a s
 
 @ranked(Rank.TREND)
 def anisotropy(evidence: Evidence) -> Iterator[Note]:
-    """Yield a note if the tests along and across the axis require different moduli of an isotropic model."""
+    """Yield a reason if the tests along and across the axis require different moduli of an isotropic model."""
     surface, solved = evidence.of(Surfaces), evidence.of(InvertResult)
     if surface is not None and solved is not None:
         yield from direction_reason(evidence, surface, solved.point.solution)
@@ -34,7 +34,7 @@ def anisotropy(evidence: Evidence) -> Iterator[Note]:
 
 @ranked(Rank.TREND)
 def trend(evidence: Evidence) -> Iterator[Note]:
-    """Yield a trend with the diameter of the errors of a joint fit."""
+    """Yield a reason if the errors of a joint fit have a trend with the diameter."""
     study, surface, solved = evidence.study, evidence.of(Surfaces), evidence.of(InvertResult)
     if surface is None or solved is None or solved.joint is None:
         return
@@ -58,7 +58,7 @@ def trend(evidence: Evidence) -> Iterator[Note]:
 
 @ranked(Rank.REACH)
 def conflict(evidence: Evidence) -> Iterator[Note]:
-    """Yield a measured mean that contradicts the others or, without known scatter, a large error of the joint fit."""
+    """Yield a reason if a measured mean contradicts the others, or the error is large and the scatter is unknown."""
     surface, solved = evidence.of(Surfaces), evidence.of(InvertResult)
     if surface is None or solved is None or (joint := solved.joint) is None:
         return
@@ -76,13 +76,13 @@ def conflict(evidence: Evidence) -> Iterator[Note]:
         beyond = beyond or (one_place and joint.df < 1 and apart.p < BEYOND_DOUBT)
         text = _contradiction(apart, evidence.names)
     remedy, coded = _to_reconcile(evidence, joint, solved), list(solved.point.coded.values())
-    if joint.out_of_reach and _on_edge(surface, coded):  # if every mean can be reached alone, no range is to be widened
+    if joint.out_of_reach and _on_edge(surface, coded):  # each mean can be reached, so wider ranges do not help
         remedy = advice.from_the_edge(evidence.study, surface, coded)
     yield Note(kind, "error" if beyond else "warning", text, remedy)
 
 
 def _all_out_of_reach(evidence: Evidence, surface: Surfaces, point: Point, joint: JointFitted) -> str | None:
-    """Return a sentence if all errors have one sign because means are out of reach, so without contradiction."""
+    """Return a sentence if the errors have one sign because means are out of reach; then nothing is contradictory."""
     errors = [row.error_percent for row in (*joint.rows, *joint.further)]
     worst = max(errors, key=abs)
     if any(error * worst < -_SAME_SIDE * worst**2 for error in errors):
@@ -114,7 +114,7 @@ def _contradiction(apart: Contradicted, names: Wording) -> str:
 
 @ranked(Rank.IDENTIFICATION)
 def on_the_edge(evidence: Evidence) -> Iterator[Note]:
-    """Yield a solution on the edge of the search region, unless a conflict already has a remedy."""
+    """Yield a reason if the solution is on the edge of the search region, unless a conflict has a remedy already."""
     surface, solved = evidence.of(Surfaces), evidence.of(InvertResult)
     if surface is None or solved is None:
         return
@@ -139,7 +139,7 @@ def _on_edge(surface: Surfaces, coded: Sequence[float]) -> bool:
 
 @ranked(Rank.MODEL)
 def misfit(evidence: Evidence) -> Iterator[Note]:
-    """Yield a misfit of the joint fit beyond the scatter that no single mean explains."""
+    """Yield a reason if the misfit of the joint fit exceeds the scatter, and no single mean explains it."""
     solved = evidence.of(InvertResult)
     joint = solved.joint if solved is not None else None
     if solved is None or joint is None or joint.p is None or joint.misfit is None or joint.p >= 0.05:
@@ -159,7 +159,7 @@ def misfit(evidence: Evidence) -> Iterator[Note]:
 
 @ranked(Rank.IDENTIFICATION)
 def not_identified(evidence: Evidence) -> Iterator[Note]:
-    """Yield the factors that the measurements do not determine, and the changes that leave the fit unchanged."""
+    """Yield a reason if the measurements do not determine all factors: which factors or changes of several."""
     solved = evidence.of(InvertResult)
     if solved is not None and (known := solved.certainty).not_identified:
         factors = series(known.not_identified, "or")
@@ -173,13 +173,13 @@ def not_identified(evidence: Evidence) -> Iterator[Note]:
 
 @ranked(Rank.MODEL)
 def target_missed(evidence: Evidence) -> Iterator[Note]:
-    """Yield the largest error of a simulation at a fitted value, if it exceeds the tolerance."""
+    """Yield a reason if the largest error of a simulation at a fitted value exceeds the tolerance."""
     fitted = [row for row in evidence.judged if row.fitted and row.error_percent is not None]
     if not fitted:
         return
     worst = max(fitted, key=lambda row: row.size)
     last = calibrating(evidence.study)
-    options = None if last.name == InvertResult.name else last.options(evidence.study)  # those of the refinement
+    options = None if last.name == InvertResult.name else last.options(evidence.study)  # options of the refinement
     tolerance = _MISSED_PERCENT if options is None else max(options.tolerance_percent, _MISSED_PERCENT)
     if worst.size <= (evidence.equivalent_percent if evidence.study.joint_targets else tolerance):
         return
@@ -251,7 +251,7 @@ def _to_reconcile(evidence: Evidence, joint: JointFitted, solved: InvertResult) 
 
 @ranked(Rank.FORMULA)
 def no_better_than_formula(evidence: Evidence) -> Iterator[Note]:
-    """Yield that a formula predicts left-out values as well as the fit, if nothing was held out."""
+    """Yield a reason if a formula predicts left-out values as well as the fit, and no value was held out."""
     solved, first = evidence.of(InvertResult), evidence.study.naming.response.name
     compared = [row for row in evidence.judged if row.response == first]
     held_out = any(not row.fitted and row.error_percent is not None for row in compared)

@@ -11,12 +11,12 @@ from stemcal.stages.rsm.result import RsmResult
 from stemcal.stages.verdict import advice
 from stemcal.stages.verdict.verdict_rules import Evidence, Rank, ranked
 
-_WIDER = 0.5  # of its width, by which a range is extended
+_WIDER = 0.5  # share of its width by which a range is extended
 
 
 @ranked(Rank.REACH)
 def limits_exclude_all(evidence: Evidence) -> Iterator[Note]:
-    """Yield limits that no point of the surfaces satisfies."""
+    """Yield a reason if no point of the surfaces satisfies the limits of the goal."""
     surface = evidence.of(RsmResult)
     if surface is not None and evidence.study.goal is not None and evidence.of(OptimiseResult) is None:
         try:
@@ -27,7 +27,7 @@ def limits_exclude_all(evidence: Evidence) -> Iterator[Note]:
 
 @ranked(Rank.REACH)
 def limit_exceeded(evidence: Evidence) -> Iterator[Note]:
-    """Yield a limit that the simulated optimum exceeds."""
+    """Yield a reason for each limit that the simulated optimum exceeds."""
     if (result := evidence.of(OptimiseResult)) is None:
         return
     for name, limit in result.limits.items():
@@ -40,7 +40,7 @@ def limit_exceeded(evidence: Evidence) -> Iterator[Note]:
 
 @ranked(Rank.VALIDATION)
 def indistinguishable(evidence: Evidence) -> Iterator[Note]:
-    """Yield responses whose gain is unknown, not significant, or negative."""
+    """Yield a reason for each response whose gain is unknown, not significant, or negative."""
     if (result := evidence.of(OptimiseResult)) is None:
         return
     kinds: dict[str, list[str]] = {"optimum_failed": [], "not_distinguishable": [], "present_is_better": [], "": []}
@@ -67,7 +67,7 @@ def indistinguishable(evidence: Evidence) -> Iterator[Note]:
 
 @ranked(Rank.IDENTIFICATION)
 def at_edge(evidence: Evidence) -> Iterator[Note]:
-    """Yield an optimum at an end of a range."""
+    """Yield a reason for each range at whose end the optimum is."""
     result = evidence.of(OptimiseResult)
     for name, end in result.edges.items() if result is not None else ():
         factor = evidence.study.factor(name)

@@ -10,7 +10,7 @@ from stemcal.stages.verdict.verdict_rules import Evidence, Rank, ranked
 
 @ranked(Rank.IDENTIFICATION)
 def missed_there(evidence: Evidence) -> Iterator[Note]:
-    """Yield a target that is not reached in the other model."""
+    """Yield a reason if the target is not reached in the other model."""
     result = evidence.of(RefineResult)
     if result is not None and result.elsewhere:
         yield from (replace(note, kind="missed_there") for note in result.notes if note.kind == "not_reached")
@@ -18,7 +18,7 @@ def missed_there(evidence: Evidence) -> Iterator[Note]:
 
 @ranked(Rank.IDENTIFICATION)
 def without_surface(evidence: Evidence) -> Iterator[Note]:
-    """Yield that intervals are missing without a response surface, and the factors that the runs do not determine."""
+    """Yield reasons if, without a response surface, intervals are missing or factors are not determined."""
     result = evidence.of(RefineResult)
     if result is not None:
         yield from (note for note in result.notes if note.kind in ("not_identified", "no_intervals"))

@@ -91,7 +91,7 @@ def scaled(axis: ConditionAxis, study: Study, design: Design, runs: Sequence[Des
 
 
 def notes_of(axis: ConditionAxis, names: Wording) -> Iterator[Note]:
-    """Yield whether the surface is fitted to the response or to its logarithm."""
+    """Yield a note that states which fits better: a quadratic of the response, or of its logarithm."""
     plain, logged = axis.left_out_percent[FIRST]
     if plain is not None and logged is not None:
         chosen = f"the logarithm of the {names.response.long}" if FIRST in axis.logarithms else names.response.long

@@ -36,7 +36,7 @@ _RETRY = (
 
 @ranked(Rank.DATA)
 def undeclared_scatter(evidence: Evidence) -> Iterator[Note]:
-    """Yield that equal inputs gave different responses, although the spec declares no replicates."""
+    """Yield a reason if equal inputs gave different responses although the spec declares no replicates."""
     study = evidence.study
     if study.solver.repeats or evidence.of(RsmResult) is not None:
         return
@@ -57,7 +57,7 @@ def undeclared_scatter(evidence: Evidence) -> Iterator[Note]:
 
 @ranked(Rank.DATA)
 def reversed_sign(evidence: Evidence) -> Iterator[Note]:
-    """Yield a response that is negative in every run, although the measured one is positive."""
+    """Yield a reason if a response is negative in every run, but the measured one is positive."""
     naming = evidence.study.naming
     for named in (naming.response, *naming.others) if evidence.study.goal is None else ():
         name = FIRST if named == naming.response else named.name
@@ -75,7 +75,7 @@ def reversed_sign(evidence: Evidence) -> Iterator[Note]:
 
 @ranked(Rank.DATA)
 def probable_unit(evidence: Evidence) -> Iterator[Note]:
-    """Yield measured values that differ from the simulated range by the ratio of two units."""
+    """Yield a reason if measured values differ from the simulated range by the ratio of two units."""
     surface, study = evidence.of(RsmResult), evidence.study
     if surface is None:
         return
@@ -113,7 +113,7 @@ def _times(value: float, low: float, high: float) -> tuple[float, str] | None:
 
 @ranked(Rank.DATA)
 def failed_runs(evidence: Evidence) -> Iterator[Note]:
-    """Yield failed runs, where they are, and their effect on the surface; also if no surface could be fitted."""
+    """Yield a reason for failed runs: where they are, and their effect on the surface, even if there is no surface."""
     surface = evidence.of(RsmResult)
     if surface is None:
         yield from _lost(evidence)
@@ -133,7 +133,7 @@ def failed_runs(evidence: Evidence) -> Iterator[Note]:
 
 @ranked(Rank.IDENTIFICATION)
 def few_runs(evidence: Evidence) -> Iterator[Note]:
-    """Yield a surface with as many coefficients as runs, although no run failed."""
+    """Yield a reason if the surface has as many coefficients as runs although no run failed."""
     surface = evidence.of(RsmResult)
     if surface is not None and _error_unknown(evidence.study, surface) and not any(failed_runs(evidence)):
         text = (
@@ -208,7 +208,7 @@ def _lost(evidence: Evidence) -> Iterator[Note]:
 
 @ranked(Rank.REACH)
 def out_of_reach(evidence: Evidence) -> Iterator[Note]:
-    """Yield a single target that the surface does not reach inside the ranges."""
+    """Yield a reason if the surface does not reach a single target inside the ranges."""
     surface, study = evidence.of(RsmResult), evidence.study
     if surface is None or study.joint_targets or evidence.results.calibrated:
         return
@@ -227,7 +227,7 @@ def out_of_reach(evidence: Evidence) -> Iterator[Note]:
 
 
 def _reached_by_others(evidence: Evidence, surface: RsmResult, target: float) -> tuple[str, Remedy] | None:
-    """Return the screening runs beyond the target, and the further factor to vary; None if there are none."""
+    """Return the screening runs beyond the target, and the factor that the surface should also vary; else None."""
     study, names = evidence.study, evidence.names
     others = [factor for factor in study.factors if factor.name not in surface.names]
     runs: list[tuple[Mapping[str, float], float]] = []  # screening runs at the calibration, within the ranges
@@ -261,7 +261,7 @@ def _reached_by_others(evidence: Evidence, surface: RsmResult, target: float) ->
 
 @ranked(Rank.MODEL)
 def sign_against_expectation(evidence: Evidence) -> Iterator[Note]:
-    """Yield significant effects whose sign differs from that in the spec."""
+    """Yield a reason for each significant effect whose sign differs from the `sign` in the spec."""
     against = []
     for factor in evidence.study.factors:
         signs = (result.sign_of(factor.name) for result in reversed(evidence.results.done))
@@ -277,7 +277,7 @@ def sign_against_expectation(evidence: Evidence) -> Iterator[Note]:
 
 @ranked(Rank.MODEL)
 def rough_response(evidence: Evidence) -> Iterator[Note]:
-    """Yield a large residual of the surface although the simulation is deterministic."""
+    """Yield a reason if the residual of the surface is large although the simulation is deterministic."""
     surface = evidence.of(RsmResult)
     if surface is None:
         return

@@ -20,7 +20,7 @@ from stemcal.vocabulary import FIRST
 
 @ranked(Rank.VALIDATION)
 def validation(evidence: Evidence) -> Iterator[Note]:
-    """Yield held-out errors and failed runs, or that nothing was held out."""
+    """Yield reasons for held-out errors and for failed runs, or if no value was held out."""
     study = evidence.study
     if (checked := evidence.of(ValidateResult)) is None:
         return
@@ -61,7 +61,7 @@ def validation(evidence: Evidence) -> Iterator[Note]:
 
 @ranked(Rank.TREND)
 def trend(evidence: Evidence) -> Iterator[Note]:
-    """Yield a trend of the error with the diameter, if a single fitted force determines the parameters."""
+    """Yield a reason if the error has a trend with the diameter, after a fit to a single force."""
     study, checked, solved = evidence.study, evidence.of(ValidateResult), evidence.of(InvertResult)
     if checked is None or checked.is_given or study.joint_targets or solved is None or solved.certainty.not_identified:
         return  # other parameter values may fit as well without a trend
@@ -77,19 +77,19 @@ def trend(evidence: Evidence) -> Iterator[Note]:
 
 @ranked(Rank.FORMULA)
 def no_better_than_formula(evidence: Evidence) -> Iterator[Note]:
-    """Yield that a formula predicts the held-out values at least as well as the model."""
+    """Yield a reason if a formula predicts the held-out values at least as well as the model."""
     if (checked := evidence.of(ValidateResult)) is not None and not checked.is_given:
         yield from advice.formula_reason(checked)
 
 
 @ranked(Rank.MODEL)
 def bent_over_conditions(evidence: Evidence) -> Iterator[Note]:
-    """Yield that one surface over factors and conditions does not follow the response over the condition."""
+    """Yield a reason if one surface over factors and conditions does not follow the response over the condition."""
     surface, checked = evidence.of(RsmResult), evidence.of(ValidateResult)
     if surface is None or surface.over is None:
         return
     bend, condition = surface.over.bend, surface.over.name
-    if checked is not None and not checked.is_given:  # its runs are at further levels of the condition
+    if checked is not None and not checked.is_given:  # the validation has runs at further conditions
         x = surface.scales.to_coded(surface.scales.point(checked.parameters))
         fitted = [target.condition for target in evidence.study.joint_targets]
         rows = [row for row in checked.compared if row.simulated and min(fitted) <= row.condition <= max(fitted)]

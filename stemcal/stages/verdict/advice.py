@@ -23,7 +23,7 @@ _MOST_AVERAGED = 100  # largest number of replicates in a spec
 
 
 def formula_reason(result: StageResult) -> Iterator[Note]:
-    """Yield that a formula F = a·dᵇ predicts better than the model, by more than the scatter of the means."""
+    """Yield a reason if a formula F = a·dᵇ predicts better than the model, by more than the scatter of the means."""
     prediction = result.prediction
     if prediction is not None and prediction.better == "formula":
         within = "Use the parameters only within the range of the measured diameters"

@@ -99,7 +99,7 @@ def trend_reason(
     worst_percent: float,
     remedy: Callable[[], Remedy],
 ) -> Iterator[Note]:
-    """Yield a trend over a condition that is a length; `rows`: condition, measured, simulated, standard error."""
+    """Yield a reason for a trend over a length; `rows` have condition, measured, simulated, standard error (%)."""
     condition, response = evidence.study.naming.condition, evidence.study.naming.response.noun
     if len(rows) < 3 or condition is None or not _is_length(condition) or any(row[0] <= 0.0 for row in rows):
         return

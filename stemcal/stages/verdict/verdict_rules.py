@@ -141,7 +141,7 @@ def _use(evidence: Evidence) -> Use | None:
 
 @ranked(Rank.PHYSICS)
 def physics(evidence: Evidence) -> Iterator[Note]:
-    """Yield doubts about the physical validity of many runs, or of runs with the calibrated parameters."""
+    """Yield a reason if the physical validity of many runs, or of runs with the calibrated parameters, is doubtful."""
     checks = evidence.physics
     severity: Severity = "error" if checks.share > _MAJORITY else "warning"
     every = (*checks.doubts, *checks.at_solution)
@@ -176,7 +176,7 @@ def _doubtful(doubt: Doubt, up_to: str = "") -> str:
 
 @ranked(Rank.UNFINISHED)
 def unfinished(evidence: Evidence) -> Iterator[Note]:
-    """Yield the stages that are not finished."""
+    """Yield a reason with the titles of all stages that are not finished."""
     done = {result.name for result in evidence.results.done}
     missing = [stage for stage in stages_of(evidence.study) if stage.name not in done]
     if missing:
