@@ -35,5 +35,4 @@ class Note:
     remedy: Remedy | None = None
 
     def __str__(self) -> str:
-        """Return the text with its remedy."""
         return f"{self.text} {self.remedy.text}" if self.remedy else self.text

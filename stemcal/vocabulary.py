@@ -100,7 +100,6 @@ class Vocabulary:
 
     @property
     def response(self) -> Variable:
-        """The first response."""
         return self.responses[0]
 
     @property
@@ -180,7 +179,6 @@ class Wording:
 
     @property
     def response(self) -> Variable:
-        """The first response."""
         return self.naming.response
 
     @property
@@ -190,7 +188,6 @@ class Wording:
 
     @property
     def placed(self) -> bool:
-        """Whether the study has a condition."""
         return self.naming.condition is not None
 
     def factor(self, name: str) -> str:

@@ -124,7 +124,6 @@ class Filled:
 
     @property
     def remark(self) -> str:
-        """Remark, or an empty text."""
         return self.origin.get(REMARK, "")
 
     @property

@@ -58,7 +58,6 @@ class Sheet(Solver):
 
     @property
     def options(self) -> SheetSolver:
-        """The `solver` section of the spec."""
         assert isinstance(self.study.solver, SheetSolver)
         return self.study.solver
 

@@ -45,7 +45,6 @@ class Exponent:
 
     @classmethod
     def of(cls, law: PowerLaw | None) -> Exponent | None:
-        """Return the exponent of a power law; None without a law."""
         return None if law is None else cls(law.exponent, *(law.exponent_interval or (None, None)))
 
 

@@ -64,7 +64,6 @@ class Shared:
 
     @property
     def css(self) -> str:
-        """The CSS rules of all styles."""
         return "\n".join(f".{name} {{ {style} }}" for style, name in self.styles.items())
 
     @property

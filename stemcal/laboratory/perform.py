@@ -58,7 +58,6 @@ class Gauges:
         self.buckling: list[float] = []
 
     def __call__(self, _time: float, state: State) -> None:
-        """Record the values at one output."""
         weighted, force = state.tools.sunk.T
         depths = np.divide(weighted, force, out=np.zeros_like(force), where=force > 0.0).tolist()
         # the mean over the supports: with a mirror plane there is one, otherwise two with equal penetration

@@ -18,7 +18,6 @@ class Term:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """All names of the term."""
         return (self.term, *self.aliases, *filter(None, [self.chinese]))
 
 

@@ -144,7 +144,6 @@ class StudyFolder:
         return self.path / "runs"
 
     def record_path(self, key: str) -> Path:
-        """Return the path of a record."""
         if _KEY.fullmatch(key) is None:
             raise ValueError(f"{key!r} is not a valid record key")
         return self.runs / f"{key}.json"

@@ -57,7 +57,6 @@ class Embedded(Solver):
         warm(self.study.is_layered)
 
     def preparing(self) -> bool:
-        """Whether the kernels must be compiled."""
         return not is_compiled(self.study.is_layered)
 
     def identity(self, request: Request) -> dict[str, Any]:

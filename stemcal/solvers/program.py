@@ -106,11 +106,9 @@ class Program(Solver, ABC, Generic[O]):
 
     @property
     def options(self) -> O:
-        """The `solver` section of the spec."""
         return cast(O, self.study.solver)
 
     def placed(self, place: Path) -> Self:
-        """Return the same solver with its run folders below `place`."""
         return replace(self, place=place)
 
     @abstractmethod

@@ -47,7 +47,6 @@ class PythonClass(Solver):
 
     @property
     def options(self) -> PythonSolver:
-        """The `solver` section of the spec."""
         assert isinstance(self.study.solver, PythonSolver)
         return self.study.solver
 

@@ -162,7 +162,6 @@ class ConditionAxis:
     bend: Bend | None = None
 
     def coded(self, condition: float) -> float:
-        """Return a condition in coded units."""
         return ((log(condition) if self.logarithmic else condition) - self.center) / self.half_step
 
 
@@ -187,7 +186,6 @@ class Surfaces(StageResult):
 
     @cached_property
     def scales(self) -> Coding:
-        """Coding of the factors."""
         names, centre, half_step = zip(*((f.factor, f.center, f.half_step) for f in self.factors), strict=True)
         return Coding(names, centre, half_step)
 
@@ -241,7 +239,6 @@ class Surfaces(StageResult):
         return Region(self.scales.to_coded(low), self.scales.to_coded(high), self.radius)
 
     def factor(self, name: str) -> FactorCoding:
-        """Return the coding of a factor."""
         return next(entry for entry in self.factors if entry.factor == name)
 
 

@@ -42,7 +42,6 @@ class LedgerRow:
 
     @property
     def request(self) -> Request:
-        """The request of the run."""
         pictured = self.material is None and self.stage in {one.name for one in STAGES.built_in if one.pictured}
         return Request(self.stage, self.run - 1, self.levels, self.condition, pictured, self.replicate or 0)
 

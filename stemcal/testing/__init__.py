@@ -54,7 +54,6 @@ class Check:
     subject: Any  # the object with the study that uses it (`AtWork`)
 
     def __call__(self) -> None:
-        """Run the check."""
         self.run(self.subject)
 
     def __str__(self) -> str:

@@ -158,7 +158,6 @@ class SolverAtWork(AtWork):
 
     @cached_property
     def solver(self) -> Solver:
-        """The solver of the study."""
         solver: Solver = self.thing.make(self.study)
         return solver
 
@@ -170,7 +169,6 @@ class SolverAtWork(AtWork):
         return [middle, replace(middle, row=1, levels={**middle.levels, first.name: first.low})]
 
     def key(self, request: Request) -> str:
-        """Return the key of the record of a run."""
         return Run.of(self.solver, request).key
 
     def answers(self, place: Path, requests: list[Request]) -> list[Outcome]:

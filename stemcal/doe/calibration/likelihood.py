@@ -70,12 +70,10 @@ class Fit:
 
     @cached_property
     def measured(self) -> Array:
-        """The measured means ȳ."""
         return np.array([o.measured for o in self.observations])
 
     @cached_property
     def surfaces(self) -> SeveralSurfaces:
-        """The surfaces of all observations."""
         return SeveralSurfaces([o.surface for o in self.observations])
 
     @property

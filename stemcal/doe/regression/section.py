@@ -92,7 +92,6 @@ class Section:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The names of the factors."""
         return self.place.coding.names
 
     @property
@@ -106,19 +105,15 @@ class Section:
         return self.whole.design_radius
 
     def predict(self, coded: ArrayLike) -> Array:
-        """Return the predicted response ŷ."""
         return self._response(self.whole.predict(self.place.z(coded)))
 
     def gradient(self, coded: ArrayLike) -> Array:
-        """Return ∂ŷ/∂x at one point, (k,)."""
         return np.asarray(SeveralSurfaces([self]).slopes(np.asarray(coded, dtype=float))[0])
 
     def mean_interval(self, coded: ArrayLike, level: float = 0.95) -> Array:
-        """Return the confidence interval of the mean response."""
         return self._response(self.whole.mean_interval(self.place.z(coded), level))
 
     def prediction_interval(self, coded: ArrayLike, level: float = 0.95) -> Array:
-        """Return the prediction interval for one further run."""
         return self._response(self.whole.prediction_interval(self.place.z(coded), level))
 
     def _response(self, values: Array) -> Array:

@@ -49,7 +49,6 @@ class InlineExecutor(RunExecutor):
         return 1
 
     def submit(self, fn: Callable[P, T], /, *args: P.args, **kwargs: P.kwargs) -> Future[T]:
-        """Call `fn` at once, and return its finished future."""
         future: Future[T] = Future()
         future.set_running_or_notify_cancel()
         try:

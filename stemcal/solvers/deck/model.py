@@ -87,7 +87,6 @@ class Deck:
 
     @property
     def solver(self) -> EmbeddedSolver | DeckSolver:
-        """The `solver` section of the spec."""
         assert isinstance(self.study.solver, EmbeddedSolver | DeckSolver)
         return self.study.solver
 

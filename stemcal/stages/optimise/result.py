@@ -30,7 +30,6 @@ class Cutter(Spread):
 
     @property
     def label(self) -> str:
-        """Label of the run."""
         return self.cutter if self.material is None else f"{self.cutter}, material {self.material}"
 
 

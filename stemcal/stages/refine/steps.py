@@ -45,7 +45,6 @@ class Trial:
 
     @property
     def response(self) -> float:
-        """First response."""
         return float(self.responses[0])
 
 

@@ -75,7 +75,6 @@ class ScreenResult(StageResult, Screening):
         }
 
     def effect(self, factor: str) -> Effect:
-        """Return the effect of a factor."""
         return next(effect for effect in self.effects if effect.factor == factor)
 
     def sign_of(self, factor: str) -> Literal["+", "-"] | None:

@@ -53,5 +53,4 @@ class Verdict:
         return self.holds or all(reason.kind == "unfinished" for reason in self.reasons if reason.severity == "error")
 
     def has(self, kind: str) -> bool:
-        """Whether a reason has this kind."""
         return any(reason.kind == kind for reason in self.reasons)

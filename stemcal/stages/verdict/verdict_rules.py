@@ -41,7 +41,6 @@ class Evidence:
 
     @property
     def names(self) -> Wording:
-        """Names and units in the study."""
         return Wording(self.study.naming)
 
     @property

@@ -82,7 +82,6 @@ class Document:
         return self.values.get((), _TOP)
 
     def note(self, place: Position, message: str, remedy: str, path: NodePath = ()) -> None:
-        """Add a problem."""
         self.problems.append((place, Finding(path, message, remedy)))
 
 
