@@ -190,6 +190,17 @@ def test_dragging_sets_a_factor(fresh: Any, results: Any) -> None:
     assert shown_force(fresh) == predicted(results, levels_of(fresh))
 
 
+def test_the_card_says_the_direction_of_the_error(fresh: Any, results: Any) -> None:
+    """A low and a high yield stress give forces below and above the measured 159.2 N."""
+    card, slider = fresh.locator(".live .cards label").first, fresh.locator(".panels input[type=range]").first
+    for key, words in (("Home", "too low"), ("End", "too high")):
+        slider.press(key)
+        force = float(shown_force(fresh).split()[0])
+        error = f"{abs(100 * (159.2 - force) / 159.2):.1f} % {words}"
+        assert float(error.split()[0]) > 1.0
+        assert card.inner_text().endswith(error)
+
+
 def test_arrow_keys_set_a_factor(fresh: Any, results: Any) -> None:
     slider, before = fresh.locator(".panels input[type=range]").first, levels_of(fresh)
     assert slider.get_attribute("aria-label") == "Yield stress, MPa"

@@ -285,6 +285,8 @@ def test_front_of_a_study(tmp_path: Path) -> None:
         assert value is not None
         assert ends[0] < value < ends[1]
     assert len(found.front) == 13
+    (sources,) = (note.text for note in found.notes if note.kind == "gain_sources")
+    assert "maximum force: " in sources
 
 
 def test_stage_passes_the_checks(tmp_path: Path) -> None:

@@ -379,8 +379,9 @@ const profiler = (home, { factors, surfaces, radius, called, holds, first, kept,
       texts[0].textContent = short(y) + unit;
       texts[1].textContent = !run ? "Saturated fit: no interval"
         : `95 %: ${whole}${one === whole ? "" : ` (mean), ${one} (one run)`}`;
-      texts[2].textContent = `${against[0]} ${short(measured)}${sd ? ` ± ${short(sd, 3)}` : ""}${unit}: ${against[1]} ${
-        (100 * (measured - y) / measured).toFixed(1).replace("-", "−")} %`;
+      const off = 100 * (measured - y) / measured;
+      texts[2].textContent = `${against[0]} ${short(measured)}${sd ? ` ± ${short(sd, 3)}` : ""}${unit}: ${
+        Math.abs(off).toFixed(1)} % ${against[off > 0 ? 1 : 2]}`;
     });
     const said = factors.flatMap(({ label, unit, half, low, high }, i) => (
       at[i] < low - 1e-6 * half || at[i] > high + 1e-6 * half
@@ -431,7 +432,7 @@ if (glossary) {
   const meanings = JSON.parse(glossary.textContent);
   const long = Object.keys(meanings).filter(name => name.length > 3 || /\W/.test(name)).sort((a, b) => b.length - a.length);
   const names = long.map(name => name.replace(/[^\p{L}\p{N}]/gu, c => c === " " ? "[ _]" : `\\u{${c.codePointAt(0).toString(16)}}`));
-  const pattern = new RegExp(`(?<![\\p{L}\\p{N}_])((?:${names.join("|")})s?)(?![\\p{L}\\p{N}_])`, "giu");
+  const pattern = new RegExp(`(?<![\\p{L}\\p{N}_-])((?:${names.join("|")})s?)(?![\\p{L}\\p{N}_])`, "giu");
   for (const block of all("h2, h3, th, dt, p, li, summary, figcaption", $("main"))) explain(block, meanings, pattern);
 }
 })();

@@ -180,7 +180,7 @@ def _notes(study: Study, optimum: Optimum, gains: Mapping[str, tuple[Gain, dict[
     elif len(optimum.weights) > 1:
         yield Note("no_conflict", "info", "One cutter is best for both responses, so there is no Pareto front.")
     parts = [
-        f"{name}: {', '.join(f'{source} {sd:.2g} %' for source, sd in gain[1].items())}"
+        f"{study.naming.named(name).long}: {', '.join(f'{source} {sd:.2g} %' for source, sd in gain[1].items())}"
         for name, gain in gains.items()
         if gain is not None and gain[1]
     ]

@@ -40,7 +40,7 @@ def profiler_data(
         "called": ("Optimal" if goal else "Calibrated") if values else "Centre",
         "holds": holds and not goal,
         "kept": [["Present", [before[name] for name in rsm.names]]] if goal else [],
-        "against": ["Present", "gain"] if goal else ["Measured", "error"],
+        "against": ["Present", "less", "more"] if goal else ["Measured", "too low", "too high"],
         "surfaces": [_surface(study, mean, fit) for mean, fit in surfaces[:MOST]],
         "first": calibrated.index(first) if first in calibrated else 0,
         "more": len(surfaces[MOST:]),
