@@ -379,7 +379,7 @@ const profiler = (home, { factors, surfaces, radius, called, holds, first, kept,
       texts[0].textContent = short(y) + unit;
       texts[1].textContent = !run ? "Saturated fit: no interval"
         : `95 %: ${whole}${one === whole ? "" : ` (mean), ${one} (one run)`}`;
-      const off = 100 * (measured - y) / measured;
+      const off = 100 - 100 * y / measured;
       texts[2].textContent = `${against[0]} ${short(measured)}${sd ? ` ± ${short(sd, 3)}` : ""}${unit}: ${
         Math.abs(off).toFixed(1)} % ${against[off > 0 ? 1 : 2]}`;
     });
