@@ -83,7 +83,7 @@ def parts_of_study(spec: Path, out: Path) -> tuple[Rows, float]:
         what = page_content(asked, folder)
         plots = [plot for plot in what.plots if plot.on_page]
         drawing = seconds_of(lambda: [(plot.document, plot.pixels) for plot in plots])
-    page = seconds_of(lambda: write_page(asked, folder, what))
+    page = seconds_of(lambda: write_page(out / "report.html", what))
     writing = seconds_of(lambda: write_figures(plots, out / "figures"))
     command = [sys.executable, "-m", "stemcal", "run", str(spec), "--out", str(out), "--quiet"]
     subprocess.run(command, check=False, capture_output=True)

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from stemcal.stages.verdict.result import Verdict
     from stemcal.study.model.study import Study
 
+PAGE = "report.html"
 _MOST = 200  # bytes at the end of the page, which contain its last line
 
 
@@ -29,24 +30,24 @@ def draw(study: Study, folder: StudyFolder, results: Results, verdict: Verdict, 
     records = [(path.name, path.stat().st_size, path.stat().st_mtime_ns) for path in sorted(folder.runs.glob("*.json"))]
     spec = [study.model_dump_json(), study.source.name, spec_hash(study), list(study.warnings)]
     inputs = digest([code_version(), spec, [list(results.stale), to_json(verdict)], stages, records])
-    page, made_of = folder.path / "report.html", f"<!-- inputs: {inputs}"
+    page, made_of = folder.path / PAGE, f"<!-- inputs: {inputs}"
     if not again and _last_line(page).startswith(made_of):
         return page
     from stemcal.report.gallery import write_figures
     from stemcal.report.page.page import page_content, write_page
 
-    what = page_content(study, folder, results, verdict)
-    plots = [plot for plot in what.plots if plot.on_page]
-    if plots:
+    content = page_content(study, folder, results, verdict)
+    if plots := [plot for plot in content.plots if plot.on_page]:
         write_figures(plots, folder.path / "figures")
-    return write_page(study, folder, what, f"{made_of} -->\n")
+    write_page(page, content, f"{made_of} -->\n")
+    return page
 
 
 def draw_words(study: Study, folder: StudyFolder) -> None:
     """Write the page of the finished stages without figures, which is fast enough to do after each stage."""
     from stemcal.report.page.page import page_content, write_page
 
-    write_page(study, folder, replace(page_content(study, folder), plots=[]))
+    write_page(folder.path / PAGE, replace(page_content(study, folder), plots=[]))
 
 
 def _last_line(page: Path) -> str:

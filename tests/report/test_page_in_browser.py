@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 from fakes import SPEC, FakeSolver
 
-from stemcal.report.page.page import _Shown, page_content, render
+from stemcal.report.page.page import PageContent, page_content, render
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers.protocol import RESPONSES, Answer, Request
 from stemcal.stages.fitting import fitted_surfaces
@@ -81,7 +81,7 @@ def opened(browser: Any, path: Path, width: int = 1440, scheme: str = "light", *
 @pytest.fixture(scope="module")
 def page(replayed: tuple[Any, Any], tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("page") / "report.html"
-    path.write_text(render(*replayed), "utf-8")
+    path.write_text(render(page_content(*replayed)), "utf-8")
     return path
 
 
@@ -128,7 +128,7 @@ def test_values_and_intervals_are_those_of_python(browser: Any, tmp_path: Path, 
     path, coded = tmp_path / "alone.html", np.random.default_rng(k).uniform(-2.0, 2.0, (1000, k))
     levels = rsm.scales.to_natural(coded)
     results, folder = Results((rsm,)), StudyFolder(tmp_path)
-    page = render(study, folder, _Shown(results, {}, [], verdict_of(study, folder, results)))
+    page = render(PageContent(study, results, {}, [], verdict_of(study, folder, results)))
     path.write_text(page, "utf-8")
     with opened(browser, path) as view:
         found = view.evaluate("points => points.map(point => predict(point))", levels.tolist())
@@ -330,9 +330,9 @@ def test_names_of_the_study_are_never_markup(browser: Any, replayed: tuple[Any, 
     surface = what.results.of(RsmResult)
     entries = Rows(replace(entry, label=hostile, unit=hostile) for entry in surface.factors)
     done = tuple(replace(one, factors=entries) if one is surface else one for one in what.results.done)
-    what = replace(what, results=Results(done))
+    named = study.model_copy(update={"title": hostile, "factors": factors})
     path = tmp_path / "report.html"
-    path.write_text(render(study.model_copy(update={"title": hostile, "factors": factors}), folder, what), "utf-8")
+    path.write_text(render(replace(what, study=named, results=Results(done))), "utf-8")
     with opened(browser, path) as view:
         view.locator(".panels input[type=number]").first.fill("16.25")
         assert shown_force(view).endswith(" N") and view.evaluate("window.hacked") is None

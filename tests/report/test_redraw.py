@@ -11,7 +11,7 @@ import pytest
 from stemcal.report import gallery
 from stemcal.report import redraw as drawing
 from stemcal.report.page import page as pages
-from stemcal.report.page.page import _Shown, page_content
+from stemcal.report.page.page import PageContent, page_content
 from stemcal.report.redraw import draw
 from stemcal.runs.study_folder import StudyFolder
 
@@ -21,10 +21,9 @@ def counted(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """Count what is drawn in place of drawing it."""
     drawn: list[str] = []
 
-    def page(_study: Any, folder: StudyFolder, _what: _Shown, last_line: str) -> Path:
+    def page(path: Path, _content: PageContent, last_line: str) -> None:
         drawn.append("page")
-        (folder.path / "report.html").write_text(f"page {len(drawn)}\n{last_line}", "utf-8")
-        return folder.path / "report.html"
+        path.write_text(f"page {len(drawn)}\n{last_line}", "utf-8")
 
     def figures(_plots: Any, folder: Path) -> list[Path]:
         drawn.append("figures")

@@ -18,7 +18,7 @@ from stemcal.errors import UsageError
 from stemcal.fem.material import Material
 from stemcal.fem.model import Integration
 from stemcal.report.fracture import write_animation
-from stemcal.report.page.page import render
+from stemcal.report.page.page import page_content, render
 from stemcal.report.records import read_records
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers.embedded import Embedded
@@ -155,7 +155,7 @@ def test_what_a_record_with_a_film_can_show(with_film: tuple[Any, StudyFolder]) 
 
 @pytest.mark.slow
 def test_the_page_shows_energies_and_cut(with_film: tuple[Any, StudyFolder]) -> None:
-    text = render(*with_film)
+    text = render(page_content(*with_film))
     assert "The 8 mm stem at the end" in text and "Energies versus blade travel" in text
     assert len(text.encode()) < 5_000_000
 

@@ -55,7 +55,7 @@ class Outline(HTMLParser):
 
 @pytest.fixture(scope="module")
 def page(replayed: tuple[Any, Any]) -> str:
-    return render(*replayed)
+    return render(page_content(*replayed))
 
 
 def test_words_come_first(page: str) -> None:
@@ -137,7 +137,7 @@ def test_every_table_scrolls_in_its_own_box(page: str) -> None:
 
 
 def test_the_same_bytes_each_time(replayed: tuple[Any, Any], page: str) -> None:
-    assert render(*replayed) == page
+    assert render(page_content(*replayed)) == page
 
 
 @BLANK
@@ -148,7 +148,8 @@ def test_markup_is_escaped(replayed: tuple[Any, Any], tmp_path: Path) -> None:
     for name, old in (("screen", "density"), ("rsm", "strain_rate_c")):
         text = json.dumps(folder.read_stage(name)).replace(old, json.dumps(hostile)[1:-1])
         StudyFolder(tmp_path).write_stage(name, json.loads(text))
-    text = render(study.model_copy(update={"title": hostile, "warnings": (hostile,)}), StudyFolder(tmp_path))
+    named = study.model_copy(update={"title": hostile, "warnings": (hostile,)})
+    text = render(page_content(named, StudyFolder(tmp_path)))
     assert text.count("<script") == 3 and "</script><" not in text  # the page's own
     assert text.count("&lt;script&gt;") > 12
 
@@ -162,9 +163,10 @@ def test_what_stands_between_backticks_is_escaped_too() -> None:
 def test_unfinished_study(replayed: tuple[Any, Any], tmp_path: Path) -> None:
     study, folder = replayed
     with pytest.raises(UsageError, match="stemcal run SPEC"):
-        render(study, StudyFolder(tmp_path))
+        page_content(study, StudyFolder(tmp_path))
     shutil.copy(folder.path / "screen.json", tmp_path)
-    assert "Unfinished stages: Response surface, Calibration, Validation." in render(study, StudyFolder(tmp_path))
+    page = render(page_content(study, StudyFolder(tmp_path)))
+    assert "Unfinished stages: Response surface, Calibration, Validation." in page
 
 
 @BLANK
@@ -176,7 +178,7 @@ def test_failed_runs_are_told_on_top(replayed: tuple[Any, Any], tmp_path: Path) 
     none = dict.fromkeys(("simulated", "error_percent", "response"))
     stage["rows"][0] |= {**none, "status": "failed", "message": "too soft"}
     StudyFolder(tmp_path).write_stage("validate", stage)
-    text = render(study, StudyFolder(tmp_path))
+    text = render(page_content(study, StudyFolder(tmp_path)))
     assert text.index("no reason given (1); first message (7 mm): too soft") < text.index('id="outcome"')
 
 
@@ -185,7 +187,7 @@ def test_stale_stages_are_left_out(replayed: tuple[Any, Any]) -> None:
     """Another significance level makes the screening stale, not the surface of named factors."""
     study, folder = replayed
     options = study.screen.model_copy(update={"alpha": 0.01})
-    text = render(study.model_copy(update={"screen": options}), folder)
+    text = render(page_content(study.model_copy(update={"screen": options}), folder))
     assert "screen.json is out of date" in text
     assert "Unfinished stages: Screening." in text
     assert "Effects on the maximum force" not in text
@@ -205,7 +207,7 @@ def test_curves_of_the_runs(replayed: tuple[Any, Any], tmp_path: Path) -> None:
             record = folder.peek(row["key"])
             record["details"] = {"curve": {"travel": [0.0, 0.4, 0.8], "force": [0.0, row["simulated"], 20.0]}}
             copy.save(record)
-    assert "Force versus blade travel" in render(study, copy)
+    assert "Force versus blade travel" in render(page_content(study, copy))
 
 
 def test_warnings_of_the_runs_are_told_once_per_kind() -> None:
@@ -231,8 +233,8 @@ def test_warnings_of_the_runs_are_told_once_per_kind() -> None:
 @BLANK
 def test_written_file(replayed: tuple[Any, Any]) -> None:
     study, folder = replayed
-    path = write_page(study, folder)
-    assert path == folder.path / "report.html"
+    path = folder.path / "report.html"
+    write_page(path, page_content(study, folder))
     assert path.read_bytes().startswith(b"<!doctype html>")
     assert path.read_text("utf-8").rstrip().endswith("</html>")
 
@@ -243,6 +245,6 @@ def test_what_the_values_belong_to_stands_below_them(replayed: tuple[Any, Any]) 
     what = page_content(study, folder)
     found = {result.name: result for result in what.results.done}
     found["invert"] = replace(found["invert"], depends_on={"element_size": "d/16 (0.5 mm)"})  # type: ignore[type-var]
-    first = render(study, folder, replace(what, results=Results(tuple(found.values()))))
+    first = render(replace(what, results=Results(tuple(found.values()))))
     sentence = "The parameters are valid only with element_size d/16 (0.5 mm)"
     assert first.index("95 % confidence interval") < first.index(sentence) < first.index('id="outcome"')

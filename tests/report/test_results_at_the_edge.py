@@ -31,7 +31,7 @@ def reported(study: Study, solver: SpecSolver, folder: StudyFolder, monkeypatch:
     what = page_content(study, folder)
     assert not what.results.stale and len(list(what.results.done)) == 4
     assert all(plot.figure for plot in what.plots if not plot.on_page)
-    return render(study, folder, what)
+    return render(what)
 
 
 def test_two_diameters_have_a_power_law_without_an_interval(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

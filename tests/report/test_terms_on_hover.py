@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from stemcal.report.glossary import glossary
-from stemcal.report.page.page import render
+from stemcal.report.page.page import page_content, render
 
 CHROMIUM = os.environ.get("STEMCAL_CHROMIUM") or shutil.which("chromium") or shutil.which("google-chrome")
 BLOCKS = ("h2", "h3", "th", "dt", "p", "li", "figcaption")
@@ -46,7 +46,7 @@ class Blocks(HTMLParser):
 
 @pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on the PATH or in STEMCAL_CHROMIUM")
 def test_terms_of_the_page_are_explained(replayed: tuple[Any, Any], tmp_path: Path) -> None:
-    (tmp_path / "report.html").write_text(render(*replayed), "utf-8")
+    (tmp_path / "report.html").write_text(render(page_content(*replayed)), "utf-8")
     options = ["--headless", "--no-sandbox", "--disable-gpu", "--virtual-time-budget=9000", "--dump-dom"]
     place = (tmp_path / "report.html").as_uri()
     done = subprocess.run([str(CHROMIUM), *options, place], capture_output=True, text=True, timeout=120, check=True)

@@ -61,9 +61,10 @@ class _Part:
 
 
 @dataclass(frozen=True)
-class _Shown:
-    """Inputs of the page and of the figures folder, read once for both."""
+class PageContent:
+    """The content of the page and of the figures folder."""
 
+    study: Study
     results: Results
     records: Records
     plots: list[Plot]
@@ -72,29 +73,26 @@ class _Shown:
 
 def page_content(
     study: Study, folder: StudyFolder, results: Results | None = None, verdict: Verdict | None = None
-) -> _Shown:
-    """Return the inputs of the page; results and verdict are read from the folder unless they are passed."""
+) -> PageContent:
+    """Collect the content of the page; results and verdict are read from the folder unless they are passed."""
     results = results or fresh_results(study, folder)
-    records = read_records(results, folder)
-    return _Shown(results, records, gallery(study, results, records), verdict or verdict_of(study, folder, results))
-
-
-def write_page(study: Study, folder: StudyFolder, what: _Shown | None = None, last_line: str = "") -> Path:
-    """Write ``report.html`` of the finished stages, ending with `last_line`; return its path."""
-    path = folder.path / "report.html"
-    write_atomic(path, f"{render(study, folder, what).rstrip()}\n{last_line}")
-    return path
-
-
-def render(study: Study, folder: StudyFolder, what: _Shown | None = None) -> str:
-    """Return the HTML of the page; `what` are its inputs, by default read from the folder."""
-    what = what or page_content(study, folder)
-    results, records, verdict, done = what.results, what.records, what.verdict, what.results.done
-    if not done:
+    if not results.done:
         unfinished = f"{folder.path}: no stage has finished yet; run `stemcal run SPEC` first"
         raise UsageError("\n".join(results.stale) or unfinished)
-    first = _first_pictures(study, what.plots)
-    plots = [plot for plot in what.plots if plot not in first]
+    records, verdict = read_records(results, folder), verdict or verdict_of(study, folder, results)
+    return PageContent(study, results, records, gallery(study, results, records), verdict)
+
+
+def write_page(path: Path, content: PageContent, last_line: str = "") -> None:
+    """Write the page to a file that ends with `last_line`."""
+    write_atomic(path, f"{render(content).rstrip()}\n{last_line}")
+
+
+def render(content: PageContent) -> str:
+    """Return the page as HTML."""
+    study, results, records, verdict = content.study, content.results, content.records, content.verdict
+    done, first = results.done, _first_pictures(study, content.plots)
+    plots = [plot for plot in content.plots if plot not in first]
     names, labels = [result.name for result in done], {factor.name: factor.label for factor in study.factors}
     people = Wording(study.naming, labels=labels)
     use = " ".join(uses(verdict, people))
