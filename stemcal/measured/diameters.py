@@ -12,7 +12,7 @@ import numpy as np
 
 from stemcal.errors import UsageError
 from stemcal.formats import counted, series
-from stemcal.measured.headings import BORE, DIAMETER, LABEL, MILLIMETRES, SKIN, is_called, is_missing, quoted
+from stemcal.measured.headings import BORE, DIAMETER, LABEL, MILLIMETRES, READING, SKIN, is_called, is_missing, quoted
 from stemcal.measured.statistics import ShapiroWilk, Summary, shapiro_wilk, summarise
 from stemcal.measured.tables import Form, TextTable, columns_of, given_columns, matching, read_table, scale_of
 from stemcal.notes import Note, Remedy
@@ -173,23 +173,25 @@ def _stems_of(
 
 
 def _repeated(table: TextTable, labels: Sequence[int], columns: Sequence[int]) -> Iterator[Note]:
-    """Yield a note if rows that are not adjacent share a label: plants of two plots may have the same number."""
-    repeated = _labels_apart(table, labels)
-    if not repeated:
-        return
+    """Yield a note if rows of a label are not adjacent or differ: plants of two plots may have the same number."""
     words = [i for i in range(len(table.columns)) if i not in (*labels, *columns) and _has_no_numbers(table, i)]
+    words = [i for i in words if all(cells[i] for cells in table.rows)]  # without remarks
+    if not (repeated := _labels_apart(table, labels, words)):
+        return
     together = sorted([*words, *labels])
     plain = all(re.fullmatch(r"\w+", table.columns[i]) for i in together)
     option = ",".join(table.columns[i] if plain else str(i + 1) for i in together)
     better = option if words and not _labels_apart(table, together) else NONE
-    text = f"Rows that are not adjacent have the same label ({series(repeated[:3])}). "
+    differ = " or differ in other columns" if words else ""
+    text = f"Rows with the same label ({series(repeated[:3])}) are not adjacent{differ}. "
     text += "Their diameters are averaged as repeated readings of one stem."
     remedy = Remedy(f"If they are different stems, use `--label-column {better}`.")
     yield Note("labels_repeated", "warning", text, remedy)
 
 
-def _labels_apart(table: TextTable, labels: Sequence[int]) -> list[str]:
-    blocks = [name for name, _ in groupby(_label(cells, row, labels) for row, cells in enumerate(table.rows))]
+def _labels_apart(table: TextTable, labels: Sequence[int], words: Sequence[int] = ()) -> list[str]:
+    rows = ((_label(cells, row, labels), *(cells[i] for i in words)) for row, cells in enumerate(table.rows))
+    blocks = [name for (name, *_), _ in groupby(rows)]
     return [name for name, count in Counter(blocks).items() if count > 1]
 
 
@@ -216,8 +218,9 @@ def _label_columns(table: TextTable) -> list[int]:
 def _reading_columns(table: TextTable, labels: Sequence[int]) -> list[int]:
     """Return the columns with the heading diameter; without headings, the only column of numbers besides the labels."""
     inside = {*matching(table, BORE), *matching(table, SKIN)}
-    if named := [i for i in matching(table, DIAMETER, MILLIMETRES) if i not in inside]:
-        return named
+    for words in (DIAMETER, READING):
+        if named := [i for i in matching(table, words, MILLIMETRES) if i not in inside]:
+            return named
     numeric = [i for i in range(len(table.columns)) if i not in labels and not _has_no_numbers(table, i)]
     if len(numeric) == 1 and not table.headed:
         return numeric

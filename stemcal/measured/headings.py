@@ -58,8 +58,7 @@ def quoted(cell: str, most: int = 40) -> str:
 FORCE = (
     *("force", "load", "kraft", "fuerza", "carga", "effort", "forza", "força", "kuvvet", "kuvveti", "síla", "siła"),
     *("last", "sila", "zatížení", "zaťaženie", "obciążenie", "erő", "terhelés", "forță", "forţă", "sarcină"),
-    *("yük", "yükü"),
-    *("сила", "усилие", "нагрузка", "зусилля", "навантаження"),
+    *("yük", "yükü", "сила", "усилие", "нагрузка", "зусилля", "навантаження"),
     *("力", "载荷", "负荷", "负载", "載荷", "荷重", "試験力", "힘", "하중", "시험력"),
 )
 TRAVEL = (
@@ -72,27 +71,22 @@ TRAVEL = (
     *("перемещение", "ход", "деформация", "удлинение", "прогиб", "путь", "смещение", "переміщення", "хід"),
     *("位移", "行程", "变形", "變形", "変位", "ストローク", "변위", "스트로크", "변형", "이동거리"),
 )
-DIAMETER = (
-    *("diameter", "durchmesser", "diametro", "diámetro", "diamètre", "çap", "диаметр", "діаметр"),
-    *("直径", "径", "직경", "지름", "reading", "measurement", "d1", "d2", "d3", "d4"),
-)
+DIAMETER = ("diameter", "durchmesser", "diametro", "diámetro", "diamètre", "çap", "диаметр", "діаметр", "直径", "径",
+            "직경", "지름")  # fmt: skip
+READING = ("reading", "measurement", "d1", "d2", "d3", "d4")  # diameters, if no column has a name above
 BORE = ("bore", "inner", "inside", "innen", "innendurchmesser", "interior", "intérieur", "interno", "iç", "внутренний",
         "внутрішній", "内径", "孔径", "내경")  # fmt: skip
 SKIN = ("skin", "bark", "rind", "phloem", "epidermis", "rinde", "écorce", "corteza", "corteccia", "casca", "kabuk",
         "кора", "皮", "皮厚", "표피")  # fmt: skip
-LABEL = (
-    *("stem", "sample", "specimen", "plant", "no", "no.", "nr", "nr.", "id", "number", "numune", "образец", "номер"),
-    *("编号", "序号", "试样", "茎", "시편", "번호"),
-)
+LABEL = ("stem", "sample", "specimen", "plant", "no", "no.", "nr", "nr.", "id", "number", "numune", "образец", "номер",
+         "编号", "序号", "试样", "茎", "시편", "번호")  # fmt: skip
 FILE = ("file", "filename", "datei", "dosya", "файл", "文件", "파일")
 GRADE = ("grade", "class", "等级", "分级", "등급")
 
 # quantities whose names may contain a word above: stress, strain and rates
-NOT_MEANT = (
-    *("stress", "strain", "spannung", "dehnung", "tensión", "contrainte", "gerilme", "напряжение"),
-    *("rate", "speed", "velocity", "geschwindigkeit", "hız", "скорость"),
-    *("应力", "应变", "応力", "応変", "速度", "速率", "응력", "변형률", "속도"),
-)
+NOT_MEANT = ("stress", "strain", "spannung", "dehnung", "tensión", "contrainte", "gerilme", "напряжение", "rate",
+             "speed", "velocity", "geschwindigkeit", "hız", "скорость", "应力", "应变", "応力", "応変", "速度", "速率",
+             "응력", "변형률", "속도")  # fmt: skip
 ALONE = ("last",)  # German for load if it is the only word; otherwise English
 GERMAN = ("kraft", "weg", "zeit")  # also recognised at the end of a word: Standardkraft, Traversenweg
 
@@ -176,7 +170,7 @@ def _bare_unit(cell: str) -> str | None:
     cell = _narrow(cell)
     if not cell or cell.casefold() in _IN_ANY_CASE:
         return cell
-    match = re.fullmatch(rf"[\[(]\s*(?:({_UNIT})|-?)\s*[\])]", cell)
+    match = re.fullmatch(rf"[\[(<]\s*(?:({_UNIT})|-?)\s*[\])>]", cell)
     return (match[1] or "") if match else None
 
 
@@ -193,7 +187,7 @@ def _unit_in(name: str) -> str:
     name = _narrow(name)
     if unit := _bare_unit(name):
         return unit
-    if match := re.search(rf"[\[(]\s*({_UNIT})\s*[\])]\s*$", name):
+    if match := re.search(rf"[\[(<]\s*({_UNIT})\s*[\])>]\s*$", name):
         return match[1]
     if match := re.search(rf"([/,_])\s*({_UNIT})\s*$", name):
         known = match[2].casefold() in _IN_ANY_CASE
@@ -213,7 +207,8 @@ def _narrow(text: str) -> str:
 
 
 def _columns_named(cells: Sequence[str]) -> int:
-    return sum(not _bare_unit(cell) and is_called(cell, (*FORCE, *TRAVEL, *DIAMETER, *LABEL)) for cell in cells)
+    words = (*FORCE, *TRAVEL, *DIAMETER, *READING, *LABEL)
+    return sum(not _bare_unit(cell) and is_called(cell, words) for cell in cells)
 
 
 def _is_unit_row(cells: Sequence[str], every: bool = False) -> bool:
@@ -230,7 +225,7 @@ def is_heading(cells: Sequence[str]) -> bool:
 
 def units_in(cells: Sequence[str]) -> list[str]:
     """Return all units in the cells: units in brackets, or at the end of a cell without brackets."""
-    in_brackets = [re.findall(rf"[\[(]\s*({_UNIT})\s*[\])]", _narrow(cell)) for cell in cells]
+    in_brackets = [re.findall(rf"[\[(<]\s*({_UNIT})\s*[\])>]", _narrow(cell)) for cell in cells]
     return [unit for cell, units in zip(cells, in_brackets, strict=True) for unit in units or [_unit_in(cell)] if unit]
 
 
@@ -248,8 +243,10 @@ def names_and_units(above: Sequence[Sequence[str]], width: int) -> tuple[tuple[s
         return tuple(f"column {number + 1}" for number in range(width)), ("",) * width, 0
     heading = max(headings, key=lambda i: (_columns_named(rows[i]), -i))
     named = tuple(_unit_in(name) for name in rows[heading])
-    if units is None:
-        return rows[heading], named, heading + 1
+    if units is None:  # the units may be among other words
+        ends = ([_unit_in(cell) for cell in column if not re.search(r"\d", cell)] for column in zip(*rows, strict=True))
+        stated = (next((unit for unit in column if unit in NEWTONS or unit in MILLIMETRES), "") for column in ends)
+        return rows[heading], tuple(n or s for n, s in zip(named, stated, strict=True)), heading + 1
     both = zip((_bare_unit(cell) or cell for cell in rows[units]), named, strict=True)
     agreed = tuple(f"{b} or {n}" if b and n and b.casefold() != n.casefold() else b or n for b, n in both)
     return rows[heading], agreed, max(heading, units) + 1

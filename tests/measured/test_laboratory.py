@@ -262,6 +262,29 @@ def test_a_heading_with_a_space_is_advised_by_number(tmp_path: Path) -> None:
     assert note.remedy is not None and "`--label-column 1,2`" in note.remedy.text
 
 
+def test_adjacent_plants_of_two_varieties_are_a_question_but_remarks_are_none(tmp_path: Path) -> None:
+    """Rows sorted by the number of the plant; a remark on some rows does not name a plant."""
+    rows = sorted(VARIETIES, key=lambda row: row[1])
+    path = tmp_path / "stems.csv"
+    path.write_text("\n".join(["variety,plant,diameter", *(",".join(map(str, row)) for row in rows), ""]))
+    (note,) = measure_diameters(path).notes
+    assert note.kind == "labels_repeated" and note.remedy is not None
+    assert "`--label-column variety,plant`" in note.remedy.text
+    assert len(measure_diameters(path, label="variety,plant").stems) == 6
+    path.write_text("plant,diameter,remark\n1,6.0,\n1,6.2,bent\n2,7.0,\n2,7.2,\n3,8.0,\n3,8.2,\n")
+    assert measure_diameters(path).notes == ()
+
+
+def test_the_number_of_a_reading_is_no_diameter(tmp_path: Path) -> None:
+    """A column of readings is one of diameters only if no other column is called so."""
+    path = tmp_path / "stems.csv"
+    path.write_text("plant,reading,diameter\n1,1,6.0\n1,2,6.2\n2,1,7.0\n2,2,7.2\n3,1,8.0\n3,2,8.2\n")
+    found = measure_diameters(path)
+    assert [stem.diameter for stem in found.stems] == pytest.approx([6.1, 7.1, 8.1]) and found.readings == 6
+    path.write_text("plant,reading 1,reading 2\n1,6.0,6.2\n2,7.0,7.2\n3,8.0,8.2\n")
+    assert [stem.diameter for stem in measure_diameters(path).stems] == pytest.approx([6.1, 7.1, 8.1])
+
+
 def test_adjacent_readings_of_a_stem_are_no_question(tmp_path: Path) -> None:
     path = tmp_path / "stems.csv"
     path.write_text("plant,diameter\n1,6.0\n1,6.2\n2,7.0\n2,7.2\n3,8.0\n3,8.2\n")

@@ -56,6 +56,12 @@ LAYOUTS = {
     "Newton in words": ("Time\tLoad\tDisp.\tx\nSecond(s)\tNewton(s)\tMillimeter(s)\tx", 1.0),
     "German load": ("Zeit\tLast [kN]\tDisp [mm]\tx", KN),
     "load_cell": ("time\tload_cell\tdisp\tx\ns\tkN\tmm\tx", KN),
+    "one unit among words that are none": ("Time\tForce\tTravel\tX\nticks\tkN\tmm\tSchritte", KN),
+    "a single known unit": ("Time\tForce\tStroke\tX\nticks\tkN\tSchritte mm\ta.u.", KN),
+    "the word unit before each": ("Zeit\tKraft\tWeg\t17\nEinheit: s\tEinheit: kN\tEinheit: mm\tx", KN),
+    "in before each": ("Zeit\tKraft\tWeg\t17\nin s\tin kN\tin mm\tin mm", KN),
+    "angle brackets": ("Zeit\tKraft\tWeg\t17\n<s>\t<kN>\t<mm>\t<->", KN),
+    "angle brackets in the names": ("Zeit <s>\tKraft <kN>\tWeg <mm>\t17", KN),
     "Force/Fz": ("t/s\tForce/Fz\tDisp/mm\tx\ns\tkN\tmm\t°", KN),
 }  # fmt: skip
 
