@@ -4,6 +4,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import Self
 
 from stemcal.by_hand import run_sheet
 from stemcal.by_hand.entering import awaited_runs, enterable_runs, record_results
@@ -29,13 +30,28 @@ def awaiting_sheet(study: Study, folder: StudyFolder) -> str | None:
 
 
 class OwnSheet:
-    """The run sheet in a locked study folder. All results saved to it are entered before another sheet replaces it."""
+    """The run sheet in a locked study folder. All results saved to it are entered before another sheet replaces it.
 
-    def __init__(self, study: Study, folder: StudyFolder) -> None:
+    A ``with`` block enters the results at its beginning, unless the sheet is the file `skipped`. If it is left because
+    the study waits for results, the sheet is written for the `awaited` runs (their number).
+    """
+
+    def __init__(self, study: Study, folder: StudyFolder, skipped: Path | None = None) -> None:
         self.study, self.folder, self.path = study, folder, folder.path / SHEET
+        self.awaited, self._skipped = 0, skipped
         self.earlier: Path | None = None
         """Path to which the replaced sheet was moved."""
         self._entered: bytes | None = None  # content of the sheet that was entered last
+
+    def __enter__(self) -> Self:
+        if not (self._skipped and self.path.exists() and self.path.samefile(self._skipped)):
+            self.enter_saved()
+        return self
+
+    def __exit__(self, _kind: object, error: BaseException | None, _trace: object) -> None:
+        if isinstance(error, Waiting):
+            self.awaited = self.write_sheet(error)
+            self.folder.remember_spec(self.study.source)
 
     def enter_saved(self) -> bool:
         """Enter the results saved since the last call; return whether any is new. `UsageError` if rows are refused."""

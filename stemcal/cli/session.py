@@ -153,31 +153,27 @@ def opened(
     from stemcal.report.progress import make_watch
     from stemcal.runs.study_folder import StudyFolder, place_of
 
-    with ExitStack() as stack:
-        pool = stack.enter_context(make_executor(study.solver.run_limit))
-        folder = stack.enter_context(StudyFolder(place_of(study.name, out)))
-        watch = stack.enter_context(make_watch(None if quiet else stderr(), study.naming))
-        sheet = None
-        if study.by_hand.kind.answers == "asks_people":
-            from stemcal.by_hand.own_sheet import OwnSheet
+    sheet = None
+    try:
+        with ExitStack() as stack:
+            pool = stack.enter_context(make_executor(study.solver.run_limit))
+            folder = stack.enter_context(StudyFolder(place_of(study.name, out)))
+            watch = stack.enter_context(make_watch(None if quiet else stderr(), study.naming))
+            if study.by_hand.kind.answers == "asks_people":
+                from stemcal.by_hand.own_sheet import OwnSheet
 
-            sheet = OwnSheet(study, folder)
-        try:
-            if sheet is not None and not (entered and sheet.path.exists() and sheet.path.samefile(entered)):
-                sheet.enter_saved()
+                sheet = stack.enter_context(OwnSheet(study, folder, entered))
             yield Session(study, folder, pool, watch, sheet)
-            return
-        except Waiting as waiting:
-            if sheet is None:
-                raise
-            stage, awaited = waiting.stage, sheet.write_sheet(waiting)
-            folder.remember_spec(study.source)
-    to_do = f"Waiting for {counted(awaited, 'result')} from the {stage} stage. Fill in {sheet.path}. Then run"
-    if not awaited:
-        to_do = f"All results in {sheet.path} are recorded. To continue, run"
-    earlier = f". The previous sheet is {sheet.earlier}" if sheet.earlier else ""
-    await_(f"{to_do} `stemcal run {spec}`{earlier}")
-    raise typer.Exit(Waiting.exit_code)
+    except Waiting as waiting:
+        if sheet is None:
+            raise
+        results = f"{counted(sheet.awaited, 'result')} from the {waiting.stage} stage"
+        to_do = f"Waiting for {results}. Fill in {sheet.path}. Then run"
+        if not sheet.awaited:
+            to_do = f"All results in {sheet.path} are recorded. To continue, run"
+        earlier = f". The previous sheet is {sheet.earlier}" if sheet.earlier else ""
+        await_(f"{to_do} `stemcal run {spec}`{earlier}")
+        raise typer.Exit(Waiting.exit_code) from None
 
 
 def existing_folder(study: Study, out: Path | None) -> StudyFolder:
