@@ -4,7 +4,7 @@
     effects       main effects of two-level designs, with tests and aliases; `lenth` is Lenth's method
     regression    `least_squares`; `surface`, the full quadratic model in coded units, with `anova`;
                   `backward_elimination` of terms; `canonical` analysis of the stationary point
-    calibration   all factor settings with a given response (`level_set_solutions`), or the fit to several means
+    calibration   all factor settings with a given response (`solution_ranges`), or the fit to several means
                   (`likelihood`) and its `confidence_intervals`; `region` has the bounds, `search_path` chooses the next
                   simulation
     comparison    measured and simulated responses at all conditions, compared with each other and with a power law

@@ -11,8 +11,8 @@ import numpy as np
 
 from stemcal.arrays import Array
 from stemcal.doe.calibration import confidence_intervals as certainty
-from stemcal.doe.calibration.level_set_solutions import assess_point, solve_target
 from stemcal.doe.calibration.likelihood import Fit
+from stemcal.doe.calibration.solution_ranges import assess_point, solve_target
 from stemcal.doe.coding import Coding
 from stemcal.doe.comparison import formula_left_out, standard_error
 from stemcal.stages.fitting import Measured, Surfaces, fit_of_study, measured_means

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, Literal
 
-from stemcal.doe.calibration.level_set_solutions import Assessment
 from stemcal.doe.calibration.observations import Scatter
+from stemcal.doe.calibration.solution_ranges import Assessment
 from stemcal.doe.coding import Coding
 from stemcal.doe.comparison import Formula
 from stemcal.drawing.table import Column, Table

@@ -8,7 +8,7 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 
 from stemcal.arrays import Array
-from stemcal.doe.calibration.level_set_solutions import Assessment, assess_point
+from stemcal.doe.calibration.solution_ranges import Assessment, assess_point
 from stemcal.doe.coding import term_columns, term_names
 from stemcal.doe.regression.anova import AnovaRow, Coefficient, FitStatistics
 from stemcal.doe.regression.backward_elimination import ReductionStep

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from stemcal.doe.calibration.level_set_solutions import Assessment
+from stemcal.doe.calibration.solution_ranges import Assessment
 from stemcal.doe.regression.anova import Coefficient
 from stemcal.doe.regression.canonical import CanonicalForm
 from stemcal.drawing.columns import condition, levels, ratio, response_decimals, squares, starred, to_decimals

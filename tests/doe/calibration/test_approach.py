@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from stemcal.arrays import Array
-from stemcal.doe.calibration.level_set_solutions import solve_target
 from stemcal.doe.calibration.region import Region
+from stemcal.doe.calibration.solution_ranges import solve_target
 from stemcal.doe.designs import central_composite
 from stemcal.doe.regression.surface import Surface, fit_surface
 from stemcal.stages.refine.steps import FIRST_RADIUS, Trial, nearest_trial, next_trial, toward

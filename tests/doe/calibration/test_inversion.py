@@ -3,8 +3,8 @@ from itertools import product
 import numpy as np
 import pytest
 
-from stemcal.doe.calibration.level_set_solutions import assess_point, solve_target
 from stemcal.doe.calibration.region import Region
+from stemcal.doe.calibration.solution_ranges import assess_point, solve_target
 from stemcal.doe.coding import term_columns, term_names
 from stemcal.doe.designs import central_composite
 from stemcal.doe.regression.surface import fit_surface
