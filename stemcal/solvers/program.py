@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any, ClassVar, Generic, Self, TypeVar, cast
 
 from stemcal.errors import SimulationFailed, UsageError
+from stemcal.notes import Note, Remedy
 from stemcal.processes.program import Ended, run_program
 from stemcal.solvers.imported import imported_files
 from stemcal.solvers.kept_curve import curve_scores, kept_curve
@@ -22,12 +23,19 @@ from stemcal.solvers.replicates import seed_of, values_of
 from stemcal.storage.atomic import make_folder, write_atomic
 from stemcal.storage.canonical import key_of
 from stemcal.storage.plain import open_plain
+from stemcal.storage.typed import to_json
 from stemcal.study.model.study import Study
 from stemcal.study.types.named import fill, template_bytes
 from stemcal.vocabulary import FIRST
 
 O = TypeVar("O", bound=ProgramOptions)
 OUTPUT = "program-output.txt"
+_AT_END = Note(
+    "largest_at_end",
+    "warning",
+    "The extreme value is the last number of the result. The simulation may have ended before the true one.",
+    Remedy("Use a longer stroke. If the program may stop early, write the text of its normal end under `ends_with`."),
+)
 
 
 @dataclass(frozen=True)
@@ -273,5 +281,5 @@ class Command(Program[CommandSolver]):
             travel, force = read_curve(self.options.result[FIRST], folder)
             numbers |= curve_scores(modes, travel, force)
             curve = {"curve": kept_curve(travel, force)}
-        limited = {"stroke_was_enough": False} if rising else {}
+        limited = {"stroke_was_enough": False, "warnings": to_json([_AT_END])} if rising else {}
         return Answer("ok", response=first, details={**({RESPONSES: numbers} if numbers else {}), **curve, **limited})

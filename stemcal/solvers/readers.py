@@ -174,7 +174,9 @@ def _regex(text: str, file: str, pattern: str) -> _Series:
 
 
 # Characters that continue a number: a digit, a decimal point, an exponent (including 1.5-101 of Fortran and × 10^3).
-_CONTINUES = re.compile(r"\.?\d|\.?[eEdD][-+]?\d|\.?\s*[x×*·]\s*10\s*(\^|\*\*)|\^\d", re.ASCII)
+_CONTINUES = re.compile(
+    r"\.?\d|\.?[eEdD][-+]?\d|\.?\s*[x×*·⋅]\s*10\s*(\^|\*\*|[⁻²³¹⁰⁴-⁹])|\^\d|[¼½¾⁻²³¹⁰⁴-⁹]", re.ASCII
+)
 _FORTRAN = re.compile(r"[-+]\d{3}(?!\d)", re.ASCII)
 _BEGINS = re.compile(r"\d\.?$|\d\.?[eEdD][-+]?$", re.ASCII)
 # Thousands separators, which may also separate two numbers. Before a number there may be a sign or a decimal point too.
@@ -184,7 +186,7 @@ _BEFORE = re.compile(rf"\d{_MARK}$|[-−–.]$", re.ASCII)
 _COLUMNS = re.compile(r"\.\{\d+\}\)")  # a group of fixed width: columns may touch
 
 # A number with spaces as thousands separators. No other number is next to it, unlike in a row of a table.
-_GROUPED = re.compile(r"(?<![\d.,])(?<!\d )[1-9]\d{0,2}( \d{3})+(\.\d+)?(?! ?[\d.,+-])", re.ASCII)
+_GROUPED = re.compile(r"(?<![\d.,])(?<!\d )[1-9]\d{0,2}( \d{3})+([.,]\d+)?(?! ?[\d.,+-])", re.ASCII)
 
 
 def _is_part_of_number(match: re.Match[str], group: str | int, previous_end: int = 0) -> bool:

@@ -357,6 +357,7 @@ def test_a_truncated_curve_is_a_lower_bound_or_fails(tmp_path: Path, end: str, o
     answer = solved(tmp_path, TRUNCATED, result=result)
     assert (answer.ok, answer.reason) == (ok, "" if ok else "incomplete")
     assert answer.details.get("stroke_was_enough") is (False if ok else None)
+    assert [note["kind"] for note in answer.details.get("warnings", [])] == (["largest_at_end"] if ok else [])
 
 
 def test_a_pattern_that_searches_for_ever_ends_with_the_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -88,6 +88,8 @@ def test_failures_have_their_reason(tmp_path: Path, code: str, reason: str, told
         ("from os import _exit\nimport threading\nthreading.Thread(target=_exit, args=(0,)).start()", "exit code 0"),
         ("import os\nos.abort()", "the process ended with"),
         ("class Mine:\n    def __init__(self): raise GeneratorExit('no licence')", "GeneratorExit: no licence"),
+        ("raise KeyboardInterrupt", "cannot be loaded: KeyboardInterrupt"),
+        ("class Mine:\n    def __init__(self): raise KeyboardInterrupt('by me')", "KeyboardInterrupt: by me"),
         ("class Mine:\n    def __init__(self): raise ValueError('m' * 5_000_000)", "4,999,500 more characters"),
     ],
 )
