@@ -86,7 +86,7 @@ class Sheet(Solver):
             raise Waiting(request.stage, [request])
         return row.answer
 
-    def given(self, stage: str) -> list[Any]:
+    def table_of(self, stage: str) -> list[Any]:
         return [row.as_data() for row in self._of_stage(stage)]
 
     def given_design(self, stage: str) -> list[dict[str, float]] | None:

@@ -125,9 +125,9 @@ def _pairs(table: TextTable, how: CurveOptions) -> tuple[list[tuple[int, int]], 
             notes.append(Note("shared_displacement", "caution", text, remedy))
         travels = travels * len(forces)
     if len(travels) != len(forces) or (len(forces) > 1 and any(differ)):
-        found = f"{counted(len(forces), 'force column')} and {counted(len(travels), 'displacement column')} found"
+        counts = f"{counted(len(forces), 'force column')} and {counted(len(travels), 'displacement column')} found"
         equal = "specify an equal number of each, as in `--force-column 2,4 --displacement-column 1,3`"
-        raise UsageError(f"{table.source}: {found} among {columns_of(table)}; {equal}")
+        raise UsageError(f"{table.source}: {counts} among {columns_of(table)}; {equal}")
     pairs = list(zip(travels, forces, strict=True))
     if any(travel == force for travel, force in pairs):
         raise UsageError(f"{table.source}: the same column was given for force and displacement; {_NAME_THEM}")

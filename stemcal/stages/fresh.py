@@ -79,7 +79,7 @@ def _solver_parts(study: Study, solver: Solver | None, stage: str) -> dict[str, 
         return {path: leaf for path, leaf in leaves.items() if path not in _NO_INPUT}
     probe = Request(stage, 0, study.midlevels(), study.targets.calibrate_at)
     solver = solver or make_solver(study)
-    identity = Run.of(solver, probe).identity | {"given": solver.given(stage)}
+    identity = Run.of(solver, probe).identity | {"given": solver.table_of(stage)}
     return {
         path: leaf
         for name, part in identity.items()

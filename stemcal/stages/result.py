@@ -159,8 +159,8 @@ class StageResult(Spread):
         return None
 
     @property
-    def found(self) -> tuple[str, ...]:
-        """Sentences on the result of an optimisation."""
+    def gains(self) -> tuple[str, ...]:
+        """Sentences on the gains of an optimum over the present cutter; none for all other results."""
         return ()
 
     @property

@@ -56,7 +56,7 @@ class Stage(StageKind, Checked, Generic[R]):
         if study.goal is not None and "targets" in self.reads:
             return False
         section = self.section() if self.by_section else None
-        return (section is None or study.given(section) is not None) and (has_surface(study) or not self.of_surface)
+        return (section is None or study.section(section) is not None) and (has_surface(study) or not self.of_surface)
 
     def inputs(self, study: Study) -> Mapping[str, object]:
         """Return further inputs of the stage file, in addition to factors, sections, solver and the previous file."""

@@ -116,7 +116,7 @@ def _around(study: Study, name: str, level: float, k: int) -> CodedScale:
 
 def later(study: Study) -> Later | None:
     """Return the runs of a usual climb, one after another, and a note on the largest number of runs."""
-    if (options := study.given(ClimbOptions)) is None:
+    if (options := study.section(ClimbOptions)) is None:
         return None
     when = "simultaneously" if options.at_once else "one after another"
     text = f"Steepest ascent requires at most {counted(options.steps + 1, 'additional run')}, simulated {when}."

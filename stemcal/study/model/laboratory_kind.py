@@ -23,11 +23,11 @@ class LaboratoryMeans(Frozen):
     row: int = Field(default=0, exclude=True, repr=False)
 
 
-def _as_rows(given: Any, info: ValidationInfo) -> Any:
+def _as_rows(raw: Any, info: ValidationInfo) -> Any:
     if info.context is not None:
         remedy = "write rows such as `{test: NAME, diameter: …}` in the `targets` section"
         raise complain("unknown key 'targets'", remedy)
-    return given
+    return raw
 
 
 class LaboratorySection(Frozen):

@@ -25,7 +25,7 @@ from stemcal.vocabulary import FIRST, Variable, Vocabulary
 
 Patterns = Annotated[
     tuple[Annotated[str, StringConstraints(strict=True, min_length=1, max_length=300)], ...],
-    BeforeValidator(lambda given: (given,) if isinstance(given, str) else given),
+    BeforeValidator(lambda raw: (raw,) if isinstance(raw, str) else raw),
     Field(min_length=1, max_length=100),
     WithJsonSchema({"anyOf": [{"type": "string"}, {"type": "array", "items": {"type": "string"}}]}),
 ]

@@ -169,14 +169,14 @@ class Relative:
         return f"{self.value:g}" if self.is_ratio else f"{self.value:g} MPa"
 
 
-def _relative(given: Any, info: ValidationInfo) -> Any:
-    if isinstance(given, Relative):
-        return given
-    if isinstance(given, bool) or not isinstance(given, int | float):
-        return Relative(Quantity("stress", above=0).read(given, info))
-    if not 0.0 < given <= MOST:
-        raise complain(f"{given:g} is not a ratio above 0", "write a number, such as 0.1, or a stress, such as 80 MPa")
-    return Relative(float(given), is_ratio=True)
+def _relative(raw: Any, info: ValidationInfo) -> Any:
+    if isinstance(raw, Relative):
+        return raw
+    if isinstance(raw, bool) or not isinstance(raw, int | float):
+        return Relative(Quantity("stress", above=0).read(raw, info))
+    if not 0.0 < raw <= MOST:
+        raise complain(f"{raw:g} is not a ratio above 0", "write a number, such as 0.1, or a stress, such as 80 MPa")
+    return Relative(float(raw), is_ratio=True)
 
 
 StressOrRatio = Annotated[
@@ -235,7 +235,7 @@ class MaterialSection(Frozen):
     transverse: TransverseSection | None = None
     """Properties across the axis of the stem; without this section, the material is isotropic."""
 
-    def given(self) -> dict[str, float]:
+    def fixed(self) -> dict[str, float]:
         """Return the parameters with a fixed value for all stems, by name."""
         return {name: value for name in PARAMETERS if isinstance(value := field_or_none(self, name), int | float)}
 

@@ -260,14 +260,14 @@ def _shortfall(thin: Target, thick: Target) -> float:
 
 def _materials(study: Study) -> Iterator[Finding]:
     for place in study.places.values():
-        parameter, given, path = place.parameter, place.given, place.path
-        if isinstance(given, Relative):
-            given = None if given.is_ratio else given.value
-        if isinstance(given, Length | Interpolated):
+        parameter, fixed, path = place.parameter, place.value, place.path
+        if isinstance(fixed, Relative):
+            fixed = None if fixed.is_ratio else fixed.value
+        if isinstance(fixed, Length | Interpolated):
             for diameter in _conditions(study):
-                yield from doubt(path, given.at(diameter), *parameter.plausible, parameter.unit)
-        elif given is not None and not isinstance(given, Growth):
-            yield from doubt(path, units.from_internal(given, parameter.unit), *parameter.plausible, parameter.unit)
+                yield from doubt(path, fixed.at(diameter), *parameter.plausible, parameter.unit)
+        elif fixed is not None and not isinstance(fixed, Growth):
+            yield from doubt(path, units.from_internal(fixed, parameter.unit), *parameter.plausible, parameter.unit)
     for name, growth in study.material.growing().items():
         yield from doubt(("material", name, "at"), growth.at, 1, 100, "mm")
         parameter, diameters = PARAMETERS[name], _conditions(study)
