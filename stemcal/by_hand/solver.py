@@ -1,4 +1,4 @@
-"""The solver for manual runs: it answers from a file with a row for each run; people perform the other runs."""
+"""The solver for manual runs: it looks up results in a file; people perform the runs that are not in the file."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace

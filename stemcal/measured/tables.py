@@ -27,7 +27,7 @@ from stemcal.storage.plain import read_plain
 
 SEPARATORS = {"tab": "\t", "semicolon": ";", "comma": ",", "space": " "}
 DECIMALS = {"point": ".", "comma": ","}
-_MOST_SHOWN = 12  # columns in a message
+_MOST_SHOWN = 12  # largest number of columns listed in a message
 _PROBED = 3000  # lines from which the separator and the decimal mark are detected
 _MOST_ABOVE = 4  # lines of headings, symbols and units above the data
 _SAMPLE = 20  # rows of data from which the columns of numbers are detected

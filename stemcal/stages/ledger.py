@@ -82,7 +82,7 @@ def ledger(study: Study, folder: StudyFolder, solver: Solver | None = None) -> R
 
 
 def entries_of(wanted: Sequence[Asked], study: Study, folder: StudyFolder, solver: Solver) -> list[LedgerRow]:
-    """Return the `wanted` runs, then recorded runs of the stages of this spec that decide run by run."""
+    """Return the `wanted` runs, then the recorded runs of stages that decide run by run."""
     known = [entry for part in wanted if part.settled for entry in keyed(part, study, solver)]
     entries = [entry_of(request, key, study, folder, material) for key, request, material in known]
     stages, decided = {part.stage for part in wanted}, []

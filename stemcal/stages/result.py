@@ -135,7 +135,6 @@ class StageResult(Spread):
 
     @property
     def naming(self) -> Vocabulary:
-        """Names of the responses and of the condition."""
         return self.head.naming
 
     @property

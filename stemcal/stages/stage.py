@@ -117,7 +117,7 @@ def stage_called(name: str) -> Stage[Any]:
 
 
 def stages_of(study: Study) -> tuple[Stage[Any], ...]:
-    """Return the stages of a study, each after the stage that it needs; further packages' if the spec has a section."""
+    """Return a study's stages, each after the one it needs; stages of other packages if the spec has their section."""
     left = [stage for stage in STAGES.built_in if stage.asked_for(study)]
     left += [stage_called(name) for name in study.further]
     ordered: list[Stage[Any]] = []

@@ -71,7 +71,7 @@ def starter_ran(folder: Path, deck: Deck, finished: ProgramRun) -> Answer:
 
 
 def leave_engine_input(folder: Path, text: str | None) -> None:
-    """Write the input of the engine (by default the file from the starter) with our run name and with titles."""
+    """Write the engine input, by default from the starter's file, with the run name of stemcal and with titles."""
     if (folder / writer.ENGINE_INPUT).is_symlink():
         message = f"{writer.ENGINE_INPUT} is a symbolic link, and stemcal writes only to regular files"
         raise SimulationFailed("no_engine_input", message)

@@ -27,7 +27,7 @@ from stemcal.storage.rows import Rows
 from stemcal.study.model.study import Study
 from stemcal.vocabulary import FIRST, Wording
 
-_SHARE = 0.5  # of each range, covered by the design of the surface about the best step
+_SHARE = 0.5  # share of each range that the design about the best step covers
 
 
 @a_stage(ClimbResult)

@@ -141,7 +141,7 @@ def _path(work: Work, there: Work, options: RefineOptions, start: Mapping[str, f
 
 
 def _range(study: Study, options: RefineOptions, name: str, same_mesh: bool) -> Interval:
-    """Return the range of a factor in the other model: of `refine.adjust` or the study, or a wider one."""
+    """Return the range of a factor in the other model: from `refine.adjust`, from the study, or a wider one."""
     factor = study.factor(name)
     if (ends := options.adjust.get(name)) is not None:
         return ends
@@ -219,7 +219,7 @@ def _without_surface(stage: RefineResult) -> Iterator[Note]:
 
 
 def _first_outside(stage: RefineResult, names: Wording) -> Iterator[Note]:
-    """Yield runs of the first point, the solution of the surface, outside their prediction intervals."""
+    """Yield a note if runs at the solution of the surface are outside their prediction intervals."""
     start = stage.trial_runs[0]
     first = [run for run in stage.trial_runs if run.levels == start.levels and run.how == start.how]
     if outside := [run.condition for run in first if run.inside_interval is False]:

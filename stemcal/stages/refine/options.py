@@ -1,4 +1,4 @@
-"""The `refine` section, and the study as its other model simulates it."""
+"""The `refine` section of a spec, and the study in the other model that `refine.in` describes."""
 
 from __future__ import annotations
 

@@ -73,7 +73,6 @@ class Interpolated:
 
     @property
     def range(self) -> str:
-        """Text of the range of measured diameters."""
         ends = dict.fromkeys((f"{self.points[0][0]:g}", f"{self.points[-1][0]:g}"))
         return f"{' to '.join(ends)} mm"
 

@@ -69,7 +69,7 @@ class TargetRow(_Responses):
 class Mean(Frozen):
     """The measured mean of a further response and its standard deviation, in the unit of the response.
 
-    `n` is the number of specimens, or None for that of the first response.
+    `n` is the number of specimens; None if it is the same as for the first response.
     """
 
     value: float

@@ -25,8 +25,8 @@ from stemcal.study.types.field_types import (
 
 Stress = Annotated[float | Growth, OverDiameter(Annotated[float, Quantity("stress")], only_grows=True)]
 GAP: Final = 0.001  # distance of the edge from the stem at the start, mm
-DAMPING: Final = 0.5  # of the contact, over critical damping
-_WHOLE_STROKE = Length(divisor=1 / 1.5)  # default of a cut all the way through the stem
+DAMPING: Final = 0.5  # damping of the contact over critical damping
+_WHOLE_STROKE = Length(divisor=1 / 1.5)  # default stroke of a cut all the way through the stem
 Ratio = Annotated[float | Growth, OverDiameter(Number, only_grows=True)]
 _Density = Annotated[float | Growth, OverDiameter(Annotated[float, Quantity("density")], only_grows=True)]
 _Rate = Annotated[float | Growth, OverDiameter(Annotated[float, Quantity("rate")], only_grows=True)]

@@ -265,7 +265,7 @@ class Study(StudyForm):
 
     @property
     def by_hand(self) -> Study:
-        """The study whose runs people do: the one in another model (`there`) if only that is, otherwise this one."""
+        """The study whose runs people perform: `there` if only the runs in the other model are manual, else `self`."""
         there = self.there
         people = [study.kind.answers == "asks_people" for study in (self, there)]
         return there if people == [False, True] else self
