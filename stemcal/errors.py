@@ -96,9 +96,7 @@ class Waiting(StemcalError):
     def __init__(self, stage: str, requests: Sequence[Any]) -> None:
         self.stage, self.requests = stage, tuple(requests)
         count = f"{len(requests)} result" + "s" * (len(requests) != 1)
-        super().__init__(
-            f"waiting for {count} from the {stage} stage; run `stemcal run SPEC` to write the sheet for these runs"
-        )
+        super().__init__(f"waiting for {count} from the {stage} stage; run `stemcal run SPEC` to write their sheet")
 
 
 class SimulationFailed(StemcalError):

@@ -1,4 +1,4 @@
-"""Check a row of a sheet: find the run of the row and the result in it, or the reason to refuse the row."""
+"""Check a row of a sheet: find the run that it is for and its result, or the reason why it is refused."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
@@ -19,7 +19,7 @@ _LEVEL = 1e-4  # share of the range of a factor by which an entered level may di
 
 
 class Unread(UsageError):
-    """Raised for a cell without a number in the required unit; the message states what to write."""
+    """Raised for a cell without a number in the required unit; the message says what to write."""
 
 
 class RowRefused(UsageError):
@@ -37,7 +37,7 @@ def first_of(problems: Sequence[str]) -> list[str]:
 
 
 def by_name(runs: Iterable[Request]) -> dict[str, list[Request]]:
-    """Group runs by their names; runs at several conditions, and replicates, have the same name."""
+    """Return runs by their names; runs at several conditions and replicates share a name."""
     named: dict[str, list[Request]] = {}
     for run in runs:
         named.setdefault(run_name(run), []).append(run)
@@ -92,9 +92,7 @@ def result_in(study: Study, row: Filled) -> Answer:
     if failures:
         reason = " ".join(failures)[len(FAILED) :].lstrip(" :,-–").strip()
         if not reason:
-            message = (
-                f"{row.run} is marked as failed without a reason; add a reason, such as `failed: the stem slipped`"
-            )
+            message = f"{row.run} is marked as failed without a reason; add one, such as `failed: the stem slipped`"
             raise RowRefused(row, "no_reason", message)
         return Answer("failed", reason=NOT_RUN, message=reason)
     values: dict[str, float] = {}

@@ -62,10 +62,8 @@ def fields_of(study: Study) -> list[Field]:
     replicates = [Field(REPLICATE, "", "replicate")] if study.solver.repeats > 1 else []
     responses = [Field(response.name, response.unit, "response") for response in entered_responses(study)]
     asked = [Field(RUN, "", "run"), *factors, *conditions, *replicates, *responses]
-    origin = [
-        *(Field(name, "", "origin") for name in (WHO, WHEN, REMARK)),
-        Field(STUDY, "", "study", content=study.name),
-    ]
+    origin = [Field(name, "", "origin") for name in (WHO, WHEN, REMARK)]
+    origin.append(Field(STUDY, "", "study", content=study.name))
     used = {field.name.casefold() for field in asked}  # a factor may be called `study`
     return [*asked, *(field for field in origin if field.name not in used)]
 
@@ -119,7 +117,7 @@ class Filled:
 
     @property
     def run_name(self) -> str:
-        """Name of the run in lower case and with single spaces, as the function `run_name` returns it."""
+        """Name of the run, in the lower case and with the single spaces of the function `run_name`."""
         return " ".join(self.run.split()).casefold()
 
     @property
@@ -132,6 +130,7 @@ class Filled:
         return not any(self.values.values()) and not self.remark.casefold().startswith(FAILED) and not self.broken
 
     def with_levels_given(self) -> Self:
+        """Return the row without the levels whose cells are empty."""
         return replace(self, levels={name: text for name, text in self.levels.items() if text})
 
 

@@ -1,4 +1,4 @@
-"""The solver for manual runs: it looks up results in a file; people perform the runs that are not in the file."""
+"""The solver for manual runs: it answers from a file with a row for each run; people perform the other runs."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -86,7 +86,7 @@ class Sheet(Solver):
             raise Waiting(request.stage, [request])
         return row.answer
 
-    def table_of(self, stage: str) -> list[Any]:
+    def given(self, stage: str) -> list[Any]:
         return [row.as_data() for row in self._of_stage(stage)]
 
     def given_design(self, stage: str) -> list[dict[str, float]] | None:
@@ -184,6 +184,6 @@ def _gaps(source: str, rows: Mapping[str, Sequence[_KnownRow]]) -> list[str]:
         columns = [set[str](row.levels) for row in of_stage.values()]
         if partial := sorted(set().union(*columns) - columns[0].intersection(*columns)):
             wrong.append(
-                f"{source}: some rows of {stage} have no levels for {', '.join(partial)}; fill in the missing levels"
+                f"{source}: some rows of {stage} have no levels for {', '.join(partial)}; fill in these levels"
             )
     return wrong

@@ -28,16 +28,9 @@ app = typer.Typer(
 )
 
 Folder = Annotated[Path | None, typer.Option("--out", "-o", metavar="DIR", help="Folder for tables and figures.")]
-Encoding = Annotated[
-    str | None, typer.Option(metavar="NAME", help="Text encoding of the files, such as gbk.", show_default="detected")
-]
-Separator = Annotated[
-    str | None,
-    typer.Option(metavar="NAME", help="Column separator, such as a tab or a semicolon.", show_default="detected"),
-]
-Decimal = Annotated[
-    str | None, typer.Option(metavar="NAME", help="Decimal mark: a point or a comma.", show_default="detected")
-]
+Encoding = Annotated[str | None, typer.Option(metavar="NAME", help="Encoding, such as gbk.", show_default="detected")]
+Separator = Annotated[str | None, typer.Option(metavar="NAME", help="Column separator.", show_default="detected")]
+Decimal = Annotated[str | None, typer.Option(metavar="NAME", help="Point or comma.", show_default="detected")]
 SheetName = Annotated[str | None, typer.Option("--sheet", metavar="NAME", help="Name of the worksheet to read.")]
 Preload = Annotated[float, typer.Option(metavar="N", min=0, help="Preload at which each measured curve starts.")]
 ForceColumn = Annotated[

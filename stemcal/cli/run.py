@@ -31,9 +31,7 @@ Until = Annotated[
 Retry = Annotated[bool, typer.Option("--retry", help="Repeat the failed runs before any other runs.")]
 
 
-Quick = Annotated[
-    bool, typer.Option("--quick", help="Calibrate without a response surface, in few runs, without intervals.")
-]
+Quick = Annotated[bool, typer.Option("--quick", help="Calibrate in few runs, without a surface and intervals.")]
 
 
 def run(

@@ -16,9 +16,7 @@ from stemcal.formats import counted
 
 Spec = Annotated[Path, typer.Argument(metavar="SPEC", help="Spec of the study (YAML file).", show_default=False)]
 
-Out = Annotated[
-    Path | None, typer.Option("--out", "-o", metavar="DIR", help="Study folder.", show_default="runs/<study name>")
-]
+Out = Annotated[Path | None, typer.Option("--out", "-o", metavar="DIR", help="Study folder (default: runs/NAME).")]
 
 Workers = Annotated[
     int | None,
@@ -83,7 +81,7 @@ class Session:
                     raise
 
     def foresee(self, stage: str | None = None) -> None:
-        """Raise if the memory is not sufficient for the runs of a `stage`, or of all stages; warn of long runs."""
+        """Raise if the memory is not sufficient for all stages or one stage; warn if they take very long."""
         from stemcal.solvers import make_solver
         from stemcal.stages.fresh import finished
         from stemcal.stages.stage import stage_called

@@ -24,16 +24,12 @@ if TYPE_CHECKING:
 
 CUTTING = "cutting"  # name of the main shear test of a spec
 
-Diameter = Annotated[
-    str | None, typer.Option(metavar="MM", help="Outer diameter of the stem.", show_default="the spec's")
-]
+Diameter = Annotated[str | None, typer.Option(metavar="MM", help="Diameter of the stem.", show_default="the spec's")]
 Settings = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="FACTOR=VALUE", help="Factor value in the unit given in the spec (can be repeated)."),
 ]
-CsvFile = Annotated[
-    Path | None, typer.Option("--csv", metavar="FILE", help="CSV file for the time history of the simulation.")
-]
+CsvFile = Annotated[Path | None, typer.Option("--csv", metavar="FILE", help="CSV file for the time history.")]
 FigureFile = Annotated[
     Path | None,
     typer.Option("--figure", metavar="FILE", help="File for the force–travel plot (`.png`, `.svg` or `.pdf`)."),
@@ -42,9 +38,7 @@ FramesFolder = Annotated[
     Path | None,
     typer.Option("--frames", metavar="DIR", help="Folder for about 50 simulation frames in ParaView format."),
 ]
-TestName = Annotated[
-    str | None, typer.Option("--test", metavar="NAME", help="Name of a test in the spec.", show_default=CUTTING)
-]
+TestName = Annotated[str | None, typer.Option("--test", metavar="NAME", help="Name of a test.", show_default=CUTTING)]
 
 
 def simulate(
@@ -126,7 +120,7 @@ def simulate(
 
 
 def chosen_levels(study: Study, start: Mapping[str, float], settings: list[str]) -> dict[str, float]:
-    """Return the value of every factor: from the settings (FACTOR=VALUE) if it is in them, otherwise from `start`."""
+    """Return the value of every factor: that in `start`, or in the settings (FACTOR=VALUE) if it is in them."""
     from stemcal.study.reading.messages import level_of
 
     levels = dict(start)
@@ -223,7 +217,6 @@ def _lines(study: Study, answer: Answer) -> list[str]:
     if "peak_travel" in details:
         lines.append(f"travel at maximum force: {details['peak_travel']:.3f} mm")
     if "deleted_in_all" in details:
-        lines.append(
-            f"deleted elements: {details['deleted_elements']} at maximum force, {details['deleted_in_all']} in total"
-        )
+        at_maximum, total = details["deleted_elements"], details["deleted_in_all"]
+        lines.append(f"deleted elements: {at_maximum} at maximum force, {total} in total")
     return lines

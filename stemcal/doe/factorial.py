@@ -101,9 +101,7 @@ def fraction(k: int, runs: int | None = None, resolution: int = 4) -> Fraction:
     known = [n for n in sorted({*GENERATORS, 2 ** min(k, 12)}) if _fraction(k, n)]
     listed = ", ".join(map(str, known)) or "none"
     wanted = f"{runs} runs" if runs is not None else f"resolution {resolution}"
-    raise UsageError(
-        f"fractional factorial: no design with {wanted} is known for {k} factors; available sizes: {listed}"
-    )
+    raise UsageError(f"fractional factorial: no design with {wanted} for {k} factors; available sizes: {listed}")
 
 
 @cache

@@ -83,7 +83,7 @@ def styled() -> Iterator[None]:
 
 
 def literal(text: str) -> str:
-    """Escape each `$` in a text, because matplotlib would begin a formula there."""
+    """Escape `$` in a text, with which matplotlib would begin a formula."""
     return text.replace("$", r"\$")
 
 

@@ -36,7 +36,7 @@ class RadialSection(PieceSection):
 
 
 class Radial(LaboratoryKind):
-    """Radial compression of a ring: its responses are slope, maximum force, travel and work."""
+    """Slope, maximum force, travel and work of a ring between two plates."""
 
     name, options = "radial-compression", RadialSection
 

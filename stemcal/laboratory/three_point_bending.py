@@ -44,11 +44,8 @@ class BendingSection(PieceSection):
     def misfits(self, diameter: float, ratio: float) -> Iterator[tuple[str, str, str]]:
         length, span = self.long(diameter), self.span.at(diameter)
         if length <= span:
-            yield (
-                "length",
-                f"the specimen is {length:g} mm long, but the span is {span:g} mm",
-                "use a longer specimen",
-            )
+            message = f"the specimen is {length:g} mm long, but the span is {span:g} mm"
+            yield "length", message, "use a longer specimen"
         yield from super().misfits(diameter, ratio)
 
     def shear_over_bending(self, diameter: float, ratio: float, softness: float) -> float:
@@ -58,7 +55,7 @@ class BendingSection(PieceSection):
 
 
 class Bending(LaboratoryKind):
-    """Three-point bending of a piece of stem: its responses are slope, maximum force, travel and work."""
+    """Slope, maximum force, travel and work of a piece of stem in bending."""
 
     name, options = "three-point-bending", BendingSection
 

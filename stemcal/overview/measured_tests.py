@@ -53,15 +53,11 @@ def measure_tests(
     there = [test for test in study.tests if (folder / test.name).is_dir()]
     if not there:
         if not study.tests:
-            raise UsageError(
-                f"the spec of {study.name} has no `tests` section; add this section, or use `stemcal measure shear`"
-            )
+            raise UsageError(f"the spec of {study.name} has no `tests` section; add it, or use `stemcal measure shear`")
         if not folder.is_dir():
             raise UsageError(f"{folder} does not exist; specify a folder that contains one subfolder for each test")
         names = ", ".join(test.name for test in study.tests)
-        raise UsageError(
-            f"{folder} has no subfolder named after a test; name them after the tests of {study.name}: {names}"
-        )
+        raise UsageError(f"{folder} has no subfolder named after a test; the tests of {study.name} are {names}")
     asked = [specimen.partition("/") for specimen in exclude]
     if unknown := [parts for parts in asked if parts[0] not in {test.name for test in there}]:
         raise UsageError(
@@ -84,7 +80,7 @@ def measure_tests(
 
 
 def _means(test: LaboratorySection, read: ShearTests) -> list[_TestedMean]:
-    """Return the statistics of each response in the test's targets; without targets, of the usual responses."""
+    """Return the statistics of each response in the test's targets, or of the usual ones if there are no targets."""
     wanted = test.measured or test.usual
     means = []
     for grade in read.grades:

@@ -33,10 +33,7 @@ Source = Literal["none", "by_hand", "guess", "recorded"]
 
 @dataclass(frozen=True)
 class _Costs:
-    """The computing time of runs: a function of the request (s on one core; None if unknown), and its source.
-
-    `recorded` is the number of recorded runs from which the time is estimated.
-    """
+    """Function for the time of a run on one core (s; None if unknown), its source, and the number of recorded runs."""
 
     of: Callable[[Request], float] | None
     source: Source = "none"

@@ -147,9 +147,8 @@ def _latex(table: PaperTable) -> str:
     kinds = ["l" if left else "r" for left in table.left]
     heads = [_heading(name, kind) for name, kind in zip(table.heads, kinds, strict=True)]
     rows = [list(map(_escaped, row)) for row in table.cells]
-    rows = [
-        [rf"\textbf{{{cell}}}" if i in table.strong and cell else cell for cell in row] for i, row in enumerate(rows)
-    ]
+    for i in table.strong:
+        rows[i] = [cell and rf"\textbf{{{cell}}}" for cell in rows[i]]
     lines = [
         rf"\setcounter{{table}}{{{table.number - 1}}}",
         r"\begin{table}[htbp]",

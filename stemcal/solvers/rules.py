@@ -4,6 +4,7 @@ Each rule yields its violations as findings; its docstring states the rule.
 """
 
 from collections.abc import Iterator
+from math import cos, radians
 from pathlib import Path
 from typing import Protocol
 
@@ -11,6 +12,7 @@ from stemcal.formats import did_you_mean
 from stemcal.solvers.options import CommandSolver, DeckSolver, EmbeddedSolver
 from stemcal.study.model.measured_targets import named_modes
 from stemcal.study.rules import Draft
+from stemcal.study.rules.factors import extremes_of
 from stemcal.study.types.field_types import field_or_none
 from stemcal.study.types.named import CHANCE, placeholders, template_bytes
 from stemcal.study.types.strict_yaml import Finding, NodePath
@@ -174,10 +176,15 @@ def _whole_cut_can_part(draft: Draft, solver: EmbeddedSolver) -> Iterator[Findin
     for path, length in ((("blade", "edge_spread"), spread), (("material", "internal_length"), internal)):
         if length.at(1.0) == 0.0:
             yield Finding(path, f"`until: severed` requires `{path[1]}`", f"remove `{path[1]}: 0 mm`")
+    if "speed" in draft.names and study.loading.chosen_stroke is None:
+        return  # the stroke would follow the factor, which is reported elsewhere
     thickest = max(draft.diameters.values(), default=0.0)
-    if (stroke := study.loading.stroke_at(thickest)) < _LEAST_CUT * thickest:
+    sliding = max(extremes_of(study, draft.factors.values(), "sliding_angle"))
+    stroke = study.loading.stroke_at(thickest) * cos(radians(sliding))
+    if stroke < _LEAST_CUT * thickest:
         ((key, value),) = study.loading.written.items()
-        message = f"a stroke of {stroke:.3g} mm ({value}) cannot cut through a diameter of {thickest:g} mm"
+        across = f" at a sliding angle of {sliding:g} deg" if sliding else ""
+        message = f"{stroke:.3g} mm of travel across the stem ({value}{across}) cannot cut through {thickest:g} mm"
         yield Finding(("loading", key), message, f"remove `{key}`; the stroke then is 1.5 times the diameter")
 
 

@@ -135,6 +135,7 @@ class StageResult(Spread):
 
     @property
     def naming(self) -> Vocabulary:
+        """Names of the responses and of the condition."""
         return self.head.naming
 
     @property
@@ -158,8 +159,8 @@ class StageResult(Spread):
         return None
 
     @property
-    def gains(self) -> tuple[str, ...]:
-        """Sentences on the gains of an optimum over the present cutter; none for all other results."""
+    def found(self) -> tuple[str, ...]:
+        """Sentences on the result of an optimisation."""
         return ()
 
     @property

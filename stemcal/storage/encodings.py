@@ -50,10 +50,8 @@ def lenient(content: bytes) -> str:
 
 # C0 and C1 control characters except tab and line feed, surrogates, characters that change the writing direction or
 # end a line invisibly, and invisible characters without a function (the joiners U+200C and U+200D have one).
-_RANGES = (
-    "00-08 0b-1f 7f-9f ad 34f 61c 115f-1160 17b4-17b5 180e 200b 200e-200f 2028-202e 2060-206f 2800 3164 d800-dfff "
-)
-_RANGES += "feff ffa0 fff0-fffb fffe-ffff"
+_RANGES = "00-08 0b-1f 7f-9f ad 34f 61c 115f-1160 17b4-17b5 180e 200b 200e-200f 2028-202e 2060-206f 2800 3164 "
+_RANGES += "d800-dfff feff ffa0 fff0-fffb fffe-ffff"
 _ENDS = [[int(end, 16) for end in part.split("-")] for part in _RANGES.split()]
 _COMMANDS = [code for ends in _ENDS for code in range(ends[0], ends[-1] + 1)]
 _SPELLED = {code: f"\\x{code:02x}" if code < 0x100 else f"\\u{code:04x}" for code in _COMMANDS}

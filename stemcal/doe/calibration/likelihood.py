@@ -217,8 +217,8 @@ class Fit:
         b = list(ignored)
         across, own = self.inverses[:, :, b], self.inverses[:, b][:, :, b]
         part = across @ np.linalg.cholesky(np.linalg.inv(own))
-        part_of_ignored = np.tensordot(part * self.weights[:, None, None], part, axes=([0, 2], [0, 2]))
-        precision = self.precision - part_of_ignored
+        taken = np.tensordot(part * self.weights[:, None, None], part, axes=([0, 2], [0, 2]))
+        precision = self.precision - taken
         precision[b], precision[:, b] = 0.0, 0.0
         others = replace(self, precision=precision)
         return replace(others, best=optimise(others.objective, self.region.cloud(_CLOUD), self.region)[0])
@@ -316,9 +316,7 @@ class Tangents:
 def fit(observations: Sequence[Observation], region: Region, priors: Sequence[Prior] = ()) -> Fit:
     """Fit observations and priors within a region; raise `UsageError` unless all surfaces have the same factors."""
     if len({o.surface.names for o in observations}) != 1:
-        raise UsageError(
-            "joint fit: the surfaces are missing or have different factors; pass surfaces with the same factors"
-        )
+        raise UsageError("joint fit: surfaces are missing or have different factors; pass surfaces with equal factors")
     errors = errors_of(observations, len(observations) - region.k)
     m, q = len(observations), len(priors)
     seeds, current = region.cloud(_CLOUD), None

@@ -39,6 +39,7 @@ class LeastSquares:
 
     @property
     def mean(self) -> float:
+        """Mean of the response."""
         return float(np.mean(self.response))
 
     @property

@@ -105,15 +105,13 @@ def _rule_uses_priors(draft: Draft) -> Iterator[Finding]:
 
 
 def _doubts(study: Study) -> Iterator[Finding]:
-    """Yield doubts about fitted responses that depend on the mesh (travel, work) and about very many means."""
+    """Yield fitted responses that depend on the mesh, such as travel and work, and a number of means that is slow."""
     from stemcal.study.rules.plausible import FALL
 
     means = sum(bool(target.mean_of(name)[0]) for target in study.joint_targets for name in study.fitted_responses)
     if means > _MANY_MEANS:
         size = f"about {5e-4 * means**2:.0f} s and {7.5e-6 * means**2:.1f} GB"
-        message = (
-            f"the fit of {means} measured means, also without each condition, takes {size} in each stage that fits"
-        )
+        message = f"the fit of {means} means, also without each condition, takes {size} in each stage that fits"
         yield Finding(("invert", "diameters"), message, "list fewer conditions")
     own = [response for named in study.naming.further if (response := named.in_table) is not None]
     chosen = study.of(InvertOptions).responses

@@ -1,11 +1,10 @@
 """The calibrated material of a finished study (`material: {from: FOLDER}`), and other materials that fit as well.
 
 The spec uses all settings on which the calibrated values depend: cross-section of the stem, layers, friction, lengths,
-material law and mesh. If the spec itself sets such a key, the value must be that of the calibration. The other
-materials
-are one standard deviation away along the principal axes of the covariance Σ = (JᵀWJ + D)⁻¹ of the calibration. JᵀWJ is
-the information of the likelihood at the solution; D is the information of the ranges (uniform, 12/width²), which limits
-directions that the measurements do not determine.
+material law and mesh. A key that it sets itself must have the value of the calibration. The other materials are one
+standard deviation away along the principal axes of the covariance Σ = (JᵀWJ + D)⁻¹ of the calibration. JᵀWJ is the
+information of the likelihood at the solution; D is that of the ranges (uniform, 12/width²), which limits directions
+that the measurements do not determine.
 """
 
 from __future__ import annotations
@@ -29,6 +28,7 @@ from stemcal.study.reading import load_study
 from stemcal.study.types.factor import FRICTION, SETTINGS
 from stemcal.study.types.field_types import field_or_none
 from stemcal.study.types.strict_yaml import Finding, NodePath
+from stemcal.study.types.units import fits
 
 _FROM: NodePath = ("material", "from")
 _SHARED: dict[str, tuple[str, ...]] = {
@@ -39,7 +39,7 @@ _SHARED: dict[str, tuple[str, ...]] = {
     "solver": ("rate_law", "element_size", "elements_through_wall", "edge_over", "hourglass", "nonlocal_failure"),
 }
 _CLOSE = 1e-6  # relative tolerance of diameters
-_FASTER = 100.0  # strain rates can exceed C if the blade is faster than in the calibration by this factor
+_FASTER = 100.0  # times the speed of the calibration, from which strain rates can exceed C
 _DIRECTIONS, _LEAST = 3, 0.01  # largest number of other materials, smallest share of the variance
 
 
@@ -123,7 +123,7 @@ def calibrated_sections(source: Study, levels: Mapping[str, float]) -> dict[str,
         if name in internal and name not in (*SETTINGS, FRICTION):
             value: Any = internal[name]
             if place.parameter.relative:
-                value = Relative(value, is_ratio=source.factor(name).unit == "1")
+                value = Relative(value, is_ratio=fits(source.factor(name).unit, "dimensionless"))
             study = _with(study, place.path, value)
     for index, part in enumerate((study.material, *study.layers)):
         for name, growth in part.growing().items():
@@ -149,7 +149,7 @@ def _with(part: Any, path: NodePath, value: Any) -> Any:
 def _add_sections(
     borrowed: Borrowed, source: Study, levels: Mapping[str, float], own: Mapping[str, Any], data: Mapping[str, Any]
 ) -> None:
-    """Add the `material` and other sections of the calibration; add a mistake for each key that differs in the spec."""
+    """Add the sections to `borrowed`, and a mistake for each key of the spec that differs from the calibration."""
     kind = own["solver"].kind if "solver" in own else source.solver.kind
     if not source.kind.parameters or kind != source.solver.kind:
         message = f"the material is calibrated with `kind: {source.solver.kind}`, but this study has `kind: {kind}`"

@@ -258,10 +258,8 @@ def _unphysical_runs(draft: Draft, factor: Factor) -> Iterator[Finding]:
             yield Finding(("rsm", "coding", factor.name, end), message, f"write a value closer to {other:g}")
 
 
-RsmOptions.rules = (
-    *(_surface_factors_exist, _factors_are_found, _surface_design_takes_factors),
-    *(_runs_are_used, _coding_fits),
-)
+RsmOptions.rules = (_surface_factors_exist, _factors_are_found, _surface_design_takes_factors)
+RsmOptions.rules += (_runs_are_used, _coding_fits)
 
 
 def _doubts(study: Study) -> Iterator[Finding]:
@@ -291,7 +289,7 @@ RsmOptions.doubts = _doubts
 
 
 def surface_factors(study: Study, solver: Solver, screened: ScreenResult) -> tuple[list[str], list[Note]]:
-    """Return the factors of the surface, significant ones or as many as spec or design require, and notes."""
+    """Return the factors by contribution, and notes: the significant ones, or as many as spec or design require."""
     rsm, table = study.of(RsmOptions), solver.given_design("rsm")
     if not isinstance(rsm.factors, str):
         return list(rsm.factors), []

@@ -29,7 +29,7 @@ class RsmShowing(Showing[RsmResult]):
     """Sentences, tables and figures of a response surface."""
 
     def outcome(self, result: RsmResult, names: Wording) -> list[str]:
-        """Return a sentence on the surface and the number of its runs, without copies of deterministic runs."""
+        """Return a sentence on the surface and its runs, without copies of a deterministic run."""
         responses = [run.response for run in result.design.runs if run.response is not None]
         count = len(result.runs_diagnostics)
         of = "" if result.regressed == result.naming else f" of the {result.regressed.response.long}"
@@ -80,7 +80,7 @@ class NotebookSurface(RsmResult):
         known = levels if isinstance(levels, Mapping) else {}
         if missing := [name for name in self.names if name not in known]:
             raise UsageError(
-                f"predict: no level is given for {', '.join(missing)}. Pass levels by name: {{{missing[0]!r}: …}}."
+                f"predict: no level is given for {', '.join(missing)}. Pass levels: {{{missing[0]!r}: …}}."
             )
         return super().predict({name: checked_number(known[name], name) for name in self.names})
 

@@ -17,10 +17,8 @@ from stemcal.storage.typed import Spread, absent, inline
 from stemcal.study.model.study import Study
 from stemcal.vocabulary import Wording
 
-_COLUMNS = (
-    *("condition", "measured", "simulated", "error_percent", "role", "left_out_percent"),
-    *("status", "reason", "sd", "n"),
-)
+_MEANS = ("condition", "measured", "simulated", "error_percent", "role", "left_out_percent")
+_COLUMNS = (*_MEANS, "status", "reason", "sd", "n")
 
 
 @dataclass(frozen=True)

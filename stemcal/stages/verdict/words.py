@@ -11,16 +11,10 @@ from stemcal.stages.result import Judged, Prediction
 from stemcal.stages.verdict.result import Verdict
 from stemcal.vocabulary import Wording, capital
 
-_WORDS = {
-    "calibrated": "Calibrated",
-    "with_reservations": "Calibrated, with reservations",
-    "not_calibrated": "Not calibrated",
-}
-_OF_GOAL = {
-    "calibrated": "The optimum is confirmed",
-    "with_reservations": "The optimum is confirmed, with reservations",
-    "not_calibrated": "The optimum is not confirmed",
-}
+_WORDS = {"calibrated": "Calibrated", "not_calibrated": "Not calibrated"}
+_WORDS["with_reservations"] = f"{_WORDS['calibrated']}, with reservations"
+_OF_GOAL = {"calibrated": "The optimum is confirmed", "not_calibrated": "The optimum is not confirmed"}
+_OF_GOAL["with_reservations"] = f"{_OF_GOAL['calibrated']}, with reservations"
 
 
 def word(verdict: Verdict) -> str:
@@ -73,7 +67,7 @@ def uses(verdict: Verdict, names: Wording) -> list[str]:
     The largest error is in the maximum force: 21 % too low at a diameter of 11 mm.
     """
     if (where := verdict.use) is None:
-        return [" ".join(map(capital, verdict.gains))] if verdict.gains else []
+        return [" ".join(map(capital, verdict.found))] if verdict.found else []
     if where.good:
         size = f"{where.largest_percent:.1f} % (limit: {where.within_percent:g} %)"
         sentences = [f"The error of the simulation is at most {size}{names.at(*where.good)}."]

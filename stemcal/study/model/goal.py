@@ -24,7 +24,7 @@ def _response(name: Any, naming: Vocabulary) -> Variable:
     match = next((response for response in naming.responses if response.name == name), None)
     if match is None:
         known = [response.name for response in naming.responses]
-        known += [response.name for response in responses_in(CUT) if naming.is_cutting]
+        known += [each.name for each in responses_in(CUT) if naming.is_cutting and each.name not in known]
         raise complain(f"{str(name)[:60]!r} is not a response of this study", did_you_mean(str(name), known))
     return match
 
@@ -33,10 +33,10 @@ def _key(named: Variable, naming: Vocabulary) -> str:
     return FIRST if named == naming.response else named.name
 
 
-def _listed(raw: Any, info: ValidationInfo) -> Any:
-    if info.context is not None and (not isinstance(raw, list) or not raw):
+def _listed(given: Any, info: ValidationInfo) -> Any:
+    if info.context is not None and (not isinstance(given, list) or not given):
         raise complain("the value is not a list of responses", "write a list, such as `[force]`")
-    return raw
+    return given
 
 
 def _keyed(name: Any, info: ValidationInfo) -> Any:
@@ -46,13 +46,13 @@ def _keyed(name: Any, info: ValidationInfo) -> Any:
     return _key(_response(name, naming), naming)
 
 
-def _limits(raw: Any, info: ValidationInfo) -> Any:
+def _limits(given: Any, info: ValidationInfo) -> Any:
     if info.context is None:
-        return raw
-    if not isinstance(raw, Mapping):
+        return given
+    if not isinstance(given, Mapping):
         raise complain("the limits are not a mapping", "write a mapping, such as `{force: 150 N}`")
     naming, limits, wrong = info.context.get("naming", CUTTING), {}, []
-    for name, value in raw.items():
+    for name, value in given.items():
         try:
             named = _response(name, naming)
             if naming.is_cutting:

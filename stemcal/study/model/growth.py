@@ -15,13 +15,13 @@ from stemcal.study.types.field_types import Frozen, Length, Quantity, Size, comp
 MOST_EXPONENT: Final = 20.0
 
 
-def _exponent(raw: Any) -> Any:
-    if isinstance(raw, str) and raw.isidentifier():
-        return raw
-    if isinstance(raw, bool) or not isinstance(raw, int | float) or not abs(raw) <= MOST_EXPONENT:
+def _exponent(given: Any) -> Any:
+    if isinstance(given, str) and given.isidentifier():
+        return given
+    if isinstance(given, bool) or not isinstance(given, int | float) or not abs(given) <= MOST_EXPONENT:
         message = f"the exponent is neither a number from -{MOST_EXPONENT:g} to {MOST_EXPONENT:g} nor a factor"
         raise complain(message, "write a number, as in `exponent: 0.5`, or the name of a factor")
-    return float(raw)
+    return float(given)
 
 
 class Growth(Frozen):
@@ -73,6 +73,7 @@ class Interpolated:
 
     @property
     def range(self) -> str:
+        """Text of the range of measured diameters."""
         ends = dict.fromkeys((f"{self.points[0][0]:g}", f"{self.points[-1][0]:g}"))
         return f"{' to '.join(ends)} mm"
 
@@ -99,24 +100,28 @@ class OverDiameter:
             serialization=core_schema.plain_serializer_function_ser_schema(_written),
         )
 
-    def _read(self, raw: Any, plain: core_schema.ValidatorFunctionWrapHandler, info: core_schema.ValidationInfo) -> Any:
-        if isinstance(raw, Growth | Interpolated):
-            return raw
-        if not isinstance(raw, Mapping):
-            return plain(raw)
-        if self.only_grows or raw.keys() & Growth.model_fields.keys():
-            grown = Growth.model_validate(raw, context=info.context)
+    def _read(
+        self, given: Any, plain: core_schema.ValidatorFunctionWrapHandler, info: core_schema.ValidationInfo
+    ) -> Any:
+        if isinstance(given, Growth | Interpolated):
+            return given
+        if not isinstance(given, Mapping):
+            return plain(given)
+        if self.only_grows or given.keys() & Growth.model_fields.keys():
+            grown = Growth.model_validate(given, context=info.context)
             if isinstance(grown.exponent, str) and not self.only_grows:
                 wrong = complain(f"the exponent {grown.exponent!r} is not a number", "write a number, such as 2")
-                entry = InitErrorDetails(type=wrong, loc=("exponent",), input=raw)
+                entry = InitErrorDetails(type=wrong, loc=("exponent",), input=given)
                 raise ValidationError.from_exception_data("exponent", [entry])
             value = None if grown.value is None else _in_mm(plain(grown.value), grown.at)
             return grown.model_copy(update={"value": value})
         points = {}
-        for key, value in raw.items():
+        for key, value in given.items():
             if not isinstance(key, str):
                 raise complain(f"{key} is not a diameter with a unit", "write lines such as `8 mm: 0.5 mm`")
-            points[_DIAMETER.read(key, info)] = value
+            if (diameter := _DIAMETER.read(key, info)) in points:
+                raise complain(f"the diameter {key} is given twice", "remove one of the lines")
+            points[diameter] = value
         if not points:
             raise complain("no diameter is given", "write lines such as `8 mm: 0.5 mm`")
         return Interpolated(tuple((d, _in_mm(plain(value), d)) for d, value in sorted(points.items())))
@@ -137,13 +142,13 @@ def _written(value: Any) -> Any:
     return str(value) if isinstance(value, Length) else value
 
 
-def value_at(value: Any, diameter: float, level: float | None, factors: Mapping[str, float]) -> float | None:
+def value_at(given: Any, diameter: float, level: float | None, factors: Mapping[str, float]) -> float | None:
     """Return a parameter at a stem diameter (mm) from its value in a spec, or its `level` as a factor; None if neither.
 
     `factors` are the levels of all factors, for a `Growth` whose exponent is one of them.
     """
-    if isinstance(value, Growth):
-        return value.given_at(diameter, level, factors)
-    if level is not None or value is None:
+    if isinstance(given, Growth):
+        return given.given_at(diameter, level, factors)
+    if level is not None or given is None:
         return level
-    return float(value.at(diameter) if isinstance(value, Length | Interpolated) else value)
+    return float(given.at(diameter) if isinstance(given, Length | Interpolated) else given)

@@ -31,6 +31,7 @@ class Draft:
 
     @property
     def kind(self) -> SolverKind:
+        """Kind of the solver, which has its capabilities."""
         return self.study.kind
 
     @property

@@ -1,6 +1,6 @@
 """Rules on factors, on fixed material values, and on values that depend on the diameter."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from math import inf
 from operator import itemgetter
 from typing import Any
@@ -18,6 +18,7 @@ from stemcal.study.types.strict_yaml import Finding, NodePath
 
 _WIDEST = 1000.0  # mm
 RATE = ("strain_rate_c", "strain_rate_p")
+_OF_LAYERS = (*PARAMETERS, "thickness")
 
 
 def _names_differ(draft: Draft) -> Iterator[Finding]:
@@ -49,8 +50,8 @@ def _priors_fit(draft: Draft) -> Iterator[Finding]:
         if (prior := factor.prior) is None:
             continue
         if not factor.low - 3 * prior.sd <= prior.mean <= factor.high + 3 * prior.sd:
-            distribution, ends = f"{prior.mean:g} ± {prior.sd:g}", f"{factor.low:g} to {factor.high:g}"
-            message = f"the prior distribution ({distribution}) does not overlap the range from {ends}"
+            given, ends = f"{prior.mean:g} ± {prior.sd:g}", f"{factor.low:g} to {factor.high:g}"
+            message = f"the prior distribution ({given}) does not overlap the range from {ends}"
             remedy = "correct the prior or the range; both are in the unit of the factor"
             yield Finding(("factors", index, "prior", "mean"), message, remedy)
 
@@ -60,20 +61,27 @@ def _factors_are_known(draft: Draft) -> Iterator[Finding]:
         return
     exponents, known = {growth.exponent for growth in draft.growing.values()}, draft.places
     for index, factor in draft.factors.items():
-        place = known.get(factor.name)
-        if place is None and (factor.name in exponents or _may_be_of_wrong_section(draft, factor.name)):
+        place, name = known.get(factor.name), factor.name
+        if place is None and (name in exponents or _may_be_of_wrong_section(draft, name)):
             continue
         if place is None:
-            message = f"the {draft.study.solver.title} solver has no parameter {factor.name!r}"
-            near = nearest(factor.name, known)
+            message, near = f"the {draft.study.solver.title} solver has no parameter {name!r}", nearest(name, known)
             twice = f"remove this factor because {near} is already a factor"
-            remedy = twice if near in draft.names else did_you_mean(factor.name, known)
-            if "transverse_" in factor.name and draft.kind.has_layers:
+            remedy = twice if near in draft.names else did_you_mean(name, known)
+            layer = next((name.removesuffix(f"_{key}") for key in _OF_LAYERS if name.endswith(f"_{key}")), "")
+            if name in EMBEDDED:
+                remedy = "remove this factor, or use `solver: {kind: embedded}`"
+            elif "transverse_" in name and draft.kind.has_layers:
                 remedy = "for a stem with fibres, write `transverse: {}` under `material`"
+            elif name == "shear_modulus":
+                remedy = "use tangent_modulus (the slope beyond yield), or transverse_shear_modulus (of fibres)"
+            elif layer and draft.kind.has_layers:
+                message, names = f"no layer is named {layer!r}", [each.name for each in draft.layers]
+                remedy = did_you_mean(layer, names) if names else "remove this factor, or add the section `layers`"
             yield Finding(("factors", index, "name"), message, remedy)
             continue
         parameter = place.parameter
-        if parameter.relative and factor.unit == "1":
+        if parameter.relative and units.fits(factor.unit, "dimensionless"):
             continue
         try:
             units.parse_unit(factor.unit, parameter.dimension)
@@ -121,14 +129,14 @@ def wrong_levels(study: Study, levels: Mapping[str, float], diameter: float | No
         if diameter not in (None, own, *usual):
             yield f"diameter: {diameter:g} mm, but `outer_diameter` is a factor; set the level of the factor"
         diameter = own
-    parameters, around_stem = study.parameters(levels, diameter), (FRICTION, *SETTINGS)
+    given, around_stem = study.parameters(levels, diameter), (FRICTION, *SETTINGS)
     around = {each.name: each.internal(levels[each.name]) for each in study.factors if each.name in around_stem}
-    growing = [name for name, place in study.places.items() if isinstance(place.value, Growth)]
+    growing = [name for name, place in study.places.items() if isinstance(place.given, Growth)]
     chosen = {**study.midlevels(), **levels}
     names = study.places.keys() - EMBEDDED.keys()
-    further = [factor for factor in study.factors if factor.name in names and factor.unit != "1"]
+    further = [each for each in study.factors if each.name in names and not units.fits(each.unit, "dimensionless")]
     of_layers = {factor.name: factor.internal(chosen[factor.name]) for factor in further}
-    for name, value in (parameters | around | of_layers).items():
+    for name, value in (given | around | of_layers).items():
         parameter = study.places[name].parameter
         shown = units.from_internal(value, parameter.unit)
         if name in (*study.names, *growing) and (wrong := parameter.outside(shown)):
@@ -144,11 +152,11 @@ def wrong_levels(study: Study, levels: Mapping[str, float], diameter: float | No
 
 def _material_is_given_once(draft: Draft) -> Iterator[Finding]:
     for name, place in draft.places.items():
-        value = place.value
-        if name in draft.names and value is not None and not (isinstance(value, Growth) and value.value is None):
+        given = place.given
+        if name in draft.names and given is not None and not (isinstance(given, Growth) and given.value is None):
             remedy = "remove this value, or remove the factor if the value is known"
             yield Finding(place.path, f"{name} is also a factor", remedy, at_key=True)
-        elif isinstance(value, Growth) and name not in draft.names and value.value is None:
+        elif isinstance(given, Growth) and name not in draft.names and given.value is None:
             remedy = f"add `value: …` (usual range: {place.parameter.usual}), or add {name} to `factors`"
             yield Finding(place.path, f"{name} has no value for the reference diameter", remedy, at_key=True)
 
@@ -174,19 +182,24 @@ def settings_varied(draft: Draft) -> dict[str, int]:
     return {factor.name: index for index, factor in each if factor.name in known and _unit_fits(draft, factor)}
 
 
+def extremes_of(study: Study, factors: Iterable[Factor], name: str) -> list[float]:
+    """Return the extreme values of a setting of the test, internal units: of its factor, or else of its section."""
+    setting = SETTINGS[name]
+    varied = [each for each in factors if each.name == name and units.fits(each.unit, setting.parameter.dimension)]
+    levels = [each.internal(end) for each in varied for end in (each.low, each.high) if study.kind.parameters]
+    return levels or [getattr(getattr(study, setting.section), name)]
+
+
 def _settings_act(draft: Draft) -> Iterator[Finding]:
     study, settings = draft.study, settings_varied(draft)
     if "speed" in settings and study.loading.chosen_stroke is None:
         message = f"the stroke ({study.loading.duration:g} s times the speed) would follow the factor `speed`"
         yield Finding(("loading",), message, "set `stroke: d/2` instead of `duration`")
-    if "height" in settings and study.supports.kind == "span":
-        path: NodePath = ("factors", settings["height"], "name")
-        yield Finding(path, "`height` has no effect with two supports", "remove this factor, or add `kind: clamped`")
     if "diameter_ratio" in settings and study.specimen.bore is not None:
         message = "`bore` also sets the diameter ratio, which is a factor"
         yield Finding(("specimen", "bore"), message, "remove this key, or remove the factor", at_key=True)
     if "outer_diameter" in settings and len(study.targets.means) > 1:
-        path = ("factors", settings["outer_diameter"], "name")
+        path: NodePath = ("factors", settings["outer_diameter"], "name")
         message = f"the diameters of {len(study.targets.means)} targets also set the diameter of the stem"
         yield Finding(path, message, "remove this factor, or keep one target")
 
@@ -195,7 +208,7 @@ def _rate_parameters_are_used(draft: Draft) -> Iterator[Finding]:
     if draft.study.solver.rate != "none":
         return
     places: dict[NodePath, str] = {("factors", i, "name"): factor.name for i, factor in draft.factors.items()}
-    places |= {place.path: name for name, place in draft.places.items() if place.value is not None}
+    places |= {place.path: name for name, place in draft.places.items() if place.given is not None}
     for path, name in places.items():
         if name.endswith(RATE):
             remedy = "remove the parameter, or choose another `solver.rate_law`"
@@ -207,11 +220,11 @@ def _material_is_complete(draft: Draft) -> Iterator[Finding]:
         return
     meant = {nearest(name, PARAMETERS) for name in draft.names if name not in SETTINGS}
     wrong = {name for name in PARAMETERS if not has_fields(draft.study.material, name)}  # reported elsewhere
-    defined = {*draft.study.material.fixed(), *draft.growing, *wrong, *draft.names, *meant}
-    defined |= set(RATE if draft.study.solver.rate == "none" else ())
+    given = {*draft.study.material.given(), *draft.growing, *wrong, *draft.names, *meant}
+    given |= set(RATE if draft.study.solver.rate == "none" else ())
     for name, parameter in PARAMETERS.items():
         in_layers = [getattr(each, name) is not None or f"{each.name}_{name}" in draft.names for each in draft.layers]
-        if name in defined or (in_layers and all(in_layers)):
+        if name in given or (in_layers and all(in_layers)):
             continue
         message = f"the {draft.study.solver.title} solver requires `{name}` (usual range: {parameter.usual})"
         remedy = "set the parameter in the `material` section, or add the parameter to `factors`"
@@ -238,7 +251,7 @@ def _tangent_stays_below_elastic(draft: Draft) -> Iterator[Finding]:
 def values_in(
     draft: Draft, layer: LayerSection | None, name: str, diameter: float | None = None
 ) -> list[tuple[NodePath, Any]]:
-    """Return the possible values of a parameter in a layer, by default those of the `material` section."""
+    """Return the possible values of a parameter in a layer (None for the whole stem): its own or the material's."""
     own = [] if layer is None else [*possible_values(draft, f"{layer.name}_{name}", diameter)]
     return own or [*possible_values(draft, name, diameter)]
 
@@ -257,12 +270,12 @@ def possible_values(draft: Draft, name: str, diameter: float | None = None) -> I
         if factor.name == name and _unit_fits(draft, factor):
             for level in ("low", "high"):
                 value = factor.internal(getattr(factor, level))
-                is_ratio = place.parameter.relative and factor.unit == "1"
+                is_ratio = place.parameter.relative and units.fits(factor.unit, "dimensionless")
                 yield ("factors", index, level), Relative(value, is_ratio=True) if is_ratio else value
-    if isinstance(fixed := place.value, int | float | Relative):
-        yield place.path, fixed if not isinstance(fixed, Relative) or fixed.is_ratio else fixed.value
-    elif diameter and isinstance(fixed, Length | Interpolated):
-        yield place.path, fixed.at(diameter)
+    if isinstance(given := place.given, int | float | Relative):
+        yield place.path, given if not isinstance(given, Relative) or given.is_ratio else given.value
+    elif diameter and isinstance(given, Length | Interpolated):
+        yield place.path, given.at(diameter)
 
 
 def _growing(draft: Draft) -> Mapping[str, Growth]:
@@ -289,7 +302,8 @@ def _reached(draft: Draft, name: str, diameter: float | None = None) -> list[flo
 
 def _unit_fits(draft: Draft, factor: Factor) -> bool:
     parameter = draft.places[factor.name].parameter
-    return units.fits(factor.unit, parameter.dimension) or (parameter.relative and factor.unit == "1")
+    fitting = (parameter.dimension, "dimensionless" if parameter.relative else parameter.dimension)
+    return any(units.fits(factor.unit, dimension) for dimension in fitting)
 
 
 def _exponents_are_factors(draft: Draft) -> Iterator[Finding]:

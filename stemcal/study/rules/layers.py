@@ -12,7 +12,7 @@ from stemcal.study.model.growth import Interpolated
 from stemcal.study.model.layers import MOST_LAYERS, LayerSection
 from stemcal.study.model.shear_test import Relative
 from stemcal.study.rules import Draft
-from stemcal.study.rules.factors import possible_values, values_in
+from stemcal.study.rules.factors import extremes_of, possible_values, values_in
 from stemcal.study.types.factor import PARAMETERS, TRANSVERSE
 from stemcal.study.types.strict_yaml import Finding, NodePath
 
@@ -48,12 +48,12 @@ def _layers_are_complete(draft: Draft) -> Iterator[Finding]:
             message = f"a layer cannot be named {layer.name!r}, because its factors would be those across the axis"
             yield Finding((*path, "name"), message, "choose another name")
         seen.add(layer.name)
-        has_thickness = layer.thickness is not None or f"{layer.name}_thickness" in draft.names
-        if index + 1 < len(layers) and not has_thickness:
+        given = layer.thickness is not None or f"{layer.name}_thickness" in draft.names
+        if index + 1 < len(layers) and not given:
             message = f"the layer {layer.name!r} has no thickness"
             remedy = f"add a line `thickness: …`, or add the factor `{layer.name}_thickness`"
             yield Finding(path, message, remedy)
-        elif index + 1 == len(layers) > 1 and has_thickness:
+        elif index + 1 == len(layers) > 1 and given:
             message = "the thickness of the innermost layer follows from those of the others"
             if layer.thickness is not None:
                 yield Finding((*path, "thickness"), message, "remove this key", at_key=True)
@@ -65,8 +65,9 @@ def _layers_are_complete(draft: Draft) -> Iterator[Finding]:
 def _factors_act_in_a_layer(draft: Draft) -> Iterator[Finding]:
     for index, factor in draft.factors.items() if draft.layers and draft.kind.has_layers else ():
         each = [f"{layer.name}_{factor.name}" for layer in draft.layers]
-        follow = [name for name in each if name in draft.places and draft.places[name].value is None]
-        if factor.name.removeprefix("transverse_") in (*PARAMETERS, *TRANSVERSE) and not {*follow} - {*draft.names}:
+        follow = [name for name in each if name in draft.places and draft.places[name].given is None]
+        acts = factor.name in draft.places and factor.name.removeprefix("transverse_") in (*PARAMETERS, *TRANSVERSE)
+        if acts and not {*follow} - {*draft.names}:
             message = f"{factor.name} has no effect, because no layer uses the value of the whole stem"
             remedy = f"remove this factor, or remove {series(each, 'or')} from its layer or from the factors"
             yield Finding(("factors", index, "name"), message, remedy)
@@ -87,41 +88,40 @@ def _bore_is_given_once(draft: Draft) -> Iterator[Finding]:
 
 def _measured_values_cover_the_diameters(draft: Draft) -> Iterator[Finding]:
     specimen = draft.study.specimen
-    values: dict[NodePath, object] = {("specimen", key): getattr(specimen, key) for key in ("diameter_ratio", "bore")}
-    values |= {("layers", i, "thickness"): layer.thickness for i, layer in enumerate(draft.layers)}
-    for path, value in values.items():
+    given: dict[NodePath, object] = {("specimen", key): getattr(specimen, key) for key in ("diameter_ratio", "bore")}
+    given |= {("layers", i, "thickness"): layer.thickness for i, layer in enumerate(draft.layers)}
+    for path, value in given.items():
         beyond = [f"{d:g} mm" for d in _diameters(draft) if not _is_covered(value, d)]
         if isinstance(value, Interpolated) and beyond:
             message = f"the value is measured at {value.range} only, but the study also uses {', '.join(beyond)}"
-            remedy = f"add a line `{beyond[0]}: …`, or use a power of the diameter"
-            yield Finding(path, message, remedy)
+            lines = series(f"a line `{end}: …`" for end in dict.fromkeys((beyond[0], beyond[-1])))
+            yield Finding(path, message, f"add {lines}, or use a power of the diameter")
 
 
 def _layers_fit_the_wall(draft: Draft) -> Iterator[Finding]:
     specimen, outer = draft.study.specimen, draft.study.layers[:-1]
-    ratio = specimen.bore if specimen.bore is not None else specimen.diameter_ratio
+    size, thick, thin = specimen.bore or specimen.diameter_ratio, False, dict[NodePath, tuple[float, str]]()
+    ratios = [value for _, value in possible_values(draft, "diameter_ratio")]
     for diameter in _diameters(draft) if outer else ():
-        covered = all(_is_covered(size, diameter) for size in (ratio, *(layer.thickness for layer in outer)))
+        covered = all(_is_covered(each, diameter) for each in (size, *(layer.thickness for layer in outer)))
         each = [[*possible_values(draft, f"{layer.name}_thickness", diameter)] for layer in outer] if covered else []
         if not each or not all(each):
             return  # the missing values are reported by other rules
-        wall = 0.5 * diameter * (1.0 - specimen.ratio_at(diameter))
+        wall = 0.5 * diameter * (1.0 - max(ratios or [specimen.ratio_at(diameter)]))
         place, most = f"at a diameter of {diameter:g} mm, the", sum(max(mm for _, mm in values) for values in each)
-        if most >= wall:
-            path, _ = max(each[0], key=itemgetter(1))
+        if most >= wall and not thick:
+            thick, (path, _) = True, max(each[0], key=itemgetter(1))
             message = f"{place} layers are {most:.3g} mm thick, but the wall {wall:.3g} mm"
             yield Finding(path, message, "use thinner layers, or a smaller bore")
-            return
         for layer, values in zip(outer, each, strict=True):
             path, thinnest = min(values, key=itemgetter(1))
-            if (least := _least_thickness(draft, layer, diameter)) > thinnest:
-                message = (
-                    f"{place} layer is {thinnest:.3g} mm thick, but {_ELEMENTS} elements with the time step of the "
-                    f"solver require {least:.2g} mm"
-                )
-                step = 0.95 * draft.study.solver.time_step * thinnest / least  # type: ignore[attr-defined]
-                yield Finding(path, message, f"write `time_step: {step:.2g} s` in the `solver` section")
-                return
+            least = _least_thickness(draft, layer, diameter)
+            if thinnest < least * thin.get(path, (1.0,))[0]:
+                message = f"{place} layer is {thinnest:.3g} mm thick, but {_ELEMENTS} elements require {least:.2g} mm"
+                thin[path] = thinnest / least, f"{message} with the time step of the solver"
+    for path, (_, message) in thin.items():
+        step = 0.95 * draft.study.solver.time_step * min(thin.values())[0]  # type: ignore[attr-defined]
+        yield Finding(path, message, f"write `time_step: {step:.2g} s` in the `solver` section")
 
 
 def _least_thickness(draft: Draft, layer: LayerSection, diameter: float) -> float:
@@ -129,12 +129,14 @@ def _least_thickness(draft: Draft, layer: LayerSection, diameter: float) -> floa
 
     The stable time step of an element of size h is h √(ρ/C), with the modulus C of waves, which is at least E.
     """
-    solver = draft.study.solver
+    solver: Any = draft.study.solver
+    if hasattr(solver, "at_speed"):
+        solver = solver.at_speed(min(extremes_of(draft.study, draft.factors.values(), "speed")))
     names = ("elastic_modulus", "density")
     moduli, densities = ([value for _, value in values_in(draft, layer, name, diameter)] for name in names)
     if (step := getattr(solver, "time_step", None)) is None or not moduli or not densities:
         return 0.0
-    speed = sqrt(max(moduli) / (min(densities) * solver.mass_scaling))  # type: ignore[attr-defined]
+    speed = sqrt(max(moduli) / (min(densities) * solver.mass_scaling))
     return float(_ELEMENTS * speed * step / sqrt(_MOST_MASS))
 
 
@@ -143,6 +145,8 @@ def _is_covered(value: object, diameter: float) -> bool:
 
 
 def _diameters(draft: Draft) -> list[float]:
+    if any(path[0] == "factors" for path in draft.diameters):  # the diameter is a factor
+        return sorted(d for path, d in draft.diameters.items() if path[0] == "factors")
     written = "outer_diameter" in draft.study.specimen.model_fields_set
     all_ = draft.diameters
     targets = {d for path, d in all_.items() if path[0] == "targets"}
@@ -158,7 +162,7 @@ def _laws_are_possible(draft: Draft) -> Iterator[Finding]:
             findings = [*_stiffness(draft, layer, diameter), *_surface(draft, layer, diameter)]
             yield from findings
             if findings:
-                return
+                break
 
 
 def _surface(draft: Draft, layer: LayerSection | None, diameter: float) -> Iterator[Finding]:
@@ -173,9 +177,8 @@ def _surface(draft: Draft, layer: LayerSection | None, diameter: float) -> Itera
 def _stiffness(draft: Draft, layer: LayerSection | None, diameter: float) -> Iterator[Finding]:
     """The elastic law is positive definite if ν_TT + 2 ν² E_T/E < 1."""
     axial = max((value for _, value in values_in(draft, layer, "poisson_ratio", diameter)), default=0.0)
-    path, plane = max(
-        _across(draft, layer, "poisson_ratio", diameter), key=itemgetter(1), default=(("material",), axial)
-    )
+    along: tuple[NodePath, float] = ("material",), axial
+    path, plane = max(_across(draft, layer, "poisson_ratio", diameter), key=itemgetter(1), default=along)
     ratios = _ratios(draft, layer, "elastic_modulus", diameter)
     path, ratio = ratios[-1] if ratios else (path, 1.0)
     if plane + 2.0 * axial * axial * ratio >= 1.0:

@@ -11,6 +11,7 @@ from stemcal.study.model.layers import layers_at
 from stemcal.study.model.measured_targets import Target
 from stemcal.study.model.shear_test import Relative
 from stemcal.study.model.study import Study
+from stemcal.study.rules.factors import extremes_of
 from stemcal.study.types import units
 from stemcal.study.types.factor import PARAMETERS, SETTINGS, in_unit
 from stemcal.study.types.field_types import Length
@@ -52,6 +53,7 @@ _SCATTER = 0.15  # a decrease of the force with the diameter below this share ma
 _MACHINE, _MOWER = 50.0, 1000.0  # mm/s: the fastest testing machine, the slowest mower
 # Largest smoothed strain rate of a cut over speed/diameter; simulations had 3.9 to 5.4 without a rate law.
 _RATE = 4.0
+_RATIO = (1e-3, 2.0)  # of a stress across the axis to that along it
 FALL = "the simulated values decrease by up to 10 % if the element size is reduced by a third"
 
 
@@ -87,7 +89,8 @@ def _rates(study: Study) -> Iterator[Finding]:
     each = {d: study.parameters({**study.midlevels(), **least}, d)["strain_rate_c"] for d in _conditions(study)}
     diameter, c = min(each.items(), key=lambda of_diameter: of_diameter[0] * of_diameter[1])
     cuts = {("tests", index, "speed"): test.speed for index, test in enumerate(study.tests) if test.is_further_cut}
-    for path, speed in ({("loading", "speed"): study.loading.speed} | cuts).items():
+    own: dict[NodePath, float] = {("loading", "speed"): max(extremes_of(study, study.factors, "speed"))}
+    for path, speed in (own | cuts).items():
         rate = _RATE * speed / diameter
         if 0.0 < c <= rate:
             message = (
@@ -122,9 +125,7 @@ def _spans(study: Study) -> Iterator[Finding]:
                 f"{100 * share:.0f} % of the deflection is due to shear (E/G = {max(softness):.3g}), so the slope also "
                 "depends on the shear modulus"
             )
-            remedy = (
-                f"for less than {100 * _MOST_SHEAR:.0f} %, use a span of {enough:.0f} mm ({enough / diameter:.0f} d)"
-            )
+            remedy = f"for {100 * _MOST_SHEAR:.0f} % or less, use a span of {enough:.0f} mm ({enough / diameter:.0f} d)"
             yield Finding(("tests", index, "span"), message, remedy)
 
 
@@ -152,11 +153,9 @@ def _mesh(study: Study) -> Iterator[Finding]:
             message = f"the element size of {mesh.element_size} exceeds {_RESOLVED:g} times {whole}"
             remedy = f"use at most {_RESOLVED * length.at(coarse[0]):.2g} mm; otherwise, the force depends on the mesh"
             yield Finding(("solver", "element_size"), message, remedy)
-    size, blade = max(map(mesh.element_size.at, conditions)), study.blade.thickness
+    size, blade = max(map(mesh.element_size.at, conditions)), min(extremes_of(study, study.factors, "thickness"))
     if study.loading.until == "severed" and size > _OF_BLADE * blade * (1.0 + 1e-9):
-        message = (
-            f"the element size of {size:.3g} mm exceeds {_OF_BLADE:g} times the thickness of the blade ({blade:g} mm)"
-        )
+        message = f"the element size of {size:.3g} mm exceeds {_OF_BLADE:g} times the blade thickness ({blade:g} mm)"
         remedy = f"use at most {_OF_BLADE * blade:.2g} mm; otherwise, the force of a whole cut is too low"
         yield Finding(("solver", "element_size"), message, remedy)
 
@@ -181,6 +180,8 @@ def _wall(study: Study, mesh: ElementCounts) -> Iterator[Finding]:
 
 
 def _conditions(study: Study) -> list[float]:
+    if "outer_diameter" in study.names and study.kind.parameters:
+        return extremes_of(study, study.factors, "outer_diameter")
     return sorted({study.targets.calibrate_at, *(target.condition for target in study.targets.means)})
 
 
@@ -260,14 +261,16 @@ def _shortfall(thin: Target, thick: Target) -> float:
 
 def _materials(study: Study) -> Iterator[Finding]:
     for place in study.places.values():
-        parameter, fixed, path = place.parameter, place.value, place.path
-        if isinstance(fixed, Relative):
-            fixed = None if fixed.is_ratio else fixed.value
-        if isinstance(fixed, Length | Interpolated):
+        parameter, given, path = place.parameter, place.given, place.path
+        if isinstance(given, Relative) and given.is_ratio:
+            yield from doubt(path, given.value, *_RATIO, "1")
+            continue
+        given = given.value if isinstance(given, Relative) else given
+        if isinstance(given, Length | Interpolated):
             for diameter in _conditions(study):
-                yield from doubt(path, fixed.at(diameter), *parameter.plausible, parameter.unit)
-        elif fixed is not None and not isinstance(fixed, Growth):
-            yield from doubt(path, units.from_internal(fixed, parameter.unit), *parameter.plausible, parameter.unit)
+                yield from doubt(path, given.at(diameter), *parameter.plausible, parameter.unit)
+        elif given is not None and not isinstance(given, Growth):
+            yield from doubt(path, units.from_internal(given, parameter.unit), *parameter.plausible, parameter.unit)
     for name, growth in study.material.growing().items():
         yield from doubt(("material", name, "at"), growth.at, 1, 100, "mm")
         parameter, diameters = PARAMETERS[name], _conditions(study)
@@ -287,11 +290,13 @@ def _factors(study: Study) -> Iterator[Finding]:
             continue
         place = study.places.get(factor.name)
         parameter = place.parameter if place else None
-        if parameter is None or unit.dimension != parameter.dimension:
+        is_ratio = parameter is not None and parameter.relative and unit.dimension == "dimensionless"
+        if parameter is None or not (is_ratio or unit.dimension == parameter.dimension):
             continue
+        usual = (_RATIO, "1") if is_ratio else (parameter.plausible, parameter.unit)
         for level in ("low", "high"):
-            shown = units.from_internal(factor.internal(getattr(factor, level)), parameter.unit)
-            yield from doubt((*path, level), shown, *parameter.plausible, parameter.unit)
+            shown = units.from_internal(factor.internal(getattr(factor, level)), usual[1])
+            yield from doubt((*path, level), shown, *usual[0], usual[1])
 
 
 def _agreement(study: Study) -> Iterator[Finding]:

@@ -1,9 +1,9 @@
 """Rules on measured data, on the geometry of the cutting test, and on other laboratory tests."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from itertools import product
-from math import isclose
+from math import isclose, radians, tan
 
 from stemcal.formats import listed
 from stemcal.responses import responses_in
@@ -15,22 +15,24 @@ from stemcal.vocabulary import DIAMETER, FIRST, FORCE, Wording
 
 _OTHER = {"low": "high", "high": "low"}
 Rule = Callable[[Draft], Iterator[Finding]]
+# keys of `supports` that have no effect, by kind
+_WITHOUT_EFFECT = {"span": ("height",), "clamped": ("clearance", "fillet_radius"), "counter_edge": ()}
 _OF_ROWS = ("test", "sd", "n", "curves")
 
 
 def _names_are_free(draft: Draft) -> Iterator[Finding]:
     if draft.naming.is_cutting:
         return
-    in_use = {**dict.fromkeys(_OF_ROWS, "a key of `targets`"), **dict.fromkeys(CHANCE, "a placeholder")}
-    in_use |= dict.fromkeys(draft.names, "a factor")
+    taken = {**dict.fromkeys(_OF_ROWS, "a key of `targets`"), **dict.fromkeys(CHANCE, "a placeholder")}
+    taken |= dict.fromkeys(draft.names, "a factor")
     for section in ("responses", "conditions"):
         for index, declared in enumerate(getattr(draft.study, section) or ()):
-            if declared.name in in_use:
-                message = f"{declared.name!r} is already {in_use[declared.name]}"
+            if declared.name in taken:
+                message = f"{declared.name!r} is already {taken[declared.name]}"
                 yield Finding((section, index, "name"), message, "choose another name")
-            in_use[declared.name] = "the name of another response or condition"
+            taken[declared.name] = "the name of another response or condition"
             if index == 0:
-                in_use.setdefault(FIRST, "a reserved name")
+                taken.setdefault(FIRST, "a reserved name")
 
 
 def _conditions_differ(draft: Draft) -> Iterator[Finding]:
@@ -58,67 +60,95 @@ def _own_names_are_of_programs(draft: Draft) -> Iterator[Finding]:
 
 
 def _stem_reaches_over_supports(draft: Draft) -> Iterator[Finding]:
-    if draft.study.supports.kind == "span" and draft.study.supports.clearance >= draft.study.specimen.length:
-        message = (
-            f"the supports are {draft.study.supports.clearance:g} mm apart, but the specimen is only "
-            f"{draft.study.specimen.length:g} mm long"
-        )
+    supports, blade, length = draft.study.supports, draft.study.blade, draft.study.specimen.length
+    if supports.kind != "span":
+        return
+    if supports.clearance + 0.6 * supports.fillet_radius >= length:  # the ends would slide off steep fillets
+        sizes = f"clearance {supports.clearance:g} mm, fillets {supports.fillet_radius:g} mm"
+        message = f"the specimen is only {length:g} mm long, too short for these supports ({sizes})"
         yield Finding(("supports", "clearance"), message, "move the supports closer together or use a longer specimen")
+    if draft.study.loading.until == "severed" and blade.thickness >= supports.clearance:
+        message = f"the blade ({blade.thickness:g} mm thick) does not fit into the gap of {supports.clearance:g} mm"
+        yield Finding(("supports", "clearance"), message, "increase `clearance`, or use a thinner blade")
 
 
 def _clamp_is_in_place(draft: Draft) -> Iterator[Finding]:
     supports, blade, length = draft.study.supports, draft.study.blade, draft.study.specimen.length
+    for key in _WITHOUT_EFFECT[supports.kind]:
+        if key in supports.model_fields_set:
+            message, factor = f"`{key}` has no effect with `kind: {supports.kind}`", settings_varied(draft).get(key)
+            place: NodePath = ("supports", key) if factor is None else ("factors", factor, "name")
+            remedy = f"remove this {'key' if factor is None else 'factor'}, or write another `kind` under `supports`"
+            yield Finding(place, message, remedy, at_key=factor is None)
     if supports.kind == "span":
-        if "height" in supports.model_fields_set and "height" not in draft.names:
-            message = "`height` has no effect with two supports"
-            yield Finding(("supports", "height"), message, "remove `height`, or add `kind: clamped`", at_key=True)
         return
-    half_blade, knife = (0.5 if blade.bevel == "both" else 1.0) * blade.thickness, supports.kind == "counter_edge"
+    # a blade with one bevel is entirely on the free side of the cut
+    near = 0.5 * blade.thickness if blade.bevel == "both" else 0.0
+    far, knife = blade.thickness - near, supports.kind == "counter_edge"
     if knife and "clearance" not in {*supports.model_fields_set, *draft.names}:
         yield Finding(("supports", "kind"), "`counter_edge` requires `clearance`", "add `clearance: 1 mm`")
-    elif knife and half_blade + supports.clearance + supports.fillet_radius >= supports.height:
+    elif knife and near + supports.clearance + supports.fillet_radius >= supports.height:
         message = f"the fixed knife ({supports.clearance:g} mm from the blade) is beyond the clamp"
         yield Finding(("supports", "clearance"), message, "reduce `clearance`, or increase `height`")
-    if supports.height <= half_blade:
+    if supports.height <= near:
         message = f"the clamp is {supports.height:g} mm from the cut, inside the blade ({blade.thickness:g} mm thick)"
         yield Finding(("supports", "height"), message, "increase `height`")
     elif supports.height >= length:
         message = f"the clamp is {supports.height:g} mm from the cut, but the specimen is only {length:g} mm long"
         remedy = "reduce `height`, or increase `specimen.length`, which includes the free part beyond the cut"
         yield Finding(("supports", "height"), message, remedy)
+    elif length - supports.height <= far:
+        message = f"only {length - supports.height:.3g} mm of the specimen are beyond the cut, within the blade"
+        yield Finding(("specimen", "length"), message, f"write `length: {supports.height + 3.0 * far:.3g} mm`")
 
 
 def _edge_fits_blade(draft: Draft) -> Iterator[Finding]:
-    if draft.study.blade.edge_radius > draft.study.blade.thickness / 2:
-        message = f"the edge radius of {draft.study.blade.edge_radius:g} mm exceeds half the thickness of the blade"
-        yield Finding(("blade", "edge_radius"), message, f"use a radius below {draft.study.blade.thickness / 2:g} mm")
+    blade = draft.study.blade
+    if blade.edge_radius > blade.thickness / 2:
+        message = f"the edge radius of {blade.edge_radius:g} mm exceeds half the thickness of the blade"
+        yield Finding(("blade", "edge_radius"), message, f"use a radius below {blade.thickness / 2:g} mm")
+        return
+    if blade.bevel == "one" and blade.edge_angle >= 90.0:
+        message = f"with one bevel, the edge angle of {blade.edge_angle:g} deg must be below 90 deg"
+        yield Finding(("blade", "edge_angle"), message, "write a smaller value, or `bevel: both`")
+        return
+    faces, t = (1.0 if blade.bevel == "one" else 2.0), blade.thickness - 2.0 * blade.edge_radius
+    shoulder = blade.edge_radius + t / faces / tan(radians(blade.edge_angle / faces))
+    if shoulder >= blade.width:
+        message = f"the faces of the edge are {shoulder:.3g} mm high, but the blade is only {blade.width:g} mm wide"
+        yield Finding(("blade", "width"), message, f"write `width: {1.1 * shoulder:.3g} mm`, or increase `edge_angle`")
 
 
 _OF_SECTIONS = (_stem_reaches_over_supports, _clamp_is_in_place, _edge_fits_blade)
 
 
 def _at_ends(rule: Rule) -> Rule:
-    """Return a rule that checks all combinations of `low` and `high` of the factors that are settings of the test."""
+    """Return a rule that checks all combinations of `low` and `high` of the factors that are settings of the test.
+
+    A mistake in all of them is reported unchanged; otherwise, it is one of the level that causes it.
+    """
 
     def checked(draft: Draft) -> Iterator[Finding]:
         settings, reported = settings_varied(draft), set[NodePath]()
-
-        def findings_at(ends: Mapping[str, str]) -> set[Finding]:
-            varied = {name: draft.factors[settings[name]] for name in ends}
-            values = {name: factor.internal(getattr(factor, ends[name])) for name, factor in varied.items()}
-            return {*rule(replace(draft, study=draft.study.with_settings(values)))}
-
-        if not settings:
-            yield from rule(draft)
-        for chosen in product(("low", "high"), repeat=len(settings)) if settings else ():
-            ends = dict(zip(settings, chosen, strict=True))
-            for finding in findings_at(ends):
-                causes = [name for name, end in ends.items() if finding not in findings_at({**ends, name: _OTHER[end]})]
-                name = next(iter(causes), next(iter(settings)))
-                path: NodePath = ("factors", settings[name], ends[name])
-                if path not in reported:
-                    reported.add(path)
-                    yield Finding(path, finding.message, "reduce `high`" if ends[name] == "high" else "increase `low`")
+        varied = [(name, index, draft.factors[index]) for name, index in settings.items()]
+        at: dict[tuple[str, ...], dict[NodePath, Finding]] = {}
+        for ends in product(("low", "high"), repeat=len(varied)):
+            pairs = zip(varied, ends, strict=True)
+            values = {name: factor.internal(getattr(factor, end)) for (name, _, factor), end in pairs}
+            findings = rule(replace(draft, study=draft.study.with_settings(values)))
+            at[ends] = {finding.path: finding for finding in findings}
+        for ends, path, finding in ((ends, *each) for ends, findings in at.items() for each in findings.items()):
+            place = path
+            if any(path not in findings for findings in at.values()):
+                others = ((*ends[:i], _OTHER[end], *ends[i + 1 :]) for i, end in enumerate(ends))
+                causes = [i for i, other in enumerate(others) if path not in at[other]]
+                if not causes:
+                    continue  # two levels cause it; another combination shows one of them
+                place = ("factors", varied[causes[0]][1], end := ends[causes[0]])
+                finding = Finding(place, finding.message, "reduce `high`" if end == "high" else "increase `low`")
+            if place not in reported:
+                reported.add(place)
+                yield finding
 
     return checked
 
@@ -167,8 +197,8 @@ def _tests_differ(draft: Draft) -> Iterator[Finding]:
     for index, test in draft.tests.items():
         key = test.name.casefold()
         if key in seen or key == _CUTTING:
-            owner = "the cutting test" if key == _CUTTING else "another test"
-            message = f"{test.name!r} is already the name of {owner}"
+            taken = "the cutting test" if key == _CUTTING else "another test"
+            message = f"{test.name!r} is already the name of {taken}"
             yield Finding(("tests", index, "name"), message, "choose another name")
         seen.add(key)
         for response in test.measured:

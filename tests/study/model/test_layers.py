@@ -4,6 +4,7 @@ from dataclasses import asdict
 from itertools import pairwise
 from math import sqrt
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,8 +17,9 @@ from stemcal.solvers.embedded import Embedded, shear_test
 from stemcal.solvers.embedded import test_of as made
 from stemcal.solvers.protocol import Request
 from stemcal.study.model.growth import Interpolated
+from stemcal.study.model.shear_test import TransverseSection
 from stemcal.study.model.study import Study
-from stemcal.study.reading import load_study
+from stemcal.study.reading import load_study, read_study
 from stemcal.study.rules.factors import wrong_levels
 
 CASES = Path(__file__).parents[2] / "cases" / "good"
@@ -177,3 +179,18 @@ def test_a_span_with_much_shear_is_questioned(tmp_path: Path) -> None:
     assert "25 %" in line
     enough = float(line.rpartition("span of ")[2].partition(" mm")[0])
     assert asked(0.98 * enough) and not asked(1.01 * enough)
+
+
+@pytest.mark.parametrize("written", [0.2, "20 %", "200 MPa", "0.2 GPa"])
+def test_a_ratio_may_be_a_percentage(written: Any) -> None:
+    section = TransverseSection.model_validate({"elastic_modulus": written}, context={"spec": Path()})
+    assert section.elastic_modulus is not None and section.elastic_modulus.of(1000.0) == pytest.approx(200.0, rel=1e-12)
+
+
+def test_a_ratio_far_from_that_of_stems_is_questioned(tmp_path: Path) -> None:
+    """A shear modulus of 80 without its unit would be 80 times the elastic modulus."""
+    for written, doubts in (("80", 1), ("0.1", 0)):
+        spec = (CASES / "thin-layer-at-speed.yaml").read_text("utf-8")
+        spec = spec.replace("{yield_stress: 40 %}", f"{{shear_modulus: {written}}}")
+        warnings = [text for text in read_study(spec.encode(), tmp_path / "s.yaml").warnings if "shear_modulus" in text]
+        assert len(warnings) == doubts and all("80 is outside" in warning for warning in warnings)

@@ -30,6 +30,8 @@ def both(folder: Path, name: str) -> tuple[Study, dict[str, float], Study]:
         data["supports"] = {"kind": "clamped"}
     strength = data["factors"][-1]
     varied = {"name": name, "unit": "deg" if "angle" in name else "mm", "low": 10, "high": 20}
+    if name == "fillet_radius":
+        varied |= {"low": 0.3, "high": 2}
     varied = next((one for one in data["factors"] if one["name"] == name), varied)
     level, written = LEVELS[name]
     fixed = {**data, "factors": [strength]}

@@ -161,7 +161,9 @@ RULES: list[tuple[str, Callable[..., object]]] = [
     (r"write a smaller value", lambda one: within(one, re.search(r"below (.*)$", one.finding.message)[1], 0.5)),
     (r"write `time_step: (\S+ s)`", lambda one, v: one.section("solver").update(time_step=v)),
     (r"write `transverse: \{\}` under `material`", lambda one: one.section("material").update(transverse={})),
-    (r"add a line `(\S+ mm): …`", lambda one, d: one.value.update({d: next(iter(one.value.values()))})),
+    (r"add (a line `\S+ mm: …`.*),", lambda one, text: one.value.update(
+        dict.fromkeys(re.findall(r"\S+ mm", text.replace("`", "")), next(iter(one.value.values()))))),
+    (r"without quotes for a ratio", lambda one: one.write(float(one.value))),
     (r"write d/16", lambda one: one.write("d/16")),
     (r"write ([\d.]+(?: \w+)?)(?: \(or|$)", lambda one, v: one.write(plain(v))),
     (r"write (\w+) or \w+$", lambda one, v: one.write(v)),
@@ -195,7 +197,7 @@ RULES: list[tuple[str, Callable[..., object]]] = [
      lambda one: (one.value.pop("duration", None), one.value.update(stroke="d/2"))),
     (r"reduce `high`", lambda one: one.write(one.parent["low"] * 1.1)),
     (r"increase `low`", lambda one: one.write(one.parent["high"] * 0.9)),
-    (r"remove `duration`", lambda one: one.remove()),
+    (r"remove `(?:duration|stroke)`", lambda one: one.remove()),
     (r"remove `edge_spread: 0 mm`", lambda one: one.remove()),
     (r"remove the parameter", lambda one: one.at(one.finding.path[:-2]).pop(one.finding.path[-2])
         if one.key == "name" else one.remove()),

@@ -385,7 +385,9 @@ def test_a_blade_thinner_than_elements_is_questioned() -> None:
     text = (CASES / "good" / "whole-cut.yaml").read_text(encoding="utf-8")
     for thickness, questioned in ((1.2, True), (1.3, False)):
         warned = study_of(f"{text}blade: {{thickness: {thickness} mm}}\n").warnings
-        assert any("thickness of the blade" in one for one in warned) is questioned
+        assert any("the blade thickness" in one for one in warned) is questioned
+    varied = text.replace("factors:\n", "factors:\n  - {name: thickness, unit: mm, low: 1.2, high: 4}\n", 1)
+    assert any("the blade thickness (1.2 mm)" in one for one in study_of(varied).warnings)
 
 
 def test_a_solid_stem_has_no_wall() -> None:
