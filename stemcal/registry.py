@@ -28,7 +28,7 @@ T = TypeVar("T", bound=Any)  # an object with a `name`
 
 
 class Checked:
-    """Base of interfaces; refuse a subclass with a public name that the interface lacks, as it would never be used."""
+    """Base of interfaces. A subclass must not have further public names: a misspelled method would never be called."""
 
     def __init_subclass__(cls) -> None:
         super().__init_subclass__()
@@ -151,7 +151,7 @@ def _declared(group: str) -> Iterator[EntryPoint]:
         except Exception as error:  # a file of any installed package may be damaged
             logger.info("the entry points of %s cannot be read: %s", getattr(package, "_path", ""), described(error))
             continue
-        if name not in seen:  # of several installed versions Python imports the first on the path
+        if name not in seen:  # Python imports the first of several installed versions on the path
             seen.add(name)
             yield from entries
 

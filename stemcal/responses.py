@@ -18,7 +18,7 @@ from stemcal.errors import UsageError
 from stemcal.registry import Registry
 
 CUT = "cut"  # the cutting test that the sections of a spec describe
-FURTHER_CUT = "cutting"  # the kind of the further cutting tests, those in the section `tests` of a spec
+FURTHER_CUT = "cutting"  # kind of the further cutting tests, which are in the section `tests` of a spec
 PIECE = "piece"
 """All tests of a piece of stem together; a single kind has its own name, such as ``three-point-bending``."""
 
@@ -61,14 +61,14 @@ class Response:
     of: Callable[[ForceTravel], float | None]  # returns the value in `unit`; None if the curve does not determine it
     meaning: str  # description of the key in the reference of the spec
     tests: frozenset[str] = frozenset({CUT, FURTHER_CUT, PIECE})  # these, or kinds of tests, that have this response
-    why_only: str = ""  # why other tests do not have it, for the error message if a spec measures it there
-    noun: str = ""  # word for it in sentences, by default the label
+    why_only: str = ""  # reason why other tests lack the response, for the error message
+    noun: str = ""  # word for the response in sentences, by default the label
     of_test: str = ""  # words that follow the name of a laboratory test, by default the noun
     before_maximum: bool = False  # whether its value is valid even if the stroke ended before the maximum force
     varies_with_mesh: bool = False  # whether its value falls as elements get smaller
 
     def value(self, test: ForceTravel) -> float | None:
-        """Return the value in a test, in `unit`: reported by the solver, or else from the curve; None without both."""
+        """Return the value in a test, in `unit`, as the solver reported it or from the curve; None without both."""
         try:
             number = test.numbers[self.name] if self.name in test.numbers else self.of(test)
             return None if number is None or not isfinite(number) else float(number)
@@ -115,7 +115,7 @@ _BEGUN = 0.2  # fraction of the maximum force below which a fall is the settling
 
 
 def _measured_energy(test: ForceTravel) -> float | None:
-    """Return the work (mJ) until a measured force finally falls below a tenth of its maximum; None if it does not.
+    """Return the work (mJ) until a measured force has fallen below a tenth of its maximum for good; else None.
 
     >>> _measured_energy(ForceTravel(np.arange(5.0), np.array([0.0, 10.0, 20.0, 0.0, 0.0]), 20.0, 2.0, 8.0))
     30.0

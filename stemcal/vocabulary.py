@@ -191,7 +191,7 @@ class Wording:
         return self.naming.condition is not None
 
     def factor(self, name: str) -> str:
-        """Return the label of a factor, or its name; in a term of a regression, of each: ``Yield stress:density``."""
+        """Return the label or else the name of a factor; for a regression term, of each: ``Yield stress:density``."""
         return re.sub(r"[^:^]+", lambda match: self.labels.get(match[0]) or match[0], name)
 
     def in_text(self, name: str, unit: str = "") -> str:

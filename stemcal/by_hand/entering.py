@@ -1,6 +1,6 @@
 """Record the results of manual runs, and list the runs whose results a study is waiting for.
 
-Every row of a sheet is checked. Correct rows are recorded as the results of any run; the others are refused with a
+Every row of a sheet is checked. Correct rows are recorded, whichever run they are for; other rows are refused with a
 reason. A recorded result is replaced only if the user states a reason; the log of the study contains both results.
 """
 
@@ -35,7 +35,7 @@ _SAME = 1e-9  # relative difference by which a value may change when a sheet is 
 
 @dataclass(frozen=True)
 class Entered:
-    """The runs whose results were recorded (`taken`), were recorded before, or were replaced, and the refused rows."""
+    """Result of entering a sheet: runs with new (`taken`), known and replaced results, and the refused rows."""
 
     taken: tuple[str, ...] = ()
     known: tuple[str, ...] = ()
@@ -134,7 +134,7 @@ def _by_run(
     sheet: Sequence[Filled],
     refused: list[RowRefused],
 ) -> dict[str, list[_Result]]:
-    """Return the rows without errors by the keys of their runs; add the others to `refused`."""
+    """Group the rows without errors by the keys of their runs; add the other rows to `refused`."""
     results: dict[str, list[_Result]] = {}
     for row in sheet:
         try:

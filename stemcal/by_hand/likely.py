@@ -59,7 +59,7 @@ def _is_far(value: float, others: Sequence[float]) -> bool:
 
 
 def require_likely(study: Study, columns: Columns, key: str, row: Filled, request: Request, answer: Answer) -> None:
-    """Raise `RowRefused` if a value is far from the others at its condition, unless the remark has `CONFIRMED`.
+    """Raise `RowRefused` for a value far from the others at its condition, unless the remark contains `CONFIRMED`.
 
     Runs at the calibrated levels must reproduce the measured mean, so one known value is enough for them.
     """

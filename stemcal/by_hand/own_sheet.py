@@ -24,7 +24,7 @@ _EARLIER, _INPUTS = "sheets", "inputs"  # folders for replaced sheets and for th
 
 
 def awaiting_sheet(study: Study, folder: StudyFolder) -> str | None:
-    """Return the path of the sheet in the study folder; None if there is none or if there are no manual runs."""
+    """Return the path of the sheet in the study folder; None without a sheet or without manual runs."""
     path = folder.path / SHEET
     return str(path) if study.by_hand.kind.answers == "asks_people" and path.exists() else None
 
@@ -83,7 +83,7 @@ class OwnSheet:
         return len(runs)
 
     def _replace(self, text: str) -> bool:
-        """Move the sheet, compare it with the entered one, and write the new one; False if it was saved meanwhile."""
+        """Replace the sheet if its content is the entered one; return False if the sheet was saved meanwhile."""
         if self._entered == text.encode() == _content_of(self.path):
             return True
         stamp = f"{datetime.now(UTC):%Y%m%dT%H%M%S%f}"

@@ -1,4 +1,4 @@
-"""Check a row of a sheet: find the run that it is for and its result, or the reason why it is refused."""
+"""Check a row of a sheet: find the run of the row and the result in it, or the reason to refuse the row."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
@@ -19,7 +19,7 @@ _LEVEL = 1e-4  # share of the range of a factor by which an entered level may di
 
 
 class Unread(UsageError):
-    """Raised for a cell without a number in the required unit; the message says what to write."""
+    """Raised for a cell without a number in the required unit; the message states what to write."""
 
 
 class RowRefused(UsageError):
@@ -37,7 +37,7 @@ def first_of(problems: Sequence[str]) -> list[str]:
 
 
 def by_name(runs: Iterable[Request]) -> dict[str, list[Request]]:
-    """Return runs by their names; runs at several conditions and replicates share a name."""
+    """Group runs by their names; runs at several conditions, and replicates, have the same name."""
     named: dict[str, list[Request]] = {}
     for run in runs:
         named.setdefault(run_name(run), []).append(run)

@@ -117,7 +117,7 @@ class Filled:
 
     @property
     def run_name(self) -> str:
-        """Name of the run, in the lower case and with the single spaces of the function `run_name`."""
+        """Name of the run in lower case and with single spaces, as the function `run_name` returns it."""
         return " ".join(self.run.split()).casefold()
 
     @property
@@ -130,7 +130,6 @@ class Filled:
         return not any(self.values.values()) and not self.remark.casefold().startswith(FAILED) and not self.broken
 
     def with_levels_given(self) -> Self:
-        """Return the row without the levels whose cells are empty."""
         return replace(self, levels={name: text for name, text in self.levels.items() if text})
 
 

@@ -1,4 +1,4 @@
-"""The solver for manual runs: it answers from a file with a row for each run; people perform the other runs."""
+"""The solver for manual runs: it looks up results in a file; people perform the runs that are not in the file."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -86,7 +86,7 @@ class Sheet(Solver):
             raise Waiting(request.stage, [request])
         return row.answer
 
-    def given(self, stage: str) -> list[Any]:
+    def table_of(self, stage: str) -> list[Any]:
         return [row.as_data() for row in self._of_stage(stage)]
 
     def given_design(self, stage: str) -> list[dict[str, float]] | None:

@@ -81,7 +81,7 @@ class Session:
                     raise
 
     def foresee(self, stage: str | None = None) -> None:
-        """Raise if the memory is not sufficient for all stages or one stage; warn if they take very long."""
+        """Raise if the memory is not sufficient for the runs of a `stage`, or of all stages; warn of long runs."""
         from stemcal.solvers import make_solver
         from stemcal.stages.fresh import finished
         from stemcal.stages.stage import stage_called

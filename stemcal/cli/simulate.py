@@ -120,7 +120,7 @@ def simulate(
 
 
 def chosen_levels(study: Study, start: Mapping[str, float], settings: list[str]) -> dict[str, float]:
-    """Return the value of every factor: that in `start`, or in the settings (FACTOR=VALUE) if it is in them."""
+    """Return the value of every factor: from the settings (FACTOR=VALUE) if it is in them, otherwise from `start`."""
     from stemcal.study.reading.messages import level_of
 
     levels = dict(start)

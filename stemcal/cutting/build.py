@@ -16,7 +16,7 @@ from stemcal.fem.model import Model
 from stemcal.fem.parting import doubled
 from stemcal.fem.tools import Tool
 
-# On either side of the edge, this share of the elements has the same length as those under the edge.
+# On either side, this share of the elements nearest to the edge has the same length as the elements under the edge.
 EVEN_SHARE = 0.3
 # Number of elements through a layer: a single element with its central integration point has no bending stiffness. With
 # 1, 3 and 5 through a skin of d/16, the cutting force was 89.8, 124.9 and 127.0 N.

@@ -7,9 +7,10 @@ MOST_INERTIA = 5.0
 MOST_HOURGLASS = 10.0
 MOST_DRIFT = 2.0
 MOST_KINETIC = 20.0
-# Deviation of a compressed section from its shape, as a percentage of its widening; up to 2 for a straight piece.
+# Deviation of a compressed section from a uniform widening, as a percentage of its widening; up to 2 for a straight
+# piece.
 MOST_BUCKLING = 5.0
-# With less added mass than this, the inertia is that of the real stem and not an error of the model, percent.
+# Added mass, percent, below which inertia is a property of the real stem and not an error of the model.
 NEGLIGIBLE_MASS = 1.0
 
 STROKE_TOO_SHORT = "stroke_too_short"
@@ -89,7 +90,7 @@ def energy_drifts(percent: float) -> Note:
 
 
 def inertia_in_force(percent: float, kinetic_percent: float) -> Note:
-    """Return the warning that inertia is a large percentage of the force; also shows kinetic over internal energy."""
+    """Return the warning that inertia is a large percentage of the force, with kinetic over internal energy, %."""
     text = (
         f"Inertia contributes {percent:.1f} % of the peak force (blade force minus support force). The kinetic energy "
         f"reaches {kinetic_percent:.1f} % of the internal energy."
@@ -105,7 +106,7 @@ def hourglass_energy(percent: float) -> Note:
 
 
 def rate_above_law(rate: float, c: float, factor: float) -> Note:
-    """Return the warning that a strain rate exceeds C (both 1/s) of the law 1 + (rate/C)^P; `factor` is its value."""
+    """Return the warning that a strain rate (1/s) exceeds C of the law 1 + (rate/C)^P, which has the value `factor`."""
     text = (
         f"The strain rate reaches {rate:.3g}/s before the peak force and exceeds C = {c:.3g}/s. There, "
         f"`rate_law: paper` multiplies the yield stress by {factor:.2g}, and the force depends on the mesh."

@@ -50,7 +50,6 @@ class Shape:
 
     @classmethod
     def unpacked(cls, packed: Mapping[str, Any]) -> Shape:
-        """Return the shape from the values of `packed`."""
         arrays: dict[str, Any] = {
             name: unpacked_text(packed[name], kind, columns).astype(own)
             for name, (kind, columns, own) in _ARRAYS.items()

@@ -26,7 +26,7 @@ class Blade:
     edge_spread: float = 0.0
 
     def outline(self) -> tuple[tuple[float, float], ...]:
-        """Return the corners (x, z) of the polygon whose offset by the edge radius is the blade, the edge at z = 0."""
+        """Return the corners (x, z) of the polygon whose offset by the edge radius is the blade; edge at z = 0."""
         r, t = self.edge_radius, self.thickness - 2.0 * self.edge_radius
         if self.bevel == "one":
             return ((0.0, r), (t, r + t / tan(radians(self.edge_angle))), (t, self.width), (0.0, self.width))
@@ -64,7 +64,6 @@ class Stem:
         return (outer * self.diameter_ratio, *reversed(tuple(inwards)))
 
     def wider(self, factor: float) -> "Stem":
-        """Return the stem with its section enlarged by a factor."""
         layers = tuple(factor * thickness for thickness in self.layers)
         return replace(self, outer_diameter=factor * self.outer_diameter, layers=layers)
 

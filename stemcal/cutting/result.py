@@ -109,8 +109,8 @@ class CuttingResult:
 def force_history(loading: Loading, how: Discretisation, history: History, scale: float) -> ForceHistory:
     """Return the curves of the whole stem: the solver's sums times `scale`, the force also filtered.
 
-    The force is that on the first tool. Without tools it is the work done on the driven ends in each interval over the
-    travel.
+    The force is the force on the first tool. In a model without tools, it is the work done on the driven ends in an
+    interval, divided by the travel in this interval.
     """
     tools = history.force.shape[1] > 0
     angle = radians(loading.sliding_angle)
@@ -269,7 +269,7 @@ def _ratio_percent(part: Array, curve: ForceHistory, until: int) -> float:
     """Return the largest part/internal in % up to row `until`, after the first tenth of the work done by then."""
     rows = np.arange(len(part))
     counted = (rows <= until) & (curve.external > _BEGINNING * max(curve.external[until], 1e-12))
-    counted &= curve.internal > 0.0  # it is zero after all elements are deleted
+    counted &= curve.internal > 0.0  # the internal energy is zero once all elements are deleted
     return float(100.0 * np.max(part[counted] / curve.internal[counted], initial=0.0))
 
 

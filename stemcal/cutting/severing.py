@@ -36,8 +36,8 @@ class Severing:
         left = cut.nodes[~cut.parted]
         self.holding = len(left) / len(cut.nodes)
         self.aside = float(np.mean(self._start[left] - state.body.x[left, 2])) if len(left) else 0.0
-        gone = self._away[~state.topology.standing]
-        self.elsewhere = float(gone.mean()) if len(gone) else 0.0
+        deleted = self._away[~state.topology.standing]
+        self.elsewhere = float(deleted.mean()) if len(deleted) else 0.0
 
     @property
     def cut_through(self) -> bool:
@@ -47,10 +47,10 @@ class Severing:
     def _apart(self, state: State) -> bool:
         """Check that the ends are not connected; the left end of a quarter model is the unparted mirror plane."""
         cut, standing = state.spread.cut, state.topology.hexes[state.topology.standing]
-        holds, doubled = ~cut.parted, len(cut.twins) > 0
-        left, twins = (self._ends[0], cut.twins[holds]) if doubled else (cut.nodes[holds], cut.twins)
+        unparted, doubled = ~cut.parted, len(cut.twins) > 0
+        left, twins = (self._ends[0], cut.twins[unparted]) if doubled else (cut.nodes[unparted], cut.twins)
         elements = len(cut.number) + np.repeat(np.arange(len(standing)), 8)
-        first = np.concatenate([elements, cut.nodes[holds][: len(twins)]])
+        first = np.concatenate([elements, cut.nodes[unparted][: len(twins)]])
         second = np.concatenate([standing.ravel(), twins])
         size = len(cut.number) + len(standing)
         graph = coo_array((np.ones(len(first), np.int8), (first, second)), shape=(size, size))

@@ -125,7 +125,7 @@ def error_percent(measured: float, simulated: float | None) -> float | None:
 
 
 def _error_trend(rows: Sequence[ValidationRow]) -> tuple[float | None, tuple[Note, ...]]:
-    """Return the slope of the error (% per mm, None below three diameters), and a note if it explains most variance."""
+    """Return the slope of the error (% per mm), None below three diameters; a note if it explains most variance."""
     d = np.array([row.condition for row in rows])
     if len(np.unique(d)) < 3:
         return None, ()
@@ -156,7 +156,7 @@ class Formula:
 
     exponent: float
     worst_held_out_percent: float  # largest error at diameters that were not used in the fit
-    standard_error_percent: float | None = absent()  # largest standard error of the measured means there
+    standard_error_percent: float | None = absent()  # largest standard error of the measured means at these diameters
 
     def better(self, model_percent: float) -> Better:
         """Compare the errors of the formula and of the model (`model_percent` at most): which predicts better?

@@ -43,7 +43,7 @@ def simulated(named: Variable, label: str = "") -> Column:
 def measured_columns(names: Wording, each: bool, columns: Iterable[tuple[str, str, Form]]) -> list[Column]:
     """Return the column of the condition, then `columns` (key, label, form) headed by the unit of the response.
 
-    If `each` row has another response, a column with the name and one with the unit of the response are added.
+    If the rows have different responses (`each`), columns with the name and the unit of the response are added.
     """
     naming, unit = names.naming, "" if each else names.response.written
     values = [Column(key, label, unit, form) for key, label, form in columns]

@@ -46,7 +46,7 @@ class Plot:
 
     @cached_property
     def readings(self) -> list[dict[str, Any]]:
-        """The data of its lines and bars for the page; `document` fixes their positions, so it is made first."""
+        """The data of the lines and bars for the page; `document` is created first, as it fixes their positions."""
         return readings(self.figure) if self.document else []
 
     @cached_property

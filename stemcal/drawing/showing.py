@@ -38,7 +38,7 @@ class Finished(Protocol):
 
 @dataclass(frozen=True)
 class Setting:
-    """Everything besides its own result that a stage needs to show it."""
+    """Inputs, besides the result of a stage, from which sentences, tables and figures are created."""
 
     study: Study
     results: Finished  # results of all finished stages
@@ -47,7 +47,6 @@ class Setting:
 
     @cached_property
     def labels(self) -> dict[str, str]:
-        """The labels of the factors by their names."""
         return {factor.name: factor.label for factor in self.study.factors}
 
     @cached_property
@@ -86,7 +85,7 @@ class Showing(Checked, Generic[R]):
         return {}
 
     def validity(self, result: R, holds: bool) -> list[str]:
-        """Return the settings for which the parameters are valid; if the study `holds`, also what intervals assume."""
+        """Return the settings for which the parameters are valid; if the study `holds`, also the assumptions."""
         return []
 
     def closing(self, result: R, setting: Setting) -> list[Table]:

@@ -83,7 +83,7 @@ def styled() -> Iterator[None]:
 
 
 def literal(text: str) -> str:
-    """Escape `$` in a text, with which matplotlib would begin a formula."""
+    """Escape each `$` in a text, because matplotlib would begin a formula there."""
     return text.replace("$", r"\$")
 
 

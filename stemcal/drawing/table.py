@@ -13,7 +13,7 @@ from stemcal.storage.typed import to_json
 if TYPE_CHECKING:
     import pandas as pd
 
-MOST_ROWS = 40  # most rows of a table on the terminal and the page; its file has all
+MOST_ROWS = 40  # most rows of a table on the terminal and the page; the CSV file has all rows
 
 
 @dataclass(frozen=True)
@@ -107,7 +107,7 @@ class Table:
         return tuple(tuple(c.written(v) for c, v in zip(self.columns, row, strict=True)) for row in self.rows)
 
     def unclaimed(self) -> Table | None:
-        """Return the table for a study that is not calibrated, without parts that claim it; None if nothing is left."""
+        """Return the table without the parts that are shown only for a calibrated study; None if nothing is left."""
         left = self._at([place for place, column in enumerate(self.columns) if not column.claims])
         return None if self.claims else replace(left, claimed=())
 
@@ -163,7 +163,6 @@ class Table:
         return csv_text([[column.key for column in self.columns], *self.rows])
 
     def to_frame(self) -> pd.DataFrame:
-        """Return the table as a pandas DataFrame."""
         import pandas as pd
 
         return pd.DataFrame(list(self.rows), columns=[column.key for column in self.columns])
@@ -186,5 +185,5 @@ class PaperTable:
 
 
 def showable(tables: Iterable[Table], holds: bool) -> list[Table]:
-    """Return the tables; unless the study is calibrated (`holds`), without parts that claim it."""
+    """Return the tables to show; if the study is not calibrated (`holds`), in the form of `Table.unclaimed`."""
     return [part for table in tables if (part := table if holds else table.unclaimed()) is not None]

@@ -1,4 +1,4 @@
-"""The cut plane: the plane under the edge of a blade on which a body parts, from the mesh and the tools."""
+"""Create the cut plane, the plane under the edge of a blade on which a body parts, from the mesh and the tools."""
 
 from dataclasses import replace
 

@@ -87,7 +87,8 @@ class _Marching:
     """Advances a state with `count` threads; a context manager.
 
     Each thread advances some parts of the blocks (`stemcal.fem.lanes`), which write to no common row of the nodal
-    forces. Forces in separate rows are added after all threads are done, those of each node by one thread in a fixed
+    forces.
+    After all threads are done, the forces in separate rows are added; one thread adds all forces of a node in a fixed
     order, so the result is bit-identical for any number of threads. The threads run the compiled loop in parallel,
     without the interpreter lock, and synchronise in it several times per step.
     """
@@ -171,7 +172,7 @@ def simulate(model: Model, duration: float, watch: Watch | None = None, inspect:
 
 
 def _rows(state: State, advance: March, outputs: Array) -> Iterator[dict[str, Any]]:
-    """Advance the state from output to output; yield a row of the history at each."""
+    """Advance the state to each output in turn; yield a row of the history at each output."""
     for until in outputs:
         before, impulse = state.clock.time[0], state.ledger.impulse.copy()
         if state.topology.standing.any():
@@ -229,7 +230,8 @@ def _row(state: State, impulse_before: Array, time_before: float) -> dict[str, A
     alive = rows[:, ALIVE] > 0.0
     internal, hourglass = rows[:, INTERNAL_ENERGY].astype(float), rows[:, HOURGLASS_ENERGY].astype(float)
     ledger = state.ledger
-    # the march books it at the time of the last forces; before the first step it follows from the velocities
+    # the march books the kinetic energy at the time of the last forces; before the first step, it follows from the
+    # velocities
     kinetic = ledger.kinetic[0] if state.clock.steps[0] else kinetic_energy(state.body.v, state.body.mass)
     return {
         "time": float(state.clock.time[0]),

@@ -17,12 +17,12 @@ if TYPE_CHECKING:
     from stemcal.fem.material import Material
     from stemcal.fem.mesh import Mesh
 
-# Reduction of the radius in the middle of a pulled piece. With half of it, or twice, the work changes by 1 %.
+# Reduction of the radius in the middle of a pulled piece. With half or twice this value, the work changes by 1 %.
 _WAIST = 0.001
 
 
 class AxialSection(PieceSection):
-    """Two ends that move along the axis."""
+    """Compression or tension of a piece between two ends that move along its axis."""
 
     ends: Literal["held", "lubricated"] = "held"
     """Ends of the specimen: a `held` end cannot expand; a `lubricated` end can expand around its fixed centre."""
@@ -43,7 +43,7 @@ class TensionSection(AxialSection):
 
 
 class Compression(LaboratoryKind):
-    """Slope, maximum force, travel and work of a piece of stem in compression."""
+    """Axial compression of a piece of stem: its responses are slope, maximum force, travel and work."""
 
     name, options = "axial-compression", CompressionSection
 
@@ -52,7 +52,7 @@ class Compression(LaboratoryKind):
 
 
 class Tension(LaboratoryKind):
-    """Slope, maximum force, travel and work of a piece of stem in tension."""
+    """Axial tension of a piece of stem: its responses are slope, maximum force, travel and work."""
 
     name, options = "axial-tension", TensionSection
 

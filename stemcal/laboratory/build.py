@@ -105,7 +105,7 @@ def rounded(test: LaboratoryTest) -> LaboratoryTest:
     moduli = [law.elastic_modulus / test.material.elastic_modulus for law in test.laws]
     weights = layers.each(moduli) if isinstance(layers, Layers) else 1.0
     meshed = float((weights * mesh.volumes()) @ _centres(mesh) ** moment) / (SHARES[how.symmetry] * stem.length)
-    # ∫ E zᵐ dA of the round section from Σ E (R^power − r^power) of its layers, E over that of the innermost layer
+    # ∫ E zᵐ dA of the round section from Σ E (R^power − r^power) of its layers, with E relative to the innermost layer
     power = moment + 2
     rings = zip(moduli, pairwise(stem.radii), strict=True)
     whole = pi * sum(E * (high**power - low**power) for E, (low, high) in rings) / (1.0 if moment == 0 else 4.0)
@@ -175,7 +175,7 @@ def integration(test: LaboratoryTest) -> Integration:
 
 
 def _wave_speed(test: LaboratoryTest) -> float:
-    """Return √(E/ρ) of the piece, mm/s: the mean E over the section's moment, the mean ρ over its area."""
+    """Return √(E/ρ) of the piece, mm/s, with E averaged over the moment of the section, and ρ over its area."""
     if not test.outer:
         return sqrt(test.kind.modulus(test.stem, test.material) / test.material.density)
     power = 2 + (test.kind.MOMENT or 0)

@@ -30,7 +30,7 @@ class LaboratoryResult(CuttingResult):
     """Result of a virtual laboratory test; the other fields as in `CuttingResult`.
 
     until_break: Force over travel until the break, or to the end of the stroke.
-    responses: Responses by name, in their units; without responses that the curve does not have.
+    responses: Responses by name, in their units; a response that the curve does not determine is missing.
     """
 
     until_break: ForceTravel | None = None

@@ -36,7 +36,7 @@ class RadialSection(PieceSection):
 
 
 class Radial(LaboratoryKind):
-    """Slope, maximum force, travel and work of a ring between two plates."""
+    """Radial compression of a ring: its responses are slope, maximum force, travel and work."""
 
     name, options = "radial-compression", RadialSection
 

@@ -55,7 +55,7 @@ class BendingSection(PieceSection):
 
 
 class Bending(LaboratoryKind):
-    """Slope, maximum force, travel and work of a piece of stem in bending."""
+    """Three-point bending of a piece of stem: its responses are slope, maximum force, travel and work."""
 
     name, options = "three-point-bending", BendingSection
 

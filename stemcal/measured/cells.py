@@ -108,8 +108,7 @@ def sheets(content: bytes, source: str) -> dict[str, list[Line]]:
             for row in sheet.iter_rows(values_only=True):
                 rows, cells = rows + 1, cells + len(row)
                 require_size(source, rows, cells)
-                # the cell of a whole number is written without a decimal mark, which would mislead the detection of the
-                # mark
+                # the decimal mark of a whole number, as in 5.0, would mislead the detection of the file's decimal mark
                 values = [int(v) if isinstance(v, float) and v.is_integer() else v for v in row]
                 texts = ["" if value is None else str(value).strip() for value in values]
                 while texts and not texts[-1]:

@@ -207,7 +207,7 @@ def checked_diameter(value: float, place: str, least: float = 0.0) -> float:
 
 
 def _label_columns(table: TextTable) -> list[int]:
-    """Return the column that names the stems, if any: one with such a heading, or a first column of words or 1, 2, …"""
+    """Return the column that names the stems: by its heading, or the first one if it has words or 1, 2, …"""
     names = table.columns if table.headed else ()
     if named := [index for index, name in enumerate(names) if is_called(name, LABEL)]:
         return named[:1]

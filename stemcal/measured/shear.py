@@ -20,7 +20,7 @@ from stemcal.storage.typed import Spread, inline
 
 _SUFFIXES = (".csv", ".txt", ".dat", ".tsv", ".asc", ".tra", ".xlsx", ".xlsm", ".xls")
 _MOST = 10  # names listed in a note
-_LONGEST_ROW = 70  # characters of a row in one line
+_LONGEST_ROW = 70  # a longer row (characters) is written in several lines
 
 
 @dataclass(frozen=True)
@@ -160,7 +160,7 @@ def find_files(folder: Path) -> list[Path]:
 
 
 def read_index(path: Path) -> dict[str, tuple[float, float | None]]:
-    """Return the diameter and grade (mm) of each file from a table with the columns file, diameter and maybe grade."""
+    """Return the diameter and grade (mm) of each file from a table with the columns file, diameter, grade (if any)."""
     table = read_table(path)
     names, diameters, grade = matching(table, FILE), matching(table, DIAMETER, MILLIMETRES), matching(table, GRADE)
     if not names or not diameters:

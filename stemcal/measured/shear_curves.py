@@ -87,7 +87,7 @@ class ShearCurve:
 
 
 def read_curves(path: Path, how: CurveOptions = CurveOptions()) -> list[ShearCurve]:
-    """Return the curves of all specimens in a file, which may be side by side or on separate sheets."""
+    """Return the curves of all specimens in a file; they are side by side, or on separate sheets."""
     tables = read_tables(path, how.form)
     curves, skipped, failure = list[ShearCurve](), list[Note](), None
     for table in tables:
@@ -112,7 +112,7 @@ def _pairs(table: TextTable, how: CurveOptions) -> tuple[list[tuple[int, int]], 
     forces = _columns(table, "force", how.force_column, FORCE, NEWTONS)
     travels = _columns(table, "displacement", how.displacement_column, TRAVEL, MILLIMETRES)
     choices = ((how.force_column, forces), (how.displacement_column, travels))
-    # detected columns of different quantities: not one for each specimen
+    # the detected columns have different names, so they are not columns of several specimens
     differ = [option is None and not _are_alike(table, columns) for option, columns in choices]
     if differ[0] and len(travels) == 1:
         forces = _first(table, "force", forces, notes)
@@ -125,9 +125,9 @@ def _pairs(table: TextTable, how: CurveOptions) -> tuple[list[tuple[int, int]], 
             notes.append(Note("shared_displacement", "caution", text, remedy))
         travels = travels * len(forces)
     if len(travels) != len(forces) or (len(forces) > 1 and any(differ)):
-        found = f"{counted(len(forces), 'force column')} and {counted(len(travels), 'displacement column')} found"
+        counts = f"{counted(len(forces), 'force column')} and {counted(len(travels), 'displacement column')} found"
         equal = "specify an equal number of each, as in `--force-column 2,4 --displacement-column 1,3`"
-        raise UsageError(f"{table.source}: {found} among {columns_of(table)}; {equal}")
+        raise UsageError(f"{table.source}: {counts} among {columns_of(table)}; {equal}")
     pairs = list(zip(travels, forces, strict=True))
     if any(travel == force for travel, force in pairs):
         raise UsageError(f"{table.source}: the same column was given for force and displacement; {_NAME_THEM}")

@@ -27,7 +27,7 @@ from stemcal.storage.plain import read_plain
 
 SEPARATORS = {"tab": "\t", "semicolon": ";", "comma": ",", "space": " "}
 DECIMALS = {"point": ".", "comma": ","}
-_MOST_SHOWN = 12  # columns in a message
+_MOST_SHOWN = 12  # largest number of columns listed in a message
 _PROBED = 3000  # lines from which the separator and the decimal mark are detected
 _MOST_ABOVE = 4  # lines of headings, symbols and units above the data
 _SAMPLE = 20  # rows of data from which the columns of numbers are detected
@@ -192,9 +192,9 @@ def _table(lines: Sequence[Line], form: Form, source: str, ragged: bool) -> Text
     _refuse_broken(lines, run, decimal, source)
     apart = [*lines[: run.begin], *lines[run.end :]] if run.width > 1 else []
     above = _above(lines, run, decimal)
-    columns, units, taken = names_and_units([lines[index].cells for index in above], run.width)
-    top = above[taken - 1] if taken else run.begin
-    over = next((line.cells for line in reversed(lines[:top]) if line.cells), ()) if taken else ()
+    columns, units, used = names_and_units([lines[index].cells for index in above], run.width)
+    top = above[used - 1] if used else run.begin
+    over = next((line.cells for line in reversed(lines[:top]) if line.cells), ()) if used else ()
     return TextTable(
         source=source,
         form=form,
@@ -204,7 +204,7 @@ def _table(lines: Sequence[Line], form: Form, source: str, ragged: bool) -> Text
         rows=tuple(_filled(line.cells, run.width) for line in lines[run.begin : run.end] if line.cells),
         unread=sum(_is_data(line, len(line.cells), decimal) and len(line.cells) > 1 for line in apart),
         labels=_filled(over, run.width) if 2 <= len(over) <= run.width else (),
-        headed=bool(taken),
+        headed=bool(used),
         sheet=form.sheet or "",
         stated=tuple(unit for line in lines[:top] for unit in units_in(line.cells)),
     )

@@ -80,7 +80,7 @@ def measure_tests(
 
 
 def _means(test: LaboratorySection, read: ShearTests) -> list[_TestedMean]:
-    """Return the statistics of each response in the test's targets, or of the usual ones if there are no targets."""
+    """Return the statistics of each response in the test's targets; without targets, of the usual responses."""
     wanted = test.measured or test.usual
     means = []
     for grade in read.grades:

@@ -33,7 +33,10 @@ Source = Literal["none", "by_hand", "guess", "recorded"]
 
 @dataclass(frozen=True)
 class _Costs:
-    """Function for the time of a run on one core (s; None if unknown), its source, and the number of recorded runs."""
+    """The computing time of runs: a function of the request (s on one core; None if unknown), and its source.
+
+    `recorded` is the number of recorded runs from which the time is estimated.
+    """
 
     of: Callable[[Request], float] | None
     source: Source = "none"

@@ -26,12 +26,12 @@ SCHEMA_VERSION = 2
 class StageStatus:
     """Progress of a stage.
 
-    rows       number of its runs, and `left`, that of the runs not done; None if they depend on an earlier stage
-    censored   number of runs whose response is only a lower bound
-    reasons    number of failed runs by reason
-    damaged    number of runs with a damaged record
-    file       state of the result file: none, fresh, stale or damaged
-    changed    inputs that have changed since the file was written
+    rows, left  number of runs, and of runs not done; None if they depend on an earlier stage
+    censored    number of runs whose response is only a lower bound
+    reasons     number of failed runs by reason
+    damaged     number of runs with a damaged record
+    file        state of the result file: none, fresh, stale or damaged
+    changed     inputs that have changed since the file was written
     """
 
     stage: str

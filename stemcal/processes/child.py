@@ -75,7 +75,7 @@ class Child:
         self._process.wait()
 
     def dismiss(self) -> None:
-        """Close the input of the process, which then ends by itself if it is idle; terminate it otherwise."""
+        """Close the input of the process: an idle process then ends by itself, a busy one is terminated."""
         with suppress(OSError):
             self._process.stdin.close()  # type: ignore[union-attr]
         with suppress(subprocess.TimeoutExpired):
@@ -182,7 +182,7 @@ def _own_pipes() -> tuple[IO[bytes], IO[bytes]]:
 
 
 def _read(source: IO[bytes], calls: queue.Queue[bytes | None]) -> None:
-    """Queue calls until the pipe closes; then end the worker, even during a call, whose result no process awaits."""
+    """Queue calls until the pipe closes; then end the worker, even during a call."""
     while (blob := _taken(source)) is not None:
         calls.put(blob)
     if calls.unfinished_tasks:
@@ -216,7 +216,6 @@ def _put(stream: IO[bytes] | None, message: bytes) -> None:
 
 
 def _taken(stream: IO[bytes] | None) -> bytes | None:
-    """Return the next message; None at the end of the stream."""
     assert stream is not None
     head = stream.read(_LENGTH.size)
     if len(head) < _LENGTH.size:

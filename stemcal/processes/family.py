@@ -39,7 +39,7 @@ def _family(pid: int) -> set[psutil.Process]:
                 leaders = os.getpgid(process.pid), os.getsid(process.pid)
             if pid in leaders and process.pid != os.getpid():
                 members.add(process)
-    for leader in {pid, *(process.pid for process in members)}:  # `pid` may be this process, which is no member
+    for leader in {pid, *(process.pid for process in members)}:  # `pid` may be this process, which is not in `members`
         with suppress(psutil.Error):
             members.update(psutil.Process(leader).children(recursive=True))
     return {process for process in members if process.pid != os.getpid()}

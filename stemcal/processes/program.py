@@ -17,7 +17,7 @@ KEPT_BYTES = 64 * 1024  # length of the end of the output that is kept
 
 
 @dataclass(frozen=True)
-class Ended:
+class ProgramRun:
     """Exit code of a program, whether it exceeded its time limit, the end of its output, and its duration (s)."""
 
     code: int
@@ -26,7 +26,7 @@ class Ended:
     seconds: float
 
 
-def run_program(command: Sequence[str], folder: Path, environment: Mapping[str, str], time_limit: float) -> Ended:
+def run_program(command: Sequence[str], folder: Path, environment: Mapping[str, str], time_limit: float) -> ProgramRun:
     """Run a program in `folder` until it ends or `time_limit` (s) has passed; raise `OSError` if it cannot start."""
     started = time.monotonic()
     with tempfile.TemporaryFile() as printed:
@@ -50,7 +50,7 @@ def run_program(command: Sequence[str], folder: Path, environment: Mapping[str, 
         printed.seek(max(0, printed.seek(0, os.SEEK_END) - KEPT_BYTES))
         output = printed.read(KEPT_BYTES).decode("utf-8", "replace").removeprefix("\ufeff")
     output = output.replace("\0", "\N{REPLACEMENT CHARACTER}")
-    return Ended(process.returncode, timed_out, output, time.monotonic() - started)
+    return ProgramRun(process.returncode, timed_out, output, time.monotonic() - started)
 
 
 def _has_ended(process: subprocess.Popen[bytes], seconds: float) -> bool:

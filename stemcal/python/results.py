@@ -138,7 +138,6 @@ class Curve:
         return Table((Column("travel"), Column("force")), tuple(rows)).to_frame()
 
     def plot(self) -> Figure:
-        """Draw the curve."""
         return force_travel({"force": DrawnCurve(tuple(self.travel), tuple(self.force), self.broke)}, ["force"])
 
     def __repr__(self) -> str:

@@ -14,7 +14,7 @@ from stemcal.report.records import RunCurve
 
 
 def force_travel(curves: Mapping[str, RunCurve], highlighted: Collection[str] = (), of_blade: bool = True) -> Figure:
-    """Draw force over travel of runs, dotted after the first fracture; `highlighted` ones are coloured and named."""
+    """Draw force over travel of runs, dotted after the first fracture; `highlighted` runs are coloured and named."""
     colours = (BLUE, ORANGE, GREEN, "#cc79a7", "#e69f00", "#56b4e9")
     with new_figure(width=6.4 if len(curves) > 3 else 4.7) as figure:
         axes = figure.add_subplot()
@@ -38,7 +38,6 @@ def _draw(axes: Axes, curve: RunCurve, **style: Any) -> None:
 
 
 def _until_fracture(curve: RunCurve) -> int:
-    """Return the number of points of a curve up to the first fracture."""
     return len(curve.travel) if curve.broke is None else bisect_right(curve.travel, curve.broke)
 
 

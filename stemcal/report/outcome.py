@@ -25,7 +25,7 @@ def cited_ranges(results: Finished) -> Mapping[str, str]:
 
 
 def tables_of(stage: StageResult, labels: Mapping[str, str] | None = None) -> list[Table]:
-    """Return the tables of a stage, long ones shortened; `labels` of factors, by name, replace the names."""
+    """Return the tables of a stage, with at most `MOST_ROWS` rows each; `labels` replace the names of factors."""
     return [shortened(stage, table) for table in showing_of(stage).tables(stage, names_of(stage, labels))]
 
 

@@ -29,7 +29,7 @@ def _title(stage: str) -> str:
 
 
 def make_watch(console: Console | None, naming: Vocabulary = CUTTING) -> Watcher:
-    """Return a context manager that shows progress: a bar on a terminal, lines on other consoles, nothing without."""
+    """Return a context manager that shows progress: a bar on a terminal, lines on another console, else nothing."""
     if console is None:
         return Watcher()
     return _Bar(console, naming=naming) if console.is_terminal else _Lines(console, naming=naming)
@@ -135,7 +135,7 @@ class _Bar(Watcher):
         self.bars.stop()
 
     def __call__(self, progress: Progress) -> None:
-        """Update the bar of the stage; while the solver is compiled it pulses."""
+        """Update the bar of the stage; the bar pulses while the solver is compiled."""
         stage, compiling = progress.stage, progress.preparing
         if stage not in self.tasks:
             self.busy(_title(stage), stage)

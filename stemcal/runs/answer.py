@@ -161,7 +161,7 @@ def _reason_lines(requests: Iterable[Request], outcomes: Iterable[Outcome]) -> l
 
 @contextmanager
 def reasons_given(requests: Sequence[Request], outcomes: Sequence[Outcome]) -> Iterator[None]:
-    """Add the failed runs and their reasons to the message of a `RunsFailed` that is raised within."""
+    """Add the failed runs and their reasons to the message of a `RunsFailed` that is raised within the block."""
     try:
         yield
     except RunsFailed as error:

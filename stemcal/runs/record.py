@@ -151,7 +151,7 @@ def outcome_of(record: Mapping[str, Any], naming: Vocabulary = CUTTING) -> Outco
 
 
 def of_the_table(details: Mapping[str, Any], diameter: float, naming: Vocabulary = CUTTING) -> dict[str, float]:
-    """Return the other responses in the table of responses, evaluated from the curve and values in the details."""
+    """Return the responses besides the force that follow from the curve and the values in `details`."""
     curve = details.get("curve") or {"travel": (), "force": ()}
     travel, force = (np.asarray(curve[name], dtype=float) for name in ("travel", "force"))
     peak = (details.get("peak_force", math.nan), details.get("peak_travel", math.nan))

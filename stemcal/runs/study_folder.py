@@ -229,7 +229,6 @@ class StudyFolder:
         return content
 
     def has_stage(self, stage: str) -> bool:
-        """Check whether a stage has written its result."""
         return (self.path / f"{stage}.json").exists()
 
     def remember_spec(self, spec: Path) -> None:

@@ -129,7 +129,7 @@ class Embedded(Solver):
         return {**settings, "failure_strain": f"{study.parameters({}, diameter)['failure_strain']:g}"}
 
     def _laboratory_tests(self, request: Request) -> list[tuple[LaboratorySection, AnyTest]]:
-        """Return the laboratory tests of a run; further cuts have the same mesh position as the first."""
+        """Return the laboratory tests of a run; further cuts have the same position of the mesh as the first cut."""
         sections = laboratory_runs.measured_at(self.study, request.condition)
         tests = [test_of(self.study, section, request.levels, request.condition) for section in sections]
         placed_tests = [self._placed(test, request) if isinstance(test, ShearTest) else test for test in tests]
@@ -139,7 +139,7 @@ class Embedded(Solver):
         return self._placed(shear_test(self.study, request.levels, request.condition), request)
 
     def _placed(self, test: ShearTest, request: Request) -> ShearTest:
-        """Return the test with the mesh shifted for its replicate, by 0 to ½ of an element; unchanged without one."""
+        """Return the test with the mesh shifted by a part of an element, 0 to ½, that differs between replicates."""
         if not request.replicate:
             return test
         offset = seed_of(Request("", 0, request.levels, request.condition)) / MOST_SEED if self.drawn else 0.5

@@ -144,7 +144,7 @@ class ProgramOptions(SolverOptions):
 
     @property
     def run_limit(self) -> float | None:
-        """Time limit of the whole run (s): that of the program, with time to end it and to read its result."""
+        """Time limit of the whole run (s): the limit of the program, plus the time to end it and to read the result."""
         return 1.01 * self.time_limit + _READING_S
 
     @property

@@ -13,7 +13,7 @@ from typing import Any, ClassVar, Generic, Self, TypeVar, cast
 
 from stemcal.errors import SimulationFailed, UsageError
 from stemcal.notes import Note, Remedy
-from stemcal.processes.program import Ended, run_program
+from stemcal.processes.program import ProgramRun, run_program
 from stemcal.solvers.imported import imported_files
 from stemcal.solvers.kept_curve import curve_scores, kept_curve
 from stemcal.solvers.options import CommandSolver, ProgramOptions
@@ -198,7 +198,7 @@ def run_command(
     options: ProgramOptions,
     place: Path,
     values: Mapping[str, str],
-    read: Callable[[Ended], Answer],
+    read: Callable[[ProgramRun], Answer],
 ) -> Answer:
     """Run a command of a spec by `run_in`; `values` replace its placeholders, `place` is the folder of the spec."""
     program, *arguments = command
@@ -210,34 +210,34 @@ def run_in(
     folder: Path,
     command: Sequence[str],
     options: ProgramOptions,
-    read: Callable[[Ended], Answer],
+    read: Callable[[ProgramRun], Answer],
     seconds: float | None = None,
 ) -> Answer:
-    """Run a command, at most for `seconds` (default: limit of the spec); return `read(ended)` or a failed answer."""
+    """Run a command, at most for `seconds` (default: limit of the spec); return `read(finished)` or a failed answer."""
     try:
-        ended = run_program(command, folder, options.environment, options.time_limit if seconds is None else seconds)
+        finished = run_program(command, folder, options.environment, options.time_limit if seconds is None else seconds)
     except OSError as error:
         return Answer("failed", reason="not_started", message=f"{command[0]}: {error.strerror or error}")
-    write_atomic(folder / OUTPUT, ended.output)
-    details: dict[str, Any] = {"exit_code": ended.code, "program_seconds": round(ended.seconds, 3)}
+    write_atomic(folder / OUTPUT, finished.output)
+    details: dict[str, Any] = {"exit_code": finished.code, "program_seconds": round(finished.seconds, 3)}
     try:
-        if ended.timed_out:
+        if finished.timed_out:
             limit = f"{options.time_limit:g} s (`solver.time_limit`)"
             raise SimulationFailed("timeout", f"the program was terminated after {limit}")
-        answer = read(ended)
+        answer = read(finished)
     except SimulationFailed as failure:
-        details["output"] = ended.output[-_KEPT_OUTPUT:]
+        details["output"] = finished.output[-_KEPT_OUTPUT:]
         return Answer("failed", reason=failure.reason, message=f"{failure} ({folder})", details=details)
     return replace(answer, details={**details, **answer.details})
 
 
-def code_is_zero(ended: Ended) -> None:
+def code_is_zero(finished: ProgramRun) -> None:
     """Raise `SimulationFailed` if the exit code of a program is not 0."""
-    if ended.code < 0:
-        raise SimulationFailed("exit_code", f"the program was terminated by signal {-ended.code}")
-    if ended.code != 0:
-        last = next((f": {text.strip()[:200]}" for text in reversed(ended.output.splitlines()) if text.strip()), "")
-        raise SimulationFailed("exit_code", f"the program ended with exit code {ended.code}{last}")
+    if finished.code < 0:
+        raise SimulationFailed("exit_code", f"the program was terminated by signal {-finished.code}")
+    if finished.code != 0:
+        last = next((f": {text.strip()[:200]}" for text in reversed(finished.output.splitlines()) if text.strip()), "")
+        raise SimulationFailed("exit_code", f"the program finished with exit code {finished.code}{last}")
 
 
 _UNUSED = {"ends_with"}  # keys that are left out of a record if the spec does not contain them
@@ -268,11 +268,11 @@ class Command(Program[CommandSolver]):
         read = partial(self._read, folder, request)
         return run_command(folder, self.options.command, self.options, place, values, read)
 
-    def _read(self, folder: Path, request: Request, ended: Ended) -> Answer:
-        code_is_zero(ended)
+    def _read(self, folder: Path, request: Request, finished: ProgramRun) -> Answer:
+        code_is_zero(finished)
         naming = self.study.naming
         for reader in self.options.result.values():
-            require_end(reader, folder, ended.output)
+            require_end(reader, folder, finished.output)
         numbers = {name: read_number(reader, folder) for name, reader in self.options.result.items()}
         name = naming.response.name if naming.response.name in numbers else FIRST
         first, rising = numbers.pop(name), still_rising(self.options.result[name], folder)

@@ -100,7 +100,7 @@ class Solver:
         """Whether the answer to a request is known without a run."""
         return False
 
-    def given(self, _stage: str) -> list[Any]:
+    def table_of(self, _stage: str) -> list[Any]:
         """Return levels and known answers of a stage that the file of this solver contains, as JSON values."""
         return []
 

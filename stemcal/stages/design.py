@@ -45,7 +45,6 @@ class Design:
         return self.coding.names
 
     def requests(self, condition: float) -> list[Request]:
-        """Return a request for each row."""
         times, conditions = self.replicates, self.conditions or (condition,) * len(self.levels)
         return [
             # replicates are numbered from 1; without replicates the number is 0

@@ -37,9 +37,10 @@ _FIRST_SLOPE = 0.5  # first estimate of ∂ ln F/∂ ln ε
 class SizedStrain:
     """The failure strain for one element size (mm), and the mean force over positions of the mesh.
 
-    `aim` is the target force (N) at the diameter `condition` (mm). `levels` are those of all factors. `interval` is the
-    95 % confidence interval of the failure strain from the scatter over the positions (`sd_percent` of the mean force).
-    The size is `valid` if the error of the mean force and its standard error are both at most 5 % of the aim.
+    `aim` is the target force (N) at the diameter `condition` (mm), `levels` has the levels of all factors. `interval`
+    is
+    the 95 % confidence interval of the failure strain from the scatter over the positions (`sd_percent` of the mean
+    force). The size is `valid` if the error of the mean force and its standard error are both at most 5 % of the aim.
     """
 
     condition: float

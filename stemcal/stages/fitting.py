@@ -133,7 +133,7 @@ _Further = Sequence[tuple[Array, float]]  # coded points with their responses
 
 @dataclass(frozen=True, kw_only=True)
 class AtCondition(Spread):
-    """The runs of the design at one condition of a joint fit; `fit` is of the first response, `responses` of others."""
+    """The runs of the design at one condition of a joint fit, with the `fit` of the first response and of others."""
 
     condition: float
     runs: Rows[ConditionRun]

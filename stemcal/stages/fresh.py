@@ -32,16 +32,16 @@ from stemcal.vocabulary import FIRST
 
 logger = logging.getLogger(__name__)
 
-CODE = "stemcal"  # the key, among the inputs, of the version and hash of the code
+CODE = "stemcal"  # key of the version and hash of the code among the inputs
 _SHORT = 16
-_PROBED = frozenset({"stage", "row", "levels", "condition"})  # in the identity of a run, but not of its solver
+_PROBED = frozenset({"stage", "row", "levels", "condition"})  # entries of a run's identity that describe the request
 # Sections of the spec that determine the response of a virtual shear test, and keys in them that do not affect it.
 _TEST = ("specimen", "layers", "blade", "supports", "loading", "contact", "material", "solver")
 _NO_INPUT = frozenset({"solver.threads", "solver.time_limit"})
 
 
 def inputs_of(study: Study, solver: Solver | None, folder: StudyFolder, stage: str) -> dict[str, str]:
-    """Return the inputs of a stage file: the code version and hashes of the others. Default: the solver of the spec."""
+    """Return the inputs of a stage file: the version of the code, and a hash of each other input."""
     kind = stage_called(stage)
     whole, study = study, kind.seen(study)
     if study is not whole:
@@ -72,14 +72,14 @@ def inputs_of(study: Study, solver: Solver | None, folder: StudyFolder, stage: s
 
 
 def _solver_parts(study: Study, solver: Solver | None, stage: str) -> dict[str, object]:
-    """Return the inputs that affect a response besides levels; for the embedded solver without loading it."""
+    """Return the inputs, besides levels, that affect a response; the embedded solver is not loaded for this."""
     if study.kind.of_spec_alone and (solver is None or solver.of_spec_alone):
         dump = _with_contents(study.model_dump(include=set(_TEST)))
         leaves = {path: leaf for name in _TEST for path, leaf in _leaves(name, dump[name]).items()}
         return {path: leaf for path, leaf in leaves.items() if path not in _NO_INPUT}
     probe = Request(stage, 0, study.midlevels(), study.targets.calibrate_at)
     solver = solver or make_solver(study)
-    identity = Run.of(solver, probe).identity | {"given": solver.given(stage)}
+    identity = Run.of(solver, probe).identity | {"given": solver.table_of(stage)}
     return {
         path: leaf
         for name, part in identity.items()

@@ -42,7 +42,7 @@ class LedgerRow:
 
     @property
     def request(self) -> Request:
-        pictured = self.material is None and self.stage in {one.name for one in STAGES.built_in if one.pictured}
+        pictured = self.material is None and self.stage in {stage.name for stage in STAGES.built_in if stage.pictured}
         return Request(self.stage, self.run - 1, self.levels, self.condition, pictured, self.replicate or 0)
 
 
@@ -66,12 +66,12 @@ def missing(part: Asked, study: Study, solver: Solver, folder: StudyFolder | Non
 
 def keyed(part: Asked, study: Study, solver: Solver) -> list[tuple[str, Request, int | None]]:
     """Return the runs of a stage with their keys and materials: None, or the number of another material, from 1."""
-    found = list[tuple[str, Request, int | None]]()
-    found += [(Run.of(solver, request).key, request, None) for request in part.requests]
+    runs = list[tuple[str, Request, int | None]]()
+    runs += [(Run.of(solver, request).key, request, None) for request in part.requests]
     for number, requests in enumerate(part.in_materials, 1):
         other = make_solver(study.in_material(number))
-        found += [(Run.of(other, request).key, request, number) for request in requests]
-    return found
+        runs += [(Run.of(other, request).key, request, number) for request in requests]
+    return runs
 
 
 def ledger(study: Study, folder: StudyFolder, solver: Solver | None = None) -> Rows[LedgerRow]:
@@ -81,7 +81,7 @@ def ledger(study: Study, folder: StudyFolder, solver: Solver | None = None) -> R
 
 
 def entries_of(wanted: Sequence[Asked], study: Study, folder: StudyFolder, solver: Solver) -> list[LedgerRow]:
-    """Return the `wanted` runs, then recorded runs of the stages of this spec that decide run by run."""
+    """Return the `wanted` runs, then the recorded runs of stages that decide run by run."""
     known = [entry for part in wanted if part.settled for entry in keyed(part, study, solver)]
     entries = [entry_of(request, key, study, folder, material) for key, request, material in known]
     stages, decided = {part.stage for part in wanted}, []

@@ -54,7 +54,7 @@ NO_PREDICTION: Predicted = (None, None)
 
 @dataclass(frozen=True, eq=False)
 class PointToTry:
-    """A point to simulate; `place` is its coded point, or its place on the path, and `predicted` is by condition."""
+    """A point to simulate: its coded coordinates or position on the path (`place`), `predicted` by condition."""
 
     levels: dict[str, float]
     how: How
@@ -116,14 +116,13 @@ class Loop:
         self.stopped = self.steps.end()
 
     def run_elsewhere(self, conditions: Sequence[float]) -> None:
-        """Simulate the best point and then the first one at other conditions, as far as the budget allows."""
+        """Simulate the best point, then the first point, at other conditions, as far as the budget allows."""
         for point in dict.fromkeys((self.best.point, self.points[0].point)):
             predicted = dict.fromkeys(conditions, NO_PREDICTION)
             self._simulated(PointToTry(point.levels, "elsewhere", point.place, predicted), conditions[: self.left])
 
     @property
     def left(self) -> int:
-        """Number of runs left in the budget."""
         return self.budget - len(self.runs)
 
     @property
@@ -142,7 +141,7 @@ class Loop:
         return {run.condition: run.outcome for run in self.runs if run.levels == levels}
 
     def _simulated(self, point: PointToTry, conditions: Sequence[float]) -> dict[float, Outcome]:
-        numbered = [judged.point.levels for judged in self.points]  # a point that is simulated elsewhere keeps its row
+        numbered = [judged.point.levels for judged in self.points]  # a point keeps its row at other conditions
         row = numbered.index(point.levels) if point.levels in numbered else len(numbered)
         outcomes = self.simulate(row, [point.levels], conditions) if conditions else []
         for condition, outcome in zip(conditions, outcomes, strict=True):
@@ -188,7 +187,7 @@ class PathSteps:
         return "out_of_reach" if best is not None and best.place in self.path.ends else "settled"
 
     def intervals(self, point: PointToTry, relative_error: float, df: float) -> dict[str, Interval]:
-        """Return the 95 % interval of each factor at a simulated point, by the error of the aim with `df`."""
+        """Return the 95 % interval of each factor at a simulated point, from the error of the aim with `df`."""
         tried = next(run for run in self.tried if run.place == point.place)
         return ends_of(self.tried, tried, self.path, relative_error, df)
 

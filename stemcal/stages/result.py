@@ -135,7 +135,6 @@ class StageResult(Spread):
 
     @property
     def naming(self) -> Vocabulary:
-        """Names of the responses and of the condition."""
         return self.head.naming
 
     @property
@@ -159,8 +158,8 @@ class StageResult(Spread):
         return None
 
     @property
-    def found(self) -> tuple[str, ...]:
-        """Sentences on the result of an optimisation."""
+    def gains(self) -> tuple[str, ...]:
+        """Sentences on the gains of an optimum over the present cutter; none for all other results."""
         return ()
 
     @property

@@ -43,7 +43,7 @@ def fresh_results(study: Study, folder: StudyFolder, known_fresh: Sequence[Stage
     """Return the fresh results, and the reasons why others are not used; stages in `known_fresh` are not checked."""
     known = {result.name: result for result in known_fresh}
     reasons: list[str] = []
-    solver = functools.cache(lambda: make_solver(study))  # made only if it is needed
+    solver = functools.cache(lambda: make_solver(study))  # created only if needed
 
     def read(stage: Stage[Any]) -> StageResult | None:
         if not folder.has_stage(stage.name):

@@ -56,7 +56,7 @@ class Stage(StageKind, Checked, Generic[R]):
         if study.goal is not None and "targets" in self.reads:
             return False
         section = self.section() if self.by_section else None
-        return (section is None or study.given(section) is not None) and (has_surface(study) or not self.of_surface)
+        return (section is None or study.section(section) is not None) and (has_surface(study) or not self.of_surface)
 
     def inputs(self, study: Study) -> Mapping[str, object]:
         """Return further inputs of the stage file, in addition to factors, sections, solver and the previous file."""
@@ -117,7 +117,7 @@ def stage_called(name: str) -> Stage[Any]:
 
 
 def stages_of(study: Study) -> tuple[Stage[Any], ...]:
-    """Return the stages of a study, each after the stage that it needs; further packages' if the spec has a section."""
+    """Return a study's stages, each after the one it needs; stages of other packages if the spec has their section."""
     left = [stage for stage in STAGES.built_in if stage.asked_for(study)]
     left += [stage_called(name) for name in study.further]
     ordered: list[Stage[Any]] = []

@@ -37,7 +37,7 @@ from stemcal.study.reading import load_study
 from stemcal.study.types.field_types import Length
 from stemcal.study.types.solver_kind import SolverKind
 
-_MOST, _FEW = 10, 4  # largest number of factors of a design to check, and of one that is computed several times
+_MOST, _FEW = 10, 4  # largest number of factors of checked designs, and of designs that are computed several times
 _ROUNDING = 1e-9
 _COARSE = 3.0  # ratio of the element size in the checked laboratory test to the usual one
 

@@ -49,7 +49,7 @@ def test_equal_rows_are_runs_of_their_own_and_a_changed_cell_stales_its_own_run(
     before, after = sheet(tmp_path, RSM), sheet(tmp_path, RSM.replace("122", "123"))
     keys = [[one.identity(request(one, row)) for row in range(2)] for one in (before, after)]
     assert keys[0][0] != keys[0][1] == keys[1][1] and keys[0][0] != keys[1][0]
-    assert before.given("rsm") != after.given("rsm") and before.given("screen") == []
+    assert before.table_of("rsm") != after.table_of("rsm") and before.table_of("screen") == []
 
 
 def test_a_run_that_failed_says_why(tmp_path: Path) -> None:
@@ -160,4 +160,4 @@ def test_a_value_of_the_file_far_from_the_others_is_questioned(tmp_path: Path, v
         sheet(tmp_path, text)
     assert "`confirmed`" in str(found.value) and "runs.csv" in str(found.value)
     confirmed = sheet(tmp_path, text.replace(f"{value},", f"{value},confirmed"))
-    assert len(confirmed.given("rsm")) == 6
+    assert len(confirmed.table_of("rsm")) == 6

@@ -17,7 +17,7 @@ import stemcal as package
 from stemcal.processes.child import Child, ChildDied
 from stemcal.processes.family import end_family
 from stemcal.processes.limits import RunTimedOut
-from stemcal.processes.program import Ended, run_program
+from stemcal.processes.program import ProgramRun, run_program
 
 posix = pytest.mark.skipif(os.name == "nt", reason="POSIX signals and sessions")
 TREE = """
@@ -188,7 +188,7 @@ def test_nothing_is_left_of_a_caller_that_is_killed(tmp_path: Path, call: str) -
 # ---- programs
 
 
-def run(folder: Path, program: str, limit: float = 0.5) -> Ended:
+def run(folder: Path, program: str, limit: float = 0.5) -> ProgramRun:
     return run_program([sys.executable, "-c", program], folder, {}, limit)
 
 

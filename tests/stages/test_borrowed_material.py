@@ -73,7 +73,7 @@ def test_values_and_settings_of_the_calibration(calibrated: Path) -> None:
     """The material gives the measured force again; mesh, friction and fixed values are those of the calibration."""
     study = cutter(calibrated)
     assert force(study) == pytest.approx(110.0, abs=0.05)
-    assert study.material.given()["elastic_modulus"] == 1000.0
+    assert study.material.fixed()["elastic_modulus"] == 1000.0
     assert str(study.solver.element_size) == "d/12"
     assert study.contact.static_friction == 0.2
     assert not study.pending

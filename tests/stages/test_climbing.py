@@ -91,7 +91,7 @@ def test_part_of_a_whole_study(tmp_path: Path) -> None:
     published = study_tables(study, Results((steps, loop)))
     assert [table.title for table in published][:2] == ["Factors", "Steps towards the target"]
     assert len(published[1].rows) == len(steps.rows) == 4  # until the target is passed
-    assert loop.made[-1].outcome.response in published[-1].rows[-1]
+    assert loop.trial_runs[-1].outcome.response in published[-1].rows[-1]
 
 
 def test_a_sheet_is_asked_for_the_path(tmp_path: Path) -> None:

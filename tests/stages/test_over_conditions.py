@@ -238,7 +238,7 @@ def test_the_refinement_steps_on_the_one_surface(tmp_path: Path) -> None:
     fitted(tmp_path, study, kink=1.5)
     solver = Power(study=study, kink=1.5)
     stage = workflow.run_stage("refine", study, StudyFolder(tmp_path / "out"), InlineExecutor(), solver=solver)
-    rounds = [list(stage.made[i : i + 4]) for i in range(0, len(stage.made), 4)]
+    rounds = [list(stage.trial_runs[i : i + 4]) for i in range(0, len(stage.trial_runs), 4)]
     assert [[run.condition for run in part] for part in rounds] == [list(DIAMETERS)] * len(rounds)
     assert rounds[0][0].how == "solution" and {part[0].how for part in rounds[1:]} == {"surface"}
     assert stage.converged and max(abs(row.measured / (row.before or 1.0) - 1.0) for row in stage.rows) > 0.002

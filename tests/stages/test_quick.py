@@ -72,7 +72,7 @@ def test_one_force_is_met_in_four_runs(tmp_path: Path, force: float, reverse: bo
     text = TWO_FACTORS + QUICK + ONE.replace("110 N", f"{force} N")
     stage, *_ = quick(tmp_path, text, Power(reversed=reverse))
     wanted = 10000.0 / force if reverse else force
-    assert stage.converged and len(stage.made) <= 4 and abs(stage.error_percent) <= 1.0
+    assert stage.converged and len(stage.trial_runs) <= 4 and abs(stage.error_percent) <= 1.0
     assert stage.parameters["yield_stress"] == pytest.approx((wanted / 9.0) ** (1 / 0.9), rel=0.012)
     assert stage.parameters["failure_strain"] == 0.03 and stage.undetermined == ("failure_strain",)
     assert {"no_intervals", "not_identified"} <= kinds(stage)
@@ -81,7 +81,7 @@ def test_one_force_is_met_in_four_runs(tmp_path: Path, force: float, reverse: bo
 def test_a_factor_without_effect_is_passed_over(tmp_path: Path) -> None:
     stage, *_ = quick(tmp_path, THREE + QUICK + ONE, Power())
     assert stage.undetermined == ("strain_rate_p", "failure_strain") and stage.parameters["strain_rate_p"] == 8.0
-    assert [run.how for run in stage.made][:3] == ["middle", "probe", "probe"] and stage.converged
+    assert [run.how for run in stage.trial_runs][:3] == ["middle", "probe", "probe"] and stage.converged
 
 
 def test_the_next_factor_helps_where_the_first_is_at_its_end(tmp_path: Path) -> None:
@@ -110,7 +110,7 @@ def test_several_diameters_determine_both_factors(tmp_path: Path) -> None:
     solver = Power(bends=True)
     text = joint((17.0, 0.024), solver).replace(QUICK, QUICK + "refine: {tolerance_percent: .3}\n")
     stage, *_ = quick(tmp_path, text, solver)
-    assert stage.converged and len(stage.made) <= 15 and stage.undetermined == ()
+    assert stage.converged and len(stage.trial_runs) <= 15 and stage.undetermined == ()
     assert stage.parameters == pytest.approx({"yield_stress": 17.0, "failure_strain": 0.024}, rel=0.01)
 
 
@@ -125,7 +125,7 @@ def test_measurements_that_disagree_end_at_the_least_misfit(tmp_path: Path) -> N
     """Errors of 5, −5, 5 % cannot be fitted: the fit ends, with all errors below 7 %, before the budget."""
     solver = Power(bends=True)
     stage, *_ = quick(tmp_path, joint((15.0, 0.03), solver, (1.05, 0.95, 1.05)), solver)
-    assert stage.stopped == "settled" and len(stage.made) < stage.budget
+    assert stage.stopped == "settled" and len(stage.trial_runs) < stage.budget
     errors = np.array([row.error_percent for row in stage.rows])
     assert np.abs(errors).max() < 7.0 and errors.min() < 0.0 < errors.max()
 
@@ -134,13 +134,13 @@ def test_a_step_that_gains_little_is_not_worth_its_runs(tmp_path: Path) -> None:
     """Of errors of 3, −3, 0 % a first step leaves the least misfit, within 5 %: 4 rounds become 3."""
     solver = Power(bends=True)
     stage, *_ = quick(tmp_path, joint((15.0, 0.03), solver, (1.03, 0.97, 1.0)), solver)
-    assert stage.stopped == "settled" and len(stage.made) == 9
+    assert stage.stopped == "settled" and len(stage.trial_runs) == 9
 
 
 @pytest.mark.parametrize("row", [0, 1, 2])
 def test_a_failed_run_is_stepped_back_from(tmp_path: Path, row: int) -> None:
     stage, *_ = quick(tmp_path, TWO_FACTORS + QUICK + ONE, Power(fails=(row,)))
-    assert not stage.made[row].outcome.ok and stage.made[row + 1].how == "back" and stage.converged
+    assert not stage.trial_runs[row].outcome.ok and stage.trial_runs[row + 1].how == "back" and stage.converged
 
 
 def test_a_whole_study_has_two_stages_and_a_reservation(tmp_path: Path) -> None:

@@ -129,10 +129,10 @@ def test_the_first_point_is_the_joint_solution_with_its_intervals(tmp_path: Path
     assert predicted == pytest.approx([row["predicted"] for row in invert["joint"]["rows"]])
     assert {run["condition"] for run in stage["runs"]} == {7.0, 8.0, 10.0}
     result = RefineResult.from_json(stage)
-    for run, made in zip(stage["runs"], result.made, strict=True):
+    for run, made in zip(stage["runs"], result.trial_runs, strict=True):
         low, high = run["prediction_interval"]
         assert made.inside_interval == (low <= run["response"] <= high)
-    outside = [run.condition for run in result.made if not run.inside_interval]
+    outside = [run.condition for run in result.trial_runs if not run.inside_interval]
     assert bool(outside) == ("first_outside" in [note["kind"] for note in stage["notes"]])
 
 

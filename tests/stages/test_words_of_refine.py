@@ -36,7 +36,7 @@ THERE = RefineResult(
     adjusted=Rows([AdjustedFactor("strain", 0.035, 0.26, None, 0.001, 1.0)]),
     rows=Rows([RefineRow(8.0, "force", 159.2, 66.7, 159.1, 0.06)]),
     max_abs_error_percent=0.06,
-    made=Rows([RUN, replace(RUN, run=2, how="path", levels={"strain": 0.26}, outcome=Outcome(response=159.1))]),
+    trial_runs=Rows([RUN, replace(RUN, run=2, how="path", levels={"strain": 0.26}, outcome=Outcome(response=159.1))]),
 )
 HERE = replace(THERE, elsewhere=False, model=SimulatedBy("embedded"), adjusted=Rows(), error_percent=-0.13)
 
@@ -75,9 +75,10 @@ def test_notes() -> None:
     )
     assert "10 and 11 mm" in kinds(elsewhere)["not_run_there"]
     assert "not reached" in kinds(replace(elsewhere, converged=False))["not_run_there"]
-    rose = replace(THERE, made=Rows([replace(run, outcome=replace(run.outcome, censored=True)) for run in THERE.made]))
+    censored = [replace(run, outcome=replace(run.outcome, censored=True)) for run in THERE.trial_runs]
+    rose = replace(THERE, trial_runs=Rows(censored))
     assert "In 2 runs" in kinds(rose)["still_rose"]
-    outside = replace(HERE, made=Rows([replace(RUN, prediction_interval=(150.0, 160.0))]))
+    outside = replace(HERE, trial_runs=Rows([replace(RUN, prediction_interval=(150.0, 160.0))]))
     assert "at a diameter of 8 mm" in kinds(outside)["first_outside"]
 
 

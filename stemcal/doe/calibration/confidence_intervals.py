@@ -129,7 +129,7 @@ def _held_at(fit: Fit, j: int, value: float, start: Array, cloud: Array) -> Arra
 
 
 def loose_directions(fit: Fit) -> tuple[Array, Array]:
-    """Return coded unit vectors (directions, factors) in which ŷ does not change to first order, and the flattest."""
+    """Return, as coded unit vectors, the directions in which ŷ does not change to first order, and the flattest."""
     scale = np.sqrt(np.diagonal(fit.draws, axis1=1, axis2=2).T @ fit.weights)
     _, sizes, rows = np.linalg.svd(fit.tangents.slopes / scale[:, None])
     return np.asarray(rows[int(np.sum(sizes > 1e-8 * sizes.max(initial=0.0))) :]), np.asarray(rows[-1])

@@ -217,8 +217,8 @@ class Fit:
         b = list(ignored)
         across, own = self.inverses[:, :, b], self.inverses[:, b][:, :, b]
         part = across @ np.linalg.cholesky(np.linalg.inv(own))
-        taken = np.tensordot(part * self.weights[:, None, None], part, axes=([0, 2], [0, 2]))
-        precision = self.precision - taken
+        part_of_ignored = np.tensordot(part * self.weights[:, None, None], part, axes=([0, 2], [0, 2]))
+        precision = self.precision - part_of_ignored
         precision[b], precision[:, b] = 0.0, 0.0
         others = replace(self, precision=precision)
         return replace(others, best=optimise(others.objective, self.region.cloud(_CLOUD), self.region)[0])

@@ -172,7 +172,7 @@ class Contrasts:
     def missed(self, chance: Array, uniform: Uniforms) -> tuple[Array, Array]:
         """Draw σ_c² and σ_u², (draws,) each, given draws of σ_E²; a single surface has σ_c = 0."""
         noise = float(np.median(chance.mean(axis=1))) * self.noise
-        # three times about the largest of ν contrasts, ν^¼ times their root mean square
+        # upper limit: three times the largest of ν contrasts, which is about ν^¼ times their root mean square
         most = max(COARSEST, 3.0 * float(np.sqrt(np.max(self.z2 / np.sqrt(self.counts), initial=0.0))))
         grid = np.linspace(np.log(FINEST), np.log(most), _STEPS)
         separate = np.exp(2.0 * grid)

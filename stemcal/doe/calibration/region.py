@@ -14,7 +14,7 @@ from stemcal.doe.regression.section import AnySurface
 from stemcal.errors import UsageError
 
 _ROUNDING = 1e-9
-# A box with more corners than this (2^k) has none of them in its cloud of points.
+# The cloud of points includes the corners of a box only up to this number of corners, 2^k.
 _MOST_CORNERS = 256
 # 2^11 points fill a region of up to five factors closely enough to find each branch of a quadratic.
 _CLOUD = 11

@@ -24,7 +24,7 @@ from stemcal.errors import UsageError
 # Largest change of a factor in one step: the logarithm of three, or half of its range where the range includes zero.
 _MOST_LOG, _MOST_SHARE = log(3.0), 0.5
 _LEAST_SLOPE = 0.02  # k: below this the response does not depend on the factors
-_MARGIN = 0.03  # of a bracket: smallest distance of the next place from its ends
+_MARGIN = 0.03  # smallest distance of the next place from an end of a bracket, as a fraction of its width
 _SAME = 1e-6  # places nearer than this are equal
 _ASIDE = (0.1, -0.1)  # places to try after the run at the start has failed
 
@@ -177,7 +177,7 @@ def _slope(whole: Sequence[Tried], best: Tried) -> float:
 def ends_of(
     tried: Sequence[Tried], best: Tried, path: SearchPath, relative_error: float, df: float
 ) -> dict[str, tuple[float, float]]:
-    """Return the 95 % confidence interval of each factor with the others fixed: Δs = t·σ/k.
+    """Return the 95 % confidence interval of each factor, with the other factors fixed: Δs = t·σ/k.
 
     σ is the relative standard error of the measured mean with `df` degrees of freedom, k the slope at the best run.
     """

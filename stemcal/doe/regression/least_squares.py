@@ -39,7 +39,6 @@ class LeastSquares:
 
     @property
     def mean(self) -> float:
-        """Mean of the response."""
         return float(np.mean(self.response))
 
     @property

@@ -88,7 +88,7 @@ class Section:
 
     whole: Surface
     place: Place
-    logarithm: bool  # whether the whole surface is one of ln y
+    logarithm: bool  # whether the surface describes ln y
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -96,12 +96,10 @@ class Section:
 
     @property
     def df(self) -> int:
-        """Residual degrees of freedom of the whole surface."""
         return self.whole.df
 
     @property
     def design_radius(self) -> float:
-        """Coded distance of the outermost run from the centre."""
         return self.whole.design_radius
 
     def predict(self, coded: ArrayLike) -> Array:
@@ -141,7 +139,7 @@ class SeveralSurfaces:
         self._places = _Places([section.place for section in self.sections]) if self.sections else None
 
     def terms(self, points: Array) -> Array:
-        """Return the terms of each section at (points, factors), (points, sections, terms)."""
+        """Return the terms of each section, (points, sections, terms), at coded points (points, factors)."""
         assert self._places is not None
         return term_columns(self._places.z(np.atleast_2d(points)))
 
@@ -171,7 +169,7 @@ class Bend:
     """Improvement of the fit by the terms z_d³ and z_d⁴ of the condition d."""
 
     percent: float  # root mean square of the part of the response that the terms explain, in percent of its mean
-    p: float  # p-value of their F test
+    p: float  # p-value of the F test of these terms
 
     @property
     def significant(self) -> bool:

@@ -92,8 +92,9 @@ def entry(function: Function) -> Any:
 def kernel(function: Function) -> Any:
     """Compile a function that loops over arrays, called only by other kernels.
 
-    Only an `entry` is cached. Its code contains that of all functions it calls, so caching these too would store the
-    same code several times.
+    Only an `entry` is cached. Its code contains the code of all functions that it calls, so caching these too would
+    store
+    the same code several times.
     """
     return _jit(nogil=True, error_model="numpy", fastmath=_MATHS, **_INNER)(function)
 

@@ -1,7 +1,7 @@
 """The material of each block: one isotropic material of the whole body, or a table of several materials.
 
 A body of one isotropic material uses `MaterialNumbers` and the kernels of `plasticity`. With layers or fibres the whole
-body uses a `LayerTable` and the kernels of `transverse`, which include isotropic layers as a special case; these are
+body uses a `LayerTable` and the kernels of `fibres`, which include isotropic layers as a special case; these are
 compiled when a study first needs them.
 """
 

@@ -49,7 +49,7 @@ def headline(results: Results, study: Study, holds: bool = True) -> list[Card]:
 
 
 def lead(verdict: Verdict, use: str) -> list[str]:
-    """Return a line for each reason of the verdict; if there is none, `use`, where the result may be used."""
+    """Return a line for each reason of the verdict; without a reason, `use`: where the result may be used."""
     return [brief(reason) for reason in verdict.reasons] or ([use] if use else [])
 
 

@@ -54,7 +54,7 @@ class _Part:
 
     @property
     def folded(self) -> str:
-        """A list of everything that is folded, in words; empty if there is nothing."""
+        """The names and numbers of all folded items, as text; empty if nothing is folded."""
         numbers = {"figure": len(self.plates), "note": len(self.notes)}
         counts = [counted(number, noun) for noun, number in numbers.items() if number]
         return series([*(small(table.title) for table in self.details), *counts])

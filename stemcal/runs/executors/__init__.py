@@ -23,7 +23,7 @@ class RunExecutor(Executor):
     @property
     @abstractmethod
     def workers(self) -> int:
-        """Number of runs that it computes at the same time."""
+        """Number of runs computed at the same time."""
 
 
 class WorkerDied(StemcalError):

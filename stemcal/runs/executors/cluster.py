@@ -170,7 +170,7 @@ def _connected(address: str) -> Any:
     except ImportError:
         message = '--executor dask:// requires Dask; run `pip install ".[dask]"` in the repository folder'
         raise UsageError(message) from None
-    for name in [*_LOUD, *logging.root.manager.loggerDict]:  # stemcal reports its own errors
+    for name in [*_LOUD, *logging.root.manager.loggerDict]:  # silenced, since stemcal reports the errors of Dask
         if name.partition(".")[0] in _LOUD:
             logging.getLogger(name).setLevel(logging.CRITICAL + 1)
     warnings.filterwarnings("ignore", module="distributed")

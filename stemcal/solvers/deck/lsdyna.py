@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from stemcal.errors import SimulationFailed
-from stemcal.processes.program import Ended
+from stemcal.processes.program import ProgramRun
 from stemcal.solvers.deck.contact_card import BLADE_CONTACT
 from stemcal.solvers.deck.peak import ContactForce
 from stemcal.solvers.deck.writer import DECK
@@ -36,10 +36,10 @@ def run(folder: Path, options: DeckSolver, spec_folder: Path, peak: Callable[...
     return run_command(folder, options.command, options, spec_folder, {"deck": DECK}, partial(_read, folder, peak))
 
 
-def _read(folder: Path, peak: Callable[..., Answer], ended: Ended) -> Answer:
+def _read(folder: Path, peak: Callable[..., Answer], finished: ProgramRun) -> Answer:
     """Return the answer of a finished run; raise `SimulationFailed` if it did not terminate normally."""
-    code_is_zero(ended)
-    messages = ended.output + "".join(tail(folder / name) for name in _MESSAGES)
+    code_is_zero(finished)
+    messages = finished.output + "".join(tail(folder / name) for name in _MESSAGES)
     letters = "".join(messages.lower().split())
     if "errortermination" in letters:
         lines = [line.strip() for line in messages.splitlines() if "*** error" in line.lower()]
@@ -47,7 +47,7 @@ def _read(folder: Path, peak: Callable[..., Answer], ended: Ended) -> Answer:
         raise SimulationFailed("error_termination", message)
     if "normaltermination" not in letters:
         raise SimulationFailed("no_termination", "LS-DYNA did not report normal termination")
-    return peak(force_in_rcforc(read_text(folder, FORCES)), failed=failed_elements(folder, ended.output))
+    return peak(force_in_rcforc(read_text(folder, FORCES)), failed=failed_elements(folder, finished.output))
 
 
 def force_in_rcforc(text: str) -> ContactForce:

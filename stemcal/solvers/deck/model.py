@@ -110,7 +110,7 @@ class Deck:
         return Stem(self.diameter, specimen.ratio_at(self.diameter), specimen.length, tuple(thicknesses[:-1]))
 
     @cached_property
-    def given(self) -> dict[str, float]:
+    def parameters(self) -> dict[str, float]:
         """The nine parameters of the innermost layer, as specified in the study."""
         return self.layers[STEM].along
 
@@ -207,7 +207,7 @@ class Deck:
     def card(self) -> dict[str, float]:
         """Values of the material card as it acts: with the density of the study, and β = 1 in OpenRadioss."""
         isotropic = {} if self.form.for_ls_dyna else {"beta": 1.0}
-        density = self.material["ro"] if self.density_factor == 1.0 else self.given["density"]
+        density = self.material["ro"] if self.density_factor == 1.0 else self.parameters["density"]
         return {**self.material, **isotropic, "ro": density}
 
     @cached_property
@@ -294,15 +294,15 @@ class Deck:
             )
 
     def _hardening(self) -> Iterator[str]:
-        beta = self.given["hardening_parameter"]
-        if not self.form.for_ls_dyna and beta < 1.0 and self.given["tangent_modulus"] > 0.0:
+        beta = self.parameters["hardening_parameter"]
+        if not self.form.for_ls_dyna and beta < 1.0 and self.parameters["tangent_modulus"] > 0.0:
             kinematic = 100.0 * (1.0 - beta)
             yield f"*MAT_024 uses isotropic hardening; in the study, {kinematic:g} % of the hardening is kinematic"
 
     def _rate(self) -> Iterator[str]:
         if self._rate_law != "paper":
             return
-        c, p = self.given["strain_rate_c"], self.given["strain_rate_p"]
+        c, p = self.parameters["strain_rate_c"], self.parameters["strain_rate_p"]
         law = f"1 + (rate/C)^{p:g}"
         if self.material["c"] > 0.0:
             power = self.material["p"]

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from stemcal.errors import UsageError
-from stemcal.processes.program import Ended, run_program
+from stemcal.processes.program import ProgramRun, run_program
 from stemcal.solvers.deck.model import Deck
 from stemcal.solvers.deck.openradioss_output import engine_ran, starter_ran, table_made
 from stemcal.solvers.deck.writer import DECK, ENGINE_INPUT, HISTORY, STARTER_INPUT
@@ -75,7 +75,7 @@ def run(folder: Path, options: DeckSolver, spec_folder: Path, peak: Callable[...
     starter_input = STARTER_INPUT if deck.nonlocal_lengths else DECK
     programs = installation(options, spec_folder)
     options = options.model_copy(update={"environment": programs.environment})
-    steps: dict[str, tuple[list[str], Callable[[Ended], Answer]]] = {
+    steps: dict[str, tuple[list[str], Callable[[ProgramRun], Answer]]] = {
         "starter": ([programs.starter, "-i", starter_input, "-np", "1"], partial(starter_ran, folder, deck)),
         "engine": ([programs.engine, "-i", ENGINE_INPUT], partial(engine_ran, folder)),
         "th_to_csv": ([programs.th_to_csv, HISTORY], partial(table_made, folder, peak)),

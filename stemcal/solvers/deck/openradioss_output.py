@@ -9,7 +9,7 @@ import numpy as np
 
 from stemcal.cutting.checks import nothing_deleted
 from stemcal.errors import SimulationFailed
-from stemcal.processes.program import Ended
+from stemcal.processes.program import ProgramRun
 from stemcal.solvers.deck import writer
 from stemcal.solvers.deck.contact_card import BLADE_CONTACT
 from stemcal.solvers.deck.model import Deck
@@ -29,40 +29,40 @@ _COLUMN = re.compile(r"TH-INTER (\d{1,18}) (?:.* )?(F[NT]Z)")
 _CLOSE = 2e-4  # relative tolerance of echoed values, some of which have only four digits
 
 
-def engine_ran(folder: Path, ended: Ended) -> Answer:
+def engine_ran(folder: Path, finished: ProgramRun) -> Answer:
     """Raise `SimulationFailed` unless the engine has terminated normally."""
-    printed = f"{text_left(folder, writer.ENGINE_LISTING)}\n{ended.output}"
+    printed = f"{text_left(folder, writer.ENGINE_LISTING)}\n{finished.output}"
     if missing := re.search(r"ERROR: FILE (\S+) NOT FOUND", printed):
         message = f"the engine did not find {missing[1]}, the restart file that the starter should have written"
         raise SimulationFailed("no_restart", message)
-    if ended.code == 0 and "NORMAL TERMINATION" in printed:
+    if finished.code == 0 and "NORMAL TERMINATION" in printed:
         return Answer("ok")
     if "ERROR TERMINATION" in printed:
         wrong = [line.strip() for line in printed.splitlines() if "** ERROR" in line]
         message = f"the engine stopped with an error{f': {wrong[0][:200]}' if wrong else ''}"
         raise SimulationFailed("engine_error", message)
-    code_is_zero(ended)
+    code_is_zero(finished)
     raise SimulationFailed("no_termination", "the engine did not report normal termination")
 
 
-def table_made(folder: Path, peak: Callable[..., Answer], ended: Ended) -> Answer:
+def table_made(folder: Path, peak: Callable[..., Answer], finished: ProgramRun) -> Answer:
     """Return the answer of a finished run; raise `SimulationFailed` if there is no table of time histories."""
-    if ended.code != 0 or not (folder / writer.TABLE).is_file():
+    if finished.code != 0 or not (folder / writer.TABLE).is_file():
         because = "" if (folder / writer.HISTORY).is_file() else f": the engine wrote no {writer.HISTORY}"
-        raise SimulationFailed("no_history", f"th_to_csv exited with code {ended.code} and wrote no table{because}")
+        raise SimulationFailed("no_history", f"th_to_csv exited with code {finished.code} and wrote no table{because}")
     contact = force_in_histories(read_text(folder, writer.TABLE))
     deleted = deleted_elements(read_text(folder, writer.ENGINE_LISTING), text_left(folder, OUTPUT))
     warnings = [] if deletes_elements(text_left(folder, writer.STARTER_LISTING)) else [nothing_deleted()]
     return peak(contact, failed=deleted, warnings=warnings)
 
 
-def starter_ran(folder: Path, deck: Deck, ended: Ended) -> Answer:
+def starter_ran(folder: Path, deck: Deck, finished: ProgramRun) -> Answer:
     """Raise `SimulationFailed` unless the starter has read the deck correctly; then write the engine's input."""
     listing = text_left(folder, writer.STARTER_LISTING)
-    if errors := starter_errors(listing) or starter_errors(ended.output):
+    if errors := starter_errors(listing) or starter_errors(finished.output):
         more = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
         raise SimulationFailed("starter_error", f"the starter rejected the deck: {errors[0]}{more}")
-    code_is_zero(ended)
+    code_is_zero(finished)
     if unread := values_not_read(listing, deck.material, deck.nonlocal_length):
         message = f"the starter did not read these values from the deck: {', '.join(unread)}"
         raise SimulationFailed("not_as_written", message)
@@ -71,7 +71,7 @@ def starter_ran(folder: Path, deck: Deck, ended: Ended) -> Answer:
 
 
 def leave_engine_input(folder: Path, text: str | None) -> None:
-    """Write the input of the engine (by default the file from the starter) with our run name and with titles."""
+    """Write the engine input, by default from the starter's file, with the run name of stemcal and with titles."""
     if (folder / writer.ENGINE_INPUT).is_symlink():
         message = f"{writer.ENGINE_INPUT} is a symbolic link, and stemcal writes only to regular files"
         raise SimulationFailed("no_engine_input", message)

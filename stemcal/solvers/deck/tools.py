@@ -74,7 +74,7 @@ def _blade_section(blade: Blade, size: float, stroke: float | None = None, line:
         left = -r * cos(lean_left) - (z - r + r * sin(lean_left)) * tan(lean_left)
         return max(body[0], left), min(body[1], touch + (z - r + r * sin(lean_right)) * tan(lean_right))
 
-    if line:  # the edge, and the flanks at some height above it
+    if line:  # the V: left flank, edge, right flank
         height = min(size, _VEE * t)
         (left, right) = ends(height)
         edge = np.array([[left, height], [0.0, 0.0], [right, height]])

@@ -27,7 +27,7 @@ from stemcal.storage.rows import Rows
 from stemcal.study.model.study import Study
 from stemcal.vocabulary import FIRST, Wording
 
-_SHARE = 0.5  # of each range, covered by the design of the surface about the best step
+_SHARE = 0.5  # share of each range that the design about the best step covers
 
 
 @a_stage(ClimbResult)
@@ -116,7 +116,7 @@ def _around(study: Study, name: str, level: float, k: int) -> CodedScale:
 
 def later(study: Study) -> Later | None:
     """Return the runs of a usual climb, one after another, and a note on the largest number of runs."""
-    if (options := study.given(ClimbOptions)) is None:
+    if (options := study.section(ClimbOptions)) is None:
         return None
     when = "simultaneously" if options.at_once else "one after another"
     text = f"Steepest ascent requires at most {counted(options.steps + 1, 'additional run')}, simulated {when}."

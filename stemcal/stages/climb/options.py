@@ -30,7 +30,7 @@ class ClimbOptions(Frozen):
 
 
 def _follows_a_slope(draft: Draft) -> Iterator[Finding]:
-    if not draft.study.of(ScreenOptions).wanted and draft.study.given(ClimbOptions) is not None:
+    if not draft.study.of(ScreenOptions).wanted and draft.study.section(ClimbOptions) is not None:
         message = "steepest ascent requires a screening, which this study does not have"
         yield Finding(("climb",), message, "remove `screen.design: none`")
 

@@ -105,7 +105,7 @@ def _rule_uses_priors(draft: Draft) -> Iterator[Finding]:
 
 
 def _doubts(study: Study) -> Iterator[Finding]:
-    """Yield fitted responses that depend on the mesh, such as travel and work, and a number of means that is slow."""
+    """Yield doubts about fitted responses that depend on the mesh (travel, work) and about very many means."""
     from stemcal.study.rules.plausible import FALL
 
     means = sum(bool(target.mean_of(name)[0]) for target in study.joint_targets for name in study.fitted_responses)

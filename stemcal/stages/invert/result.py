@@ -42,7 +42,7 @@ class Point:
 
 @dataclass(frozen=True)
 class ProfileCurve:
-    """Profile of the misfit over the values of a factor (its unit): `rise` over the minimum, other factors fitted."""
+    """Profile of the misfit over the values of a factor: `rise` over the minimum, with the other factors fitted."""
 
     values: tuple[float, ...]
     rise: tuple[float, ...]
@@ -62,12 +62,13 @@ class PriorRow:
 
 @dataclass(frozen=True, kw_only=True)
 class Certainty:
-    """Uncertainty of the parameters: 95 % intervals by profile likelihood, for a joint fit or for one target
-    (`source`).
+    """Uncertainty of the parameters: 95 % intervals by profile likelihood; `source` is a joint fit or one target.
 
-    `free` factors have an interval over most of their range. To first order the measured values do not change along
-    `directions` (coded), that is, with the `unseen_changes` (in the `units` of the factors). `not_identified` are these
-    factors and the free ones; `loosest` is the change with the least effect on the measured values. `known_sd`:
+    `free` factors have an interval over most of their range. Along `directions` (coded), which are the `unseen_changes`
+    of the factors in their `units`, the measured values do not change to first order. `not_identified` are the factors
+    in
+    these directions and the free ones; `loosest` is the change with the least effect on the measured values.
+    `known_sd`:
     standard deviations are treated as known; `surface_error_known`: the surfaces have residual degrees of freedom.
     """
 

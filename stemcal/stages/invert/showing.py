@@ -89,7 +89,7 @@ class NotebookInversion(InvertResult):
 
 
 def calibration_table(stage: InvertResult, names: Wording, refined: Mapping[str, float] | None = None) -> Table:
-    """Return the table of calibrated, or `refined`, parameters with their ranges; below it target and prediction."""
+    """Return the table of calibrated or `refined` parameters with their ranges; its foot has target and prediction."""
     point, ranges = stage.point, _ranges(stage)
     rows: list[dict[str, Any]] = [
         {"factor": name, "range": ranges[name], "coded": coded, "solution": (refined or point.solution)[name]}

@@ -21,7 +21,7 @@ from stemcal.vocabulary import FIRST, Wording
 
 _MISSED_PERCENT = 2.0  # error of a fitted value that is reported
 _SAME_SIDE = 0.25  # share of the largest error up to which an error of the other sign is ignored
-_NEAR_RADIUS, _NEAR_END = 0.98, 0.01  # shares of radius and range: how near a solution on the edge is
+_NEAR_RADIUS, _NEAR_END = 0.98, 0.01  # a solution is on the edge at these shares of radius and range
 
 
 @ranked(Rank.TREND)
@@ -159,7 +159,7 @@ def misfit(evidence: Evidence) -> Iterator[Note]:
 
 @ranked(Rank.IDENTIFICATION)
 def not_identified(evidence: Evidence) -> Iterator[Note]:
-    """Yield a reason if the measurements do not determine all factors: which factors or changes of several."""
+    """Yield a reason if the measurements do not determine some factors, or some combinations of factors."""
     solved = evidence.of(InvertResult)
     if solved is not None and (known := solved.certainty).not_identified:
         factors = series(known.not_identified, "or")

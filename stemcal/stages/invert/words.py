@@ -155,7 +155,7 @@ def prior_unused(factors: tuple[str, ...]) -> Note:
 
 
 def flat_direction(changes: Mapping[str, float], units: Mapping[str, str]) -> Note:
-    """Return the note on factors that a joint fit cannot separate: `changes` (in `units`) leave it unchanged."""
+    """Return the note on factors that a joint fit cannot separate: `changes` (in `units`) leave the fit unchanged."""
     together = series(change(name, size, units[name]) for name, size in changes.items())
     text = (
         f"The measurements cannot separate the parameters: if {together}, the fit hardly changes. Of all points "

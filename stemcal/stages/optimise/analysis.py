@@ -201,7 +201,7 @@ def foresee(study: Study, solver: Solver, folder: StudyFolder | None) -> Asked:
             cutters = [cutter.levels for cutter in _cutters(study, surface, problem, find_optimum(problem))]
     count = 2 if study.goal is None or len(study.goal.signs) == 1 else 4
     parts = [n / (count + 1.0) for n in range(1, count + 1)]
-    unknown = [{one.name: one.low + part * (one.high - one.low) for one in study.factors} for part in parts]
+    unknown = [{each.name: each.low + part * (each.high - each.low) for each in study.factors} for part in parts]
     at, levels = study.targets.calibrate_at, cutters or unknown
     requests = [Request("optimise", row, each, at, pictured=True) for row, each in enumerate(levels)]
     others = [
@@ -209,4 +209,4 @@ def foresee(study: Study, solver: Solver, folder: StudyFolder | None) -> Asked:
         for number in range(1, len(study.materials) + 1)
     ]
     known, times = cutters is not None, study.solver.repeats
-    return Asked("optimise", repeated(requests, times), known, in_materials=[repeated(one, times) for one in others])
+    return Asked("optimise", repeated(requests, times), known, in_materials=[repeated(runs, times) for runs in others])

@@ -1,10 +1,11 @@
 """The calibrated material of a finished study (`material: {from: FOLDER}`), and other materials that fit as well.
 
 The spec uses all settings on which the calibrated values depend: cross-section of the stem, layers, friction, lengths,
-material law and mesh. A key that it sets itself must have the value of the calibration. The other materials are one
-standard deviation away along the principal axes of the covariance Σ = (JᵀWJ + D)⁻¹ of the calibration. JᵀWJ is the
-information of the likelihood at the solution; D is that of the ranges (uniform, 12/width²), which limits directions
-that the measurements do not determine.
+material law and mesh. If the spec itself sets such a key, the value must be that of the calibration. The other
+materials
+are one standard deviation away along the principal axes of the covariance Σ = (JᵀWJ + D)⁻¹ of the calibration. JᵀWJ is
+the information of the likelihood at the solution; D is the information of the ranges (uniform, 12/width²), which limits
+directions that the measurements do not determine.
 """
 
 from __future__ import annotations
@@ -39,7 +40,7 @@ _SHARED: dict[str, tuple[str, ...]] = {
     "solver": ("rate_law", "element_size", "elements_through_wall", "edge_over", "hourglass", "nonlocal_failure"),
 }
 _CLOSE = 1e-6  # relative tolerance of diameters
-_FASTER = 100.0  # times the speed of the calibration, from which strain rates can exceed C
+_FASTER = 100.0  # strain rates can exceed C if the blade is faster than in the calibration by this factor
 _DIRECTIONS, _LEAST = 3, 0.01  # largest number of other materials, smallest share of the variance
 
 
@@ -149,7 +150,7 @@ def _with(part: Any, path: NodePath, value: Any) -> Any:
 def _add_sections(
     borrowed: Borrowed, source: Study, levels: Mapping[str, float], own: Mapping[str, Any], data: Mapping[str, Any]
 ) -> None:
-    """Add the sections to `borrowed`, and a mistake for each key of the spec that differs from the calibration."""
+    """Add the `material` and other sections of the calibration; add a mistake for each key that differs in the spec."""
     kind = own["solver"].kind if "solver" in own else source.solver.kind
     if not source.kind.parameters or kind != source.solver.kind:
         message = f"the material is calibrated with `kind: {source.solver.kind}`, but this study has `kind: {kind}`"

@@ -71,7 +71,7 @@ class OptimiseResult(StageResult):
         return self.optimum, self.present_levels
 
     @property
-    def found(self) -> tuple[str, ...]:
+    def gains(self) -> tuple[str, ...]:
         """Sentence on the simulated optimum, each response compared with the present cutter."""
         return (f"{'; '.join(map(self.compared, self.gain_percent))}.",)
 

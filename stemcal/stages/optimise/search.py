@@ -23,7 +23,7 @@ _CLOUD = 12
 _FRONT = 13  # points of a front
 _STARTS = 2  # points of the cloud at which the search for a point of the front starts
 _SECOND = 1e-3  # weight of the other response at an end of the front; makes the end unique
-_CONFLICT = 1e-3  # of the span of a response: if the ends of a front are closer, the responses do not conflict
+_CONFLICT = 1e-3  # the responses do not conflict if the ends of a front are nearer than this share of the span
 _SHRINK = 0.6 ** np.arange(16)  # factors that contract the cloud of points towards the optimum
 
 

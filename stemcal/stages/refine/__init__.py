@@ -33,7 +33,7 @@ class Refine(Stage[Any]):
         return super().asked_for(study) or not has_surface(study)
 
     def inputs(self, study: Study) -> Mapping[str, object]:
-        """Return the varied factors and the fitted means; with a surface they are inputs of earlier stage files."""
+        """Return the varied factors and the fitted means; with a surface, earlier stage files have these inputs."""
         from stemcal.stages.rsm.options import RsmOptions
 
         if has_surface(study):

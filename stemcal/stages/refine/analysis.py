@@ -95,7 +95,7 @@ def _result(
         adjusted=Rows(adjusted),
         rows=Rows(rows),
         max_abs_error_percent=max(errors, default=None),
-        made=Rows(loop.runs),
+        trial_runs=Rows(loop.runs),
         undetermined=free,
     )
     return replace(result, notes=tuple(refine_notes(result)))
@@ -141,7 +141,7 @@ def _path(work: Work, there: Work, options: RefineOptions, start: Mapping[str, f
 
 
 def _range(study: Study, options: RefineOptions, name: str, same_mesh: bool) -> Interval:
-    """Return the range of a factor in the other model: of `refine.adjust` or the study, or a wider one."""
+    """Return the range of a factor in the other model: from `refine.adjust`, from the study, or a wider one."""
     factor = study.factor(name)
     if (ends := options.adjust.get(name)) is not None:
         return ends
@@ -193,7 +193,7 @@ def _not_reached(stage: RefineResult, names: Wording) -> Iterator[Note]:
     place = f" in {program(stage.model.kind)}" if stage.elsewhere else ""
     text = (
         f"The simulated {names.response.long}{place} differs from the target by {abs(stage.error_percent):.2f} % after "
-        f"{counted(len(stage.made), 'run')}."
+        f"{counted(len(stage.trial_runs), 'run')}."
     )
     budget, factors = 2 * stage.budget, names.factors(row.factor for row in stage.adjusted)
     wider = f", or widen the range of {factors} in `refine.adjust`" if factors else ""
@@ -219,8 +219,9 @@ def _without_surface(stage: RefineResult) -> Iterator[Note]:
 
 
 def _first_outside(stage: RefineResult, names: Wording) -> Iterator[Note]:
-    """Yield runs of the first point, the solution of the surface, outside their prediction intervals."""
-    first = [run for run in stage.made if run.levels == stage.made[0].levels and run.how == stage.made[0].how]
+    """Yield a note if runs at the solution of the surface are outside their prediction intervals."""
+    start = stage.trial_runs[0]
+    first = [run for run in stage.trial_runs if run.levels == start.levels and run.how == start.how]
     if outside := [run.condition for run in first if run.inside_interval is False]:
         text = (
             "The response surface is less accurate than its residuals indicate: the simulated "
@@ -230,13 +231,13 @@ def _first_outside(stage: RefineResult, names: Wording) -> Iterator[Note]:
 
 
 def _in_another_model(stage: RefineResult, names: Wording) -> Iterator[Note]:
-    if censored := sum(run.outcome.censored for run in stage.made):
+    if censored := sum(run.outcome.censored for run in stage.trial_runs):
         text = (
             f"In {counted(censored, 'run')}, the {names.response.noun} had not fallen by the end of the stroke. The "
             "recorded maximum is therefore only a lower bound."
         )
         yield Note("still_rose", "warning", text, Remedy("Increase `refine.duration`."))
-    simulated = {run.condition for run in stage.made if run.levels == stage.parameters}
+    simulated = {run.condition for run in stage.trial_runs if run.levels == stage.parameters}
     if left := [row.condition for row in stage.rows if row.condition not in simulated]:
         why = "the run budget was exhausted" if stage.converged else "the target was not reached"
         remedy = Remedy("Raise `refine.budget`.") if stage.converged else None

@@ -1,4 +1,4 @@
-"""The `refine` section, and the study as its other model simulates it."""
+"""The `refine` section of a spec, and the study in the other model that `refine.in` describes."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ def most_runs(study: Study) -> int:
 
 def seen(study: Study) -> Study:
     """Return the study with the solver and settings of `refine.in`; the study itself without this key."""
-    options = study.given(RefineOptions)
+    options = study.section(RefineOptions)
     if options is None or (solver := options.in_) is None:
         return study
     if solver.kind == study.solver.kind:  # omitted keys have the values of the study
@@ -91,7 +91,7 @@ def seen(study: Study) -> Study:
 
 
 def _refinement_is_possible(draft: Draft) -> Iterator[Finding]:
-    if (refine := draft.study.given(RefineOptions)) is None:
+    if (refine := draft.study.section(RefineOptions)) is None:
         return
     if refine.elsewhere and not has_surface(draft.study):
         message = "the refinement cannot calibrate the parameters in another model (`rsm.design: none`)"

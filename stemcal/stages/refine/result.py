@@ -73,7 +73,7 @@ class RefineResult(StageResult):
     adjusted: Rows[AdjustedFactor]
     rows: Rows[RefineRow]
     max_abs_error_percent: float | None
-    made: Rows[RefineRun] = field(metadata={"alias": "runs"})
+    trial_runs: Rows[RefineRun] = field(metadata={"alias": "runs"})
     undetermined: tuple[str, ...] = absent(())
     notes: tuple[Note, ...] = ()
 
@@ -85,13 +85,13 @@ class RefineResult(StageResult):
     @property
     def varied(self) -> tuple[str, ...]:
         """Factors whose levels differ between the runs."""
-        first = self.made[0].levels
-        return tuple(name for name in first if any(run.levels[name] != first[name] for run in self.made))
+        first = self.trial_runs[0].levels
+        return tuple(name for name in first if any(run.levels[name] != first[name] for run in self.trial_runs))
 
     @property
     def alone(self) -> bool:
         """Whether the study has no response surface, so that the refinement alone calibrates it."""
-        return self.made[0].how == "middle"
+        return self.trial_runs[0].how == "middle"
 
     @property
     def determined(self) -> tuple[str, ...]:
@@ -106,8 +106,8 @@ class RefineResult(StageResult):
     def _tables(self) -> dict[str, Table]:
         columns = ("condition", "response", "measured", "before", "after", "error_percent")
         runs = ("run", "how", "condition", *self.varied, "predicted", "response", "status", "reason")
-        return {"refine": Table.of(columns, self.rows), "refine_runs": Table.of(runs, self.made)}
+        return {"refine": Table.of(columns, self.rows), "refine_runs": Table.of(runs, self.trial_runs)}
 
     def runs(self) -> Iterator[tuple[str, Outcome]]:
-        for run in self.made:
+        for run in self.trial_runs:
             yield f"refine {run.run}{Wording(self.naming).at(run.condition) if self.elsewhere else ''}", run.outcome

@@ -28,7 +28,7 @@ from stemcal.vocabulary import FIRST
 _PROBE = 0.5  # coded: smallest change of a factor that is moved by itself
 _END = 0.999  # coded: a factor beyond it is at the end of its range
 _LONG_ENOUGH = 0.2  # coded: shorter steps show the roughness of the response rather than its slope
-_SEEN = 2.0  # times the tolerance: smallest change of the means by a factor that counts as determined
+_SEEN = 2.0  # a factor is determined if it changes the means by this multiple of the tolerance
 _WORTH = 0.05  # smallest relative reduction of the misfit that is worth the runs of a step
 _USUAL_VARIATION = 0.03  # assumed coefficient of variation if no scatter was measured
 
@@ -94,14 +94,14 @@ class SecantSteps(MeanSteps):
         return "out_of_reach" if self.determined and not self._free() else "settled"
 
     def _probed(self, j: int) -> Array:
-        """Return the best point with one factor moved to where a response proportional to it is on target."""
+        """Return the best point with factor j moved as far as needed if the response were proportional to it."""
         point, factor, sign = self.best.coded.copy(), self.factors[j], 1.0
         gap = float(np.mean(self._level(self.measured) - self._level(self.best.responses)))
         if self.by_ratio[j] or factor.expected_sign:
             sign = -1.0 if (gap < 0.0) != (factor.expected_sign == "-") else 1.0
         size = abs(gap) / self.half_range[j] if self.by_ratio[j] and self.logarithmic else 0.0
         moved = min(max(point[j] + sign * min(max(size, _PROBE), 1.0), -1.0), 1.0)
-        has_room = abs(moved - point[j]) >= 0.5 * _PROBE  # otherwise the other way
+        has_room = abs(moved - point[j]) >= 0.5 * _PROBE  # otherwise the factor moves in the other direction
         point[j] = moved if has_room else point[j] - sign * _PROBE
         return point
 
@@ -129,7 +129,7 @@ class SecantSteps(MeanSteps):
 
         bounds = np.maximum(-1.0 - start, -self.reach)[moving], np.minimum(1.0 - start, self.reach)[moving]
         nothing = np.zeros(len(moving))
-        solution = least_squares(gaps, nothing, bounds=bounds, method="dogbox")  # it may start at a bound
+        solution = least_squares(gaps, nothing, bounds=bounds, method="dogbox")  # this method may start at a bound
         if 2.0 * solution.cost > (1.0 - _WORTH) * float(gaps(nothing) @ gaps(nothing)):
             return None
         near[moving] = solution.x

@@ -18,7 +18,7 @@ class RefineShowing(Showing[RefineResult]):
     def outcome(self, result: RefineResult, names: Wording) -> list[str]:
         if result.elsewhere:
             return _there(result, names)
-        count = len(result.made)
+        count = len(result.trial_runs)
         done = "checked in 1 run" if count == 1 else f"corrected in {count} runs"
         done = f"determined in {counted(count, 'run')} from mid-range" if result.alone else done
         tolerance = f"{'is within' if result.converged else 'exceeds'} the tolerance of {result.tolerance_percent:g} %"
@@ -83,7 +83,7 @@ def responses(stage: RefineResult, names: Wording) -> Table:
     ]
     foot = [
         f"The error relative to the target is {'below' if stage.converged else 'above'} {stage.tolerance_percent:g} % "
-        f"after {len(stage.made)} of at most {stage.budget} runs."
+        f"after {len(stage.trial_runs)} of at most {stage.budget} runs."
     ]
     if stage.aim != stage.fitted.measured:
         foot += [f"After a joint fit, the target is the value predicted by the study ({names.quantity(stage.aim)})."]
@@ -102,7 +102,7 @@ def runs(stage: RefineResult, names: Wording) -> Table:
         Column("predicted", "Predicted", names.response.written, significant),
         simulated(names.response, "Simulated"),
     ]
-    return Table.of(columns, stage.made, "Refinement runs", detail=True)
+    return Table.of(columns, stage.trial_runs, "Refinement runs", detail=True)
 
 
 def _there(stage: RefineResult, names: Wording) -> list[str]:

@@ -202,7 +202,7 @@ def _label(axes: Any, rsm: RsmResult, pair: _Pair, labels: Mapping[str, str] | N
 
 
 def _mark_target(axes: Axes, rsm: RsmResult, grid: _Grid, solved: Solution, pair: _Pair) -> None:
-    """Draw the solution, and a contour at each measured mean that is fitted: of each response and condition."""
+    """Draw the solution, and a contour at each fitted mean, whatever its response and condition."""
     levels = [np.full(grid[0].size, solved.levels[name]) for name in rsm.names]
     for name, values in zip(pair, grid[:2], strict=True):
         levels[rsm.names.index(name)] = values.ravel()

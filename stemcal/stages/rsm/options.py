@@ -289,7 +289,7 @@ RsmOptions.doubts = _doubts
 
 
 def surface_factors(study: Study, solver: Solver, screened: ScreenResult) -> tuple[list[str], list[Note]]:
-    """Return the factors by contribution, and notes: the significant ones, or as many as spec or design require."""
+    """Return the factors of the surface, significant ones or as many as spec or design require, and notes."""
     rsm, table = study.of(RsmOptions), solver.given_design("rsm")
     if not isinstance(rsm.factors, str):
         return list(rsm.factors), []

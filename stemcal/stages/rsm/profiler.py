@@ -24,7 +24,11 @@ MOST = 24
 def profiler_data(
     study: Study, rsm: RsmResult, values: Mapping[str, float], holds: bool, present: Mapping[str, float] | None = None
 ) -> dict[str, Any]:
-    """Return data for JSON: start at `values` or the centre, intervals if `holds`, comparison with `present` levels."""
+    """Return the data of the profiler, in types of JSON; it starts at the levels `values`, by default at the centre.
+
+    Intervals are included if the study is calibrated (`holds`). Predictions are compared with those at `present`
+    levels.
+    """
     goal = study.goal is not None
     before = {entry.factor: entry.center for entry in rsm.factors} if present is None else present
     pairs = zip(measured_means(study), fitted_surfaces(study, rsm), strict=True)
@@ -89,7 +93,7 @@ def _surface(study: Study, mean: Measured, surface: AnySurface) -> dict[str, Any
 
 
 def _where(surface: AnySurface) -> dict[str, Any]:
-    """Return the runs of a surface, or the place of a section on its surface over factors and conditions."""
+    """Return the runs of a surface, or for a section its condition on the surface over factors and conditions."""
     if not isinstance(surface, Section):
         return {"runs": [[*x, y] for x, y in zip(surface.design.tolist(), surface.response.tolist(), strict=True)]}
     factors, start, rate, exponents = surface.place.coordinates

@@ -26,7 +26,7 @@ from stemcal.vocabulary import FIRST
 # Ratios of units that are often confused: a force in N and in kN, kgf or g, a length in mm and in m.
 _UNITS = {1000.0: "kN and N, or mm and m", 9.80665: "kgf and N", 1000.0 / 9.80665: "g and N"}
 _DRAWN = frozenset({"replicate", "seed"})  # inputs that differ between repeated runs
-_FAR, _ROOM = 3.0, 0.25  # a wrong unit is suspected beyond _FAR times the simulated range; it is widened by _ROOM
+_FAR, _ROOM = 3.0, 0.25  # a wrong unit is suspected beyond _FAR times the simulated range, widened by _ROOM
 _SIGNS = 3  # smallest number of runs from which a wrong sign is reported
 _MANY = 0.1  # share of failed runs from which the failures are reported
 _RETRY = "Fix the causes of the failures (see `stemcal status SPEC --failed`), then run `stemcal run SPEC --retry`."
@@ -263,7 +263,7 @@ def sign_against_expectation(evidence: Evidence) -> Iterator[Note]:
     against = []
     for factor in evidence.study.factors:
         signs = (result.sign_of(factor.name) for result in reversed(evidence.results.done))
-        estimated = next((sign for sign in signs if sign is not None), None)  # the last significant one
+        estimated = next((sign for sign in signs if sign is not None), None)  # of the last significant effect
         if factor.expected_sign and estimated not in (None, factor.expected_sign):
             against.append(factor.name)
     if against:

@@ -56,7 +56,6 @@ class Physics:
 
     @property
     def share(self) -> float:
-        """Share of doubtful runs among the checked ones."""
         return self.doubtful / self.checked if self.checked else 0.0
 
 
@@ -112,7 +111,7 @@ _INPUT: dict[DoubtKind, str] = {
 
 
 def for_physics(study: Study, doubt: Doubt, every: Sequence[Doubt] = ()) -> Remedy:
-    """Return the remedy for a doubt, for the largest of its kind in `every` and for the time step of all."""
+    """Return the remedy for a doubt; it also corrects the largest doubt of this kind in `every`, and the time step."""
     solver: Any = study.solver
     size = max(_aim(each) for each in (doubt, *every) if each.kind == doubt.kind)
     part = min(_part_of_step(each) for each in (doubt, *every))

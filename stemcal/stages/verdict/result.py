@@ -33,14 +33,14 @@ class Verdict:
     use: Use | None
     reasons: tuple[Note, ...]
     goal: bool = absent(False)
-    found: tuple[str, ...] = absent(())
+    gains: tuple[str, ...] = absent(())
 
     @classmethod
-    def of(cls, reasons: list[Note], use: Use | None, goal: bool = False, found: tuple[str, ...] = ()) -> Verdict:
+    def of(cls, reasons: list[Note], use: Use | None, goal: bool = False, gains: tuple[str, ...] = ()) -> Verdict:
         """Return the verdict: not calibrated for a reason of severity error, with reservations for any other reason."""
         worst = min((reason.severity for reason in reasons), key=SEVERITIES.index, default=None)
         word: Word = "calibrated" if worst is None else "not_calibrated" if worst == "error" else "with_reservations"
-        return cls(word, use, tuple(reasons), goal, found)
+        return cls(word, use, tuple(reasons), goal, gains)
 
     @property
     def holds(self) -> bool:

@@ -70,8 +70,8 @@ def trend_of(
 ) -> PowerLaw | None:
     """Return the power law of measured over simulated force if its exponent is significant, else None.
 
-    It is significant if its 95 % interval excludes 0 and, if the standard errors of the means are known (`scatter`, %),
-    also the interval from these. Failed runs are left out.
+    It is significant if its 95 % interval excludes 0. If the standard errors of the means are known (`scatter`, %), the
+    interval that follows from them must exclude 0 as well. Failed runs are left out.
 
     >>> d = [7.0, 8.0, 9.0, 10.0, 11.0]
     >>> round(trend_of(d, [x**2.5 for x in d], [x**2.0 for x in d]).exponent, 6)

@@ -116,8 +116,8 @@ def verdict_of(study: Study, folder: StudyFolder, results: Results | None = None
         # the study cannot continue, so do not advise to run the other stages
         reasons = [(rank, reason) for rank, reason in reasons if reason.kind != "unfinished"]
     reasons.sort(key=lambda pair: pair[0])
-    optimum = tuple(sentence for result in results.done for sentence in result.found)
-    return Verdict.of([reason for _, reason in reasons], _use(evidence), study.goal is not None, optimum)
+    gains = tuple(sentence for result in results.done for sentence in result.gains)
+    return Verdict.of([reason for _, reason in reasons], _use(evidence), study.goal is not None, gains)
 
 
 def _use(evidence: Evidence) -> Use | None:

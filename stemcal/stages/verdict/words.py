@@ -67,7 +67,7 @@ def uses(verdict: Verdict, names: Wording) -> list[str]:
     The largest error is in the maximum force: 21 % too low at a diameter of 11 mm.
     """
     if (where := verdict.use) is None:
-        return [" ".join(map(capital, verdict.found))] if verdict.found else []
+        return [" ".join(map(capital, verdict.gains))] if verdict.gains else []
     if where.good:
         size = f"{where.largest_percent:.1f} % (limit: {where.within_percent:g} %)"
         sentences = [f"The error of the simulation is at most {size}{names.at(*where.good)}."]

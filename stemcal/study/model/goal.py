@@ -33,10 +33,10 @@ def _key(named: Variable, naming: Vocabulary) -> str:
     return FIRST if named == naming.response else named.name
 
 
-def _listed(given: Any, info: ValidationInfo) -> Any:
-    if info.context is not None and (not isinstance(given, list) or not given):
+def _listed(raw: Any, info: ValidationInfo) -> Any:
+    if info.context is not None and (not isinstance(raw, list) or not raw):
         raise complain("the value is not a list of responses", "write a list, such as `[force]`")
-    return given
+    return raw
 
 
 def _keyed(name: Any, info: ValidationInfo) -> Any:
@@ -46,13 +46,13 @@ def _keyed(name: Any, info: ValidationInfo) -> Any:
     return _key(_response(name, naming), naming)
 
 
-def _limits(given: Any, info: ValidationInfo) -> Any:
+def _limits(raw: Any, info: ValidationInfo) -> Any:
     if info.context is None:
-        return given
-    if not isinstance(given, Mapping):
+        return raw
+    if not isinstance(raw, Mapping):
         raise complain("the limits are not a mapping", "write a mapping, such as `{force: 150 N}`")
     naming, limits, wrong = info.context.get("naming", CUTTING), {}, []
-    for name, value in given.items():
+    for name, value in raw.items():
         try:
             named = _response(name, naming)
             if naming.is_cutting:

@@ -15,13 +15,13 @@ from stemcal.study.types.field_types import Frozen, Length, Quantity, Size, comp
 MOST_EXPONENT: Final = 20.0
 
 
-def _exponent(given: Any) -> Any:
-    if isinstance(given, str) and given.isidentifier():
-        return given
-    if isinstance(given, bool) or not isinstance(given, int | float) or not abs(given) <= MOST_EXPONENT:
+def _exponent(raw: Any) -> Any:
+    if isinstance(raw, str) and raw.isidentifier():
+        return raw
+    if isinstance(raw, bool) or not isinstance(raw, int | float) or not abs(raw) <= MOST_EXPONENT:
         message = f"the exponent is neither a number from -{MOST_EXPONENT:g} to {MOST_EXPONENT:g} nor a factor"
         raise complain(message, "write a number, as in `exponent: 0.5`, or the name of a factor")
-    return float(given)
+    return float(raw)
 
 
 class Growth(Frozen):
@@ -73,7 +73,6 @@ class Interpolated:
 
     @property
     def range(self) -> str:
-        """Text of the range of measured diameters."""
         ends = dict.fromkeys((f"{self.points[0][0]:g}", f"{self.points[-1][0]:g}"))
         return f"{' to '.join(ends)} mm"
 
@@ -100,23 +99,21 @@ class OverDiameter:
             serialization=core_schema.plain_serializer_function_ser_schema(_written),
         )
 
-    def _read(
-        self, given: Any, plain: core_schema.ValidatorFunctionWrapHandler, info: core_schema.ValidationInfo
-    ) -> Any:
-        if isinstance(given, Growth | Interpolated):
-            return given
-        if not isinstance(given, Mapping):
-            return plain(given)
-        if self.only_grows or given.keys() & Growth.model_fields.keys():
-            grown = Growth.model_validate(given, context=info.context)
+    def _read(self, raw: Any, plain: core_schema.ValidatorFunctionWrapHandler, info: core_schema.ValidationInfo) -> Any:
+        if isinstance(raw, Growth | Interpolated):
+            return raw
+        if not isinstance(raw, Mapping):
+            return plain(raw)
+        if self.only_grows or raw.keys() & Growth.model_fields.keys():
+            grown = Growth.model_validate(raw, context=info.context)
             if isinstance(grown.exponent, str) and not self.only_grows:
                 wrong = complain(f"the exponent {grown.exponent!r} is not a number", "write a number, such as 2")
-                entry = InitErrorDetails(type=wrong, loc=("exponent",), input=given)
+                entry = InitErrorDetails(type=wrong, loc=("exponent",), input=raw)
                 raise ValidationError.from_exception_data("exponent", [entry])
             value = None if grown.value is None else _in_mm(plain(grown.value), grown.at)
             return grown.model_copy(update={"value": value})
         points = {}
-        for key, value in given.items():
+        for key, value in raw.items():
             if not isinstance(key, str):
                 raise complain(f"{key} is not a diameter with a unit", "write lines such as `8 mm: 0.5 mm`")
             if (diameter := _DIAMETER.read(key, info)) in points:
@@ -142,13 +139,13 @@ def _written(value: Any) -> Any:
     return str(value) if isinstance(value, Length) else value
 
 
-def value_at(given: Any, diameter: float, level: float | None, factors: Mapping[str, float]) -> float | None:
+def value_at(value: Any, diameter: float, level: float | None, factors: Mapping[str, float]) -> float | None:
     """Return a parameter at a stem diameter (mm) from its value in a spec, or its `level` as a factor; None if neither.
 
     `factors` are the levels of all factors, for a `Growth` whose exponent is one of them.
     """
-    if isinstance(given, Growth):
-        return given.given_at(diameter, level, factors)
-    if level is not None or given is None:
+    if isinstance(value, Growth):
+        return value.given_at(diameter, level, factors)
+    if level is not None or value is None:
         return level
-    return float(given.at(diameter) if isinstance(given, Length | Interpolated) else given)
+    return float(value.at(diameter) if isinstance(value, Length | Interpolated) else value)

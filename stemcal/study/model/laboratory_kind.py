@@ -23,11 +23,11 @@ class LaboratoryMeans(Frozen):
     row: int = Field(default=0, exclude=True, repr=False)
 
 
-def _as_rows(given: Any, info: ValidationInfo) -> Any:
+def _as_rows(raw: Any, info: ValidationInfo) -> Any:
     if info.context is not None:
         remedy = "write rows such as `{test: NAME, diameter: …}` in the `targets` section"
         raise complain("unknown key 'targets'", remedy)
-    return given
+    return raw
 
 
 class LaboratorySection(Frozen):
@@ -128,7 +128,7 @@ class PieceSection(LaboratorySection):
         return 2.0 * diameter if self.length is None else self.length.at(diameter)
 
     def room(self, diameter: float, ratio: float) -> float:
-        """Return twice the largest stroke (mm): half the size of the specimen along it, by default."""
+        """Return twice the largest possible stroke, mm; by default the length of the specimen."""
         return self.long(diameter)
 
     def misfits(self, diameter: float, ratio: float) -> Iterator[tuple[str, str, str]]:
@@ -213,7 +213,7 @@ def naming_with(targets: Targets, tests: Sequence[LaboratorySection]) -> Vocabul
 
 
 def with_tests(targets: Targets, tests: Sequence[LaboratorySection]) -> Targets:
-    """Return the targets with the means of laboratory tests at the same diameters as further responses."""
+    """Add the means of laboratory tests to the targets at the same diameters, as further responses."""
     further: dict[float, dict[str, Mean]] = {}
     for test in tests:
         for means in test.targets:

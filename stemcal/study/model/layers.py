@@ -37,7 +37,7 @@ class Place(NamedTuple):
     path: NodePath
 
     @property
-    def given(self) -> Any:
+    def value(self) -> Any:
         """The value in the spec, None if there is none."""
         return field_or_none(self.section, str(self.path[-1]))
 
@@ -137,31 +137,31 @@ def _resolved(
     along: Mapping[str, float],
 ) -> dict[str, float]:
     """Return the properties across the axis, MPa; a later section (and its factors) replaces values of earlier ones."""
-    given: dict[str, Any] = {}
+    values: dict[str, Any] = {}
     for prefix, section in sections:
         for name in TRANSVERSE:
             if (value := field_or_none(section, name)) is not None:
-                given[name] = value
+                values[name] = value
             if (factor := f"{prefix}{name}") in internal:
                 level = internal[factor]
-                given[name] = level if name == "poisson_ratio" else Relative(level, factor in ratios)
-    return across_from(given, along)
+                values[name] = level if name == "poisson_ratio" else Relative(level, factor in ratios)
+    return across_from(values, along)
 
 
-def across_from(given: Mapping[str, Any], along: Mapping[str, float]) -> dict[str, float]:
-    """Return the properties across the axis, MPa, from the `given` ones, and defaults from the values along the axis.
+def across_from(values: Mapping[str, Any], along: Mapping[str, float]) -> dict[str, float]:
+    """Return the properties across the axis, MPa: `values`, and defaults that follow from the values along the axis.
 
     The default shear modulus is de Saint-Venant's 1/G = 1/E + (1 + 2ν)/E_T, which is exact for isotropic materials.
     """
     E, nu, sigma = along["elastic_modulus"], along["poisson_ratio"], along["yield_stress"]
-    E_t = given["elastic_modulus"].of(E) if "elastic_modulus" in given else E
-    across = given["yield_stress"].of(sigma) if "yield_stress" in given else sigma
+    E_t = values["elastic_modulus"].of(E) if "elastic_modulus" in values else E
+    across = values["yield_stress"].of(sigma) if "yield_stress" in values else sigma
     estimate = 1.0 / (1.0 / E + (1.0 + 2.0 * nu) / E_t)
-    shear, shear_yield = given.get("shear_modulus"), given.get("shear_yield_stress")
+    shear, shear_yield = values.get("shear_modulus"), values.get("shear_yield_stress")
     return {
         "elastic_modulus": E_t,
         "shear_modulus": estimate if shear is None else shear.of(E),
-        "poisson_ratio": given.get("poisson_ratio", nu),
+        "poisson_ratio": values.get("poisson_ratio", nu),
         "yield_stress": across,
         "shear_yield_stress": across / sqrt(3.0) if shear_yield is None else shear_yield.of(sigma),
     }

@@ -25,7 +25,7 @@ from stemcal.vocabulary import FIRST, Variable, Vocabulary
 
 Patterns = Annotated[
     tuple[Annotated[str, StringConstraints(strict=True, min_length=1, max_length=300)], ...],
-    BeforeValidator(lambda given: (given,) if isinstance(given, str) else given),
+    BeforeValidator(lambda raw: (raw,) if isinstance(raw, str) else raw),
     Field(min_length=1, max_length=100),
     WithJsonSchema({"anyOf": [{"type": "string"}, {"type": "array", "items": {"type": "string"}}]}),
 ]
@@ -69,7 +69,7 @@ class TargetRow(_Responses):
 class Mean(Frozen):
     """The measured mean of a further response and its standard deviation, in the unit of the response.
 
-    `n` is the number of specimens, or None for that of the first response.
+    `n` is the number of specimens; None if it is the same as for the first response.
     """
 
     value: float

@@ -27,8 +27,8 @@ from stemcal.study.types.strict_yaml import resolve
 
 Stress = Annotated[float | Growth, OverDiameter(Annotated[float, Quantity("stress")], only_grows=True)]
 GAP: Final = 0.001  # distance of the edge from the stem at the start, mm
-DAMPING: Final = 0.5  # of the contact, over critical damping
-_WHOLE_STROKE = Length(divisor=1 / 1.5)  # default of a cut all the way through the stem
+DAMPING: Final = 0.5  # damping of the contact over critical damping
+_WHOLE_STROKE = Length(divisor=1 / 1.5)  # default stroke of a cut all the way through the stem
 _Folder = Annotated[Title, Field(min_length=1, max_length=200)]
 Ratio = Annotated[float | Growth, OverDiameter(Number, only_grows=True)]
 _Density = Annotated[float | Growth, OverDiameter(Annotated[float, Quantity("density")], only_grows=True)]
@@ -172,19 +172,19 @@ class Relative:
         return f"{self.value:g}" if self.is_ratio else f"{self.value:g} MPa"
 
 
-def _relative(given: Any, info: ValidationInfo) -> Any:
-    if isinstance(given, Relative):
-        return given
-    text = given.strip() if isinstance(given, str) else ""
+def _relative(raw: Any, info: ValidationInfo) -> Any:
+    if isinstance(raw, Relative):
+        return raw
+    text = raw.strip() if isinstance(raw, str) else ""
     if isinstance(resolve(text), int | float):
         raise complain(f"{text} has no unit", f'write {text} without quotes for a ratio, or "{text} MPa"')
     if text.endswith("%"):
-        given = Quantity("dimensionless").read(given, info)
-    if isinstance(given, bool) or not isinstance(given, int | float):
-        return Relative(Quantity("stress", above=0).read(given, info))
-    if not 0.0 < given <= MOST:
-        raise complain(f"{given:g} is not a ratio above 0", "write a number, such as 0.1, or a stress, such as 80 MPa")
-    return Relative(float(given), is_ratio=True)
+        raw = Quantity("dimensionless").read(raw, info)
+    if isinstance(raw, bool) or not isinstance(raw, int | float):
+        return Relative(Quantity("stress", above=0).read(raw, info))
+    if not 0.0 < raw <= MOST:
+        raise complain(f"{raw:g} is not a ratio above 0", "write a number, such as 0.1, or a stress, such as 80 MPa")
+    return Relative(float(raw), is_ratio=True)
 
 
 StressOrRatio = Annotated[
@@ -243,7 +243,7 @@ class MaterialSection(Frozen):
     transverse: TransverseSection | None = None
     """Properties across the axis of the stem; without this section, the material is isotropic."""
 
-    def given(self) -> dict[str, float]:
+    def fixed(self) -> dict[str, float]:
         """Return the parameters with a fixed value for all stems, by name."""
         return {name: value for name in PARAMETERS if isinstance(value := field_or_none(self, name), int | float)}
 

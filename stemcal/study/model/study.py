@@ -93,8 +93,8 @@ def _form() -> type[OwnSections]:
         name = f"{stage.name}_" if hasattr(BaseModel, stage.name) else stage.name
         key = None if name == stage.name else stage.name
         default = None if stage.by_section else kind()
-        given = Field(default=default, validation_alias=key, serialization_alias=key)
-        fields[name] = (kind | None if stage.by_section else kind, given)
+        section_field = Field(default=default, validation_alias=key, serialization_alias=key)
+        fields[name] = (kind | None if stage.by_section else kind, section_field)
         FIELDS[kind] = name
     return create_model("StudyForm", __base__=OwnSections, __module__=__name__, __doc__="The keys of a spec.", **fields)
 
@@ -171,9 +171,9 @@ class Study(StudyForm):
 
     def of(self, kind: type[F]) -> F:
         """Return the section of a stage by its class; a section of defaults if the spec has none."""
-        return self.given(kind) or kind()
+        return self.section(kind) or kind()
 
-    def given(self, kind: type[F]) -> F | None:
+    def section(self, kind: type[F]) -> F | None:
         """Return the section of a stage by its class; None for a stage that is omitted because it has no section."""
         if (name := FIELDS.get(kind)) is None:
             return next((section for section in self.further.values() if isinstance(section, kind)), None)
@@ -225,7 +225,7 @@ class Study(StudyForm):
         for name, growth in self.material.growing().items():
             varied[name] = growth.given_at(diameter, varied.get(name), chosen)
         innermost = own_values(self.layers[-1], diameter, chosen) if self.layers else {}
-        return {**innermost, **self.material.given(), **varied, **(NO_RATE if self.solver.rate == "none" else {})}
+        return {**innermost, **self.material.fixed(), **varied, **(NO_RATE if self.solver.rate == "none" else {})}
 
     def at(self, levels: Mapping[str, float]) -> Study:
         """Return the study in which levels of factors replace settings of the test and the stem friction."""
@@ -233,8 +233,8 @@ class Study(StudyForm):
         study = self.with_settings({name: value for name, value in chosen.items() if name in self.kind.parameters})
         if (friction := chosen.get(FRICTION)) is None:
             return study
-        given = {"static_friction": friction, "dynamic_friction": friction, "decay": 0.0}
-        return study.model_copy(update={"contact": study.contact.model_copy(update=given)})
+        contact = {"static_friction": friction, "dynamic_friction": friction, "decay": 0.0}
+        return study.model_copy(update={"contact": study.contact.model_copy(update=contact)})
 
     def with_settings(self, values: Mapping[str, float]) -> Study:
         """Return the study with other values of settings of the test (internal units); other names are ignored."""
@@ -265,7 +265,7 @@ class Study(StudyForm):
 
     @property
     def by_hand(self) -> Study:
-        """The study whose runs people do: the one in another model (`there`) if only that is, otherwise this one."""
+        """The study whose runs people perform: `there` if only the runs in the other model are manual, else `self`."""
         there = self.there
         people = [study.kind.answers == "asks_people" for study in (self, there)]
         return there if people == [False, True] else self

@@ -36,7 +36,7 @@ def finding_of(error: Mapping[str, Any], path: NodePath, shown_path: NodePath) -
 
     `shown_path` is `path` with the kinds of solvers and tests, as in the JSON schema, to look up known keys.
     """
-    kind, given, context = error["type"], error["input"], error.get("ctx", {})
+    kind, value, context = error["type"], error["input"], error.get("ctx", {})
     if kind == "stemcal":
         return Finding(path, context["message"], context["remedy"])
     if kind == "missing":
@@ -46,30 +46,30 @@ def finding_of(error: Mapping[str, Any], path: NodePath, shown_path: NodePath) -
         return _unknown_key(path, shown_path)
     if kind == "literal_error":
         choices = [part.strip().strip("'") for part in context["expected"].replace(" or ", ", ").split(", ")]
-        near = nearest(given, choices) if isinstance(given, str) else None
+        near = nearest(value, choices) if isinstance(value, str) else None
         remedy = f"did you mean {near}?" if near else f"write {listed(choices)}"
-        return Finding(path, f"{_show(given)} is not an allowed value", remedy)
+        return Finding(path, f"{_show(value)} is not an allowed value", remedy)
     if kind in ("too_short", "string_too_short"):
-        return _too_short(given.strip() if isinstance(given, str) else given, path)
+        return _too_short(value.strip() if isinstance(value, str) else value, path)
     if kind in ("too_long", "string_too_long"):
         remedy = f"shorten the value to a length of at most {context.get('max_length')}"
-        return Finding(path, f"the value is too long (length {len(given)})", remedy)
+        return Finding(path, f"the value is too long (length {len(value)})", remedy)
     if kind in _KINDS:
-        return Finding(path, *_wrong_kind(given, *_KINDS[kind]))
+        return Finding(path, *_wrong_kind(value, *_KINDS[kind]))
     if kind in _BOUNDS:
         words, key, remedy = _BOUNDS[kind]
-        return Finding(path, f"{_show(given)} {words} {context[key]:g}", remedy.format(context[key]))
-    return Finding(path, f"{_show(given)}: {error['msg']}", "correct the value")
+        return Finding(path, f"{_show(value)} {words} {context[key]:g}", remedy.format(context[key]))
+    return Finding(path, f"{_show(value)}: {error['msg']}", "correct the value")
 
 
-def _wrong_kind(given: Any, wanted: str, remedy: str) -> tuple[str, str]:
-    if given is None:
+def _wrong_kind(value: Any, wanted: str, remedy: str) -> tuple[str, str]:
+    if value is None:
         return "the value is empty", f"write {wanted}"
-    if isinstance(given, str) and re.match(r"\s*[-+]?[0-9]*,[0-9]", given):
-        return f"{_show(given)} has a decimal comma", f"write {with_point(given)}"
-    if isinstance(given, str) and wanted.endswith("number") and (number := _NUMBER.match(given.strip())):
-        return f"{_show(given)} is not {wanted}", f"write {number[0]} without quotes or a unit"
-    return f"{_show(given)} is not {wanted}", remedy
+    if isinstance(value, str) and re.match(r"\s*[-+]?[0-9]*,[0-9]", value):
+        return f"{_show(value)} has a decimal comma", f"write {with_point(value)}"
+    if isinstance(value, str) and wanted.endswith("number") and (number := _NUMBER.match(value.strip())):
+        return f"{_show(value)} is not {wanted}", f"write {number[0]} without quotes or a unit"
+    return f"{_show(value)} is not {wanted}", remedy
 
 
 def _unknown_key(path: NodePath, shown_path: NodePath) -> Finding:
@@ -86,53 +86,53 @@ def _unknown_key(path: NodePath, shown_path: NodePath) -> Finding:
     return Finding(path, f"unknown key {key[:60]!r}", remedy, at_key=True)
 
 
-def _too_short(given: Any, path: NodePath) -> Finding:
-    if given:
-        return Finding(path, f"{_show(given)} is too short", "write a longer value")
-    several = isinstance(given, list | tuple)
+def _too_short(value: Any, path: NodePath) -> Finding:
+    if value:
+        return Finding(path, f"{_show(value)} is too short", "write a longer value")
+    several = isinstance(value, list | tuple)
     remedy = "write at least one entry, on a line that begins with `-`" if several else "write a value"
     return Finding(path, "the value is empty", remedy)
 
 
-def _show(given: Any) -> str:
-    if isinstance(given, dict):
+def _show(value: Any) -> str:
+    if isinstance(value, dict):
         return "a mapping"
-    if isinstance(given, list | tuple):
+    if isinstance(value, list | tuple):
         return "a list"
-    if given is None:
+    if value is None:
         return "an empty value"
-    if isinstance(given, bool):
-        return str(given).lower()
-    if isinstance(given, float):
-        return f"{given:g}"
-    text = repr(given)
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, float):
+        return f"{value:g}"
+    text = repr(value)
     return text if len(text) <= 62 else text[:59] + "..."
 
 
-def checked(kind: Any, given: object, name: str) -> Any:
+def checked(kind: Any, value: object, name: str) -> Any:
     """Validate a value from Python or the command line, such as ``"8 mm"``, by a type of the model, such as `Size`.
 
     Raises `UsageError`, with `name` for the value, if it is invalid.
     """
     try:
-        return TypeAdapter(kind).validate_python(given)
+        return TypeAdapter(kind).validate_python(value)
     except ValidationError as error:
         wrong = finding_of(error.errors(include_url=False)[0], (name,), (name,))
         raise UsageError(f"{name}: {wrong.message}; {wrong.remedy}") from None
 
 
-def checked_number(given: object, name: str) -> float:
+def checked_number(value: object, name: str) -> float:
     """Return a number of any numeric type as a float; raise `UsageError` for other values and for bool."""
-    is_number = isinstance(given, Real) and not isinstance(given, bool)
-    return float(checked(Number, float(given) if is_number else given, name))  # type: ignore[arg-type]
+    is_number = isinstance(value, Real) and not isinstance(value, bool)
+    return float(checked(Number, float(value) if is_number else value, name))  # type: ignore[arg-type]
 
 
-def level_of(factor: Factor, given: float | str) -> float:
+def level_of(factor: Factor, level: float | str) -> float:
     """Return a level in the unit of its factor, from a number or a quantity such as ``"18 MPa"``."""
-    given = _number_or_text(given) if isinstance(given, str) else given
-    if not isinstance(given, str):
-        return checked_number(given, factor.name)
-    inside = checked(Annotated[float, Quantity(parse_unit(factor.unit).dimension)], given, factor.name)
+    level = _number_or_text(level) if isinstance(level, str) else level
+    if not isinstance(level, str):
+        return checked_number(level, factor.name)
+    inside = checked(Annotated[float, Quantity(parse_unit(factor.unit).dimension)], level, factor.name)
     return from_internal(inside, factor.unit)
 
 

@@ -76,19 +76,19 @@ class Sections:
             measured = {self.naming.response.name, *(name for target in targets.means for name in target.further)}
         return {"spec": self.folder, "naming": self.naming, "measured": measured}
 
-    def read(self, name: str, given: Any) -> None:
+    def read(self, name: str, raw: Any) -> None:
         """Read a section; keep the valid keys of an invalid section."""
         reported: Collection[NodePath] = ()
-        if given is None:
+        if raw is None:
             self.findings.append(Finding((spelled(name),), "the section is empty", "fill in or remove the section"))
             return
         if "tests" not in self.good and "responses" in getattr(_kind(name), "model_fields", ()):
             reported = [(spelled(name), "responses")]  # the responses are unknown while a test is invalid
         try:
-            self.good[name] = _adapter(name).validate_python(given, context=self.context)
+            self.good[name] = _adapter(name).validate_python(raw, context=self.context)
         except ValidationError as error:
             self._find(error, (spelled(name),), reported)
-            if (rest := _partly(_kind(name), given, self.context)) is not None:  # for the rules
+            if (rest := _partly(_kind(name), raw, self.context)) is not None:  # for the rules
                 self.good[name] = rest
 
     def read_further(self) -> None:
@@ -114,15 +114,15 @@ class Sections:
                 self._find(error, (key,))
         self.good["further"] = further
 
-    def read_targets(self, name: str, given: Any) -> None:
+    def read_targets(self, name: str, raw: Any) -> None:
         """Read the rows of the targets with their curves; add their responses to the responses of the study."""
         tests, machine = self.data.get("tests"), self.good.get("machine")
         names = [test.get("name") for test in tests if isinstance(test, dict)] if isinstance(tests, list) else []
-        if self.naming.is_cutting and isinstance(given, list):
-            keys = [key for row in given if isinstance(row, dict) and "test" not in row for key in row]
+        if self.naming.is_cutting and isinstance(raw, list):
+            keys = [key for row in raw if isinstance(row, dict) and "test" not in row for key in row]
             self.naming = self.naming.measuring(list(map(str, keys)))
         rows = TargetRows(self.naming, [test_name for test_name in names if isinstance(test_name, str)], self.folder)
-        rows.read(given)
+        rows.read(raw)
         self.findings += rows.findings
         self.tests = {
             index: test.model_copy(update={"targets": tuple(rows.of_tests.get(test.name, ()))})
@@ -140,15 +140,15 @@ class Sections:
         """Add the material of another study (`material.from`) to the sections."""
         if field_or_none(self.good.get("material"), "from_") is not None:
             each = (stage.completed(self.good, self.data, self.folder) for stage in STAGES.built_in)
-            taken = next(filter(None, each))
-            self.findings += taken.findings
-            self.good |= {**taken.sections, "materials": tuple(taken.others), "pending": taken.pending}
+            borrowed = next(filter(None, each))
+            self.findings += borrowed.findings
+            self.good |= {**borrowed.sections, "materials": tuple(borrowed.others), "pending": borrowed.pending}
 
-    def read_goal(self, name: str, given: Any) -> None:
+    def read_goal(self, name: str, raw: Any) -> None:
         """Read the goal; add the responses of the cutting test that it names to the responses of the study."""
-        keys = [key for value in given.values() for key in value] if isinstance(given, dict) else []
+        keys = [key for value in raw.values() for key in value] if isinstance(raw, dict) else []
         self.naming = self.naming.measuring(list(map(str, keys))) if self.naming.is_cutting else self.naming
-        self.read(name, given)
+        self.read(name, raw)
 
     def set_goal_condition(self) -> None:
         """Set the condition of a study with a goal: the diameter of the specimen."""
@@ -157,10 +157,10 @@ class Sections:
         if at is not None:
             self.good["targets"] = Targets(calibrate_at=at, means=())
 
-    def read_tests(self, name: str, given: Any) -> None:
+    def read_tests(self, name: str, raw: Any) -> None:
         """Read the tests; keep the valid ones, without unknown keys, by their index in the list."""
-        self.read(name, given)
-        for index, test in enumerate(given) if isinstance(given, list) else ():
+        self.read(name, raw)
+        for index, test in enumerate(raw) if isinstance(raw, list) else ():
             kind = TESTS.named(str(test.get("kind"))) if isinstance(test, dict) else None
             if kind is None:
                 continue
@@ -168,18 +168,18 @@ class Sections:
             with suppress(ValidationError):
                 self.tests[index] = kind.options.model_validate(known, context=self.context)
 
-    def read_factors(self, name: str, given: Any) -> None:
+    def read_factors(self, name: str, raw: Any) -> None:
         """Read the factors one by one; keep the valid ones by their index in the list."""
-        if isinstance(given, list) and len(given) > MOST_FACTORS:
+        if isinstance(raw, list) and len(raw) > MOST_FACTORS:
             remedy = "keep the most important factors, and set the other parameters in the `material` section"
-            message = f"the spec has {len(given)} factors, but at most {MOST_FACTORS} are allowed"
+            message = f"the spec has {len(raw)} factors, but at most {MOST_FACTORS} are allowed"
             self.findings.append(Finding((name,), message, remedy))
             return
-        if not isinstance(given, list) or not given:
-            self.read(name, given)
+        if not isinstance(raw, list) or not raw:
+            self.read(name, raw)
             return
         good, adapter = dict[int, Factor](), TypeAdapter(Factor)
-        for index, entry in enumerate(given):
+        for index, entry in enumerate(raw):
             if isinstance(entry, dict):
                 label = str(entry.get("name", "")).replace("_", " ")[:80] or "factor"
                 entry = {"symbol": f"X{index + 1}", "label": label, **entry}
@@ -220,8 +220,8 @@ class Sections:
 
     def chosen(self, key: str) -> Any:
         """Return the value of a key in the sections of stages; None if none has it."""
-        given = (self.data.get(spelled(name)) for name in FIELDS.values())
-        return next((section[key] for section in given if isinstance(section, dict) and key in section), None)
+        sections = (self.data.get(spelled(name)) for name in FIELDS.values())
+        return next((section[key] for section in sections if isinstance(section, dict) and key in section), None)
 
 
 _READ: dict[str, Callable[[Sections, str, Any], None]] = {
@@ -265,16 +265,16 @@ def _with_kinds(path: NodePath, data: Any) -> NodePath:
     return tuple(steps)
 
 
-def _partly(kind: Any, given: Any, context: Mapping[str, Any]) -> Any:
+def _partly(kind: Any, raw: Any, context: Mapping[str, Any]) -> Any:
     """Return a section with its valid keys only (access to others raises `Missing`), or None if that is impossible."""
-    if not (isinstance(kind, type) and issubclass(kind, BaseModel) and isinstance(given, dict)):
+    if not (isinstance(kind, type) and issubclass(kind, BaseModel) and isinstance(raw, dict)):
         return None
-    if "kind" in (fields := kind.model_fields) and given.get("kind", fields["kind"].default) not in get_args(
+    if "kind" in (fields := kind.model_fields) and raw.get("kind", fields["kind"].default) not in get_args(
         fields["kind"].annotation
     ):
         return None  # a solver of another kind
-    wrong = {step for error in _errors(kind, given, context) for step in error["loc"][:1]}
-    good = {key: value for key, value in given.items() if key not in wrong}
+    wrong = {step for error in _errors(kind, raw, context) for step in error["loc"][:1]}
+    good = {key: value for key, value in raw.items() if key not in wrong}
     if _errors(kind, good, context):
         return None
     section = kind.model_validate(good, context=context)
@@ -282,9 +282,9 @@ def _partly(kind: Any, given: Any, context: Mapping[str, Any]) -> Any:
     return section
 
 
-def _errors(kind: type[BaseModel], given: Any, context: Mapping[str, Any]) -> list[Any]:
+def _errors(kind: type[BaseModel], raw: Any, context: Mapping[str, Any]) -> list[Any]:
     try:
-        kind.model_validate(given, context=context)
+        kind.model_validate(raw, context=context)
     except ValidationError as error:
         return list(error.errors(include_url=False))
     return []

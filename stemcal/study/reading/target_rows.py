@@ -76,15 +76,15 @@ class TargetRows:
     curves: dict[int, list[Curve]] = field(default_factory=dict)
     findings: list[Finding] = field(default_factory=list)
 
-    def read(self, given: Any) -> None:
+    def read(self, raw: Any) -> None:
         """Read all rows."""
         at = "" if self.naming.condition is None else f"{self.naming.condition.name}: …, "
         example = f"{at}{self.naming.response.name}: …, sd: …, n: …"
-        if not isinstance(given, list) or not 0 < len(given) <= _MOST_ROWS:
+        if not isinstance(raw, list) or not 0 < len(raw) <= _MOST_ROWS:
             remedy = f"write a row such as `- {{{example}}}` for each mean"
             self._find(("targets",), f"the targets are not a list of 1 to {_MOST_ROWS} rows", remedy)
             return
-        for index, row in enumerate(given):
+        for index, row in enumerate(raw):
             if isinstance(row, dict):
                 self._read_row(index, row)
             else:
@@ -243,9 +243,9 @@ class _Row:
             self._find(("sd",), "the row has a standard deviation but no response", "add the response")
         return dict.fromkeys(names, sd)
 
-    def _read(self, key: tuple[str, ...], given: Any, named: Variable, **bounds: float) -> float | None:
+    def _read(self, key: tuple[str, ...], raw: Any, named: Variable, **bounds: float) -> float | None:
         try:
-            return _value(given, named, self.with_units, **bounds)
+            return _value(raw, named, self.with_units, **bounds)
         except PydanticCustomError as error:
             context = error.context or {}
             self._find(key, str(context.get("message", "")), str(context.get("remedy", "")))
@@ -280,14 +280,14 @@ class _Row:
 
 
 def _value(
-    given: Any, named: Variable, with_units: bool, above: float | None = None, at_least: float = -LARGEST
+    raw: Any, named: Variable, with_units: bool, above: float | None = None, at_least: float = -LARGEST
 ) -> float:
     """Return a value in the unit of `named`; without `with_units`, a number is already in this unit."""
     if with_units:
         bounds = {"above": above} if above is not None else {}
         kind = Quantity(units.parse_unit(named.unit).dimension, at_least=at_least, unit=named.unit, **bounds)
-        return as_written(kind.checked(given, from_yaml=named.unit != "1"), named.unit)
-    value = quantity(given, named)
+        return as_written(kind.checked(raw, from_yaml=named.unit != "1"), named.unit)
+    value = quantity(raw, named)
     if not abs(value) <= LARGEST:
         raise complain(f"{value:g} is not between -{LARGEST:g} and {LARGEST:g}", "check the number and its unit")
     if above is not None and not value > above:

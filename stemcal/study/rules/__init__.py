@@ -31,7 +31,6 @@ class Draft:
 
     @property
     def kind(self) -> SolverKind:
-        """Kind of the solver, which has its capabilities."""
         return self.study.kind
 
     @property

@@ -50,8 +50,8 @@ def _priors_fit(draft: Draft) -> Iterator[Finding]:
         if (prior := factor.prior) is None:
             continue
         if not factor.low - 3 * prior.sd <= prior.mean <= factor.high + 3 * prior.sd:
-            given, ends = f"{prior.mean:g} ± {prior.sd:g}", f"{factor.low:g} to {factor.high:g}"
-            message = f"the prior distribution ({given}) does not overlap the range from {ends}"
+            distribution, ends = f"{prior.mean:g} ± {prior.sd:g}", f"{factor.low:g} to {factor.high:g}"
+            message = f"the prior distribution ({distribution}) does not overlap the range from {ends}"
             remedy = "correct the prior or the range; both are in the unit of the factor"
             yield Finding(("factors", index, "prior", "mean"), message, remedy)
 
@@ -129,14 +129,14 @@ def wrong_levels(study: Study, levels: Mapping[str, float], diameter: float | No
         if diameter not in (None, own, *usual):
             yield f"diameter: {diameter:g} mm, but `outer_diameter` is a factor; set the level of the factor"
         diameter = own
-    given, around_stem = study.parameters(levels, diameter), (FRICTION, *SETTINGS)
+    parameters, around_stem = study.parameters(levels, diameter), (FRICTION, *SETTINGS)
     around = {each.name: each.internal(levels[each.name]) for each in study.factors if each.name in around_stem}
-    growing = [name for name, place in study.places.items() if isinstance(place.given, Growth)]
+    growing = [name for name, place in study.places.items() if isinstance(place.value, Growth)]
     chosen = {**study.midlevels(), **levels}
     names = study.places.keys() - EMBEDDED.keys()
     further = [each for each in study.factors if each.name in names and not units.fits(each.unit, "dimensionless")]
     of_layers = {factor.name: factor.internal(chosen[factor.name]) for factor in further}
-    for name, value in (given | around | of_layers).items():
+    for name, value in (parameters | around | of_layers).items():
         parameter = study.places[name].parameter
         shown = units.from_internal(value, parameter.unit)
         if name in (*study.names, *growing) and (wrong := parameter.outside(shown)):
@@ -152,11 +152,11 @@ def wrong_levels(study: Study, levels: Mapping[str, float], diameter: float | No
 
 def _material_is_given_once(draft: Draft) -> Iterator[Finding]:
     for name, place in draft.places.items():
-        given = place.given
-        if name in draft.names and given is not None and not (isinstance(given, Growth) and given.value is None):
+        value = place.value
+        if name in draft.names and value is not None and not (isinstance(value, Growth) and value.value is None):
             remedy = "remove this value, or remove the factor if the value is known"
             yield Finding(place.path, f"{name} is also a factor", remedy, at_key=True)
-        elif isinstance(given, Growth) and name not in draft.names and given.value is None:
+        elif isinstance(value, Growth) and name not in draft.names and value.value is None:
             remedy = f"add `value: …` (usual range: {place.parameter.usual}), or add {name} to `factors`"
             yield Finding(place.path, f"{name} has no value for the reference diameter", remedy, at_key=True)
 
@@ -208,7 +208,7 @@ def _rate_parameters_are_used(draft: Draft) -> Iterator[Finding]:
     if draft.study.solver.rate != "none":
         return
     places: dict[NodePath, str] = {("factors", i, "name"): factor.name for i, factor in draft.factors.items()}
-    places |= {place.path: name for name, place in draft.places.items() if place.given is not None}
+    places |= {place.path: name for name, place in draft.places.items() if place.value is not None}
     for path, name in places.items():
         if name.endswith(RATE):
             remedy = "remove the parameter, or choose another `solver.rate_law`"
@@ -220,11 +220,11 @@ def _material_is_complete(draft: Draft) -> Iterator[Finding]:
         return
     meant = {nearest(name, PARAMETERS) for name in draft.names if name not in SETTINGS}
     wrong = {name for name in PARAMETERS if not has_fields(draft.study.material, name)}  # reported elsewhere
-    given = {*draft.study.material.given(), *draft.growing, *wrong, *draft.names, *meant}
-    given |= set(RATE if draft.study.solver.rate == "none" else ())
+    defined = {*draft.study.material.fixed(), *draft.growing, *wrong, *draft.names, *meant}
+    defined |= set(RATE if draft.study.solver.rate == "none" else ())
     for name, parameter in PARAMETERS.items():
         in_layers = [getattr(each, name) is not None or f"{each.name}_{name}" in draft.names for each in draft.layers]
-        if name in given or (in_layers and all(in_layers)):
+        if name in defined or (in_layers and all(in_layers)):
             continue
         message = f"the {draft.study.solver.title} solver requires `{name}` (usual range: {parameter.usual})"
         remedy = "set the parameter in the `material` section, or add the parameter to `factors`"
@@ -251,7 +251,7 @@ def _tangent_stays_below_elastic(draft: Draft) -> Iterator[Finding]:
 def values_in(
     draft: Draft, layer: LayerSection | None, name: str, diameter: float | None = None
 ) -> list[tuple[NodePath, Any]]:
-    """Return the possible values of a parameter in a layer (None for the whole stem): its own or the material's."""
+    """Return the possible values of a parameter in a layer, by default those of the `material` section."""
     own = [] if layer is None else [*possible_values(draft, f"{layer.name}_{name}", diameter)]
     return own or [*possible_values(draft, name, diameter)]
 
@@ -272,10 +272,10 @@ def possible_values(draft: Draft, name: str, diameter: float | None = None) -> I
                 value = factor.internal(getattr(factor, level))
                 is_ratio = place.parameter.relative and units.fits(factor.unit, "dimensionless")
                 yield ("factors", index, level), Relative(value, is_ratio=True) if is_ratio else value
-    if isinstance(given := place.given, int | float | Relative):
-        yield place.path, given if not isinstance(given, Relative) or given.is_ratio else given.value
-    elif diameter and isinstance(given, Length | Interpolated):
-        yield place.path, given.at(diameter)
+    if isinstance(fixed := place.value, int | float | Relative):
+        yield place.path, fixed if not isinstance(fixed, Relative) or fixed.is_ratio else fixed.value
+    elif diameter and isinstance(fixed, Length | Interpolated):
+        yield place.path, fixed.at(diameter)
 
 
 def _growing(draft: Draft) -> Mapping[str, Growth]:

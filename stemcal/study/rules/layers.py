@@ -48,12 +48,12 @@ def _layers_are_complete(draft: Draft) -> Iterator[Finding]:
             message = f"a layer cannot be named {layer.name!r}, because its factors would be those across the axis"
             yield Finding((*path, "name"), message, "choose another name")
         seen.add(layer.name)
-        given = layer.thickness is not None or f"{layer.name}_thickness" in draft.names
-        if index + 1 < len(layers) and not given:
+        has_thickness = layer.thickness is not None or f"{layer.name}_thickness" in draft.names
+        if index + 1 < len(layers) and not has_thickness:
             message = f"the layer {layer.name!r} has no thickness"
             remedy = f"add a line `thickness: …`, or add the factor `{layer.name}_thickness`"
             yield Finding(path, message, remedy)
-        elif index + 1 == len(layers) > 1 and given:
+        elif index + 1 == len(layers) > 1 and has_thickness:
             message = "the thickness of the innermost layer follows from those of the others"
             if layer.thickness is not None:
                 yield Finding((*path, "thickness"), message, "remove this key", at_key=True)
@@ -65,7 +65,7 @@ def _layers_are_complete(draft: Draft) -> Iterator[Finding]:
 def _factors_act_in_a_layer(draft: Draft) -> Iterator[Finding]:
     for index, factor in draft.factors.items() if draft.layers and draft.kind.has_layers else ():
         each = [f"{layer.name}_{factor.name}" for layer in draft.layers]
-        follow = [name for name in each if name in draft.places and draft.places[name].given is None]
+        follow = [name for name in each if name in draft.places and draft.places[name].value is None]
         acts = factor.name in draft.places and factor.name.removeprefix("transverse_") in (*PARAMETERS, *TRANSVERSE)
         if acts and not {*follow} - {*draft.names}:
             message = f"{factor.name} has no effect, because no layer uses the value of the whole stem"
@@ -88,9 +88,9 @@ def _bore_is_given_once(draft: Draft) -> Iterator[Finding]:
 
 def _measured_values_cover_the_diameters(draft: Draft) -> Iterator[Finding]:
     specimen = draft.study.specimen
-    given: dict[NodePath, object] = {("specimen", key): getattr(specimen, key) for key in ("diameter_ratio", "bore")}
-    given |= {("layers", i, "thickness"): layer.thickness for i, layer in enumerate(draft.layers)}
-    for path, value in given.items():
+    values: dict[NodePath, object] = {("specimen", key): getattr(specimen, key) for key in ("diameter_ratio", "bore")}
+    values |= {("layers", i, "thickness"): layer.thickness for i, layer in enumerate(draft.layers)}
+    for path, value in values.items():
         beyond = [f"{d:g} mm" for d in _diameters(draft) if not _is_covered(value, d)]
         if isinstance(value, Interpolated) and beyond:
             message = f"the value is measured at {value.range} only, but the study also uses {', '.join(beyond)}"

@@ -261,16 +261,16 @@ def _shortfall(thin: Target, thick: Target) -> float:
 
 def _materials(study: Study) -> Iterator[Finding]:
     for place in study.places.values():
-        parameter, given, path = place.parameter, place.given, place.path
-        if isinstance(given, Relative) and given.is_ratio:
-            yield from doubt(path, given.value, *_RATIO, "1")
+        parameter, fixed, path = place.parameter, place.value, place.path
+        if isinstance(fixed, Relative) and fixed.is_ratio:
+            yield from doubt(path, fixed.value, *_RATIO, "1")
             continue
-        given = given.value if isinstance(given, Relative) else given
-        if isinstance(given, Length | Interpolated):
+        fixed = fixed.value if isinstance(fixed, Relative) else fixed
+        if isinstance(fixed, Length | Interpolated):
             for diameter in _conditions(study):
-                yield from doubt(path, given.at(diameter), *parameter.plausible, parameter.unit)
-        elif given is not None and not isinstance(given, Growth):
-            yield from doubt(path, units.from_internal(given, parameter.unit), *parameter.plausible, parameter.unit)
+                yield from doubt(path, fixed.at(diameter), *parameter.plausible, parameter.unit)
+        elif fixed is not None and not isinstance(fixed, Growth):
+            yield from doubt(path, units.from_internal(fixed, parameter.unit), *parameter.plausible, parameter.unit)
     for name, growth in study.material.growing().items():
         yield from doubt(("material", name, "at"), growth.at, 1, 100, "mm")
         parameter, diameters = PARAMETERS[name], _conditions(study)

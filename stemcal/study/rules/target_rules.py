@@ -23,16 +23,16 @@ _OF_ROWS = ("test", "sd", "n", "curves")
 def _names_are_free(draft: Draft) -> Iterator[Finding]:
     if draft.naming.is_cutting:
         return
-    taken = {**dict.fromkeys(_OF_ROWS, "a key of `targets`"), **dict.fromkeys(CHANCE, "a placeholder")}
-    taken |= dict.fromkeys(draft.names, "a factor")
+    in_use = {**dict.fromkeys(_OF_ROWS, "a key of `targets`"), **dict.fromkeys(CHANCE, "a placeholder")}
+    in_use |= dict.fromkeys(draft.names, "a factor")
     for section in ("responses", "conditions"):
         for index, declared in enumerate(getattr(draft.study, section) or ()):
-            if declared.name in taken:
-                message = f"{declared.name!r} is already {taken[declared.name]}"
+            if declared.name in in_use:
+                message = f"{declared.name!r} is already {in_use[declared.name]}"
                 yield Finding((section, index, "name"), message, "choose another name")
-            taken[declared.name] = "the name of another response or condition"
+            in_use[declared.name] = "the name of another response or condition"
             if index == 0:
-                taken.setdefault(FIRST, "a reserved name")
+                in_use.setdefault(FIRST, "a reserved name")
 
 
 def _conditions_differ(draft: Draft) -> Iterator[Finding]:
@@ -197,8 +197,8 @@ def _tests_differ(draft: Draft) -> Iterator[Finding]:
     for index, test in draft.tests.items():
         key = test.name.casefold()
         if key in seen or key == _CUTTING:
-            taken = "the cutting test" if key == _CUTTING else "another test"
-            message = f"{test.name!r} is already the name of {taken}"
+            owner = "the cutting test" if key == _CUTTING else "another test"
+            message = f"{test.name!r} is already the name of {owner}"
             yield Finding(("tests", index, "name"), message, "choose another name")
         seen.add(key)
         for response in test.measured:

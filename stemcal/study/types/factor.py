@@ -105,7 +105,7 @@ MOST_FACTORS = 100
 Symbol = Annotated[str, StringConstraints(strict=True, strip_whitespace=True, min_length=1, max_length=12), Readable]
 UnitText = Annotated[
     str,
-    BeforeValidator(lambda given: "1" if given == 1 and not isinstance(given, bool) else given),
+    BeforeValidator(lambda raw: "1" if raw == 1 and not isinstance(raw, bool) else raw),
     StringConstraints(strict=True, min_length=1, max_length=24),
     Readable,
 ]

@@ -98,27 +98,27 @@ class OneOf:
         options: Any = Union[tuple(kind.options for kind in self.kinds.all)]  # noqa: UP007
         return handler(TypeAdapter(Annotated[options, Field(discriminator="kind")]).core_schema)
 
-    def _read(self, given: Any, info: core_schema.ValidationInfo) -> Any:
-        if isinstance(given, Frozen):
-            return given
-        if not isinstance(given, Mapping):
+    def _read(self, raw: Any, info: core_schema.ValidationInfo) -> Any:
+        if isinstance(raw, Frozen):
+            return raw
+        if not isinstance(raw, Mapping):
             raise PydanticKnownError("dict_type")
         names = [kind.name for kind in self.kinds.built_in]
-        if "kind" not in given:
-            known = {kind.name: len(given.keys() & kind.options.model_fields.keys()) for kind in self.kinds.built_in}
+        if "kind" not in raw:
+            known = {kind.name: len(raw.keys() & kind.options.model_fields.keys()) for kind in self.kinds.built_in}
             likely = max(names, key=lambda name: known[name])
             if not self.first_is_usual or likely != names[0]:
                 raise complain("'kind' is missing", f"add kind: {likely if known[likely] else listed(names)}")
-            given = {"kind": likely, **given}
-        name = given["kind"] if isinstance(given["kind"], str) else ""
+            raw = {"kind": likely, **raw}
+        name = raw["kind"] if isinstance(raw["kind"], str) else ""
         if (kind := self.kinds.named(name)) is not None:
-            return kind.options.model_validate(given, context=info.context)
+            return kind.options.model_validate(raw, context=info.context)
         near = nearest(name, names)
         remedy = f"did you mean {near}?" if near else f"write kind: {listed(names)}"
         if (broken := self.kinds.broken.get(name)) is not None:
             remedy = f"the package that defines this kind cannot be loaded: {broken}"
-        wrong = complain(f"{str(given['kind'])[:60]!r} is not a known kind of {self.noun}", remedy)
-        raise ValidationError.from_exception_data("kind", [InitErrorDetails(type=wrong, loc=("kind",), input=given)])
+        wrong = complain(f"{str(raw['kind'])[:60]!r} is not a known kind of {self.noun}", remedy)
+        raise ValidationError.from_exception_data("kind", [InitErrorDetails(type=wrong, loc=("kind",), input=raw)])
 
 
 @dataclass(frozen=True)
@@ -137,58 +137,58 @@ class Quantity:
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: JsonHandler) -> dict[str, Any]:
         return {"type": "string", "examples": [f"1 {units.INTERNAL[self.dimension]}"]}
 
-    def read(self, given: Any, info: core_schema.ValidationInfo) -> float:
-        """Return the internal value of `given`: a text with a unit, or (from Python) a number in internal units."""
-        return self.checked(given, from_yaml=info.context is not None)
+    def read(self, raw: Any, info: core_schema.ValidationInfo) -> float:
+        """Return the internal value of `raw`: a text with a unit, or (from Python) a number in internal units."""
+        return self.checked(raw, from_yaml=info.context is not None)
 
-    def checked(self, given: Any, from_yaml: bool) -> float:
-        """Return the internal value of `given` like `read`, outside the validation of a model."""
-        value = self._parsed(given, from_yaml)
+    def checked(self, raw: Any, from_yaml: bool) -> float:
+        """Return the internal value of `raw` like `read`, outside the validation of a model."""
+        value = self._parsed(raw, from_yaml)
         unit = units.INTERNAL[self.dimension]
         if not abs(value) <= MOST:
-            raise complain(f"{given} is not between -{MOST:g} and {MOST:g}", "check the number and its unit")
+            raise complain(f"{raw} is not between -{MOST:g} and {MOST:g}", "check the number and its unit")
         if not value > self.above:
-            raise complain(f"{given} must be above {self.above:g} {unit}", "write a larger value")
+            raise complain(f"{raw} must be above {self.above:g} {unit}", "write a larger value")
         if not value >= self.at_least:
-            raise complain(f"{given} must not be below {self.at_least:g} {unit}", "write a larger value")
+            raise complain(f"{raw} must not be below {self.at_least:g} {unit}", "write a larger value")
         if not value < self.below:
-            raise complain(f"{given} must be below {self.below:g} {unit}", "write a smaller value")
+            raise complain(f"{raw} must be below {self.below:g} {unit}", "write a smaller value")
         return value
 
-    def _parsed(self, given: Any, from_yaml: bool) -> float:
+    def _parsed(self, raw: Any, from_yaml: bool) -> float:
         usual = self.unit or units.usual_unit(self.dimension)
-        if isinstance(given, str):
+        if isinstance(raw, str):
             try:
-                return units.parse(given, self.dimension, usual)
+                return units.parse(raw, self.dimension, usual)
             except units.UnitError as error:
                 raise complain(error.message, error.remedy) from None
-        given = given.item() if hasattr(given, "item") else given  # a scalar of numpy
-        if isinstance(given, bool) or not isinstance(given, int | float):
+        raw = raw.item() if hasattr(raw, "item") else raw  # a scalar of numpy
+        if isinstance(raw, bool) or not isinstance(raw, int | float):
             raise complain("the value is not a number with a unit", f'write a value such as "1 {usual}"')
         if from_yaml:
-            raise complain(f"{given:g} has no unit", units.with_unit(f"{given:g}", self.dimension, usual))
-        return float(given) if -MOST <= given <= MOST else math.inf  # float() fails for integers of 400 digits
+            raise complain(f"{raw:g} has no unit", units.with_unit(f"{raw:g}", self.dimension, usual))
+        return float(raw) if -MOST <= raw <= MOST else math.inf  # float() fails for integers of 400 digits
 
 
-def _resolve_file(given: Any, info: core_schema.ValidationInfo) -> Any:
+def _resolve_file(raw: Any, info: core_schema.ValidationInfo) -> Any:
     if info.context is None:
-        return given
-    if not isinstance(given, str) or not given.strip() or "\0" in given or len(given) > 1000:
+        return raw
+    if not isinstance(raw, str) or not raw.strip() or "\0" in raw or len(raw) > 1000:
         raise complain("the value is not a valid file name", "write a path relative to the spec")
     folder: Path = info.context["spec"]
-    outside = complain(f"{given!r} is outside the spec folder", "copy the file into the spec folder")
-    windows = PureWindowsPath(given)
-    if Path(given).is_absolute() or windows.drive or windows.root or ".." in windows.parts:
+    outside = complain(f"{raw!r} is outside the spec folder", "copy the file into the spec folder")
+    windows = PureWindowsPath(raw)
+    if Path(raw).is_absolute() or windows.drive or windows.root or ".." in windows.parts:
         raise outside
     try:
-        path = (folder / given).resolve()
+        path = (folder / raw).resolve()
         is_file = path.is_file()
     except (OSError, RuntimeError, ValueError):
-        raise complain(f"the file {given!r} cannot be opened", "check the file name") from None
+        raise complain(f"the file {raw!r} cannot be opened", "check the file name") from None
     if not path.is_relative_to(folder.resolve()):
         raise outside
     if not is_file:
-        raise complain(f"the file {given!r} does not exist ({path})", "write the path relative to the spec")
+        raise complain(f"the file {raw!r} does not exist ({path})", "write the path relative to the spec")
     return path
 
 
@@ -284,15 +284,15 @@ class Length:
 
 
 def _reader(millimetres: Quantity) -> BeforeValidator:
-    def read(given: Any, info: core_schema.ValidationInfo) -> Any:
-        if isinstance(given, Length):
-            return given
-        share = _SHARE.fullmatch(given.strip()) if isinstance(given, str) else None
+    def read(raw: Any, info: core_schema.ValidationInfo) -> Any:
+        if isinstance(raw, Length):
+            return raw
+        share = _SHARE.fullmatch(raw.strip()) if isinstance(raw, str) else None
         if share is None:
-            return Length(millimetres.read(given, info))
+            return Length(millimetres.read(raw, info))
         if not 0.1 <= float(share[1]) <= 1000.0:
             remedy = "divide the diameter by a number from 0.1 to 1000, as in `d/8`"
-            raise complain(f"{given} is not a plausible fraction of a diameter", remedy)
+            raise complain(f"{raw} is not a plausible fraction of a diameter", remedy)
         return Length(divisor=float(share[1]))
 
     return BeforeValidator(read)

@@ -36,22 +36,22 @@ def _named(declared: Any, symbol: str) -> Variable:
     return Variable(declared.name, label, declared.symbol or symbol, declared.unit)
 
 
-def quantity(given: Any, named: Variable) -> float:
+def quantity(raw: Any, named: Variable) -> float:
     """Return a number, or a text with a unit, in the unit of `named`; raise the error of `complain` for others."""
-    if not isinstance(given, str):
-        if isinstance(given, bool) or not isinstance(given, int | float):
+    if not isinstance(raw, str):
+        if isinstance(raw, bool) or not isinstance(raw, int | float):
             raise complain("the value is not a number", f"write a value such as {named.text(1.0)!r}")
-        return float(given)
+        return float(raw)
     try:
         unit = units.parse_unit(named.unit)
     except units.UnitError:  # a unit unknown to stemcal: its name can only be removed from the text
         try:
-            return float(given.strip().removesuffix(named.unit).strip())
+            return float(raw.strip().removesuffix(named.unit).strip())
         except ValueError:
             remedy = f"write '1 {named.unit}'"
-            raise complain(f"{given[:60]!r} is not a value in {named.unit}", remedy) from None
+            raise complain(f"{raw[:60]!r} is not a value in {named.unit}", remedy) from None
     try:
-        value = units.parse(given, unit.dimension)
+        value = units.parse(raw, unit.dimension)
     except units.UnitError as error:
         raise complain(error.message, error.remedy) from None
     return as_written(value, unit.name)
@@ -66,31 +66,31 @@ def as_written(value: float, unit: str) -> float:
 class OwnCondition(Quantity):
     """A value of the condition of a study: the stem diameter, or the condition that the spec declares."""
 
-    def read(self, given: Any, info: core_schema.ValidationInfo) -> float:
+    def read(self, raw: Any, info: core_schema.ValidationInfo) -> float:
         """Return the value, a diameter in mm; from Python any number, because the declared condition is unknown."""
-        if info.context is None and isinstance(given, int | float) and abs(given) <= MOST:
-            return float(given)
+        if info.context is None and isinstance(raw, int | float) and abs(raw) <= MOST:
+            return float(raw)
         naming: Vocabulary = (info.context or {}).get("naming", CUTTING)
         if (condition := naming.condition) == DIAMETER:
-            return super().read(given, info)
-        if condition is None and given != NOWHERE:
+            return super().read(raw, info)
+        if condition is None and raw != NOWHERE:
             remedy = "declare a condition in the `conditions` section, or remove this key"
             raise complain("the study has no condition", remedy)
-        return NOWHERE if condition is None else quantity(given, condition)
+        return NOWHERE if condition is None else quantity(raw, condition)
 
 
-def responses_by_name(given: Any, info: ValidationInfo) -> Any:
+def responses_by_name(raw: Any, info: ValidationInfo) -> Any:
     """Return the names of a list of responses, with `FIRST` for the first response; ``all`` are all measured ones."""
     if info.context is None:
-        return given
+        return raw
     naming: Vocabulary = info.context.get("naming", CUTTING)
     known = [response.name for response in naming.responses]
-    if given == "all":
+    if raw == "all":
         measured = info.context.get("measured")
-        given = [name for name in known if measured is None or name in measured]
-    if not isinstance(given, list | tuple) or not given or any(name not in known for name in given):
+        raw = [name for name in known if measured is None or name in measured]
+    if not isinstance(raw, list | tuple) or not raw or any(name not in known for name in raw):
         raise complain("the value is neither `all` nor a list of responses", f"choose from {', '.join(known)}")
-    return tuple(FIRST if name == naming.response.name else name for name in given)
+    return tuple(FIRST if name == naming.response.name else name for name in raw)
 
 
 SEED, REPLICATE = CHANCE = ("seed", "replicate")

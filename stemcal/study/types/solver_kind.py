@@ -30,7 +30,7 @@ class SolverOptions(Frozen):
 
     @property
     def program_name(self) -> str:
-        """Name of the program that computes: for decks the external program, otherwise the kind of solver."""
+        """Name of the program that computes the answers: the external program of a deck, else the solver kind."""
         return self.kind
 
     @property

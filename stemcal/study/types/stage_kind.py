@@ -67,7 +67,6 @@ class StageKind(Checked):
         return None
 
     def options(self, study: Any) -> Any:
-        """Return the section of the stage in a study."""
         return study.of(self.section())
 
     def _class(self, part: str) -> str:
