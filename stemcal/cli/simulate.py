@@ -19,6 +19,7 @@ from stemcal.storage.typed import from_json, to_json
 if TYPE_CHECKING:
     from stemcal.cutting.result import CuttingResult
     from stemcal.solvers.protocol import Answer
+    from stemcal.study.model.laboratory_kind import LaboratorySection
     from stemcal.study.model.study import Study
 
 
@@ -71,13 +72,7 @@ def simulate(
         at = study.targets.calibrate_at if diameter is None else at
         _one_run(study, levels, at, as_json, quiet, csv_file)
         return
-    section = None
-    if test is not None and test != CUTTING:
-        section = next((section for section in study.tests if section.name == test), None)
-        if section is None:
-            known = [CUTTING, *(section.name for section in study.tests)]
-            raise UsageError(f"--test {test[:60]!r}: no test has this name; {did_you_mean(test, known)}")
-
+    section = None if test in (None, CUTTING) else _section_called(study, test)
     from stemcal.fem.warm import is_compiled
     from stemcal.overview.foresight import demand_of_one, warnings_before
     from stemcal.report.progress import COMPILING
@@ -96,15 +91,7 @@ def simulate(
         rows = zip(*(column.tolist() for column in columns.values()), strict=True)
         write_atomic(csv_file, csv_text([columns, *rows], newline="\r\n"))
     if figure:
-        from stemcal.drawing.style import save
-        from stemcal.report.curves import force_travel
-        from stemcal.report.records import RunCurve
-
-        history = result.history
-        forces = {"contact force": history.force, "filtered": history.force_filtered}
-        travel = tuple(history.travel.tolist())
-        curves = {name: RunCurve(travel, tuple(f.tolist()), result.break_travel) for name, f in forces.items()}
-        save(force_travel(curves, highlighted=["filtered"], of_blade=cuts), figure)
+        _draw_force(result, figure, cuts)
     if as_json:
         say_json(summary(result, at, test or CUTTING, [response.name for response in study.naming.further]))
     else:
@@ -117,6 +104,25 @@ def simulate(
         for path in (csv_file, figure, frames):
             if path:
                 note(f"wrote {path}")
+
+
+def _section_called(study: Study, test: str) -> LaboratorySection:
+    section = next((section for section in study.tests if section.name == test), None)
+    if section is None:
+        known = [CUTTING, *(section.name for section in study.tests)]
+        raise UsageError(f"--test {test[:60]!r}: no test has this name; {did_you_mean(test, known)}")
+    return section
+
+
+def _draw_force(result: CuttingResult, path: Path, of_blade: bool) -> None:
+    from stemcal.drawing.style import save
+    from stemcal.report.curves import force_travel
+    from stemcal.report.records import RunCurve
+
+    travel, history = tuple(result.history.travel.tolist()), result.history
+    forces = {"contact force": history.force, "filtered": history.force_filtered}
+    curves = {name: RunCurve(travel, tuple(force.tolist()), result.break_travel) for name, force in forces.items()}
+    save(force_travel(curves, highlighted=["filtered"], of_blade=of_blade), path)
 
 
 def chosen_levels(study: Study, start: Mapping[str, float], settings: list[str]) -> dict[str, float]:

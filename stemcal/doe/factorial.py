@@ -32,27 +32,16 @@ GENERATORS: dict[int, dict[int, tuple[str, ...]]] = {
     8: {4: ("ABC",), 5: ("AB", "AC"), 6: ("AB", "AC", "BC"), 7: ("AB", "AC", "BC", "ABC")},
     16: {5: ("ABCD",), 6: _16[:2], 7: _16[:3], 8: _16[:4]} | {k: _16[: k - 4] for k in range(9, 16)},
     32: {
-        6: ("ABCDE",),
-        7: ("ABCD", "ABDE"),
-        8: ("ABC", "ABD", "BCDE"),
-        9: ("BCDE", "ACDE", "ABDE", "ABCE"),
-        10: ("ABCD", "ABCE", "ABDE", "ACDE", "BCDE"),
-        11: ("ABC", "BCD", "CDE", "ACD", "ADE", "BDE"),
-        12: ("ABC", "ABD", "ACD", "BCD", "ABE", "ACE", "ADE"),
-        13: _ODD[:8],
-        14: _ODD[:9],
-        15: _ODD[:10],
-        16: _ODD,
+        6: ("ABCDE",), 7: ("ABCD", "ABDE"), 8: ("ABC", "ABD", "BCDE"), 9: ("BCDE", "ACDE", "ABDE", "ABCE"),
+        10: ("ABCD", "ABCE", "ABDE", "ACDE", "BCDE"), 11: ("ABC", "BCD", "CDE", "ACD", "ADE", "BDE"),
+        12: ("ABC", "ABD", "ACD", "BCD", "ABE", "ACE", "ADE"), 13: _ODD[:8], 14: _ODD[:9], 15: _ODD[:10], 16: _ODD,
     },
     64: {
-        7: ("ABCDEF",),
-        8: ("ABCD", "ABEF"),
-        9: ("ABCD", "ACEF", "CDEF"),
-        10: ("BCDF", "ACDF", "ABDE", "ABCE"),
+        7: ("ABCDEF",), 8: ("ABCD", "ABEF"), 9: ("ABCD", "ACEF", "CDEF"), 10: ("BCDF", "ACDF", "ABDE", "ABCE"),
         11: ("CDE", "ABCD", "ABF", "BDEF", "ADEF"),
     },
     128: {8: ("ABCDEFG",), 9: ("ACDFG", "BCEFG"), 10: ("ABCD", "ABEF", "ACEG")},
-}
+}  # fmt: skip
 
 
 @dataclass(frozen=True)

@@ -8,14 +8,8 @@ from numpy.typing import ArrayLike
 
 from stemcal.arrays import Array
 from stemcal.doe.coding import term_columns, term_gradient, term_names
+from stemcal.doe.regression import least_squares
 from stemcal.doe.regression.anova import FitStatistics, LackOfFit, lack_of_fit, statistics_of
-from stemcal.doe.regression.least_squares import (
-    LeastSquares,
-    copies_of,
-    fit_least_squares,
-    require_estimable,
-    t_quantile,
-)
 from stemcal.errors import UsageError
 from stemcal.formats import counted
 from stemcal.notes import Note
@@ -113,7 +107,7 @@ class Surface(FitStatistics):
         return replace(self, beta=beta)
 
     def _interval(self, coded: ArrayLike, level: float, extra: float) -> Array:
-        t = t_quantile(level, self.df) if self.df else np.nan
+        t = least_squares.t_quantile(level, self.df) if self.df else np.nan
         s2 = np.nan if self.mean_square is None else self.mean_square
         half_width = t * np.sqrt(s2 * (extra + self.unscaled_variance(coded)))
         middle = self.predict(coded)
@@ -136,13 +130,13 @@ def fit_surface(
     if points.ndim != 2 or points.shape != (y.size, len(names)):
         shapes = f"a design of shape {points.shape} does not match {y.size} responses and {len(names)} factors"
         raise UsageError(f"response surface: {shapes}")
-    copies = copies_of(points, y)
+    copies = least_squares.copies_of(points, y)
     present, n_failed = np.isfinite(y) & ~copies, int(np.sum(~np.isfinite(y)))
     kept, every = _kept(names, terms), term_names(names)
     matrix = term_columns(points)[present][:, kept]
     chosen = [every[i] for i in kept]
-    require_estimable(matrix, chosen, n_failed, "response surface")
-    fit = fit_least_squares(matrix, y[present])
+    least_squares.require_estimable(matrix, chosen, n_failed, "response surface")
+    fit = least_squares.fit_least_squares(matrix, y[present])
     split = lack_of_fit(points[present], fit)
     beta, covariance = np.zeros(len(every)), np.zeros((len(every), len(every)))
     beta[kept] = fit.coefficients
@@ -182,7 +176,9 @@ def flat_response(consequence: str) -> Note:
     return Note("flat_response", "warning", f"All runs have the same response, so {consequence}.")
 
 
-def _surface_notes(surface: Surface, fit: LeastSquares, split: LackOfFit, written: Wording) -> Iterator[Note]:
+def _surface_notes(
+    surface: Surface, fit: least_squares.LeastSquares, split: LackOfFit, written: Wording
+) -> Iterator[Note]:
     """Yield notes on the reliability of the fit: failed runs, collinearity, lack of fit, influential runs."""
     failed, copies, precision = surface.runs_failed, surface.copies, surface.adequate_precision
     largest = max((row.vif for row in surface.coefficients if row.vif is not None), default=1.0)

@@ -12,20 +12,8 @@ import numpy as np
 
 from stemcal.arrays import Array
 from stemcal.doe.regression.section import AnySurface
+from stemcal.drawing import style
 from stemcal.drawing.plot import Plot
-from stemcal.drawing.style import (
-    BLUE,
-    FAINT,
-    ORANGE,
-    Axes,
-    Figure,
-    axis_of,
-    frame_in_space,
-    in_lines,
-    legend_above,
-    literal,
-    new_figure,
-)
 from stemcal.stages.fitting import Measured
 from stemcal.stages.rsm.result import RsmResult
 from stemcal.vocabulary import FIRST, Wording
@@ -87,38 +75,40 @@ def _of_pair(rsm: RsmResult, pair: _Pair, solved: Solution | None, labels: Mappi
     ]
 
 
-def observed_predicted(rsm: RsmResult) -> Figure:
+def observed_predicted(rsm: RsmResult) -> style.Figure:
     """Draw the simulated responses versus those predicted by the surface."""
     runs = [(run.response, run.coded) for run in rsm.design.runs if run.response is not None]
     observed, predicted = [response for response, _ in runs], [float(rsm.response_at(coded)) for _, coded in runs]
     if rsm.over is not None:  # runs at several conditions, of the response or its logarithm
         observed, predicted = ([getattr(row, name) for row in rsm.runs_diagnostics] for name in ("response", "fitted"))
-    with new_figure() as figure:
+    with style.new_figure() as figure:
         axes = figure.add_subplot()
         ends = [min(observed + predicted), max(observed + predicted)]
-        axes.plot(ends, ends, color=FAINT, linestyle="--")
-        axes.plot(predicted, observed, "o", color=BLUE, alpha=0.85)
-        labels = (literal(rsm.regressed.response.headed(what)) for what in ("predicted by the surface", "simulated"))
+        axes.plot(ends, ends, color=style.FAINT, linestyle="--")
+        axes.plot(predicted, observed, "o", color=style.BLUE, alpha=0.85)
+        headed = rsm.regressed.response.headed
+        labels = map(style.literal, map(headed, ("predicted by the surface", "simulated")))
         axes.set(**dict(zip(("xlabel", "ylabel"), labels, strict=True)))
     return figure
 
 
-def diagnostics(rsm: RsmResult) -> Figure:
+def diagnostics(rsm: RsmResult) -> style.Figure:
     """Draw residuals and influence of each run; source: Montgomery, Design and Analysis of Experiments, ch. 10."""
     rows = rsm.runs_diagnostics
     residuals = [row.studentised or 0.0 for row in rows]  # None if the surface passes through the run
     # normal scores of (i − ½)/n; normally distributed residuals are on the line
     scores = [_NORMAL.inv_cdf((rank + 0.5) / len(rows)) for rank in range(len(rows))]
-    with new_figure(width=6.4, height=2.4) as figure:
+    with style.new_figure(width=6.4, height=2.4) as figure:
         normal, over, influence = figure.subplots(1, 3)
-        normal.plot([scores[0], scores[-1]], [scores[0], scores[-1]], color=FAINT, linestyle="--", linewidth=1)
-        normal.plot(scores, sorted(residuals), "o", color=BLUE, markersize=4)
+        normal.plot([scores[0], scores[-1]], [scores[0], scores[-1]], color=style.FAINT, linestyle="--", linewidth=1)
+        normal.plot(scores, sorted(residuals), "o", color=style.BLUE, markersize=4)
         normal.set(xlabel="normal score", ylabel="studentised residual")
-        over.axhline(0, color=FAINT, linewidth=1)
-        over.plot([row.fitted for row in rows], residuals, "o", color=BLUE, markersize=4)
-        over.set(xlabel=literal(rsm.regressed.response.headed("predicted")), ylabel="studentised residual")
-        influence.bar([row.run for row in rows], [row.cooks_distance or 0.0 for row in rows], color=BLUE, width=0.7)
-        influence.axhline(1.0, color=ORANGE, linestyle="--", linewidth=1)
+        over.axhline(0, color=style.FAINT, linewidth=1)
+        over.plot([row.fitted for row in rows], residuals, "o", color=style.BLUE, markersize=4)
+        over.set(xlabel=style.literal(rsm.regressed.response.headed("predicted")), ylabel="studentised residual")
+        distances = [row.cooks_distance or 0.0 for row in rows]
+        influence.bar([row.run for row in rows], distances, color=style.BLUE, width=0.7)
+        influence.axhline(1.0, color=style.ORANGE, linestyle="--", linewidth=1)
         influence.set(xlabel="run", ylabel="Cook's distance")
     return figure
 
@@ -135,13 +125,13 @@ def _section_of(rsm: RsmResult, pair: _Pair, solved: Solution | None) -> _Grid:
 
 def contours(
     rsm: RsmResult, pair: _Pair, solved: Solution | None = None, labels: Mapping[str, str] | None = None
-) -> Figure:
+) -> style.Figure:
     """Draw contours over two factors, others at solution or centre; `labels` replace factor names."""
     grid = _section_of(rsm, pair, solved)
     levels = levels_of(grid[2])
     counts = Counter((run.levels[pair[0]], run.levels[pair[1]]) for run in rsm.design.runs)
     dots: Any = {"color": "white", "markersize": 5.5, "markeredgecolor": "black", "markeredgewidth": 0.6}
-    with new_figure(height=3.7) as figure:
+    with style.new_figure(height=3.7) as figure:
         axes = figure.add_subplot()
         filled = axes.contourf(*grid, levels=levels, cmap=_HEIGHT)
         lines = axes.contour(*grid, levels=levels, colors=["white"], linewidths=0.7, alpha=0.8)
@@ -158,32 +148,32 @@ def contours(
 
 def relief(
     rsm: RsmResult, pair: _Pair, solved: Solution | None = None, labels: Mapping[str, str] | None = None
-) -> Figure:
+) -> style.Figure:
     """Draw the surface over two factors, others at solution (star) or centre, with contours on the base."""
     grid = _section_of(rsm, pair, solved)
     levels = levels_of(grid[2])
     base = levels[0] - 0.35 * (levels[-1] - levels[0])
-    with new_figure(height=3.9) as figure:
+    with style.new_figure(height=3.9) as figure:
         axes: Any = figure.add_subplot(projection="3d", computed_zorder=False)
         axes.contourf(*grid, levels=levels, zdir="z", offset=base, cmap=_HEIGHT, alpha=0.6)
         axes.plot_surface(*grid, cmap=_HEIGHT, edgecolor="#00000055", linewidth=0.3, rstride=4, cstride=4, zorder=2)
         if solved is not None:
             point = *([solved.levels[name]] for name in pair), [rsm.predict(solved.levels).response]
-            axes.plot(*point, "*", color=ORANGE, markeredgecolor="white", markersize=14, zorder=9)
+            axes.plot(*point, "*", color=style.ORANGE, markeredgecolor="white", markersize=14, zorder=9)
         _label(axes, rsm, pair, labels, _LONGEST_IN_SPACE)
-        axes.set_zlabel(in_lines(_height(rsm), _LONGEST_IN_SPACE))
+        axes.set_zlabel(style.in_lines(_height(rsm), _LONGEST_IN_SPACE))
         for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
             axis.label.set_size(8)
         axes.set_zlim(base, levels[-1])
         axes.set_zticks([level for level in levels[::2] if level > base])
         axes.tick_params(labelsize=7, pad=0)
         axes.view_init(elev=24, azim=-128)
-        frame_in_space(axes)
+        style.frame_in_space(axes)
     return figure
 
 
 def _height(rsm: RsmResult) -> str:
-    return literal(rsm.naming.response.headed(rsm.naming.response.noun))
+    return style.literal(rsm.naming.response.headed(rsm.naming.response.noun))
 
 
 def levels_of(response: Any) -> Any:
@@ -197,28 +187,28 @@ def _label(axes: Any, rsm: RsmResult, pair: _Pair, labels: Mapping[str, str] | N
     from matplotlib.ticker import MaxNLocator
 
     for axis, setter, name in ((axes.xaxis, axes.set_xlabel, pair[0]), (axes.yaxis, axes.set_ylabel, pair[1])):
-        setter(in_lines(axis_of((labels or {}).get(name, name), rsm.factor(name).unit), longest))
+        setter(style.in_lines(style.axis_of((labels or {}).get(name, name), rsm.factor(name).unit), longest))
         axis.set_major_locator(MaxNLocator(nbins=6, steps=[1, 2, 5, 10]))
 
 
-def _mark_target(axes: Axes, rsm: RsmResult, grid: _Grid, solved: Solution, pair: _Pair) -> None:
+def _mark_target(axes: style.Axes, rsm: RsmResult, grid: _Grid, solved: Solution, pair: _Pair) -> None:
     """Draw the solution, and a contour at each fitted mean, whatever its response and condition."""
     levels = [np.full(grid[0].size, solved.levels[name]) for name in rsm.names]
     for name, values in zip(pair, grid[:2], strict=True):
         levels[rsm.names.index(name)] = values.ravel()
     points = rsm.scales.to_coded(np.column_stack(levels))
     several = len({FIRST, *(mean.response for mean, _ in solved.further)}) > 1
-    for (mean, surface), style in zip(solved.further, chain(_STYLES, repeat(":")), strict=False):
+    for (mean, surface), dashes in zip(solved.further, chain(_STYLES, repeat(":")), strict=False):
         place = Wording(mean.naming).conditions([mean.condition]) if mean.naming.condition is not None else ""
         name = ", ".join(filter(None, (mean.named.noun if several else "", place)))
-        lines: Any = {"linestyles": [style], "linewidths": 1.4}
+        lines: Any = {"linestyles": [dashes], "linewidths": 1.4}
         heights = surface.predict(points).reshape(grid[0].shape)
         if heights.min() < mean.value < heights.max():
-            axes.contour(*grid[:2], heights, levels=[mean.value], colors=[ORANGE], **lines)
-            axes.plot([], [], color=ORANGE, linestyle=style, linewidth=1.4, label=literal(name))
+            axes.contour(*grid[:2], heights, levels=[mean.value], colors=[style.ORANGE], **lines)
+            axes.plot([], [], color=style.ORANGE, linestyle=dashes, linewidth=1.4, label=style.literal(name))
     if solved.further:
-        legend_above(axes)
+        style.legend_above(axes)
     if grid[2].min() < solved.target < grid[2].max():
-        axes.contour(*grid, levels=[solved.target], colors=[ORANGE], linewidths=2.2)
+        axes.contour(*grid, levels=[solved.target], colors=[style.ORANGE], linewidths=2.2)
     at = (solved.levels[name] for name in pair)
-    axes.plot(*([level] for level in at), "*", color=ORANGE, markeredgecolor="white", markersize=14, zorder=6)
+    axes.plot(*([level] for level in at), "*", color=style.ORANGE, markeredgecolor="white", markersize=14, zorder=6)

@@ -10,17 +10,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stemcal.doe import designs
+from stemcal.doe import designs, effects
 from stemcal.doe.coding import Coding
-from stemcal.doe.effects import (
-    Curvature,
-    aliases_note,
-    centre_runs,
-    curvature_of,
-    effects_of,
-    is_beyond_margin,
-    residual_of,
-)
 from stemcal.doe.lenth import FEWEST
 from stemcal.doe.regression.least_squares import LeastSquares, fit_least_squares, require_estimable
 from stemcal.doe.regression.surface import flat_response
@@ -97,7 +88,7 @@ def analyse_screening(
     effects and the error. `written` has the name and unit of the response for the notes.
     """
     whole, responses = np.asarray(coded, dtype=float), np.asarray(response, dtype=float)
-    middle = centre_runs(whole)
+    middle = effects.centre_runs(whole)
     design, y, centre = whole[~middle], responses[~middle], responses[middle & np.isfinite(responses)]
     present = np.isfinite(y)
     n_failed = int(np.sum(~present))
@@ -109,24 +100,24 @@ def analyse_screening(
             f"screen: {n_failed} of {len(y)} runs failed, which leaves no residual degrees of freedom. Correct the "
             "cause of the failures and repeat the failed runs with `stemcal run SPEC --retry`."
         )
-    residual, mean_square = residual_of(fit, centre)
-    effects, size = effects_of(fit, residual, mean_square, names, symbols or names, alpha)
+    residual, mean_square = effects.residual_of(fit, centre)
+    rows, size = effects.effects_of(fit, residual, mean_square, names, symbols or names, alpha)
     tested = mean_square is not None and residual.df >= LEAST_DF
     by_lenth = size.me is not None and not tested
-    significant = [is_beyond_margin(e, size) if by_lenth else e.p is not None and e.p < alpha for e in effects]
+    significant = [effects.is_beyond_margin(e, size) if by_lenth else e.p is not None and e.p < alpha for e in rows]
     screening = Screening(
-        effects=Rows(effects),
+        effects=Rows(rows),
         significant=tuple(name for name, chosen in zip(names, significant, strict=True) if chosen),
         lenth=size,
         residual=residual,
         total_sum_of_squares=fit.total_ss,
-        curvature=curvature_of(fit, centre, residual, mean_square, alpha),
+        curvature=effects.curvature_of(fit, centre, residual, mean_square, alpha),
         runs_used=int(present.sum()) + len(centre),
         runs_failed=int(np.sum(~np.isfinite(responses))),
         notes=(),
     )
     notes = _screening_notes(screening, fit, n_failed, tested, alpha, written)
-    return replace(screening, notes=(*notes, aliases_note(design[present], names)))
+    return replace(screening, notes=(*notes, effects.aliases_note(design[present], names)))
 
 
 def _screening_notes(
@@ -156,7 +147,7 @@ def _screening_notes(
         yield Note("lenth_decides", "caution", text)
     for effect in screening.effects:
         size, p = screening.lenth, effect.p
-        if p is None or size.me is None or (p < alpha) == is_beyond_margin(effect, size):
+        if p is None or size.me is None or (p < alpha) == effects.is_beyond_margin(effect, size):
             continue
         yes, no = ("the F test", "Lenth's method") if p < alpha else ("Lenth's method", "the F test")
         text = (
@@ -166,7 +157,7 @@ def _screening_notes(
         yield Note("methods_disagree", "warning", text)
 
 
-def _curvature(curvature: Curvature, written: Wording) -> Note:
+def _curvature(curvature: effects.Curvature, written: Wording) -> Note:
     means = (
         f"At the centre, the main effects predict a {written.response.long} of {written.quantity(curvature.corners)}, "
         f"and the observed mean is {written.quantity(curvature.centre)} ({counted(curvature.runs, 'run')})."

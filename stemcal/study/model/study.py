@@ -16,20 +16,11 @@ from pydantic import BaseModel, ConfigDict, Field, PrivateAttr, create_model
 
 from stemcal.errors import UsageError
 from stemcal.formats import counted, did_you_mean
+from stemcal.study.model import shear_test
 from stemcal.study.model.goal import GoalSection
 from stemcal.study.model.laboratory_kind import AnyTest, LaboratorySection, naming_with
 from stemcal.study.model.layers import MOST_LAYERS, NO_RATE, LayerSection, Place, own_values, places
 from stemcal.study.model.measured_targets import Target, Targets
-from stemcal.study.model.shear_test import (
-    GAP,
-    BladeSection,
-    ContactSection,
-    LoadingSection,
-    MachineSection,
-    SpecimenSection,
-    StemMaterialSection,
-    SupportsSection,
-)
 from stemcal.study.types.factor import FRICTION, MOST_FACTORS, PARAMETERS, SETTINGS, Factor, OwnQuantity
 from stemcal.study.types.field_types import Frozen, StudyName, Title
 from stemcal.study.types.named import naming_of
@@ -56,17 +47,17 @@ class OwnSections(Frozen):
     conditions: Annotated[tuple[OwnQuantity, ...], Field(max_length=1)] | None = None
     """Condition of the measurements other than the stem diameter; `[]` means no condition. A study with `responses`
     has no condition by default."""
-    specimen: SpecimenSection = SpecimenSection()
+    specimen: shear_test.SpecimenSection = shear_test.SpecimenSection()
     """The specimen: a piece of stem."""
-    blade: BladeSection = BladeSection()
+    blade: shear_test.BladeSection = shear_test.BladeSection()
     """The rigid blade."""
-    supports: SupportsSection = SupportsSection()
+    supports: shear_test.SupportsSection = shear_test.SupportsSection()
     """The two rigid supports."""
-    loading: LoadingSection = LoadingSection()
+    loading: shear_test.LoadingSection = shear_test.LoadingSection()
     """Motion of the blade."""
-    contact: ContactSection = ContactSection()
+    contact: shear_test.ContactSection = shear_test.ContactSection()
     """Friction and contact between stem, blade and supports."""
-    material: StemMaterialSection = StemMaterialSection()
+    material: shear_test.StemMaterialSection = shear_test.StemMaterialSection()
     """Fixed values of the material parameters that are not factors, and the internal length."""
     layers: Annotated[tuple[LayerSection, ...], Field(max_length=MOST_LAYERS)] = ()
     """Layers of the stem from the outside to the inside, such as skin and pith; by default the stem is one layer."""
@@ -74,7 +65,7 @@ class OwnSections(Frozen):
     """The solver that simulates the response at given levels of the factors."""
     tests: Annotated[tuple[AnyTest, ...], Field(max_length=20)] = ()
     """Laboratory tests other than cutting, on pieces of the same stems."""
-    machine: MachineSection = MachineSection()
+    machine: shear_test.MachineSection = shear_test.MachineSection()
     """The testing machine with which the `curves` of `targets` were measured."""
     goal: GoalSection | None = None
     """What the study optimises, instead of `targets`."""
@@ -253,7 +244,7 @@ class Study(StudyForm):
         """Return the study with a further cutting test instead of its own, at a stem diameter in mm."""
         loading = self.loading
         speed = test.speed if "speed" in test.model_fields_set else loading.speed
-        travel = GAP + (test.stroke_at(diameter) or loading.stroke_at(diameter))
+        travel = shear_test.GAP + (test.stroke_at(diameter) or loading.stroke_at(diameter))
         moved = loading.model_copy(update={"speed": speed, "duration": travel / speed, "stroke": None})
         return self.model_copy(update={**test.in_place_of(self), "loading": moved})
 
