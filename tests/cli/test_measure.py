@@ -45,6 +45,16 @@ def write(path: Path, text: str, encoding: str = "utf-8") -> Path:
     return path
 
 
+def test_the_versions_of_the_results_are_those_that_programs_expect(tmp_path: Path) -> None:
+    write(tmp_path / "8mm-1.csv", "travel (mm),force (N)\n" + lines("{d},{f}\n"))
+    write(tmp_path / "stems.csv", "stem,diameter\n1,7.0\n2,8.0\n3,9.5\n")
+    found = [
+        shear(tmp_path / "8mm-1.csv"),
+        json.loads(command("measure", "diameters", tmp_path / "stems.csv", "--json").stdout)["result"],
+    ]
+    assert [(one["stage"], one["schema_version"]) for one in found] == [("measure-shear", 2), ("measure-diameters", 3)]
+
+
 # ---- several specimens in one file
 
 

@@ -111,6 +111,10 @@ def test_a_stage_is_stale_with_the_one_before_it(replayed: Path, tmp_path: Path)
     assert found["screen"]["file"] == "fresh" and found["rsm"]["changed"] == ["rsm"]
     assert (found["invert"]["file"], found["invert"]["changed"]) == ("stale", ["rsm.json"])
     assert (found["validate"]["file"], found["validate"]["changed"]) == ("stale", ["invert.json"])
+    text = spec.read_text("utf-8")
+    spec.write_text(text.replace("rule: least_coded_distance", "rule: others_at_centre"), "utf-8")
+    both = stage(json.loads(command("status", spec, "--out", out, "--json").stdout)["result"], "invert")
+    assert (both["file"], both["changed"]) == ("stale", ["invert"])  # its own change is named first
 
 
 def test_status_says_what_made_a_stage_stale(failed: Known) -> None:

@@ -1,10 +1,14 @@
 """Responses read from known curves."""
 
+from types import SimpleNamespace
+from typing import Any
+
 import numpy as np
 import pytest
 from called import called
 from pieces import material, piece
 
+from stemcal.errors import SimulationFailed
 from stemcal.fem.kernels.contact import push_skin_out
 from stemcal.fem.kernels.search import list_near_skin
 from stemcal.fem.state import start
@@ -12,6 +16,7 @@ from stemcal.laboratory.build import build_piece
 from stemcal.laboratory.perform import Gauges
 from stemcal.laboratory.radial_compression import RadialCompression
 from stemcal.responses import secant, work_until
+from stemcal.solvers import laboratory_runs
 
 
 def test_a_secant_is_the_line_between_its_shares() -> None:
@@ -23,6 +28,23 @@ def test_a_secant_is_the_line_between_its_shares() -> None:
 
 def test_too_few_rows_have_no_slope() -> None:
     assert secant(np.array([0.0, 1.0]), np.array([0.0, 1.0]), (0.2, 0.5)) is None
+
+
+@pytest.mark.parametrize("known", [True, False])
+def test_a_response_that_the_curve_does_not_determine_fails_the_run(
+    known: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The reason names the test and the response."""
+    values = {"slope": 20.0} if known else {}
+    performed = SimpleNamespace(giving=lambda _: SimpleNamespace(responses=values, warnings=()))
+    monkeypatch.setattr(laboratory_runs, "perform_or_fail", lambda _: performed)
+    section: Any = SimpleNamespace(name="pull", responses=(), measured=("slope",), called=lambda name: f"pull_{name}")
+    if known:
+        assert laboratory_runs.perform_all([(section, None)])[0] == {"pull_slope": 20.0}  # type: ignore[list-item]
+        return
+    with pytest.raises(SimulationFailed, match="pull: the slope cannot be determined") as caught:
+        laboratory_runs.perform_all([(section, None)])  # type: ignore[list-item]
+    assert caught.value.reason == "no_response"
 
 
 def test_the_give_of_the_contact_is_taken_out() -> None:

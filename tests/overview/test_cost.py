@@ -5,10 +5,12 @@ from dataclasses import asdict
 from pathlib import Path
 
 import pytest
+import workflow
 from fakes import FakeSolver, make_study
 
 from stemcal.cutting.simulate import shear
 from stemcal.overview.plan import costs_of, elapsed, overhead, plan, total
+from stemcal.runs.executors import InlineExecutor
 from stemcal.runs.record import Run
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers import make_solver
@@ -70,6 +72,17 @@ def test_the_runs_of_a_refinement_elsewhere_are_counted(tmp_path: Path) -> None:
     (note,) = (note for note in found.notes if note.kind == "decided_later")
     alone = plan(make_study(tmp_path), None, FakeSolver(), 1)
     assert "at most 6 runs in" in note.text and found.elapsed == alone.elapsed
+
+
+def test_a_finished_study_has_no_rounds_left(tmp_path: Path) -> None:
+    """Before, a climb is counted with its usual rounds of 10 s each; afterwards nothing is."""
+    study = make_study(tmp_path, "refine: {tolerance_percent: 2}\n")
+    before = plan(study, None, FakeSolver(), 1)
+    with StudyFolder(tmp_path / "out") as folder:
+        workflow.calibrate(study, folder, InlineExecutor(), solver=FakeSolver())
+        after = plan(study, folder, FakeSolver(), 1)
+    assert before.elapsed is not None and before.elapsed > before.to_run * 10.0
+    assert (after.to_run, after.elapsed) == (0, overhead(FakeSolver()))
 
 
 def test_each_test_has_its_time(tmp_path: Path) -> None:

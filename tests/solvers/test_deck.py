@@ -220,6 +220,14 @@ def test_blade_has_its_size_and_its_angle(bevel: Any, radius: float) -> None:
     assert ends[0][0] > ends[1][0]
 
 
+def test_elements_of_the_body_of_a_blade_are_four_times_longer() -> None:
+    """Elements of 0.5 mm at the edge; above the shoulder at 2.3/2/tan 18.75° = 3.39 mm, 13 of 24.61/13 = 1.89 mm."""
+    mesh = blade_mesh(Blade(thickness=2.3, width=28.0, edge_angle=37.5, edge_radius=0.0), 90.0, 0.0, size=0.5)
+    heights = np.unique(np.round(mesh.nodes[:, 2], 9))
+    above = np.diff(heights[heights > 3.38])
+    assert len(above) == 13 and above == pytest.approx(24.612 / 13, rel=1e-3)
+
+
 def test_supports_leave_the_clearance_and_touch_the_stem() -> None:
     stem, supports = Stem(8.0, 0.41, 50.0), Supports(20.0, 1.0)
     mesh = supports_mesh(supports, stem, 1.0)

@@ -158,6 +158,12 @@ def test_rcforc_refuses_stars_and_missing_file(tmp_path: Path) -> None:
     assert caught.value.reason == "nan"
 
 
+def test_a_force_that_is_no_number_has_the_time_of_the_last_one() -> None:
+    with pytest.raises(SimulationFailed, match=r"not a number after 0\.2 s") as caught:
+        ContactForce.of(np.array([0.0, 0.1, 0.2, 0.3]), np.array([0.0, 1.0, 2.0, np.nan]), "rcforc")
+    assert caught.value.reason == "nan"
+
+
 def test_no_force_is_no_contact() -> None:
     with pytest.raises(SimulationFailed) as caught:
         peak_answer(ContactForce(np.array([0.0, 1.0]), np.zeros(2)), UNFILTERED, LoadingSection())

@@ -157,6 +157,14 @@ def test_within_the_ranges_it_may_be_out_of_reach(tmp_path: Path) -> None:
     assert stage["notes"][0]["kind"] == "not_reached" and "failure_strain" in stage["notes"][0]["remedy"]["text"]
 
 
+def test_without_a_range_the_strain_of_another_mesh_may_be_ten_times_less_and_up_to_one(tmp_path: Path) -> None:
+    """The study has 0.01 to 0.05; 159.2 N need 0.0387·1.99^(1/0.9) = 0.0831 in the program."""
+    stage = refined(tmp_path, adjust="{}")
+    (moved,) = stage["adjusted"]
+    assert (moved["low"], moved["high"]) == (pytest.approx(0.001), 1.0)
+    assert stage["stopped"] == "tolerance" and stage["parameters"]["failure_strain"] == pytest.approx(0.0831, rel=0.02)
+
+
 def test_the_second_factor_moves_once_the_first_is_at_its_end(tmp_path: Path) -> None:
     law = "4.0 * float(sys.argv[3]) * (strain / 0.0387) ** 0.9 * (d / 8.0) ** 2"
     spec = spec_of(tmp_path, law, adjust="{failure_strain: [0.001, 0.05], yield_stress: [10, 40]}")
