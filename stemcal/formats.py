@@ -133,8 +133,8 @@ def outwards(value: float, up: bool) -> float:
     return float(f"{(math.ceil if up else math.floor)(round(value / step, 6)) * step:.6g}")
 
 
-_MOST = 12  # names in a list
-_LONGEST = 60  # characters of a name
+_MOST = 12  # largest number of names in a list
+_LONGEST = 60  # largest number of characters of a name
 
 
 def near(word: str, known: Iterable[str], most: int = 1) -> list[str]:

@@ -32,7 +32,7 @@ class Checked:
 
     def __init_subclass__(cls) -> None:
         super().__init_subclass__()
-        if Checked in cls.__bases__:  # an interface itself
+        if Checked in cls.__bases__:  # the class is itself an interface
             return
         interface = next(base for base in cls.__mro__[1:] if Checked in base.__bases__)
         known = [name for name in dir(interface) if not name.startswith("_")]
@@ -189,7 +189,7 @@ def hash_of(place: Path, length: int = 12) -> str:
 # ---- running code of users and of other packages, which may print, exit, or raise any exception
 
 
-MOST_SHOWN = 500  # characters of the text of an error
+MOST_SHOWN = 500  # largest number of characters of an error's text
 
 
 class ForeignError(Exception):

@@ -23,7 +23,7 @@ PIECE = "piece"
 """All tests of a piece of stem together; a single kind has its own name, such as ``three-point-bending``."""
 
 SECANT = (0.2, 0.5)  # fractions of the maximum force between which the slope of a curve is fitted
-_FEWEST = 3  # points of a curve that a slope requires
+_FEWEST = 3  # least number of points from which a slope is determined
 
 
 @dataclass(frozen=True)

@@ -212,7 +212,7 @@ class Wording:
         return f"{interval(ends)}{self.response.unit_suffix}"
 
     def conditions(self, values: Iterable[float]) -> str:
-        """List values of the condition, or summarise many, after its name, which is omitted for the stem diameter."""
+        """List or summarise values of the condition after its name; the name of the stem diameter is omitted."""
         values = list(values)
         many = len(values) > MOST_LISTED
         listed = f"{len(values)} values from {short(min(values))} to {short(max(values))}" if many else ""

@@ -16,7 +16,7 @@ from stemcal.vocabulary import FIRST
 
 CONFIRMED = "confirmed"
 """Word in the remark of a row whose values are correct although they are far from the others."""
-_FEWEST = 4  # known values with which a value is compared
+_FEWEST = 4  # least number of known values with which a value is compared
 _FACTOR, _SPREADS = 3.0, 2.5  # a value may differ by this factor and this number of robust standard deviations
 _SIGMA = 1.4826  # ratio of standard deviation to median absolute deviation of a normal distribution
 

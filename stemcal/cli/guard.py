@@ -36,7 +36,7 @@ def exit_codes() -> Iterator[None]:
         except StemcalError as error:
             count = len(error.problems) if isinstance(error, SpecError) else 1
             _leave(f"the spec has {count} problems\n{error}" if count > 1 else str(error), error.exit_code)
-        except BaseException as error:  # including an exit that a plug-in or a library calls
+        except BaseException as error:  # also an exit called by a plug-in or a library
             if isinstance(error, typer.Exit | typer.Abort) or hasattr(error, "show"):  # usage errors print themselves
                 envelope.print(getattr(error, "exit_code", 1))
                 raise

@@ -87,7 +87,7 @@ def simulate(
     with waiting("one virtual shear test" if section is None else f"virtual test {test}", quiet):
         result = simulated(study, levels, at, frames=frames, section=section)
     if csv_file:
-        columns = vars(result.history)  # s, mm, N, mJ
+        columns = vars(result.history)  # in s, mm, N, mJ
         rows = zip(*(column.tolist() for column in columns.values()), strict=True)
         write_atomic(csv_file, csv_text([columns, *rows], newline="\r\n"))
     if figure:

@@ -202,7 +202,7 @@ class LatinHypercube(SurfaceDesign):
     name, balanced = "latin-hypercube", False
 
     def points(self, k: int, options: SurfaceOptions) -> Array:
-        terms = (k + 1) * (k + 2) // 2  # of a quadratic
+        terms = (k + 1) * (k + 2) // 2  # number of terms of a quadratic
         return latin_hypercube(k, _RUNS_PER_TERM * terms if options.runs is None else options.runs)
 
 

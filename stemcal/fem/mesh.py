@@ -13,7 +13,7 @@ from stemcal.arrays import Array, Ints
 from stemcal.fem.kernels import hexahedron
 from stemcal.fem.kernels.search import FACES, Topology
 
-_PORTION = 4096  # elements
+_PORTION = 4096  # number of elements in a portion
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from stemcal.fem.kernels.spread_edge import SpreadEdge
 from stemcal.fem.mesh import Mesh
 from stemcal.fem.tools import Tool
 
-_HAIR = 1.0e-9  # mm
+_HAIR = 1.0e-9  # tolerance of positions, mm
 # Elements nearer to the plane than half the blade's thickness plus this number of internal lengths are never deleted:
 # at 2 ℓ the weight of the mean strain, exp(−r²/ℓ²), is 2 %. Elements within half the height of the body are not deleted
 # either: the flanks crush the body up to there, and deleted hinges over near supports make the force mesh-dependent.

@@ -143,7 +143,7 @@ def _shares_of(state: State, count: int) -> list[Share]:
 Watch = Callable[[float, Array, int], bool | None]
 Inspect = Callable[[float, State], None]
 _STRIDE = 1_000_000  # steps times elements between two checks for an interrupt
-_LEAST = 1e-300  # s, shortest piece of a march, until the first time step is known
+_LEAST = 1e-300  # shortest piece of a march until the first time step is known, s
 
 
 def simulate(model: Model, duration: float, watch: Watch | None = None, inspect: Inspect | None = None) -> History:

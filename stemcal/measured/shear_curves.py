@@ -21,7 +21,7 @@ from stemcal.measured.tables import Form, TextTable, columns_of, given_columns, 
 from stemcal.notes import Note, Remedy
 
 PRELOAD = 5.0  # N
-_FEWEST = 5  # points of a curve
+_FEWEST = 5  # least number of points of a curve
 RISE = 0.2  # share of the maximum force; while the blade settles on the stem, the force remains below it
 _NAME_THEM = "specify both columns by name or number with `--force-column` and `--displacement-column`"
 
@@ -56,7 +56,7 @@ class ShearCurve:
     label      sheet and number of the specimen if the file contains several
     """
 
-    __pydantic_config__: ClassVar[dict[str, bool]] = {"arbitrary_types_allowed": True}  # arrays become lists
+    __pydantic_config__: ClassVar[dict[str, bool]] = {"arbitrary_types_allowed": True}  # arrays become lists in JSON
 
     source: str
     travel: Array

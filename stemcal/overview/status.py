@@ -130,7 +130,7 @@ def inspect(study: Study, folder: StudyFolder) -> tuple[int, dict[str, str]]:
             if (version := content.get("schema_version")) != FILE_VERSION:
                 damaged[name] = f"has schema version {version!r:.20}, but version {FILE_VERSION} is required"
                 continue
-            if CODE not in changes_since(study, solver, folder, stage.name):  # other code: maybe another format
+            if CODE not in changes_since(study, solver, folder, stage.name):  # other code may write another format
                 tables = changed_tables(stage.result().from_json(content), folder)
                 changed_file = "is missing or has been changed; `stemcal run SPEC` writes the file again"
                 damaged |= dict.fromkeys(tables, changed_file)

@@ -129,7 +129,7 @@ _SERVE = f"from {__name__} import serve; serve()"
 def serve() -> None:
     """Execute calls from standard input until it closes. Runs in the child."""
     source, target = _own_pipes()
-    if hasattr(os, "fork") and os.fork() == 0:  # no thread is running yet
+    if hasattr(os, "fork") and os.fork() == 0:  # safe, because no thread is running yet
         _guard(source, target)
     # At exit, because the parent cannot find processes that have left the session; registered first, it runs last.
     atexit.register(end_family, os.getpid())
@@ -156,7 +156,7 @@ def _guard(source: IO[bytes], target: IO[bytes]) -> NoReturn:
     worker, waiting = os.getppid(), select.poll()
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, signal.SIG_IGN)
-    target.close()  # the pipe must close with the worker: the parent notices the end of the worker by it
+    target.close()  # then the pipe closes when the worker ends, which the parent notices
     waiting.register(source, 0)  # the closing of a pipe is reported without any flag
     while os.getppid() == worker and not waiting.poll(_LOOK_MS):
         pass

@@ -97,7 +97,7 @@ class _Lines(Watcher):
 
     def __call__(self, progress: Progress) -> None:
         line = describe(progress, self.naming)
-        complete = progress.done >= progress.total and self.completed != progress.stage  # only once a stage
+        complete = progress.done >= progress.total and self.completed != progress.stage  # only one line at the end
         begins_or_ends = progress.stage != self.stage or complete or progress.preparing
         due = self.clock() - self.last_time >= _SPARSE_SECONDS
         if complete:

@@ -31,8 +31,8 @@ from stemcal.storage.sealed import Broken, read_sealed, sealed
 logger = logging.getLogger(__name__)
 
 SPEC_PLACE = "spec-path.txt"
-_MOST_NOTE = 1 << 16  # bytes of a small text file
-SCHEMA_VERSION = 3  # of stage files
+_MOST_NOTE = 1 << 16  # largest size of a small text file, bytes
+SCHEMA_VERSION = 3  # version of the format of stage files
 RECORD_VERSION = 4
 _KEY = re.compile(r"[0-9a-f]{32}")
 _RECORDED: dict[str, Any] = {
@@ -182,7 +182,7 @@ class StudyFolder:
         if key in self._known and self._known[key][0] == stamp:
             return self._known[key][1], ""
         record, problem = self.examine(key)
-        settled = time.time_ns() - status.st_mtime_ns > _TICK_NS  # so that a later change has another time stamp
+        settled = time.time_ns() - status.st_mtime_ns > _TICK_NS  # then a later change has another time stamp
         if record is not None and settled and self._room >= status.st_size:
             self._room -= status.st_size
             self._known[key] = stamp, record

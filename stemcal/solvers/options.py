@@ -193,7 +193,7 @@ class CommandSolver(ProgramOptions):
         return message, "add `along: TRAVEL` and `reduction: max` to `result`, or fit only the force"
 
     def sign_remedy(self, response: str) -> Remedy:
-        """Return the remedy for a response of wrong sign: a factor of −1, and the minimum instead of the maximum."""
+        """Return the remedy for a response with the wrong sign: scale by −1, and use the minimum, not the maximum."""
         name = response if response in self.result else FIRST
         if (reader := self.result.get(name)) is None:
             return super().sign_remedy(response)

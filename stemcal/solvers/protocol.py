@@ -36,7 +36,7 @@ class Request:
 
 
 NOT_RUN = "not_run"  # reason of a failed manual run
-MOST_MESSAGE = 5000  # characters
+MOST_MESSAGE = 5000  # largest number of characters of a message
 RESPONSES = "responses"  # entry of the details of an answer with the other responses by name
 
 

@@ -60,7 +60,7 @@ class PythonClass(Solver):
             raise _cannot_be_loaded(self.options, f"loading took longer than {problem.limit:g} s") from None
         except SimulationFailed as problem:
             raise UsageError(f"solver.file {self.options.file.name}: {problem}") from None
-        except RuntimeError as problem:  # of a KeyboardInterrupt that the class has raised
+        except RuntimeError as problem:  # the class has raised KeyboardInterrupt
             raise _cannot_be_loaded(self.options, str(problem).removesuffix(": ")) from None
 
     def get_ready(self) -> None:

@@ -159,7 +159,7 @@ def _regex(text: str, file: str, pattern: str) -> _Series:
     if not matches:
         raise SimulationFailed("no_result", f"{file} contains no match for the pattern")
     groups = [number, "x"] if along else [number]
-    previous_end = dict.fromkeys((row for row, _ in matches), 0)  # of the previous match in the line
+    previous_end = dict.fromkeys((row for row, _ in matches), 0)  # end of the previous match in each line
     for row, match in matches:
         for group in groups:
             if _is_part_of_number(match, group, previous_end[row]):

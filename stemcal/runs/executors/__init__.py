@@ -73,7 +73,7 @@ def machine_memory() -> float:
     import psutil
 
     limits = [float(psutil.virtual_memory().total)]
-    for place in _LIMITS:  # of a container
+    for place in _LIMITS:  # the files with the limits of a container
         with suppress(OSError, ValueError):
             text = Path(place).read_text(encoding="ascii").strip()
             limits += [float(text)] if text.isdigit() and int(text) > 0 else []

@@ -35,7 +35,7 @@ class LocalExecutor(RunExecutor):
         self._workers = max(1, workers if workers is not None else available_cores())
         self.time_limit = time_limit
         self._threads = ThreadPoolExecutor(self._workers, "worker")
-        self._own = threading.local()  # `child`, the worker process of each thread
+        self._own = threading.local()  # its attribute `child` is the worker process of each thread
         self._children: set[Child] = set()
         self._stopping = threading.Event()
 

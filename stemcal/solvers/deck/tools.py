@@ -47,7 +47,7 @@ def supports_mesh(supports: Supports, stem: Stem, size: float) -> Mesh:
     flat = _even(near + r, far, size)[1:]
     upper = np.concatenate([rounding, np.stack([flat, np.full(flat.size, top)], axis=-1)])
     lower = np.stack([upper[:, 0], np.full(len(upper), top - r - _BELOW)], axis=-1)
-    right = np.stack([lower, upper])  # nodes (2 rows, columns, 2): its rounded top above its flat bottom
+    right = np.stack([lower, upper])  # its nodes (2, columns, 2): the rounded top above the flat bottom
     left = right * (-1.0, 1.0)
     half = 0.5 * stem.outer_diameter
     return _drawn_out([right, left], _even(-half, half, size))

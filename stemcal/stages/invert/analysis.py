@@ -129,7 +129,7 @@ def _rows(
     ]
 
 
-_MOVED = 0.25  # of a half step: a factor that changes more along a flat direction is not determined
+_MOVED = 0.25  # a factor that changes by more than this part of its half step along a flat direction is undetermined
 
 
 def _certainty_of(study: Study, coding: Coding, known: Fit, source: Literal["joint", "single"]) -> Certainty:

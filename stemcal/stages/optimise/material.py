@@ -135,7 +135,7 @@ def calibrated_sections(source: Study, levels: Mapping[str, float]) -> dict[str,
 
 
 def _with(part: Any, path: NodePath, value: Any) -> Any:
-    """Return a section, or a tuple of sections, with the value at a path set; for a growing parameter its `value`."""
+    """Return a section (or a tuple of sections) in which the key at a path has this value; its `value` if it grows."""
     step, rest = path[0], path[1:]
     old = part[step] if isinstance(step, int) else getattr(part, step)
     if rest:

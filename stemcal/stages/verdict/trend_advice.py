@@ -87,7 +87,7 @@ def trend_of(
     diameters = [row[0] for row in rows]
     x = np.log(diameters) - np.mean(np.log(diameters))
     known = np.array([0.01 * (row[3] or 0.0) for row in rows])
-    within = NORMAL * float(np.linalg.norm(x * known) / (x @ x))  # of b = Σ x ln r / Σ x²
+    within = NORMAL * float(np.linalg.norm(x * known) / (x @ x))  # half-width of the interval of b = Σ x ln r / Σ x²
     low, high = law.exponent_interval
     change = abs(law.exponent) * float(np.log(max(diameters) / min(diameters)))
     return law if low * high > 0.0 and abs(law.exponent) > within and change >= _LEAST_CHANGE else None
@@ -187,7 +187,7 @@ def for_trend(study: Study, surface: Surfaces, solution: Mapping[str, float]) ->
         np.array([mean.value for _, mean in means]),
         [every[i] for i, _ in means],
         surface.scales,
-        replace(surface.region, radius=None),  # levels may be anywhere in the ranges
+        replace(surface.region, radius=None),  # levels are limited only by the ranges
         study.calibration_target.condition,
         np.asarray(surface.scales.to_coded([solution[name] for name in surface.names])),
     )

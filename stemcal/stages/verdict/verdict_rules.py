@@ -97,7 +97,7 @@ def ranked(rank: Rank) -> Callable[[Rule], Rule]:
 
 
 _MAJORITY = 0.5
-_FAR = 2.0  # times its limit: a smaller doubt about the calibrated run may be scatter, and is only a reservation
+_FAR = 2.0  # a doubt about the calibrated run is only a reservation up to this multiple of its limit
 
 
 def verdict_of(study: Study, folder: StudyFolder, results: Results | None = None) -> Verdict:

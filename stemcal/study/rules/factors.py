@@ -103,7 +103,7 @@ def _values_are_physical(draft: Draft) -> Iterator[Finding]:
         parameter, reported = place.parameter, set[NodePath]()
         for path, value in possible_values(draft, name):
             if isinstance(value, Relative):
-                continue  # a ratio above 0
+                continue  # ratios are above 0 already
             shown = units.from_internal(value, parameter.unit)
             if path not in reported and (wrong := parameter.outside(shown)):
                 reported.add(path)

@@ -53,7 +53,7 @@ _SCATTER = 0.15  # a decrease of the force with the diameter below this share ma
 _MACHINE, _MOWER = 50.0, 1000.0  # mm/s: the fastest testing machine, the slowest mower
 # Largest smoothed strain rate of a cut over speed/diameter; simulations had 3.9 to 5.4 without a rate law.
 _RATE = 4.0
-_RATIO = (1e-3, 2.0)  # of a stress across the axis to that along it
+_RATIO = (1e-3, 2.0)  # plausible ratio of a stress across the axis to the stress along it
 FALL = "the simulated values decrease by up to 10 % if the element size is reduced by a third"
 
 
