@@ -42,7 +42,8 @@ def likely_columns(study: Study, answers: Iterable[tuple[str, Request, Answer]])
 def _is_far(value: float, others: Sequence[float]) -> bool:
     """Check whether a value v is so far from the others that a misplaced point or a wrong column is probable.
 
-    |ln v − median| > ln 3 + 2.5 s, with the median and the robust standard deviation s of the logarithms of the others.
+    It is far if its sign differs, or if |ln v − median| > ln 3 + 2.5 s, with the median and the robust standard
+    deviation s of the logarithms of the others.
 
     >>> heaps = [28.2, 25.9, 30.6, 31.0, 27.4]
     >>> [_is_far(value, heaps) for value in (295.0, 2.95, -29.5, 35.0)]

@@ -16,7 +16,7 @@ from stemcal.fem.model import Model
 from stemcal.fem.parting import doubled
 from stemcal.fem.tools import Tool
 
-# On either side, this share of the elements nearest to the edge has the same length as the elements under the edge.
+# The elements nearest to the edge, this share of the elements on each side, are as long as the elements under it.
 EVEN_SHARE = 0.3
 # Number of elements through a layer: a single element with its central integration point has no bending stiffness. With
 # 1, 3 and 5 through a skin of d/16, the cutting force was 89.8, 124.9 and 127.0 N.
@@ -62,7 +62,7 @@ def stem_mesh(
         sides, two layers with elements of zero length between them (see `fem.parting.doubled`).
     """
     outer, inner = 0.5 * stem.outer_diameter, 0.5 * stem.outer_diameter * stem.diameter_ratio
-    if widths is None:  # from the bottom to the top under the edge
+    if widths is None:  # the edge is above the top of the stem, where the elements are narrowest
         widths = np.linspace(how.coarsening_around, 1.0, around_half(outer, how))
     counts, surfaces = through_layers(stem, how), stem.radii
     layers = _layers(stem.length, how) if layers is None else layers

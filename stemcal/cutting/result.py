@@ -256,7 +256,7 @@ def evaluate(
 
 
 def _of_curve(curve: ForceHistory, peak: int, broken: int | None, rate: float, material: Material) -> list[Note]:
-    """Return warnings: a strain rate (1/s) is above C of the paper's law; the force after a break exceeds the peak."""
+    """Return warnings of a strain `rate` (1/s) above C of the rate law, and of a larger force after the break."""
     notes, c, before = list[Note](), material.strain_rate_c, float(curve.force_filtered[peak])
     if material.rate_law == "paper" and 0.0 < c < rate:
         notes.append(checks.rate_above_law(rate, c, 1.0 + (rate / c) ** material.strain_rate_p))
@@ -266,7 +266,10 @@ def _of_curve(curve: ForceHistory, peak: int, broken: int | None, rate: float, m
 
 
 def _ratio_percent(part: Array, curve: ForceHistory, until: int) -> float:
-    """Return the largest part/internal in % up to row `until`, after the first tenth of the work done by then."""
+    """Return the largest ratio of an energy (`part`) to the internal energy, in percent, up to the row `until`.
+
+    The first rows, up to a tenth of the work at `until`, do not count, because the internal energy is small there.
+    """
     rows = np.arange(len(part))
     counted = (rows <= until) & (curve.external > _BEGINNING * max(curve.external[until], 1e-12))
     counted &= curve.internal > 0.0  # the internal energy is zero once all elements are deleted

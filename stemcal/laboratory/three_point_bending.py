@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 class BendingSection(PieceSection):
-    """Bending by a nose between two rollers."""
+    """Section of a bending test: a nose presses the middle of a piece that lies on two rollers."""
 
     kind: Literal["three-point-bending"] = "three-point-bending"
     span: StemLength

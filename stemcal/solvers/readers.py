@@ -248,7 +248,7 @@ def required_number(text: str) -> float:
 
 
 def _number_of(text: str) -> float | None:
-    """Return a text as a number, NaN for a missing value or an overflow; None if the text is neither."""
+    """Return a text as a number, NaN if it marks a missing value or an overflow; None for any other text."""
     text = text.strip()
     if _NUMBER.fullmatch(text):
         parts = _PARTS.fullmatch(text)

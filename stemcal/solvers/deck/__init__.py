@@ -18,7 +18,7 @@ from stemcal.storage.atomic import write_atomic
 __all__ = ["Deck", "DeckForm", "deck_text"]
 
 _SECTIONS = ("specimen", "blade", "supports", "loading", "contact")
-# Options that do not change an answer, or that are part of the identity elsewhere.
+# Options that are left out of the identity of a run: they do not change its answer, or the identity has them elsewhere.
 _APART = {"environment", "time_limit", "files", "home"}
 
 

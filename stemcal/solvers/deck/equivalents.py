@@ -21,7 +21,7 @@ from stemcal.solvers.options import DeckSolver, EmbeddedSolver
 _RADIOSS_LENGTH = 2.0
 # L/ℓ for LS-DYNA, by equal ⟨r²⟩: 3/5 L² for its weight (1 + (r/L)⁸)⁻², as for a ball, and 3/2 ℓ² for exp(−r²/ℓ²).
 _DYNA_LENGTH = sqrt(2.5)
-# Radius of a rounded edge over the edge spread of a sharp edge with the same force.
+# A rounded edge of this radius, in units of the edge spread, cuts at the same force as the sharp, spread edge.
 _NOSE = 1.4
 # Least relative increase of the yield stress, at the highest strain rate, for which a rate law is written.
 _NO_EFFECT = 1e-3

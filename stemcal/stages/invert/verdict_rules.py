@@ -139,7 +139,7 @@ def _on_edge(surface: Surfaces, coded: Sequence[float]) -> bool:
 
 @ranked(Rank.MODEL)
 def misfit(evidence: Evidence) -> Iterator[Note]:
-    """Yield a reason if the misfit of the joint fit exceeds the scatter, and no single mean explains it."""
+    """Yield a reason if the fit misses the means by more than their scatter, also when any one of them is left out."""
     solved = evidence.of(InvertResult)
     joint = solved.joint if solved is not None else None
     if solved is None or joint is None or joint.p is None or joint.misfit is None or joint.p >= 0.05:

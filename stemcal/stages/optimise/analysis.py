@@ -83,7 +83,7 @@ def problem_of(study: Study, surface: RsmResult) -> Problem:
 
 
 def _cutters(study: Study, surface: RsmResult, problem: Problem, optimum: Optimum) -> list[Cutter]:
-    """Return the optimum, the present cutter and the ends of the front, before their simulation."""
+    """Return the optimum, the present cutter and the ends of the Pareto front, before their simulation."""
     points = {OPTIMUM: _levels(study, surface, optimum.point), PRESENT: present_levels(study)}
     ends = (optimum.front[0], optimum.front[-1]) if optimum.front else ()
     points |= {f"front {n}": _levels(study, surface, x) for n, x in enumerate(ends, 1)}

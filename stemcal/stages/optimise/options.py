@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 class OptimiseOptions(Frozen):
-    """The cutter with which the optimum is compared."""
+    """Options of the stage optimise: the present cutter, with which the optimum is compared."""
 
     present: dict[str, Number | str] = {}
     """Levels of factors at the present cutter, such as `{edge_angle: 30 deg}`. By default, a setting of the test has

@@ -29,7 +29,8 @@ from stemcal.study.types.units import from_internal
 from stemcal.vocabulary import FIRST, Wording, program
 
 _USUAL_ROUNDS = 2
-# The failure strain depends on mesh and lengths. Its range in another model: from a share of its low end up to 1.
+# The failure strain depends on the mesh. For a model with another mesh, its range is widened: down to this share of the
+# lower limit in the spec, and up to 1.
 _OF_MESH, _LOWEST_SHARE, _HIGHEST = "failure_strain", 0.1, 1.0
 
 

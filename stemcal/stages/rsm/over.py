@@ -36,7 +36,7 @@ def condition_axis(study: Study, names: Sequence[str]) -> ConditionAxis:
 
 
 def over_design(study: Study, coding: Coding) -> Design:
-    """Return the design over factors and condition; exponents of growing parameters stay at their centre."""
+    """Return the design over the factors and the condition; where a parameter grows, its exponent is at mid-range."""
     options, axis = study.of(RsmOptions), condition_axis(study, coding.names)
     held = [exponent for exponent, _ in axis.growing.values()]
     varied = [j for j, name in enumerate(coding.names) if name not in held]

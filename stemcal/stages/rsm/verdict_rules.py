@@ -206,7 +206,7 @@ def _lost(evidence: Evidence) -> Iterator[Note]:
 
 @ranked(Rank.REACH)
 def out_of_reach(evidence: Evidence) -> Iterator[Note]:
-    """Yield a reason if the surface does not reach a single target inside the ranges."""
+    """Yield a reason if the only target of the study is outside the values of the surface in the ranges."""
     surface, study = evidence.of(RsmResult), evidence.study
     if surface is None or study.joint_targets or evidence.results.calibrated:
         return

@@ -32,9 +32,10 @@ WARNED = frozenset({"hourglass_energy", "inertia_in_force", "energy_drifts", "st
 
 @dataclass(frozen=True)
 class Doubt:
-    """A doubt: kind, number of runs, worst value in % (None for a stroke); for a calibrated run its condition.
+    """A reason to doubt the simulation of some runs, such as a large kinetic energy.
 
-    The remedy corrects runs up to the value `aim`; fewer doubtful runs than `MOST_DOUBTFUL` may remain.
+    `worst` is the worst value in percent, None for a stroke that is too short; `condition` and `fitted` describe a
+    calibrated run. The remedy brings runs down to the value `aim`; fewer than `MOST_DOUBTFUL` runs may stay doubtful.
     """
 
     kind: DoubtKind

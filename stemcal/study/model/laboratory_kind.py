@@ -62,7 +62,7 @@ class LaboratorySection(Frozen):
 
     @property
     def places(self) -> tuple[str, ...]:
-        """Names under which the table of responses (`stemcal.responses`) lists the responses of this test."""
+        """Kinds of test in the table of responses (`stemcal.responses`) to which this test belongs."""
         return (FURTHER_CUT,) if self.is_further_cut else (PIECE, self.kind)
 
     @property

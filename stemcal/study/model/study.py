@@ -74,9 +74,9 @@ class OwnSections(Frozen):
 
 
 def _form() -> type[OwnSections]:
-    """Return the model of a spec: the sections above, then the sections of the stages in their order.
+    """Return the class of a spec: the sections of `OwnSections`, then the sections of the stages in their order.
 
-    The default of a section is None if a study has the stage only with this section.
+    If a stage is part of a study only when the spec has its section, the default of the section is None.
     """
     fields: dict[str, Any] = {}
     for stage in STAGES.built_in:
@@ -273,7 +273,7 @@ class Study(StudyForm):
 
     @property
     def joint_targets(self) -> tuple[Target, ...]:
-        """Targets to which the parameters are fitted together, with priors; empty for a fit to one force."""
+        """Targets of a fit to several means, or to one mean with priors; empty for a fit to one force."""
         return self._fitted[0]
 
     @property
