@@ -134,7 +134,7 @@ def _files(deck: Deck, path: Path, text: str) -> dict[Path, str]:
     }
 
 
-_COARSEST = 0.5  # largest element size over the diameter
+_COARSEST = 0.5  # largest element size, in units of the diameter
 
 Folder = Annotated[Path, typer.Argument(metavar="FOLDER", help="Folder for the output files.", show_default=False)]
 Card = Annotated[

@@ -175,7 +175,7 @@ def crowns(mesh: Mesh) -> Array:
 
 
 def _layers_of(test: ShearTest) -> Array:
-    """Return x of the layers of nodes, mm; a layer is where the stem rests on a block; a clamp is at the left end."""
+    """Return x of the layers of nodes, mm, with a layer where the stem rests on a block; a clamp is at the left end."""
     how, supports, height = test.discretisation, test.supports, test.supports.height
     if supports.kind == "span":
         return _supported(_layers(test.stem.length, how), 0.5 * supports.clearance + supports.fillet_radius)
@@ -187,7 +187,7 @@ def _layers_of(test: ShearTest) -> Array:
 
 
 def _counter_edge(test: ShearTest) -> float:
-    """Return the distance of a counter-edge from the plane of the cut, mm: half the blade and its clearance."""
+    """Return the distance of a counter-edge from the plane of the cut, mm: half the blade thickness plus clearance."""
     return (0.5 * test.blade.thickness if test.blade.bevel == "both" else 0.0) + test.supports.clearance
 
 

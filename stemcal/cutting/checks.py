@@ -90,7 +90,7 @@ def energy_drifts(percent: float) -> Note:
 
 
 def inertia_in_force(percent: float, kinetic_percent: float) -> Note:
-    """Return the warning that inertia is a large percentage of the force, with kinetic over internal energy, %."""
+    """Return the warning that inertia is a large part of the force, and the ratio of kinetic to internal energy, %."""
     text = (
         f"Inertia contributes {percent:.1f} % of the peak force (blade force minus support force). The kinetic energy "
         f"reaches {kinetic_percent:.1f} % of the internal energy."

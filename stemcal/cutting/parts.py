@@ -112,8 +112,8 @@ class Discretisation:
         of ``nodes``.
     turn, shift: Fractions of an element by which the mesh is rotated about the axis (full model) and shifted along it
         (full and half model).
-    coarsening: Length along the stem of the outermost elements over that of the elements under the blade.
-    coarsening_around: Width around the stem of the elements at its bottom over that of the elements under the edge.
+    coarsening: Length along the stem of the outermost elements, relative to the elements under the blade.
+    coarsening_around: Width around the stem of the elements at its bottom, relative to the elements under the edge.
     hourglass, integration: Settings of the solver, see `fem.model.Model`.
     filter_window: Width of the moving mean of the force, s.
     break_drop: The stem counts as fractured when elements have failed and the force has dropped by this share of its

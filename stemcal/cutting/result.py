@@ -62,13 +62,13 @@ class CuttingResult:
     elements, deleted_elements   number of elements in the computed mesh, and of those deleted before the peak
     stroke_was_enough            whether the stem has fractured, or the force at the end of the stroke is clearly below
                                  its peak
-    energy_drift_percent         largest error of the energy balance over the largest work done
-    kinetic_ratio_percent        largest kinetic over internal energy before the first failure (or over the stroke
+    energy_drift_percent         largest error of the energy balance, relative to the largest work done
+    kinetic_ratio_percent        largest ratio of kinetic to internal energy before the first failure (or in the stroke
                                  without one), after the first tenth of the work
-    hourglass_ratio_percent      largest hourglass over internal energy up to the peak, after the same first tenth
-    inertia_percent              difference between the forces on the blade and on the supports at the peak, over the
-                                 force on the blade: the contribution of inertia, from true and added mass
-    added_mass_percent           mass added by mass scaling and time step, over the stem's mass
+    hourglass_ratio_percent      largest ratio of hourglass to internal energy up to the peak, after the same tenth
+    inertia_percent              difference between the forces on the blade and on the supports at the peak, relative to
+                                 the force on the blade: the contribution of inertia, from true and added mass
+    added_mass_percent           mass added by mass scaling and time step, relative to the stem's mass
     contact_energy_percent       smallest share of the blade's work that contact stores or dissipates until the first
                                  fracture, after the first tenth of the work; a negative share is a numerical error
     break_travel                 travel of the blade at the first fracture (`break_row`), None without one; the curve

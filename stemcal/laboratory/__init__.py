@@ -26,8 +26,8 @@ class Kind:
     MOMENT: Moment m of the section, ∫zᵐ dA, that determines the response: 0 its area, 2 its second moment; None for the
         bending stiffness of the wall about its mid-line (`build.rounded`).
     LAYERS: Number of elements through the wall; None for the number by the element size.
-    LONGER: Length of the elements at the ends of the piece over that at the tool.
-    WIDER: Largest width of the elements around the piece over that at the tool.
+    LONGER: Length of the elements at the ends of the piece, relative to the elements at the tool.
+    WIDER: Largest width of the elements around the piece, relative to the elements at the tool.
     """
 
     PERIODS: ClassVar[float] = 60.0

@@ -21,7 +21,10 @@ _FLAT = 0.5  # stable step of the smallest, flat element of a cut, divided by th
 
 
 def seconds(test: AnyTest) -> float:
-    """Return the number of time steps of the smallest element times the time per step (s); inf if a step is zero."""
+    """Return the computing time, s: the number of steps, set by the smallest element, times the time per step.
+
+    It is inf if a time step is zero.
+    """
     steps, elements = _laboratory_steps(test) if isinstance(test, LaboratoryTest) else _cutting_steps(test)
     return float(steps * (_STEP + _ELEMENT * elements))
 

@@ -37,7 +37,7 @@ class _Moment:
 
 
 class Film:
-    """Records at most `FRAMES` states between start and end; if there are more, every other one is dropped."""
+    """Records at most `FRAMES` states between start and end; if there are more, every second one is dropped."""
 
     def __init__(self) -> None:
         self.every, self.seen = 1, 0

@@ -30,7 +30,7 @@ AnyTest = LaboratoryTest | ShearTest
 
 
 def measured_at(study: Study, diameter: float) -> tuple[LaboratorySection, ...]:
-    """Return the further tests of a run: all measured tests at a fitted diameter, otherwise those measured at it."""
+    """Return the further tests of a run: all measured tests at a fitted diameter, otherwise those at its diameter."""
     fitted = [study.targets.calibrate_at, *(target.condition for target in study.joint_targets)]
     everywhere = any(abs(diameter - at) < 1e-6 for at in fitted)
     return tuple(test for test in study.tests if (test.targets if everywhere else test.means_at(diameter)))

@@ -143,7 +143,7 @@ def _roots(study: Study) -> list[Path]:
 
 
 def _is_installed(path: Path, folder: Path) -> bool:
-    """Check whether a file is in a Python environment, even if that is below the folder."""
+    """Check whether a file is in a Python environment, even if the environment is below the folder."""
     places = {Path(place).resolve() for place in (sys.prefix, sys.base_prefix)} - {folder}
     below = [place for place in places if place.is_relative_to(folder)]
     return "site-packages" in path.parts or any(path.is_relative_to(place) for place in below)

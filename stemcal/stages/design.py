@@ -99,7 +99,7 @@ def runs_of(design: Design, requests: Sequence[Request], outcomes: Sequence[Outc
 def given_design(
     stage: str, study: Study, coding: Coding, table: Sequence[Mapping[str, float]], order: int = 2
 ) -> Design:
-    """Return the design in a solver's table; `UsageError` if a factor is missing or, of order 1, not at 0 or ±1."""
+    """Return the design in a solver's table, which must have every factor and, for `order` 1, the levels 0 and ±1."""
     missing = [name for name in coding.names if name not in table[0]]
     if missing:
         raise UsageError(

@@ -97,7 +97,7 @@ def strain_of(work: Work, size: float) -> SizedStrain:
 
 
 def _searched(work: Work, there: Study, levels: Mapping[str, float], size: float, positions: int) -> SizedStrain:
-    """Search the failure strain; the force of each is the mean over `positions` of the mesh."""
+    """Search the failure strain; the force of a failure strain is the mean over `positions` of the mesh."""
     from stemcal.solvers.embedded import Embedded, meshed_as  # not needed to show a table
 
     meshed = meshed_as(there, size)

@@ -133,7 +133,7 @@ _Further = Sequence[tuple[Array, float]]  # coded points with their responses
 
 @dataclass(frozen=True, kw_only=True)
 class AtCondition(Spread):
-    """The runs of the design at one condition of a joint fit, with the `fit` of the first response and of others."""
+    """The runs of the design at one condition of a joint fit, and the fits of the first response and of the others."""
 
     condition: float
     runs: Rows[ConditionRun]
@@ -197,7 +197,7 @@ class Surfaces(StageResult):
     def section(
         self, condition: float, response: str = FIRST, further: Sequence[tuple[float, Array, float]] = ()
     ) -> Section:
-        """Return the section at a condition; `further` runs (condition, coded factors, response) are fitted as well."""
+        """Return the surface at one condition, also fitted to `further` runs (condition, coded factors, response)."""
         assert self.over is not None
         axis, shared, runs = self.over, self.axes, self.design.runs
         coded = [[run.coded[name] for name in shared] for run in runs]
@@ -210,7 +210,7 @@ class Surfaces(StageResult):
 
     @property
     def axes(self) -> tuple[str, ...]:
-        """Coordinates of the surface: the factors; with conditions, the factors but exponents, then the condition."""
+        """Names of the coordinates: the factors; on a surface over conditions, without exponents, condition last."""
         if self.over is None:
             return self.names
         exponents = {exponent for exponent, _ in self.over.growing.values()}
@@ -224,7 +224,7 @@ class Surfaces(StageResult):
         return Place(self.scales, self.over.coded(condition), growing)
 
     def refitted(self, answered: Sequence[_Answered], further: _Further = (), response: str = FIRST) -> Surface:
-        """Fit a surface of the same terms to a response of these runs, in design order, and of `further` points."""
+        """Fit a surface with the same terms to new responses of the runs, in design order, and to `further` points."""
         runs = self.design.runs
         coded = [[run.coded[name] for name in self.names] for run in runs] + [list(map(float, x)) for x, _ in further]
         values = [run.outcome.number(response) for run in answered] + [value for _, value in further]
@@ -243,7 +243,7 @@ class Surfaces(StageResult):
 
 
 def fitted_surfaces(study: Study, surface: Surfaces, further: Sequence[tuple[Array, Array]] = ()) -> list[AnySurface]:
-    """Return a surface for each measured mean; `further` points (coded) and their responses are fitted as well."""
+    """Return a surface for each measured mean, which is also fitted to `further` points (coded) and their responses."""
     means = measured_means(study)
     if surface.over is not None:
         points: dict[str, list[tuple[float, Array, float]]] = {mean.response: [] for mean in means}

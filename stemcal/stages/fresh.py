@@ -208,7 +208,7 @@ def finished(study: Study, folder: StudyFolder, stage: str | None = None) -> boo
 
 
 def fresh(kind: type[R], study: Study, folder: StudyFolder) -> R | None:
-    """Return the stored result of a stage; None if there is none, or if the stage would now store another one."""
+    """Return the stored result of a stage; None if there is none, or if a new computation would store another one."""
     if not folder.has_stage(kind.name):
         return None
     try:

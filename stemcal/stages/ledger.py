@@ -17,9 +17,9 @@ from stemcal.study.model.study import Study
 
 @dataclass(frozen=True)
 class LedgerRow:
-    """A required run: `status` is ok, censored, failed, left (not run) or damaged; `again` if it is still to be run.
+    """A required run: `status` is ok, censored, failed, left (not run) or damaged; `again` if it must be run again.
 
-    `material` is the number of the other material of the study in which it is run, from 1.
+    `material` is the number (from 1) of the material in which it is run, if it is not the material of the study.
     """
 
     stage: str
@@ -65,7 +65,7 @@ def missing(part: Asked, study: Study, solver: Solver, folder: StudyFolder | Non
 
 
 def keyed(part: Asked, study: Study, solver: Solver) -> list[tuple[str, Request, int | None]]:
-    """Return the runs of a stage with their keys and materials: None, or the number of another material, from 1."""
+    """Return the runs of a stage with their keys and the numbers of their materials (None for the study's own)."""
     runs = list[tuple[str, Request, int | None]]()
     runs += [(Run.of(solver, request).key, request, None) for request in part.requests]
     for number, requests in enumerate(part.in_materials, 1):

@@ -64,7 +64,7 @@ class PointToTry:
 
 @dataclass(frozen=True, eq=False)
 class JudgedPoint:
-    """A simulated point; its largest error is None if a run failed, and the best point has the least `merit`."""
+    """A simulated point with its largest error (None if a run failed) and its `merit`, least for the best point."""
 
     point: PointToTry
     error_percent: float | None = None
@@ -127,7 +127,7 @@ class Loop:
 
     @property
     def best(self) -> JudgedPoint:
-        """The point that reached the target, otherwise the best one; `RunsFailed` if a run failed at every point."""
+        """The point that reached the target, or else the best one; `RunsFailed` if every point has a failed run."""
         done = [judged for judged in self.points if judged.error_percent is not None]
         if not done:
             failed = [f"{run.outcome.reason}: {run.outcome.message}" for run in self.runs if not run.outcome.ok]
@@ -161,7 +161,7 @@ class Loop:
 
 
 class PathSteps:
-    """Steps along a search path to the response `aim` at one condition; factors outside the path stay at `levels`."""
+    """Steps along a path to the response `aim` at one condition; the factors that do not move stay at `levels`."""
 
     def __init__(self, path: SearchPath, levels: Mapping[str, float], condition: float, aim: float, expected: float):
         self.path, self.levels, self.aim, self.expected = path, levels, aim, expected
@@ -187,7 +187,7 @@ class PathSteps:
         return "out_of_reach" if best is not None and best.place in self.path.ends else "settled"
 
     def intervals(self, point: PointToTry, relative_error: float, df: float) -> dict[str, Interval]:
-        """Return the 95 % interval of each factor at a simulated point, from the error of the aim with `df`."""
+        """Return the 95 % interval of each factor at a simulated point, from the error of the aim and its `df`."""
         tried = next(run for run in self.tried if run.place == point.place)
         return ends_of(self.tried, tried, self.path, relative_error, df)
 

@@ -172,7 +172,7 @@ class StageResult(Spread):
         return None
 
     def judged(self, study: Study) -> list[Judged]:
-        """Return the errors of runs with the calibrated parameters in the study's own model."""
+        """Return the errors of simulations with the calibrated parameters, in the study's own model."""
         return []
 
     def __getstate__(self) -> dict[str, Any]:
@@ -228,7 +228,7 @@ def _short(value: Any) -> Any:
 
 
 def leave(folder: StudyFolder, result: R) -> R:
-    """Write the JSON file and the tables of a stage; return the result as it is read from the file."""
+    """Write the JSON file and the tables of a stage; return the result as it was read back from the file."""
     content = result.to_json()
     result = type(result).from_json(content)
     for name, table in result.tables().items():
@@ -239,5 +239,5 @@ def leave(folder: StudyFolder, result: R) -> R:
 
 
 def read_result(folder: StudyFolder, kind: type[R]) -> R:
-    """Return a stage's result from its file; raise `UsageError` if it is not there or cannot be read."""
+    """Return a stage's result from its file; raise `UsageError` if the file is missing or invalid."""
     return kind.from_json(folder.read_stage(kind.name))

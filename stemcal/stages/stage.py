@@ -63,7 +63,7 @@ class Stage(StageKind, Checked, Generic[R]):
         return {}
 
     def calibrates(self, study: Study) -> bool:
-        """Check that this stage calibrates the parameters of the study; if several do, the last one counts."""
+        """Check that this stage calibrates the parameters; the study uses the parameters of the last such stage."""
         return False
 
     def makes_surface(self, study: Study) -> bool:
@@ -132,7 +132,7 @@ def stages_of(study: Study) -> tuple[Stage[Any], ...]:
 
 
 def has_surface(study: Study) -> bool:
-    """Check that the study calibrates by a response surface, and not by the refinement alone."""
+    """Check that the study calibrates with a response surface, and not by the refinement alone."""
     return any(stage.makes_surface(study) for stage in STAGES.built_in)
 
 

@@ -28,7 +28,7 @@ _NO_EFFECT = 1e-3
 
 
 def wanted_step(solver: EmbeddedSolver | DeckSolver, mesh: Mesh, material: Material) -> float:
-    """Return the magnitude of dt2ms, s: the time step up to which mass is added to small elements; 0 for no scaling.
+    """Return the size of DT2MS in LS-DYNA, s: the time step up to which mass is added to small elements; 0 for none.
 
     The cards have the real density. A mass scaling n increases the step of the smallest element by √n; a minimum time
     step Δt requires Δt/TSSFAC. The larger of both is returned.
@@ -51,7 +51,7 @@ def nonlocal_length(length: float, program: str, size: float) -> float:
     """Return the nonlocal length (mm) of LS-DYNA or OpenRadioss that is equivalent to `length` ℓ (mm).
 
     In OpenRadioss it decreases with the element size (mm), since elements also average; 0 if they average over more
-    than ℓ. `size` is that of the spec; the rows of elements under an edge are 0.9 to 0.95 of it.
+    than ℓ. `size` is the element size in the spec; the elements under an edge are 0.9 to 0.95 times as long.
     """
     return max(0.5 * (_RADIOSS_LENGTH * length - size), 0.0) if program == "openradioss" else length * _DYNA_LENGTH
 
@@ -86,7 +86,7 @@ def contact_scale(
 
 
 def share_in_openradioss(mesh: Mesh, tool: Mesh, place: tuple[float, float, float]) -> float:
-    """Return the contact stiffness, over K A²/V of a segment, of a node on the sharp edge of a tool in OpenRadioss.
+    """Return the contact stiffness of a node on a tool's sharp edge in OpenRadioss, divided by K A²/V of a segment.
 
     OpenRadioss uses the mean of K A²/V and the stiffness of the node, K (2 Vₙ)^⅓, with Vₙ the volume of its elements
     per node (asstifi.F, i25cor3.F). It halves the mean (i25for3.F), since surfaces usually act on each other from both

@@ -27,7 +27,7 @@ from stemcal.study.model.study import Study
 from stemcal.study.types.factor import PARAMETERS
 
 MOST_ELEMENTS = 2e6  # most elements in a deck, whose file then has several hundred megabytes
-_BLADE_OVER_STEM = 1.5  # length of the blade in a deck over the diameter of the stem, so that its ends do not touch it
+_BLADE_OVER_STEM = 1.5  # length of the blade in a deck, in stem diameters; its ends do not touch the stem
 # Distance of a rounded edge from the nearest row of nodes, in element sizes of the spec. With this position, the force
 # varies by ±5 %: the extremes are over a row and midway between two rows. At a quarter it is close to the mean, since
 # the rows under the edge are mostly 4 to 10 % shorter than the element size (`cutting.build`).
@@ -205,7 +205,7 @@ class Deck:
 
     @property
     def card(self) -> dict[str, float]:
-        """Values of the material card as it acts: with the density of the study, and β = 1 in OpenRadioss."""
+        """Values of the material card as the program uses them: the density of the study, and β = 1 in OpenRadioss."""
         isotropic = {} if self.form.for_ls_dyna else {"beta": 1.0}
         density = self.material["ro"] if self.density_factor == 1.0 else self.parameters["density"]
         return {**self.material, **isotropic, "ro": density}

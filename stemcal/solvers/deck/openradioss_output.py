@@ -111,7 +111,7 @@ def deletes_elements(listing: str) -> bool:
 
 
 def deleted_elements(listing: str, printed: str) -> list[float]:
-    """Return the times (s) at which elements were deleted: as printed, or of the preceding cycle in the listing."""
+    """Return the times (s) at which elements were deleted: the printed ones, else the cycles before in the listing."""
     times: dict[int, float] = {}
     now = 0.0
     for line in listing.splitlines():

@@ -12,7 +12,7 @@ from stemcal.fem.mesh import Mesh
 # Least number of elements across half the blade edge, and around the inner edge of a support.
 _HALF = 2
 _AROUND = 4
-# Length of the facets of a rounded edge over the element size of the stem.
+# Length of the facets of a rounded edge, in units of the element size of the stem.
 _FACET = 0.5
 # Height of the V of a sharp edge over the thickness of the blade, which is more than its penetration into the stem.
 _VEE = 0.15
@@ -57,7 +57,7 @@ def _blade_section(blade: Blade, size: float, stroke: float | None = None, line:
     """Return the nodes (rows, columns, 2) of the cross-section of the blade in x and z, with the edge at z = 0.
 
     The first row follows the rounded edge and then the flanks, up to the body of the blade. A body that is thinner than
-    the rounding is widened. `size` is that of the elements. With `line`, the first row is a V: a sharp edge is a single
+    the rounding is widened. The elements are `size` long. With `line`, the first row is a V: a sharp edge is a single
     node, because other nodes close to it would also contact the stem at a depth of some hundredths of a millimetre.
     """
     r, t = blade.edge_radius, blade.thickness

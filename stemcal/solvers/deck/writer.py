@@ -23,7 +23,8 @@ STARTER_INPUT = "run_0000.rad"  # includes the deck and adds nonlocal failure
 TITLES = "/TH/TITLE"  # titles of the time histories, by which th_to_csv converts impulses to forces
 
 _STEEL_DENSITY = 7.8e-09  # of blade and supports, Table 2 of the published study, t/mm³
-# Tools made of the stem's material: density over that of the stem; yield stress and failure strain never reached.
+# Tools made of the stem's material: their density in units of the stem's; a yield stress and a failure strain that are
+# never reached.
 _HEAVY, _NEVER = 100.0, 1e6
 _NO_PLANE_MOTION, _NO_TRANSLATION, _NO_ROTATION = 4, 7, 7
 _ALONG_Z, _VELOCITY, _CURVE = 3, 0, 1
@@ -108,7 +109,7 @@ def _tool_materials(law: Material) -> Iterator[str]:
 
 
 def _held_tools(deck: Deck) -> Iterator[str]:
-    """Yield elastic tools with the law of the stem, so heavy that they do not reduce the time step."""
+    """Yield elastic tools: with the law of the stem, and so heavy that they do not reduce the time step."""
     law, parts = deck.law, deck.parts
     value = {**deck.material, "ro": _HEAVY * deck.material["ro"], "sigy": _NEVER, "etan": 0.0, "c": 0.0, "fail": _NEVER}
     first = 1 + len(parts.stem.nodes)

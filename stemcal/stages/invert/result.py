@@ -94,7 +94,7 @@ class Certainty:
 class JointRow:
     """A measured mean and the prediction of its surface at the joint solution.
 
-    The left-out error and interval are from a fit without all means of the same test or condition, or this mean alone.
+    The left-out error and interval are from a fit without this mean, or without all means of its test or condition.
     """
 
     condition: float

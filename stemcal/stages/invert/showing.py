@@ -89,7 +89,7 @@ class NotebookInversion(InvertResult):
 
 
 def calibration_table(stage: InvertResult, names: Wording, refined: Mapping[str, float] | None = None) -> Table:
-    """Return the table of calibrated or `refined` parameters with their ranges; its foot has target and prediction."""
+    """Return the table of calibrated (or `refined`) parameters and ranges, with target and prediction below it."""
     point, ranges = stage.point, _ranges(stage)
     rows: list[dict[str, Any]] = [
         {"factor": name, "range": ranges[name], "coded": coded, "solution": (refined or point.solution)[name]}
@@ -150,7 +150,7 @@ def _joint_table(joint: JointFitted, names: Wording) -> Table:
 
 
 def profiles(invert: InvertResult, labels: Mapping[str, str] | None = None) -> Figure:
-    """Draw the profile of the misfit for each factor; in its interval it is below the dashed line."""
+    """Draw the profile of the misfit for each factor: the interval is where it is below the dashed line."""
     names = list(invert.point.solution)
     with new_figure(height=1.5 * len(names) + 0.4) as figure:
         for row, name in enumerate(names, 1):
@@ -166,7 +166,7 @@ def profiles(invert: InvertResult, labels: Mapping[str, str] | None = None) -> F
 
 
 def profile_points(part: Certainty, name: str) -> list[tuple[float, float]]:
-    """Return (level, rise over allowed rise) of a factor's profile likelihood; at the interval limits it is 1."""
+    """Return the profile likelihood of a factor as points (level, rise over allowed rise); it is 1 at the limits."""
     curve, ends = part.profiles[name], zip(part.intervals[name], part.bounded[name], strict=True)
     points = [(value, rise / (curve.allowed or 1.0)) for value, rise in zip(curve.values, curve.rise, strict=True)]
     return sorted(points + [(end, 1.0) for end, bounded in ends if bounded])

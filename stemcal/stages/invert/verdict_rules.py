@@ -82,7 +82,7 @@ def conflict(evidence: Evidence) -> Iterator[Note]:
 
 
 def _all_out_of_reach(evidence: Evidence, surface: Surfaces, point: Point, joint: JointFitted) -> str | None:
-    """Return a sentence if the errors have one sign because means are out of reach; then nothing is contradictory."""
+    """Return a sentence if all errors have the same sign because means are out of reach of the ranges, else None."""
     errors = [row.error_percent for row in (*joint.rows, *joint.further)]
     worst = max(errors, key=abs)
     if any(error * worst < -_SAME_SIDE * worst**2 for error in errors):
@@ -114,7 +114,7 @@ def _contradiction(apart: Contradicted, names: Wording) -> str:
 
 @ranked(Rank.IDENTIFICATION)
 def on_the_edge(evidence: Evidence) -> Iterator[Note]:
-    """Yield a reason if the solution is on the edge of the search region, unless a conflict has a remedy already."""
+    """Yield a reason if the solution is on the edge of the search region, unless `conflict` has a remedy already."""
     surface, solved = evidence.of(Surfaces), evidence.of(InvertResult)
     if surface is None or solved is None:
         return
@@ -249,7 +249,7 @@ def _to_reconcile(evidence: Evidence, joint: JointFitted, solved: InvertResult) 
 
 @ranked(Rank.FORMULA)
 def no_better_than_formula(evidence: Evidence) -> Iterator[Note]:
-    """Yield a reason if a formula predicts left-out values as well as the fit, and no value was held out."""
+    """Yield a reason if no value was held out, and a formula predicts left-out values as well as the fit does."""
     solved, first = evidence.of(InvertResult), evidence.study.naming.response.name
     compared = [row for row in evidence.judged if row.response == first]
     held_out = any(not row.fitted and row.error_percent is not None for row in compared)

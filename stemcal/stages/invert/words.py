@@ -29,7 +29,7 @@ def outcome(stage: InvertResult, names: Wording) -> list[str]:
 
 
 def known(part: Certainty, stage: InvertResult, names: Wording) -> list[str]:
-    """Return sentences on the intervals, the undetermined factors, and the assumptions."""
+    """Return sentences on the intervals of the parameters, the undetermined factors, and the assumptions."""
     data = "joint fit" if part.source == "joint" else f"{names.response.long}{names.at(stage.condition)}"
     kept = [
         f"{names.in_text(factor)} to between {_ends(part, factor)} "
@@ -79,7 +79,7 @@ def assumption(part: Certainty) -> list[str]:
 
 
 def valid_for(stage: InvertResult) -> list[str]:
-    """Return a sentence on the settings with which the values are valid."""
+    """Return a sentence on the settings of the simulation for which the parameters are valid."""
     settings = series(f"{name} {value}" for name, value in (stage.depends_on or {}).items())
     text = f"The parameters are valid only with {settings}. Always report the parameters together with these settings."
     return [text] if settings else []
@@ -110,7 +110,7 @@ def range_to_cite(stage: InvertResult, names: Wording) -> list[str]:
 
 
 def invert_notes(stage: InvertResult) -> list[Note]:
-    """Return notes on a solution: other solutions, the valid region, a formula, the intervals."""
+    """Return notes on a solution: other solutions, the region in which it is valid, a formula, the intervals."""
     names = Wording(stage.naming)
     notes = _of_one(stage, names) if stage.joint is None else _of_many(stage.joint, names)
     predicted = [] if stage.prediction is None else [predicted_note("left_out", stage.prediction, names)]

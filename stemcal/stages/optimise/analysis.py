@@ -155,7 +155,7 @@ def gain_of(
 
 
 def _edges(study: Study, surface: RsmResult, x: Array) -> dict[str, str]:
-    """Return the ends of ranges at which the optimum is, except physical bounds, which no range can exceed."""
+    """Return the ends of ranges at which the optimum is; not physical bounds, because no range can exceed them."""
     region = surface.region
     ends = {name: "high" for name, gap in zip(surface.names, region.high - x, strict=True) if gap < _EDGE}
     ends |= {name: "low" for name, gap in zip(surface.names, x - region.low, strict=True) if gap < _EDGE}
@@ -192,7 +192,7 @@ def _notes(study: Study, optimum: Optimum, gains: Mapping[str, tuple[Gain, dict[
 
 
 def foresee(study: Study, solver: Solver, folder: StudyFolder | None) -> Asked:
-    """Return the runs of the cutters, at equal steps through the ranges while the surfaces are unknown."""
+    """Return the runs of the cutters; while the surfaces are unknown, at equal steps through the ranges."""
     cutters = None
     with suppress(UsageError, NoneAllowed):
         if folder is not None:

@@ -46,7 +46,7 @@ _DIRECTIONS, _LEAST = 3, 0.01  # largest number of other materials, smallest sha
 
 @dataclass
 class Borrowed:
-    """Sections of a spec with the calibrated material and with others; mistakes; a study that must be run first."""
+    """Sections of the spec with the calibrated and with other materials; mistakes; the study to run first."""
 
     sections: dict[str, Any] = field(default_factory=dict)
     others: list[dict[str, Any]] = field(default_factory=list)
@@ -104,7 +104,7 @@ def _shown(spec: Path) -> str:
 
 
 def _finished(borrowed: Borrowed, source: Study, place: StudyFolder, spec: str) -> Results | None:
-    """Return the results of a finished, fresh and calibrated study; otherwise add a mistake and return None."""
+    """Return the results of a study that is finished, fresh and calibrated; otherwise add a mistake and return None."""
     results = fresh_results(source, place)
     again = f"run `stemcal run {spec}`"
     if results.stale:

@@ -64,7 +64,7 @@ OptimiseOptions.rules = (_present_is_possible, _surface_is_made)
 
 
 def present_levels(study: Study) -> dict[str, float]:
-    """Return the levels of the present cutter: from `optimise.present`, from the sections of the test, or mid-range."""
+    """Return the levels of the present cutter: `optimise.present`, else the settings of the test, else mid-range."""
     levels, present = study.midlevels(), study.of(OptimiseOptions).present
     for factor in study.factors:
         if factor.name in present:

@@ -20,7 +20,7 @@ Gain = tuple[float, float | None, float | None]
 
 @dataclass(frozen=True, kw_only=True)
 class Cutter(Spread):
-    """A cutter: its levels, the predicted responses, the outcome of its run; other materials are numbered from 1."""
+    """A cutter: levels, predicted responses, and outcome of the run in the `material` with a number from 1."""
 
     cutter: str
     levels: dict[str, float]
@@ -76,7 +76,7 @@ class OptimiseResult(StageResult):
         return (f"{'; '.join(map(self.compared, self.gain_percent))}.",)
 
     def compared(self, name: str) -> str:
-        """Return a clause on a response at the optimum, its difference from the present cutter and the interval."""
+        """Return a clause on a response at the optimum: value, difference from the present cutter, and interval."""
         named, value, gain = self.naming.named(name), self.simulated[name], self.gain_percent[name]
         if value is None or gain is None:
             return f"{named.long}: not simulated"

@@ -82,7 +82,7 @@ class Problem:
         return optimise(self.sum_of(weights), self.cloud, self.region, self._rule(bounds) if bounds else None)[0]
 
     def next_on_front(self, last: Array, first: str, second: str, bound: float) -> Array:
-        """Return the point with the least `second` and `first` up to a bound; search from `last` and from the cloud."""
+        """Return the point with the least `second` response while the `first` is at most `bound`; start from `last`."""
         objective, sign = self.sum_of({second: self.signs[second]}), self.signs[first]
         rule = self._rule([*((1.0, name, limit) for name, limit in self.limits.items()), (sign, first, bound)])
         within = np.vstack([last, self.cloud[sign * self.surfaces[first].predict(self.cloud) <= bound]])

@@ -110,7 +110,7 @@ def _rows(loop: Loop, means: Sequence[Measured]) -> Iterator[RefineRow]:
 
 
 def _model(work: Work, loop: Loop) -> SimulatedBy:
-    """Return the program that simulates, with the version of the spec or else of the first run that reports one."""
+    """Return the program that simulates; its version is in the spec or in the first run that reports one."""
     solver, at = work.study.solver, work.study.calibration_target.condition
     version = solver.version
     if not version:
@@ -182,7 +182,7 @@ def later(study: Study) -> Later | None:
 
 
 def refine_notes(stage: RefineResult) -> list[Note]:
-    """Return notes on a missed target, on a first run outside its prediction interval, and on another model."""
+    """Return notes: the target is missed, the first run is outside its prediction interval, the model is another."""
     names = Wording(stage.naming)
     more = _in_another_model(stage, names) if stage.elsewhere else _without_surface(stage) if stage.alone else ()
     return [*_not_reached(stage, names), *_first_outside(stage, names), *more]

@@ -33,7 +33,7 @@ def _by_name(value: Any) -> Any:
 
 
 class RefineOptions(Frozen):
-    """Simulation and correction of the solution until the response is within the tolerance."""
+    """Options of the refinement: the solution is simulated and corrected until the response is within the tolerance."""
 
     in_: AnySolver | None = Field(default=None, validation_alias="in", serialization_alias="in")
     """The program or mesh in which the parameters will be used: any solver with its keys, or `embedded` with another
@@ -124,7 +124,7 @@ def _tests_and_curves_stay_here(draft: Draft) -> Iterator[Finding]:
 
 
 def _the_model_is_possible(draft: Draft) -> Iterator[Finding]:
-    """Yield mistakes of the study with `refine.in`, at its keys; only moving factors need an effect there."""
+    """Yield mistakes of the study in the model of `refine.in`; only factors that move need an effect there."""
     from stemcal.study.reading.read import broken_rules
 
     if (there := seen(draft.study)) is draft.study:

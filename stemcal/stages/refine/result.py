@@ -25,7 +25,7 @@ class SimulatedBy:
 
 @dataclass(frozen=True)
 class AdjustedFactor:
-    """A factor that may move in another model; `interval` (95 %) is from the scatter of the measured mean."""
+    """A factor that may move in another model; its 95 % interval follows from the scatter of the measured mean."""
 
     factor: str
     calibrated: float
@@ -37,7 +37,7 @@ class AdjustedFactor:
 
 @dataclass(frozen=True)
 class RefineRow:
-    """A measured mean and the simulated responses: `before` at the solution, `after` at the refined parameters."""
+    """A measured mean, and the response `before` (at the first solution) and `after` (at the refined parameters)."""
 
     condition: float
     response: str

@@ -61,9 +61,9 @@ class SecantSteps(MeanSteps):
         return self._point((middle - self.centre) / self.half_range, "middle")
 
     def learn(self, trial: Trial) -> bool:
-        """Update the slopes by the change since the best point: of the probed factor, or along the whole step.
+        """Update the slopes by the change since the best point, for the probed factor or along the whole step.
 
-        Return False if the probed factor hardly changes the means; its point then is no result.
+        Return False if the probed factor hardly changes the means; the point then cannot be the result.
         """
         probe, base = self.probe, self.best if self.trials else trial
         self.probe, s = None, trial.coded - base.coded
@@ -94,7 +94,7 @@ class SecantSteps(MeanSteps):
         return "out_of_reach" if self.determined and not self._free() else "settled"
 
     def _probed(self, j: int) -> Array:
-        """Return the best point with factor j moved as far as needed if the response were proportional to it."""
+        """Return the best point with factor j moved so far that a proportional response would reach the target."""
         point, factor, sign = self.best.coded.copy(), self.factors[j], 1.0
         gap = float(np.mean(self._level(self.measured) - self._level(self.best.responses)))
         if self.by_ratio[j] or factor.expected_sign:

@@ -38,7 +38,7 @@ _SAME, _SETTLED = 1e-9, 1e-3  # coded: shorter steps, of one target and of a joi
 
 @dataclass(frozen=True, eq=False)
 class Trial:
-    """A simulated point (coded) and its responses in the order of the fitted means."""
+    """A simulated point in coded factors, and its responses in the order of the fitted means."""
 
     coded: Array
     responses: Array
@@ -209,7 +209,7 @@ def _between(best: Trial, other: Trial, target: float) -> Array:
 
 
 def through(fit: Fit, surfaces: Sequence[AnySurface], trial: Trial) -> Fit:
-    """Return the fit with each surface shifted to pass through the trial; the weights are unchanged."""
+    """Return the fit with each surface shifted so that it passes through the trial; the weights stay the same."""
     pairs = zip(surfaces, fit.observations, trial.responses.tolist(), strict=True)
     moved = (replace(mean, surface=surface.moved(trial.coded, response)) for surface, mean, response in pairs)
     return replace(fit, observations=tuple(moved))

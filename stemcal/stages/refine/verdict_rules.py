@@ -18,7 +18,7 @@ def missed_there(evidence: Evidence) -> Iterator[Note]:
 
 @ranked(Rank.IDENTIFICATION)
 def without_surface(evidence: Evidence) -> Iterator[Note]:
-    """Yield reasons if, without a response surface, intervals are missing or factors are not determined."""
+    """Yield reasons if a study without a response surface lacks intervals, or does not determine some factors."""
     result = evidence.of(RefineResult)
     if result is not None:
         yield from (note for note in result.notes if note.kind in ("not_identified", "no_intervals"))

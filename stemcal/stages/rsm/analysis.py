@@ -186,7 +186,7 @@ def study_design(
 
 
 def _coding(study: Study, names: Sequence[str], recentred: Mapping[str, CodedScale]) -> Coding:
-    """Return the coding from the spec, else `recentred` by a climb, else with the outermost runs at the ends."""
+    """Return the coding in the spec, or `recentred` by a climb; else the outermost runs are at ends of ranges."""
     options, factors = study.of(RsmOptions), [study.factor(name) for name in names]
     reach = options.reach(dimensions(study, names))
     ranged = Coding.from_ranges(names, [f.low for f in factors], [f.high for f in factors], reach=reach)

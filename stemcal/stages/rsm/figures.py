@@ -114,7 +114,7 @@ def diagnostics(rsm: RsmResult) -> style.Figure:
 
 
 def _section_of(rsm: RsmResult, pair: _Pair, solved: Solution | None) -> _Grid:
-    """Return the grids (_GRID, _GRID) of both factors and the response; other factors at solution or centre."""
+    """Return grids (_GRID, _GRID) of both factors and the response, with other factors at the solution or centre."""
     centre = {name: scale.center for name, scale in rsm.coding.items()}
     levels = [(centre if solved is None else solved.levels)[name] for name in rsm.names]
     at = rsm.scales.by_name(rsm.scales.to_coded(levels))
@@ -126,7 +126,7 @@ def _section_of(rsm: RsmResult, pair: _Pair, solved: Solution | None) -> _Grid:
 def contours(
     rsm: RsmResult, pair: _Pair, solved: Solution | None = None, labels: Mapping[str, str] | None = None
 ) -> style.Figure:
-    """Draw contours over two factors, others at solution or centre; `labels` replace factor names."""
+    """Draw contours over two factors, with the others at the solution or centre; `labels` replace factor names."""
     grid = _section_of(rsm, pair, solved)
     levels = levels_of(grid[2])
     counts = Counter((run.levels[pair[0]], run.levels[pair[1]]) for run in rsm.design.runs)
@@ -149,7 +149,7 @@ def contours(
 def relief(
     rsm: RsmResult, pair: _Pair, solved: Solution | None = None, labels: Mapping[str, str] | None = None
 ) -> style.Figure:
-    """Draw the surface over two factors, others at solution (star) or centre, with contours on the base."""
+    """Draw the surface over two factors, with the others at the solution (star) or centre, and contours below it."""
     grid = _section_of(rsm, pair, solved)
     levels = levels_of(grid[2])
     base = levels[0] - 0.35 * (levels[-1] - levels[0])

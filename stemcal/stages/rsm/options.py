@@ -150,9 +150,9 @@ class RsmOptions(Frozen):
 
 
 def growing_with(study: Study, names: Sequence[str]) -> dict[str, tuple[str, float]]:
-    """Return exponent and reference diameter of each named factor that grows with an exponent among the named factors.
+    """Return the factors that grow with an exponent that is also a factor: this exponent and the reference diameter.
 
-    The response depends on the two only through the value at a diameter, unless several parameters have the exponent.
+    The response depends on both only through the value at a diameter, unless the exponent is shared by parameters.
     """
     growing = study.material.growing()
     exponents = [growth.exponent for growth in growing.values()]

@@ -93,7 +93,7 @@ def _surface(study: Study, mean: Measured, surface: AnySurface) -> dict[str, Any
 
 
 def _where(surface: AnySurface) -> dict[str, Any]:
-    """Return the runs of a surface, or for a section its condition on the surface over factors and conditions."""
+    """Return the runs of a surface; for a section, its place on the surface over factors and conditions."""
     if not isinstance(surface, Section):
         return {"runs": [[*x, y] for x, y in zip(surface.design.tolist(), surface.response.tolist(), strict=True)]}
     factors, start, rate, exponents = surface.place.coordinates

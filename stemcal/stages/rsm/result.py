@@ -48,7 +48,7 @@ class RsmResult(Surfaces, FitStatistics):
 
     @property
     def regressed(self) -> Vocabulary:
-        """Names of the responses; the first is its logarithm if the surface is fitted to that."""
+        """Names of the fitted responses; the first one is a logarithm if the surface is fitted to the logarithm."""
         return self.naming.of_logarithm if self.over is not None and FIRST in self.over.logarithms else self.naming
 
     def response_at(self, coded: Mapping[str, Any]) -> Any:
@@ -77,7 +77,7 @@ class RsmResult(Surfaces, FitStatistics):
         return "+" if slope.value > 0.0 else "-"
 
     def drawn_between(self, name: str) -> Interval:
-        """Return the coded ends of a factor's axis in figures: all runs, and the design as far as the range allows."""
+        """Return the coded ends of a factor's axis in figures: it includes all runs and the design within the range."""
         reach, factor, scale = self.radius or 1.0, self.factor(name), self.coding[name]
         runs = [run.levels[name] for run in self.design.runs]
         low, high = scale.natural(-reach), scale.natural(reach)

@@ -29,7 +29,7 @@ class RsmShowing(Showing[RsmResult]):
     """Sentences, tables and figures of a response surface."""
 
     def outcome(self, result: RsmResult, names: Wording) -> list[str]:
-        """Return a sentence on the surface and the number of its runs, without copies of deterministic runs."""
+        """Return a sentence on the surface and its number of runs; repeated deterministic runs count once."""
         responses = [run.response for run in result.design.runs if run.response is not None]
         count = len(result.runs_diagnostics)
         of = "" if result.regressed == result.naming else f" of the {result.regressed.response.long}"

@@ -111,7 +111,7 @@ def _times(value: float, low: float, high: float) -> tuple[float, str] | None:
 
 @ranked(Rank.DATA)
 def failed_runs(evidence: Evidence) -> Iterator[Note]:
-    """Yield a reason for failed runs: where they are, and their effect on the surface, even if there is no surface."""
+    """Yield a reason for failed runs: the levels at which they failed, and the effect on the surface, if any."""
     surface = evidence.of(RsmResult)
     if surface is None:
         yield from _lost(evidence)
@@ -225,7 +225,7 @@ def out_of_reach(evidence: Evidence) -> Iterator[Note]:
 
 
 def _reached_by_others(evidence: Evidence, surface: RsmResult, target: float) -> tuple[str, Remedy] | None:
-    """Return the screening runs beyond the target, and the factor that the surface should also vary; else None."""
+    """Return text and remedy if screening runs are beyond the target: the factor that the surface should also vary."""
     study, names = evidence.study, evidence.names
     others = [factor for factor in study.factors if factor.name not in surface.names]
     runs: list[tuple[Mapping[str, float], float]] = []  # screening runs at the calibration, within the ranges

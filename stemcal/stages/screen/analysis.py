@@ -51,7 +51,7 @@ def screen(work: Work, head: Head) -> ScreenResult:
 
 
 def screening_design(study: Study, solver: Solver) -> Design:
-    """Return the screening design over all factors, or the one in the table of the solver."""
+    """Return the screening design over all factors, or the design in the table of the solver."""
     factors = study.factors
     coding = Coding.from_ranges(study.names, [f.low for f in factors], [f.high for f in factors])
     table = solver.given_design("screen")

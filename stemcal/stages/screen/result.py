@@ -54,7 +54,7 @@ class ScreenResult(StageResult, Screening):
         return [self, *(self.seen_by(name) for name in self.responses or {})]
 
     def seen_by(self, response: str) -> ScreenResult:
-        """Return the screening of a further response in the form of a result."""
+        """Return the screening of a further response as a `ScreenResult` of its own."""
         further = (self.responses or {})[response]
         head = replace(self.head, naming=self.naming.with_primary(response))
         return replace(self, head=head, **vars(further), responses=None)

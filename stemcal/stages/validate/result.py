@@ -104,7 +104,7 @@ class ValidateResult(StageResult):
         return any(note.kind == "from_table" for note in self.notes)
 
     def judged(self, study: Study) -> list[Judged]:
-        """Return all comparisons, none for values from a table; a declared response that was not fitted is a check."""
+        """Return all comparisons, with the responses that were not fitted as checks; none for values from a table."""
         judged, first = [], study.naming.response.name
         for row in self.rows if not self.is_given else ():
             at, fitted = row.compared, row.compared.role == "fitted"

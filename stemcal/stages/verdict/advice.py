@@ -93,7 +93,7 @@ def _least_width(surface: Surfaces, end: Array, factor: Factor, up: bool, target
 
 
 def _above_zero(factor: Factor) -> float:
-    """Return the largest extension downwards: a positive value stays above a tenth of its lower limit."""
+    """Return the largest extension of a range downwards: a positive limit stays above a tenth of its present value."""
     return _WIDEST if factor.low < 0.0 else 0.9 * factor.low / (factor.high - factor.low)
 
 

@@ -43,7 +43,7 @@ def direction_reason(evidence: Evidence, surface: Surfaces, solution: Mapping[st
 def _required(
     study: Study, surface: Surfaces, solution: Mapping[str, float], across: bool
 ) -> tuple[list[str], float, float] | None:
-    """Return tests along (or across) the axis, the mean ratio of required to present E, and its relative error."""
+    """Return the tests along (or across) the axis, the mean ratio of required to present E, and its relative error."""
     point = surface.scales.to_coded([solution[name] for name in surface.names])
     tests = {test.called("slope"): test.name for test in study.tests if test.across_axis is across}
     rows = [

@@ -112,7 +112,7 @@ _INPUT: dict[DoubtKind, str] = {
 
 
 def for_physics(study: Study, doubt: Doubt, every: Sequence[Doubt] = ()) -> Remedy:
-    """Return the remedy for a doubt; it also corrects the largest doubt of this kind in `every`, and the time step."""
+    """Return the remedy for a doubt, which is also enough for the other doubts in `every` of its kind."""
     solver: Any = study.solver
     size = max(_aim(each) for each in (doubt, *every) if each.kind == doubt.kind)
     part = min(_part_of_step(each) for each in (doubt, *every))
@@ -138,7 +138,7 @@ def _aim(doubt: Doubt) -> float:
 
 
 def _part_of_step(doubt: Doubt) -> float:
-    """Return the factor on a fixed time step that reduces a doubt below its limit."""
+    """Return the factor by which a fixed time step is multiplied so that a doubt is below its limit."""
     worst = _aim(doubt)
     match doubt.kind:
         case "inertia":

@@ -71,7 +71,7 @@ class LaboratorySection(Frozen):
         return responses_in(*self.places, measured=[name for means in self.targets for name in means.means])
 
     def shear_over_bending(self, diameter: float, ratio: float, softness: float) -> float:
-        """Return the deflection by shear over that by bending for a bore `ratio` and `softness` = E/G; 0 by default."""
+        """Return the ratio of deflection by shear to deflection by bending, for a bore `ratio` and `softness` = E/G."""
         return 0.0
 
     @property
