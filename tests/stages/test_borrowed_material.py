@@ -111,6 +111,46 @@ def test_check_names_the_difference(calibrated: Path, old: str, new: str, place:
     assert caught.value.problems[0].remedy
 
 
+def test_check_shows_values_with_their_units_and_one_remedy(calibrated: Path) -> None:
+    """Also of a stale stage, whose own remedy would repeat this stage only."""
+    text = CUTTER.replace("from: out", "from: out, density: 900 kg/m3").replace("8.5 mm", "8.5 mm, bore: 1 mm")
+    with pytest.raises(SpecError) as caught:
+        cutter(calibrated, text)
+    first, second = (problem.message for problem in caught.value.problems)
+    assert first.endswith("(density: 1100 kg/m3)") and second.endswith("(bore: not set)")
+    (calibrated / "study.yaml").write_text(SOURCE.replace("110 N", "115 N"), encoding="utf-8")
+    with pytest.raises(SpecError) as caught:
+        cutter(calibrated)
+    assert str(caught.value).count("run `stemcal") == 1 and ".." not in str(caught.value)
+
+
+@pytest.mark.parametrize("end", ["low: 5, high: 8.5", "low: 8.5, high: 16"])
+def test_a_varied_diameter_is_that_of_the_calibration(calibrated: Path, end: str) -> None:
+    factor = f"  - {{name: outer_diameter, unit: mm, {end}}}\nloading"
+    text = CUTTER.replace("specimen: {outer_diameter: 8.5 mm}\n", "").replace("loading", factor)
+    with pytest.raises(SpecError) as caught:
+        cutter(calibrated, text)
+    (problem,) = caught.value.problems
+    assert problem.path == f"factors.outer_diameter.{'low' if '5,' in end[:7] else 'high'}"
+
+
+def test_a_thickness_can_be_varied_in_borrowed_layers() -> None:
+    source = load_study(CONFIGS / "hemp-two-layers.yaml")
+    factor = source.factors[0].model_copy(update={"name": "phloem_thickness", "unit": "mm", "low": 0.3, "high": 0.7})
+    borrowed = Borrowed(others=[calibrated_sections(source, source.midlevels())])
+    _add_sections(borrowed, source, source.midlevels(), {"factors": {0: factor}}, {})
+    for sections in (borrowed.sections, *borrowed.others):
+        assert [layer.thickness for layer in sections["layers"]] == [None, None]
+    study = source.model_copy(update={**borrowed.sections, "factors": (factor,)})
+    assert layers_at(study, {"phloem_thickness": 0.4}, 9.3)[0].thickness == 0.4
+
+
+@pytest.mark.parametrize("name", ["x" * 5000, '"a\\0b"', '""', '"  "'])
+def test_a_folder_that_cannot_exist_is_refused(tmp_path: Path, name: str) -> None:
+    with pytest.raises(SpecError, match=r"material\.from"):
+        cutter(tmp_path, CUTTER.replace("from: out", f"from: {name}"))
+
+
 def test_equal_settings_are_accepted(calibrated: Path) -> None:
     text = CUTTER.replace("loading:", "solver: {element_size: d/12.0}\nblade: {edge_spread: d/9.5}\nloading:")
     assert str(cutter(calibrated, text).solver.element_size) == "d/12"

@@ -10,6 +10,7 @@ directions that the measurements do not determine.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -26,10 +27,10 @@ from stemcal.stages.verdict.words import brief
 from stemcal.study.model.shear_test import ContactSection, MaterialSection, Relative, TransverseSection
 from stemcal.study.model.study import Study
 from stemcal.study.reading import load_study
-from stemcal.study.types.factor import FRICTION, SETTINGS
+from stemcal.study.types.factor import FRICTION, PARAMETERS, SETTINGS, in_unit
 from stemcal.study.types.field_types import field_or_none
 from stemcal.study.types.strict_yaml import Finding, NodePath
-from stemcal.study.types.units import fits
+from stemcal.study.types.units import fits, from_internal
 
 _FROM: NodePath = ("material", "from")
 _SHARED: dict[str, tuple[str, ...]] = {
@@ -63,7 +64,7 @@ def completed(own: Mapping[str, Any], data: Mapping[str, Any], folder: Path) -> 
     `folder` is the folder of the spec, `own` are its sections as read, `data` the values as written.
     """
     borrowed, name = Borrowed(), own["material"].from_
-    place, beside = StudyFolder(folder / name), folder / f"{Path(name).name}.yaml"
+    place, beside = StudyFolder((folder / name).resolve()), folder / f"{Path(name).name}.yaml"
     spec = place.remembered_spec()
     spec = beside if (spec is None or not spec.is_file()) and beside.is_file() else spec
     if spec is None or not spec.is_file():
@@ -108,7 +109,8 @@ def _finished(borrowed: Borrowed, source: Study, place: StudyFolder, spec: str) 
     results = fresh_results(source, place)
     again = f"run `stemcal run {spec}`"
     if results.stale:
-        borrowed.find(f"the study is out of date: {results.stale[0]}", again)
+        why = re.split("[.;] run ", results.stale[0], flags=re.IGNORECASE)[0]  # without its remedy, of one stage only
+        borrowed.find(f"the study is out of date: {why}", again)
     elif not results.calibrated:
         borrowed.find("the study is not calibrated yet", again)
     elif not (verdict := verdict_of(source, place, results)).holds:
@@ -163,7 +165,9 @@ def _add_sections(
         keys = [key for key in _SHARED[name] if key in type(section).model_fields and key not in varied]
         for key in (key for key in keys if key in section.model_fields_set):
             if getattr(section, key) != (value := getattr(other, key)):
-                shown = f"{value:g}" if isinstance(value, float) else value
+                shown = "not set" if value is None else f"{value:g}" if isinstance(value, float) else value
+                if isinstance(value, float) and key in PARAMETERS:
+                    shown = in_unit(from_internal(value, PARAMETERS[key].unit), PARAMETERS[key].unit)
                 message = f"{data[name][key]} differs from the calibration ({key}: {shown})"
                 borrowed.find(message, "remove this key", (name, key))
         changes = {key: getattr(other, key) for key in keys if key in other.model_fields_set}
@@ -174,13 +178,23 @@ def _add_sections(
             borrowed.sections[name] = section.model_copy(update=changes)
     if own.get("layers") and own["layers"] != source.layers:
         borrowed.find("the layers differ from those of the calibration", "remove this key", ("layers",))
+    for sections in (theirs, *borrowed.others):  # without the keys that are factors of this spec
+        by_factor = [{f"{layer.name}_{key}": key for key in (*PARAMETERS, "thickness")} for layer in sections["layers"]]
+        unset = [{each[name]: None for name in each.keys() & varied} for each in by_factor]
+        both = zip(sections["layers"], unset, strict=True)
+        sections["layers"] = tuple(layer.model_copy(update=changes) for layer, changes in both)
     borrowed.sections["layers"] = theirs["layers"]
     measured = [target.condition for target in source.targets.means]
-    diameter = field_or_none(own.get("specimen"), "outer_diameter")  # by default the diameter of the calibration
-    if diameter is not None and not (1.0 - _CLOSE) * min(measured) <= diameter <= (1.0 + _CLOSE) * max(measured):
-        ends = f"{min(measured):g} to {max(measured):g} mm"
-        message = f"{diameter:g} mm is outside the diameters of the calibration ({ends})"
-        borrowed.find(message, "use a diameter within them", ("specimen", "outer_diameter"))
+    diameters: dict[NodePath, float | None] = {}  # without any that of the calibration
+    diameters["specimen", "outer_diameter"] = field_or_none(own.get("specimen"), "outer_diameter")
+    for index, factor in own.get("factors", {}).items():
+        if factor.name == "outer_diameter":
+            diameters |= {("factors", index, end): factor.internal(getattr(factor, end)) for end in ("low", "high")}
+    for path, mm in diameters.items():
+        if mm is not None and not (1.0 - _CLOSE) * min(measured) <= mm <= (1.0 + _CLOSE) * max(measured):
+            ends = f"{min(measured):g} to {max(measured):g} mm"
+            message = f"{mm:g} mm is outside the diameters of the calibration ({ends})"
+            borrowed.find(message, "use a diameter within them", path)
 
 
 def _other_levels(source: Study, results: Results) -> Iterator[dict[str, float]]:
