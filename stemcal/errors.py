@@ -57,7 +57,7 @@ class SpecError(StemcalError):
 
 
 class UsageError(StemcalError):
-    """An option does not apply here, or an earlier stage has not run yet."""
+    """Raised if an option does not apply, or an earlier stage has not run yet."""
 
     exit_code = 2
 

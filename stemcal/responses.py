@@ -60,7 +60,7 @@ class Response:
     unit: str  # unit of all values
     of: Callable[[ForceTravel], float | None]  # returns the value in `unit`; None if the curve does not determine it
     meaning: str  # description of the key in the reference of the spec
-    tests: frozenset[str] = frozenset({CUT, FURTHER_CUT, PIECE})  # these, or kinds of tests, that have this response
+    tests: frozenset[str] = frozenset({CUT, FURTHER_CUT, PIECE})  # tests, or kinds of tests, that have this response
     why_only: str = ""  # reason why other tests lack the response, for the error message
     noun: str = ""  # word for the response in sentences, by default the label
     of_test: str = ""  # words that follow the name of a laboratory test, by default the noun

@@ -220,7 +220,7 @@ def _supports(test: ShearTest) -> tuple[Tool, ...]:
 
 # Peak memory of building and integrating a model, bytes per element; `tests/cutting/test_size.py` measures it.
 _BYTES = 2900.0
-# Approximate volume of the innermost elements over the mean volume at the same position along the stem.
+# Approximate ratio of the volume of the innermost elements to the mean volume at the same position along the stem.
 _NARROWER = 0.7
 
 

@@ -15,7 +15,7 @@ from stemcal.arrays import Array, Ints, Mask
 from stemcal.fem.model import Model
 from stemcal.fem.stepper import History
 
-LARGEST = 40_000  # nodes; a finer body is not kept in records
+LARGEST = 40_000  # largest number of nodes; a finer body is not kept in records
 # Arrays of a shape: type in the record, number of columns (0 for a vector), type in memory.
 _ARRAYS: dict[str, tuple[str, int, type]] = {
     "reference": ("<f4", 3, float), "nodes": ("<f4", 3, float), "hexes": ("<i4", 8, np.int32),

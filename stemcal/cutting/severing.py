@@ -7,7 +7,8 @@ from scipy.sparse.csgraph import connected_components
 from stemcal.fem.mesh import Mesh
 from stemcal.fem.state import State
 
-# A stem in two parts was cut through if less than this share of the cut plane holds; otherwise it broke elsewhere.
+# A stem in two parts was cut through if less than this share of the cut plane is still connected; otherwise it broke
+# elsewhere.
 _CUT = 0.5
 
 

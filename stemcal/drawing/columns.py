@@ -86,7 +86,7 @@ def to_decimals(places: int) -> Form:
 
 
 def scores(names: Wording) -> list[str]:
-    """Return a footnote that explains scores, if a response is one; scores are deviations from the measured mean."""
+    """Return a footnote if a response is a score, whose values are shown as differences from the measured mean."""
     text = (
         "A score is the signed deviation of a curve from the mean measured curve along one mode. The error of a score "
         "is given as a percentage of the maximum force."

@@ -32,8 +32,8 @@ class Transverse:
 
     elastic_modulus, shear_modulus: E_T across the axis, G_LT between the axis and a direction across it, MPa.
     poisson_ratio: ν_TT between two directions across the axis; the material's ν_LT is for tension along the axis.
-    yield_stress, shear_yield_stress: In tension across the axis, and in shear between the axis and a direction across
-        it, MPa.
+    yield_stress, shear_yield_stress: Yield stresses in tension across the axis, and in shear between the axis and a
+        direction across it, MPa.
     """
 
     elastic_modulus: float
@@ -80,7 +80,7 @@ class Material:
 
     @property
     def own_failure_strain(self) -> float:
-        """Plastic strain at which a single element fails; infinite with an internal length, where the mean counts."""
+        """Plastic strain at which a single element fails; infinite with an internal length, where an average counts."""
         return inf if self.internal_length > 0.0 else self.failure_strain
 
     @property

@@ -137,7 +137,7 @@ def square_of_solid(around: int) -> tuple[int, int]:
     return around - 2 * across, across
 
 
-# Core: radius of its corners over the radius of the cylinder, and bulge of its sides (0 straight, 1 an arc).
+# Core: radius of its corners in units of the cylinder's, and bulge of its sides (0 straight, 1 an arc).
 SQUARE, _BULGE = 0.5, 0.4
 
 

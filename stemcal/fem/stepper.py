@@ -30,15 +30,15 @@ class History:
     height: z of each tool (R, T), mm.
     kinetic, internal, hourglass, eroded, external: Energies (R,). `internal` and `hourglass` are those of elements not
         eroded, `eroded` is the energy removed with eroded elements and nodes, `external` the work of tools and loads.
-    held: The part of that work that contact has stored in penalty springs or dissipated (R, 3, T), by source: the
-        surface of each tool, its edge, and the friction of both. A negative value is a numerical error.
+    held: The part of the external work that contact has stored in penalty springs or dissipated (R, 3, T), by source:
+        the surface of each tool, its edge, and the friction of both. A negative value is a numerical error.
     deleted, parted: Number of eroded elements, and of nodes of the cut plane that have parted (R,).
     plastic_rate: Largest smoothed plastic strain rate of the elements not eroded, which the rate law uses (R,), 1/s.
     steps: Number of time steps.
     x: Final positions of the nodes (N, 3), mm.
     state: Final state of the elements (E, rows), with the rows of `kernels.block`.
     standing: Elements that are not eroded (E,).
-    added_mass: Mass added by mass scaling and the prescribed time step, over the true mass.
+    added_mass: Mass added by mass scaling and the prescribed time step, relative to the true mass.
     """
 
     time: Array

@@ -139,8 +139,8 @@ _LINES = 8  # lines of samples along the edge, per spread a
 # Rows along the edge per spread a. With 4, the strain under the edge grows in bursts as successive rows come into
 # contact, which changes the failure force by up to 8 %.
 _ROWS = 8
-# Element length over spread in the shipped study, for which the spread was chosen. On shorter elements the bell is
-# wider, by at most √(1 + 7/6 · 0.56²) because its variance is at least a²/7 (see `_across`).
+# Ratio of element length to spread in the shipped study, for which the spread was chosen. On shorter elements the bell
+# is wider, by at most √(1 + 7/6 · 0.56²) because its variance is at least a²/7 (see `_across`).
 _CHOSEN_ON = 0.56
 _WIDEST = 1.2
 

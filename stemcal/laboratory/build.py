@@ -65,8 +65,8 @@ def plate(face: float, half_length: float, upwards: bool, speed: float) -> Tool:
 # bending, the force of a plastic hinge was 1.6 % too low.
 _SETTLING = 80.0
 
-# Least contact stiffness over m/Δt²: a roller touches a small part of each face. With 0.25, the deflection of the
-# contact was a twentieth of a short stroke.
+# Least contact stiffness, in units of m/Δt²: a roller touches a small part of each face. With 0.25, the deflection of
+# the contact was a twentieth of a short stroke.
 _PENALTY = 0.5
 
 

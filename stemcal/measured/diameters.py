@@ -216,7 +216,7 @@ def _label_columns(table: TextTable) -> list[int]:
 
 
 def _reading_columns(table: TextTable, labels: Sequence[int]) -> list[int]:
-    """Return the columns with the heading diameter; without headings, the only column of numbers besides the labels."""
+    """Return the columns whose headings name a diameter; without headings, the only column of numbers but labels."""
     inside = {*matching(table, BORE), *matching(table, SKIN)}
     for words in (DIAMETER, READING):
         if named := [i for i in matching(table, words, MILLIMETRES) if i not in inside]:

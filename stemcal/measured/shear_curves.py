@@ -20,7 +20,7 @@ from stemcal.measured.headings import FORCE, MILLIMETRES, NEWTONS, TRAVEL, folde
 from stemcal.measured.tables import Form, TextTable, columns_of, given_columns, matching, read_tables, scale_of
 from stemcal.notes import Note, Remedy
 
-PRELOAD = 5.0  # N
+PRELOAD = 5.0  # usual preload, N
 _FEWEST = 5  # least number of points of a curve
 RISE = 0.2  # share of the maximum force; while the blade settles on the stem, the force remains below it
 _NAME_THEM = "specify both columns by name or number with `--force-column` and `--displacement-column`"

@@ -179,7 +179,7 @@ class _Run(NamedTuple):
 
 
 def _score(lines: Sequence[Line], decimal: str, ragged: bool) -> tuple[int, bool, int, int]:
-    """Rate a way of splitting lines into cells: (rows of data, heading as wide as the data, numbers, columns)."""
+    """Return a rating of a way to split lines into cells: (rows of data, heading as wide as data, numbers, columns)."""
     run = _data_run(lines, decimal, ragged)
     as_wide = 0 < run.begin < run.end and len(lines[run.begin - 1].cells) == run.width
     cells = (cell for line in lines[run.begin : run.end] for cell in line.cells)

@@ -35,7 +35,7 @@ _LOOK_MS = 500  # interval at which the guard process checks its worker
 
 
 class ChildDied(Exception):
-    """The child process ended before it returned a result; the message is the reason."""
+    """Raised if a child process ends before it returns a result; the message is the reason."""
 
 
 class Child:

@@ -17,7 +17,7 @@ APART = getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0)
 def end_family(pid: int, politely: bool = False) -> None:
     """Kill a process, its descendants, and its process group and session, even if the process itself has ended.
 
-    With `politely` they are asked to terminate (SIGTERM) and have `GRACE_S` seconds to do so; none is killed.
+    With `politely`, the processes are only asked to terminate (SIGTERM), and have `GRACE_S` seconds to do so.
     """
     signalled: set[psutil.Process] = set()
     deadline = time.monotonic() + GRACE_S

@@ -19,7 +19,7 @@ SLICE_S = 0.25  # longest single wait: on Windows Ctrl-C cannot interrupt an unl
 
 
 class RunTimedOut(StemcalError):
-    """A run took longer than its time limit and was ended."""
+    """Raised for a run that took longer than its time limit and was ended."""
 
     def __init__(self, limit: float) -> None:
         self.limit = limit

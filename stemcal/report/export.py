@@ -53,7 +53,7 @@ def _parameters(setting: Setting) -> list[Table]:
 
 
 def numbered(tables: Iterable[Table]) -> list[PaperTable]:
-    """Return tables as they are published, numbered from 1."""
+    """Return tables in the form for publication, numbered from 1."""
     return [
         PaperTable(
             number,

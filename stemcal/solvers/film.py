@@ -13,7 +13,7 @@ from stemcal.fem.kernels.block import PLASTIC_STRAIN
 from stemcal.fem.state import State
 
 FRAMES = 24
-LARGEST = 10_000  # nodes; of a finer mesh, only the final state is stored
+LARGEST = 10_000  # largest number of nodes; of a finer mesh, only the final state is stored
 _STEPS = 2000  # steps from zero to the largest value; a picture does not show smaller differences
 
 

@@ -9,7 +9,7 @@ MIB = 2**20
 
 
 class NotPlain(OSError):
-    """The path is not a regular file, or the file is too large."""
+    """Raised for a path that is not a regular file, or for a file that is too large."""
 
 
 def unreadable(error: OSError | ValueError) -> str:

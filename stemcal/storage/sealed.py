@@ -16,7 +16,7 @@ _VERIFIED: set[bytes] = set()
 
 
 class Broken(Exception):
-    """A sealed file was changed, or contains no sealed JSON object; the message is the reason."""
+    """Raised for a sealed file that was changed or contains no sealed JSON object; the message is the reason."""
 
 
 def sealed(content: Mapping[str, Any]) -> str:

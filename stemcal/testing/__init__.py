@@ -41,7 +41,7 @@ KINDS: dict[type, tuple[Callable[..., Any], tuple[Callable[[Any], None], ...]]] 
 
 
 class ChecksFailed(AssertionError):
-    """Some checks failed; the message has their names and reasons."""
+    """Raised if checks failed; the message has their names and reasons."""
 
 
 @dataclass(frozen=True)

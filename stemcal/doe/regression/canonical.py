@@ -31,7 +31,7 @@ class CanonicalForm:
     inside: bool  # whether x_s is within the design region
     kind: Kind
     ridge: bool  # whether the surface is nearly constant along an axis
-    eigenvalues: tuple[float, ...]  # of B, the largest first
+    eigenvalues: tuple[float, ...]  # eigenvalues of B, the largest first
     axes: tuple[dict[str, float], ...]  # unit vectors in coded units
 
     @property

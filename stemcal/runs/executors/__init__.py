@@ -27,11 +27,11 @@ class RunExecutor(Executor):
 
 
 class WorkerDied(StemcalError):
-    """The process that computed a run ended without an answer."""
+    """Raised if the process that computes a run ends without an answer."""
 
 
 class ClusterLost(StemcalError):
-    """The connection to the cluster was lost: no run has failed, but none can be computed."""
+    """Raised if the connection to the cluster is lost: no run has failed, but none can be computed."""
 
 
 class InlineExecutor(RunExecutor):

@@ -14,7 +14,7 @@ _HALF = 2
 _AROUND = 4
 # Length of the facets of a rounded edge, in units of the element size of the stem.
 _FACET = 0.5
-# Height of the V of a sharp edge over the thickness of the blade, which is more than its penetration into the stem.
+# Height of the V of a sharp edge, in units of the blade thickness; the edge penetrates less into the stem.
 _VEE = 0.15
 # Distances to which the supports extend beyond the ends of the stem and below it, mm.
 _BEYOND, _BELOW = 5.0, 10.0

@@ -22,7 +22,7 @@ DECK, STARTER_LISTING, ENGINE_INPUT, ENGINE_LISTING, HISTORY, TABLE = (
 STARTER_INPUT = "run_0000.rad"  # includes the deck and adds nonlocal failure
 TITLES = "/TH/TITLE"  # titles of the time histories, by which th_to_csv converts impulses to forces
 
-_STEEL_DENSITY = 7.8e-09  # of blade and supports, Table 2 of the published study, t/mm³
+_STEEL_DENSITY = 7.8e-09  # density of blade and supports (Table 2 of the published study), t/mm³
 # Tools made of the stem's material: their density in units of the stem's; a yield stress and a failure strain that are
 # never reached.
 _HEAVY, _NEVER = 100.0, 1e6

@@ -28,7 +28,7 @@ _SHRINK = 0.6 ** np.arange(16)  # factors that contract the cloud of points towa
 
 
 class NoneAllowed(TargetUnreachable):
-    """The limits of a goal exclude the whole region."""
+    """Raised if the limits of a goal exclude the whole region."""
 
     def __init__(self, text: str) -> None:
         Exception.__init__(self, text)

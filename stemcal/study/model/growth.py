@@ -140,7 +140,7 @@ def _written(value: Any) -> Any:
 
 
 def value_at(value: Any, diameter: float, level: float | None, factors: Mapping[str, float]) -> float | None:
-    """Return a parameter at a stem diameter (mm) from its value in a spec, or its `level` as a factor; None if neither.
+    """Return a parameter at a stem diameter (mm), from its value in a spec or from its `level`; None without both.
 
     `factors` are the levels of all factors, for a `Growth` whose exponent is one of them.
     """

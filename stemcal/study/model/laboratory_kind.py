@@ -94,7 +94,7 @@ class LaboratorySection(Frozen):
         return f"{self.name}_{response}"
 
     def in_place_of(self, own: object) -> dict[str, Any]:
-        """Return the sections of the study (or draft) `own`, by name, that differ in a further cutting test."""
+        """Return, by name, the sections of a further cutting test that replace sections of `own` (study or draft)."""
         return {}
 
 

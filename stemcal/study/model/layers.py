@@ -1,4 +1,4 @@
-"""Layers of the stem, properties across its axis, and the parameters that both add to a study."""
+"""Layers of the stem and properties across its axis, with their parameters."""
 
 from collections.abc import Mapping
 from math import sqrt

@@ -27,7 +27,7 @@ from stemcal.study.types.strict_yaml import resolve
 
 Stress = Annotated[float | Growth, OverDiameter(Annotated[float, Quantity("stress")], only_grows=True)]
 GAP: Final = 0.001  # distance of the edge from the stem at the start, mm
-DAMPING: Final = 0.5  # damping of the contact over critical damping
+DAMPING: Final = 0.5  # damping of the contact, as a share of critical damping
 _WHOLE_STROKE = Length(divisor=1 / 1.5)  # default stroke of a cut all the way through the stem
 _Folder = Annotated[Title, Field(min_length=1, max_length=200)]
 Ratio = Annotated[float | Growth, OverDiameter(Number, only_grows=True)]
@@ -51,7 +51,7 @@ class SpecimenSection(Frozen):
     """Length of the specimen; the blade cuts the specimen in the middle."""
 
     def ratio_at(self, diameter: float) -> float:
-        """Return the bore diameter over the outer diameter for a stem diameter in mm."""
+        """Return the ratio of the bore diameter to the outer diameter, for a stem diameter in mm."""
         bore = value_at(self.bore, diameter, None, {})
         return float(value_at(self.diameter_ratio, diameter, None, {}) or 0.0) if bore is None else bore / diameter
 

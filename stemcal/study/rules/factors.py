@@ -16,7 +16,7 @@ from stemcal.study.types.factor import EMBEDDED, FRICTION, PARAMETERS, SETTINGS,
 from stemcal.study.types.field_types import Length, field_or_none, has_fields
 from stemcal.study.types.strict_yaml import Finding, NodePath
 
-_WIDEST = 1000.0  # mm
+_WIDEST = 1000.0  # largest diameter of a stem, mm
 RATE = ("strain_rate_c", "strain_rate_p")
 _OF_LAYERS = (*PARAMETERS, "thickness")
 

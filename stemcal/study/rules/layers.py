@@ -16,7 +16,7 @@ from stemcal.study.rules.factors import extremes_of, possible_values, values_in
 from stemcal.study.types.factor import PARAMETERS, TRANSVERSE
 from stemcal.study.types.strict_yaml import Finding, NodePath
 
-# Least number of elements through a layer; largest mass of an element with mass scaling over its true mass.
+# Least number of elements through a layer; largest ratio of the scaled mass of an element to its true mass.
 _ELEMENTS, _MOST_MASS = 3, 100.0
 
 
@@ -190,7 +190,7 @@ def _stiffness(draft: Draft, layer: LayerSection | None, diameter: float) -> Ite
 
 
 def _ratios(draft: Draft, layer: LayerSection | None, name: str, diameter: float) -> list[tuple[NodePath, float]]:
-    """Return [(place, ratio)] of the largest possible ratio of a stress across the axis to that along it, or []."""
+    """Return the largest ratio of a stress across the axis to the stress along it, as [(place, ratio)], or []."""
     along = [value for _, value in values_in(draft, layer, name, diameter)]
     each = [
         (path, value.value if isinstance(value, Relative) else value / min(along))

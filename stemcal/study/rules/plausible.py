@@ -37,21 +37,21 @@ _RANGES: dict[tuple[str, str], tuple[float, float, str]] = {
     ("solver", "time_limit"): (1, 1e7, "s"),
     ("solver", "time_step"): (1e-6, 1e-3, "s"),
 }
-# Cutting forces increase with a power of the diameter between the first and the last of these; a force that deviates
-# from all expected ones by more than the factor _FAR is questioned.
+# Lowest, usual and highest exponent of the cutting force as a power of the diameter; a force is questioned if it
+# differs by more than the factor _FAR from all forces that follow from these exponents.
 _POWERS, _FAR = (1.5, 2.5, 3.5), 3.0
 # Fewer elements through the wall than _THROUGH are questioned; with a bore ratio above _THIN, fewer than _THROUGH_THIN.
 _THROUGH, _THROUGH_THIN, _THIN = 3, 4, 0.6
-# Largest element size over the internal length and the edge spread.
+# Largest element size, in units of the internal length and of the edge spread.
 _RESOLVED = 0.6
-# Largest element size over the thickness of the blade. At 0.75 the error of the force is below 1 %; at 0.94 the force
+# Largest element size, in units of the blade thickness. At 0.75 the error of the force is below 1 %; at 0.94 the force
 # is 5 % too low, at 1.25 it is 11 % too low.
 _OF_BLADE = 0.75
 _MOST_SHEAR = 0.05  # largest share of shear in a deflection
-_LEAST_SCATTER = 3e-4  # smallest plausible standard deviation over mean
+_LEAST_SCATTER = 3e-4  # smallest plausible ratio of standard deviation to mean
 _SCATTER = 0.15  # a decrease of the force with the diameter below this share may be scatter
 _MACHINE, _MOWER = 50.0, 1000.0  # mm/s: the fastest testing machine, the slowest mower
-# Largest smoothed strain rate of a cut over speed/diameter; simulations had 3.9 to 5.4 without a rate law.
+# Largest smoothed strain rate of a cut, in units of speed/diameter; simulations had 3.9 to 5.4 without a rate law.
 _RATE = 4.0
 _RATIO = (1e-3, 2.0)  # plausible ratio of a stress across the axis to the stress along it
 FALL = "the simulated values decrease by up to 10 % if the element size is reduced by a third"

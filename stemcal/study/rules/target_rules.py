@@ -125,7 +125,7 @@ _OF_SECTIONS = (_stem_reaches_over_supports, _clamp_is_in_place, _edge_fits_blad
 def _at_ends(rule: Rule) -> Rule:
     """Return a rule that checks all combinations of `low` and `high` of the factors that are settings of the test.
 
-    A mistake in all of them is reported unchanged; otherwise, it is one of the level that causes it.
+    A mistake in all combinations is reported unchanged, any other as a mistake of the level that causes it.
     """
 
     def checked(draft: Draft) -> Iterator[Finding]:

@@ -112,7 +112,7 @@ class SolverKind:
     """Rules for the solver keys: functions of a draft and the solver options that yield findings."""
 
     def make(self, study: Any) -> Any:
-        """Return the solver of a study, a `solvers.protocol.Solver`."""
+        """Return the solver of a study, an object of a subclass of `solvers.protocol.Solver`."""
         raise NotImplementedError
 
     def ready(self) -> Iterator[tuple[str, str, bool | None]]:

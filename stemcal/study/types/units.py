@@ -132,7 +132,7 @@ def with_unit(number: str, dimension: str, usual: str) -> str:
 
 
 def with_point(text: str) -> str:
-    """Return a number with its comma replaced by a decimal point; with three digits behind it, also without comma."""
+    """Return advice on a decimal comma: 1,500 is to be 1.500, or 1500 if the comma separates thousands."""
     point = text.strip().replace(",", ".", 1)[:_LONGEST]
     if not re.fullmatch(r"[-+]?[1-9][0-9]{0,2},[0-9]{3}(?![0-9]).*", text.strip()):
         return point
