@@ -46,8 +46,6 @@ class Details:
 
 @dataclass(frozen=True)
 class _RunRecord:
-    """The record of a run."""
-
     key: str
     details: Details
     provenance: Mapping[str, Any] = field(default_factory=dict)  # machine, program versions and times
