@@ -90,7 +90,7 @@ class Embedded(Solver):
             details |= {RESPONSES: further}
         if film is not None:
             details |= pictured(result, film)
-        if (distrust := laboratory_runs.distrusted(result)) is not None:
+        if (distrust := laboratory_runs.distrusted(result, _options(self.study).time_step_safety)) is not None:
             return Answer("failed", reason=distrust.reason, message=str(distrust), details=details)
         return Answer("ok", response=result.peak_force, details=details)
 

@@ -89,20 +89,20 @@ def determining(test: LaboratoryTest | ShearTest) -> dict[str, Any]:
 def perform_or_fail(test: AnyTest, inspect: Inspect | None = None) -> LaboratoryResult:
     """Perform a test by `laboratory.perform`; raise `SimulationFailed` if the result is not reliable."""
     result = laboratory.perform(test, inspect) if isinstance(test, LaboratoryTest) else laboratory.cut(test, inspect)
-    if (failure := distrusted(result)) is not None:
+    if (failure := distrusted(result, test.discretisation.integration.safety)) is not None:
         raise failure
     return result
 
 
-def distrusted(result: CuttingResult) -> SimulationFailed | None:
-    """Return the failure of a run whose energy balance has too large an error; None if the run is reliable."""
-    if result.energy_drift_percent > _WORST_DRIFT:
-        message = f"the error in the energy balance is {result.energy_drift_percent:.1f} %"
-        return SimulationFailed("energy_drift", message)
-    if result.contact_energy_percent < _LEAST_CONTACT:
-        message = f"the contact generated energy ({-result.contact_energy_percent:.1f} % of the work done by the tool)"
-        return SimulationFailed("contact_energy", message)
-    return None
+def distrusted(result: CuttingResult, safety: float) -> SimulationFailed | None:
+    """Return the failure of a run whose time steps, a share `safety` of the stable ones, create energy; else None."""
+    drift, contact = result.energy_drift_percent, result.contact_energy_percent
+    remedy = f"set `time_step_safety: {0.5 * safety:.2g}` under `solver`"
+    if drift > _WORST_DRIFT:
+        return SimulationFailed("energy_drift", f"the error in the energy balance is {drift:.1f} %; {remedy}")
+    if contact >= _LEAST_CONTACT:
+        return None
+    return SimulationFailed("contact_energy", f"contact generated {-contact:.1f} % of the work of the tool; {remedy}")
 
 
 def perform_all(tests: Sequence[tuple[LaboratorySection, AnyTest]]) -> tuple[dict[str, float], list[Note]]:

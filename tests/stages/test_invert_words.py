@@ -10,8 +10,8 @@ from stemcal.doe.comparison import Formula
 from stemcal.stages.invert import words
 from stemcal.stages.invert.result import InvertResult, JointFitted, JointRow
 from stemcal.stages.invert.showing import profile_points
-from stemcal.stages.invert.verdict_rules import no_better_than_formula
-from stemcal.stages.result import Judged
+from stemcal.stages.result import Judged, Prediction
+from stemcal.stages.verdict.verdict_rules import no_better_than_formula
 from stemcal.storage.rows import Rows
 from stemcal.vocabulary import Wording
 
@@ -91,12 +91,15 @@ def test_a_profile_is_relative_to_the_allowed_rise() -> None:
     assert profile_points(part, "a") == [(1.0, 2.0), (1.4, 1.0), (2.0, 0.0), (3.0, 0.5)]
 
 
-@pytest.mark.parametrize(("fitted", "count"), [(True, 1), (False, 0)])
+@pytest.mark.parametrize(("held_out", "count"), [(False, 1), (True, 0)])
 def test_a_formula_is_as_good_only_where_no_first_response_was_held_out(
-    joint: InvertResult, fitted: bool, count: int
+    joint: InvertResult, held_out: bool, count: int
 ) -> None:
-    """Left out, the fit misses by 6 %, the formula by 5 %; a held-out travel is no held-out force."""
-    judged = [Judged("force", 8.0, 1.0, fitted), Judged("travel", 8.0, 30.0, False)]
-    study = SimpleNamespace(naming=joint.naming)
-    evidence: Any = SimpleNamespace(of=lambda _: joint, study=study, judged=judged)
+    """Left out, the fit misses by 6 %, the formula by 5 %; the held-out force agrees."""
+    checked = SimpleNamespace(prediction=Prediction(1.0, None, (8.0,)) if held_out else None)
+    judged = [Judged("force", 8.0, 1.0, not held_out), Judged("travel", 8.0, 30.0, False)]
+    results = SimpleNamespace(done=[joint, checked])
+    evidence: Any = SimpleNamespace(results=results, names=Wording(joint.naming), judged=judged)
     assert len(list(no_better_than_formula(evidence))) == count
+    evidence.judged = []  # no run of the validation
+    assert not list(no_better_than_formula(evidence))

@@ -67,17 +67,17 @@ def conflict(evidence: Evidence) -> Iterator[Note]:
     apart, beyond, kind = joint.contradiction, evidence.mostly_off, "conflict"
     if apart is None and (joint.p is not None or joint.max_abs_error_percent <= evidence.equivalent_percent):
         return
-    if apart is None:
-        text = f"The largest error of the joint fit is {joint.max_abs_error_percent:.0f} %."
-    elif (reach := _all_out_of_reach(evidence, surface, solved.point, joint)) is not None:
+    if (reach := _all_out_of_reach(evidence, surface, solved.point, joint)) is not None:
         kind, text = "out_of_reach", reach
+    elif apart is None:
+        text = f"The largest error of the joint fit is {joint.max_abs_error_percent:.0f} %."
     else:
         one_place = len({row.condition for row in (*joint.rows, *joint.further)}) == 1
         beyond = beyond or (one_place and joint.df < 1 and apart.p < BEYOND_DOUBT)
         text = _contradiction(apart, evidence.names)
     remedy, coded = _to_reconcile(evidence, joint, solved), list(solved.point.coded.values())
-    if joint.out_of_reach and _on_edge(surface, coded):  # each mean can be reached, so wider ranges do not help
-        remedy = advice.from_the_edge(evidence.study, surface, coded)
+    if joint.out_of_reach and _on_edge(surface, coded):  # if each mean can be reached, wider ranges do not help
+        remedy = advice.from_the_edge(evidence.study, surface, coded, joint=True)
     yield Note(kind, "error" if beyond else "warning", text, remedy)
 
 
@@ -123,7 +123,8 @@ def on_the_edge(evidence: Evidence) -> Iterator[Note]:
     place = evidence.results.parameters
     coded = surface.scales.to_coded([place[name] for name in surface.names]).tolist()
     if _on_edge(surface, coded):
-        remedy = advice.from_the_edge(evidence.study, surface, coded)
+        joint = solved.joint is not None and not solved.priors
+        remedy = advice.from_the_edge(evidence.study, surface, coded, joint)
         if solved.joint is not None and not solved.joint.separated:  # the misfit is almost constant up to the edge
             remedy = _to_identify(evidence, solved.certainty)
         yield Note("on_the_edge", "warning", "The solution is at the limit of the search range.", remedy)
@@ -247,14 +248,4 @@ def _to_reconcile(evidence: Evidence, joint: JointFitted, solved: InvertResult) 
     return Remedy("Check the measurements. Then add another factor, or fit fewer responses (`invert.responses`).")
 
 
-@ranked(Rank.FORMULA)
-def no_better_than_formula(evidence: Evidence) -> Iterator[Note]:
-    """Yield a reason if no value was held out, and a formula predicts left-out values as well as the fit does."""
-    solved, first = evidence.of(InvertResult), evidence.study.naming.response.name
-    compared = [row for row in evidence.judged if row.response == first]
-    held_out = any(not row.fitted and row.error_percent is not None for row in compared)
-    if solved is not None and compared and not held_out:
-        yield from advice.formula_reason(solved)
-
-
-RULES = (anisotropy, trend, conflict, target_missed, misfit, not_identified, on_the_edge, no_better_than_formula)
+RULES = (anisotropy, trend, conflict, target_missed, misfit, not_identified, on_the_edge)

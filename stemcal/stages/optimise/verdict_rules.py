@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from stemcal.formats import outwards, series
+from stemcal.formats import outwards, series, with_unit
 from stemcal.notes import Note, Remedy
 from stemcal.stages.optimise.analysis import problem_of
 from stemcal.stages.optimise.result import OptimiseResult
@@ -10,8 +10,6 @@ from stemcal.stages.optimise.search import NoneAllowed
 from stemcal.stages.rsm.result import RsmResult
 from stemcal.stages.verdict import advice
 from stemcal.stages.verdict.verdict_rules import Evidence, Rank, ranked
-
-_WIDER = 0.5  # share of its width by which a range is extended
 
 
 @ranked(Rank.REACH)
@@ -71,9 +69,9 @@ def at_edge(evidence: Evidence) -> Iterator[Note]:
     result = evidence.of(OptimiseResult)
     for name, end in result.edges.items() if result is not None else ():
         factor = evidence.study.factor(name)
-        level = f"{getattr(factor, end):g} {factor.unit}".removesuffix(" 1")
+        level = with_unit(f"{getattr(factor, end):g}", factor.unit)
         text = f"The optimum is at the edge of the range of {name} ({level})."
-        yield Note("at_edge", "warning", text, advice.widened(factor, end == "high", _WIDER))
+        yield Note("at_edge", "warning", text, advice.widened(evidence.study, factor, end == "high", 0.5))
 
 
 RULES = (limits_exclude_all, limit_exceeded, indistinguishable, at_edge)

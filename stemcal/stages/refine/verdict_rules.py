@@ -9,19 +9,14 @@ from stemcal.stages.verdict.verdict_rules import Evidence, Rank, ranked
 
 
 @ranked(Rank.IDENTIFICATION)
-def missed_there(evidence: Evidence) -> Iterator[Note]:
-    """Yield a reason if the target is not reached in the other model."""
+def refinement(evidence: Evidence) -> Iterator[Note]:
+    """Yield reasons if intervals are missing, factors not determined, or a target not reached in another model."""
     result = evidence.of(RefineResult)
-    if result is not None and result.elsewhere:
-        yield from (replace(note, kind="missed_there") for note in result.notes if note.kind == "not_reached")
+    for note in result.notes if result is not None else ():
+        if note.kind in ("not_identified", "no_intervals"):
+            yield note
+        elif note.kind == "not_reached" and result is not None and result.elsewhere:
+            yield replace(note, kind="missed_there")
 
 
-@ranked(Rank.IDENTIFICATION)
-def without_surface(evidence: Evidence) -> Iterator[Note]:
-    """Yield reasons if a study without a response surface lacks intervals, or does not determine some factors."""
-    result = evidence.of(RefineResult)
-    if result is not None:
-        yield from (note for note in result.notes if note.kind in ("not_identified", "no_intervals"))
-
-
-RULES = (missed_there, without_surface)
+RULES = (refinement,)

@@ -1,7 +1,7 @@
 """Rules of the verdict on runs and response surface: scatter, units, failed runs, reach, signs, roughness."""
 
 from collections import Counter, defaultdict
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from math import isfinite
 
@@ -17,6 +17,7 @@ from stemcal.stages.rsm.result import RsmResult
 from stemcal.stages.screen.result import ScreenResult
 from stemcal.stages.stage import stages_of
 from stemcal.stages.verdict import advice
+from stemcal.stages.verdict.physics import Doubt, for_physics
 from stemcal.stages.verdict.verdict_rules import Evidence, Rank, ranked
 from stemcal.stages.work import SAME
 from stemcal.storage.canonical import as_json
@@ -119,7 +120,7 @@ def failed_runs(evidence: Evidence) -> Iterator[Note]:
     failed = np.array([run.response is None for run in surface.design.runs])
     for part in surface.conditions if surface.over is None else ():
         failed |= np.array([not answered.outcome.ok for answered in part.runs])
-    unknown = _error_unknown(evidence.study, surface)
+    unknown = any(fitted.df < 1 for fitted in fitted_surfaces(evidence.study, surface))
     if not failed.any() or (not unknown and failed.mean() < _MANY):
         return
     where, remedy = _where_failed(evidence.study, surface, failed)
@@ -133,16 +134,13 @@ def failed_runs(evidence: Evidence) -> Iterator[Note]:
 def few_runs(evidence: Evidence) -> Iterator[Note]:
     """Yield a reason if the surface has as many coefficients as runs although no run failed."""
     surface = evidence.of(RsmResult)
-    if surface is not None and _error_unknown(evidence.study, surface) and not any(failed_runs(evidence)):
+    unknown = surface is not None and any(fitted.df < 1 for fitted in fitted_surfaces(evidence.study, surface))
+    if surface is not None and unknown and not any(failed_runs(evidence)):
         text = (
             f"The response surface has as many coefficients as runs ({len(surface.coefficients)}), so the error of the "
             "surface cannot be estimated. The intervals are therefore wide."
         )
         yield Note("few_runs", "warning", text, advice.more_runs(surface))
-
-
-def _error_unknown(study: Study, surface: RsmResult) -> bool:
-    return any(fitted.df < 1 for fitted in fitted_surfaces(study, surface))
 
 
 def _where_failed(study: Study, surface: RsmResult, failed: Mask) -> tuple[str, Remedy]:
@@ -153,8 +151,9 @@ def _where_failed(study: Study, surface: RsmResult, failed: Mask) -> tuple[str, 
         [dict(zip(surface.names, row, strict=True)) for row in rows.tolist()]
         for rows in (natural[failed], natural[~failed])
     )
-    if (beyond := _beyond(study, bad, good)) is not None:
-        return beyond
+    why = {str(outcome.reason) for _, outcome in surface.runs()}
+    if (known := _beyond(study, why, bad, good)) is not None:
+        return known
     ends = zip(surface.names, natural[failed].min(axis=0).tolist(), natural[failed].max(axis=0).tolist(), strict=True)
     units = {entry.factor: "" if entry.unit == "1" else f" {entry.unit}" for entry in surface.factors}
     places = series(f"{n} {a:.4g}{f' to {b:.4g}' if b > a else ''}{units[n]}" for n, a, b in ends)
@@ -163,9 +162,11 @@ def _where_failed(study: Study, surface: RsmResult, failed: Mask) -> tuple[str, 
 
 
 def _beyond(
-    study: Study, bad: Sequence[Mapping[str, float]], good: Sequence[Mapping[str, float]]
+    study: Study, why: Collection[str], bad: Sequence[Mapping[str, float]], good: Sequence[Mapping[str, float]]
 ) -> tuple[str, Remedy] | None:
-    """Return the level of a factor beyond which all runs failed, and the range to set; None if there is none."""
+    """Return the remedy for time steps that are too long, or for a factor level beyond which all runs failed."""
+    if study.kind.simulates_stems and {"contact_energy", "energy_drift"}.intersection(why):
+        return "The time steps are too long for these levels.", for_physics(study, Doubt("drift", len(bad), None))
     varied = [factor for factor in study.factors if all(factor.name in row for row in (*bad, *good))]
     for factor in varied if len(bad) > 1 and good else ():
         for side, key in ((1.0, "high"), (-1.0, "low")):
@@ -200,7 +201,7 @@ def _lost(evidence: Evidence) -> Iterator[Note]:
     none_left = [at for at in failed if failed[at] == tried[at]]
     text = f"{sum(failed.values())} of {counted(sum(tried.values()), 'run')} failed ({why.most_common(1)[0][0]})"
     text += f", including all runs{evidence.names.at(*none_left)}." if none_left else "."
-    where, remedy = _beyond(evidence.study, levels[False], levels[True]) or ("", Remedy(_RETRY))
+    where, remedy = _beyond(evidence.study, why, levels[False], levels[True]) or ("", Remedy(_RETRY))
     yield Note("failed_runs", "error", f"{text} {where}".rstrip(), remedy)
 
 

@@ -52,8 +52,8 @@ def validation(evidence: Evidence) -> Iterator[Note]:
             )
         severity: Severity = "error" if evidence.mostly_off else "warning"
         yield Note("validation", severity, f"{miss(worst, evidence.names)}.", remedy)
-    predictions = (prediction for result in evidence.results.done if (prediction := result.prediction) is not None)
-    in_turn = [each.worst_percent for each in predictions if each.in_turn]  # cross-validation
+    predictions = (result.prediction for result in evidence.results.done)
+    in_turn = [each.worst_percent for each in predictions if each is not None and each.in_turn]  # cross-validation
     if not held_out and not any(percent <= evidence.equivalent_percent for percent in in_turn):
         text = "The parameters have not been independently validated because all measurements were used in the fit."
         yield Note("unchecked", "warning", text, advice.measure_more(study))
@@ -73,13 +73,6 @@ def trend(evidence: Evidence) -> Iterator[Note]:
     then = "With a response surface at every diameter, stemcal can suggest how to remove the trend."
     remedy = advice.fit_all(study, "conditions", then)
     yield from trend_reason(evidence, rows, checked.worst_percent or 0.0, lambda: remedy)
-
-
-@ranked(Rank.FORMULA)
-def no_better_than_formula(evidence: Evidence) -> Iterator[Note]:
-    """Yield a reason if a formula predicts the held-out values at least as well as the model."""
-    if (checked := evidence.of(ValidateResult)) is not None and not checked.is_given:
-        yield from advice.formula_reason(checked)
 
 
 @ranked(Rank.MODEL)
@@ -107,4 +100,4 @@ def bent_over_conditions(evidence: Evidence) -> Iterator[Note]:
     yield Note("bent_over_conditions", "warning", text, remedy)
 
 
-RULES = (trend, validation, no_better_than_formula, bent_over_conditions)
+RULES = (trend, validation, bent_over_conditions)

@@ -1,34 +1,26 @@
 """Remedies with numbers: wider ranges, more data, more runs."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import Literal
 
 import numpy as np
 
 from stemcal.arrays import Array
 from stemcal.doe.calibration.region import extremes
-from stemcal.formats import outwards, series
-from stemcal.notes import Note, Remedy
-from stemcal.stages.fitting import Surfaces
-from stemcal.stages.result import StageResult
-from stemcal.stages.verdict import words
+from stemcal.formats import outwards, series, with_unit
+from stemcal.notes import Remedy
+from stemcal.stages.fitting import Surfaces, fitted_surfaces, measured_means
 from stemcal.study.model.study import Study
 from stemcal.study.types.factor import Factor
-from stemcal.vocabulary import DIAMETER, FIRST, Wording
+from stemcal.study.types.units import convert, fits, from_internal
+from stemcal.vocabulary import DIAMETER, FIRST
 
-# A range is widened by at most _WIDEST times its width; the target is passed by _BEYOND of the missing distance.
-_WIDEST, _BEYOND = 20.0, 0.25
+_WIDEST = 20.0  # a level changes at most by this factor, or by so many widths of a range with levels below zero
+_INSIDE = 0.85  # share of the radius of the design region within which required levels are placed
+_WEAK, _LEAST = 0.1, 1e-3  # relative size of an effect that is not used; smallest simulated over measured value
 _CLOUD = 9
 _MOST_AVERAGED = 100  # largest number of replicates in a spec
-
-
-def formula_reason(result: StageResult) -> Iterator[Note]:
-    """Yield a reason if a formula F = a·dᵇ predicts better than the model, by more than the scatter of the means."""
-    prediction = result.prediction
-    if prediction is not None and prediction.better == "formula":
-        within = "Use the parameters only within the range of the measured diameters"
-        remedy = Remedy(f"{within}, or add another kind of test (the `tests` section).")
-        yield Note("no_better_than_formula", "warning", words.predicted(prediction, Wording(result.naming)), remedy)
 
 
 def reach(surface: Surfaces) -> tuple[float, float]:
@@ -38,75 +30,101 @@ def reach(surface: Surfaces) -> tuple[float, float]:
 
 
 def to_reach(study: Study, surface: Surfaces, target: float) -> Remedy:
-    """Return the remedy to widen the range of one factor so that the target is within reach.
-
-    From its extreme point the surface is extrapolated as a plane, F = F* + g·(x − x*). The new range is the smallest
-    for which the plane passes the target by a quarter of the missing distance, inside the design region of the new
-    range.
-    """
+    """Return the remedy to widen the range of one factor, with others at the extreme point, to reach the target."""
     end = extremes(surface.fitted, surface.region)[0 if target < reach(surface)[0] else 1]
-    remedies = [
-        (width, widened(factor, up, width))
-        for factor in map(study.factor, surface.names)
-        for up in (True, False)
-        if (width := _least_width(surface, end, factor, up, target)) is not None
-    ]
-    if remedies:
-        return min(remedies, key=lambda entry: entry[0])[1]
-    fixed = ", loading and specimen" if study.naming.is_cutting else " and fixed values of the simulation"
-    return Remedy(
-        f"Check the units{fixed}: the target cannot be reached by widening the range of any single factor "
-        f"({series(surface.names)})."
-    )
+    (effects,), (missing,) = _power_laws(study, surface, end)
+    steps = missing / np.where(np.abs(effects) > 1e-9, effects, 1e-9)
+    j = int(np.argmin(np.abs(steps)))
+    remedy = _to_contain(study, surface, end, [step if i == j else 0.0 for i, step in enumerate(steps.tolist())])
+    return remedy or widened(study, study.factor(surface.names[j]), bool(steps[j] > 0.0), 0.5)
 
 
-def widened(factor: Factor, up: bool, width: float) -> Remedy:
-    """Return the remedy to extend a range upwards or downwards by `width` times its width, as far as physics allows."""
-    width = (width if up else min(width, _above_zero(factor))) * (factor.high - factor.low)
-    end = factor.high + width if up else factor.low - width
-    value, key = outwards(end, up), "high" if up else "low"
-    written = f"{value:g} {factor.unit}".removesuffix(" 1")
-    change = f"{'Raise' if up else 'Lower'} `{key}` of {factor.name} to {written}."
-    return Remedy(change, f"factors: [{{name: {factor.name}, {key}: {value:g}}}]")
+def from_the_edge(study: Study, surface: Surfaces, coded: Sequence[float], joint: bool) -> Remedy:
+    """Return the remedy to extend ranges so that a solution on the edge, or the levels of a `joint` fit, are inside.
+
+    The levels of a joint fit are those at which the power laws reproduce all means best; directions with less than a
+    tenth of the largest effect are not used. If these levels are inside, one range is widened by half.
+    """
+    x = np.asarray(coded)
+    steps = np.linalg.lstsq(*_power_laws(study, surface, x), rcond=_WEAK)[0].tolist() if joint else [0.0] * len(x)
+    j = int(np.argmax(np.abs(x / np.where(x > 0.0, surface.region.high, -surface.region.low))))
+    remedy = _to_contain(study, surface, x, steps)
+    return remedy or widened(study, study.factor(surface.names[j]), bool(x[j] > 0.0), 0.5)
 
 
-def _least_width(surface: Surfaces, end: Array, factor: Factor, up: bool, target: float) -> float | None:
-    """Return the required extension of a range in units of its width; None if no reasonable extension is enough."""
-    at_end, slope = float(surface.fitted.predict(end)[0]), surface.fitted.gradient(end)
-    missing = target - at_end
-    goal, side = missing * (1.0 + _BEYOND), 1.0 if missing > 0.0 else -1.0
-    region, j = surface.region, surface.names.index(factor.name)
-    low, high, inside = region.low, region.high, region.cloud(_CLOUD)
+def _power_laws(study: Study, surface: Surfaces, start: Array) -> tuple[Array, Array]:
+    """Return the effect of each factor on each mean, (n, k), and the change that is missing at a point, (n,).
 
-    def gained(width: float) -> float:
-        """Return the largest change of the plane towards the target, in the design region of the wider range."""
-        stretch, shift = np.ones(len(slope)), np.zeros(len(slope))
-        stretch[j], shift[j] = 1.0 + width, (1.0 if up else -1.0) * 0.5 * width * (high[j] - low[j])
-        return float(np.max(side * ((inside * stretch + shift - end) @ slope)))
-
-    from scipy.optimize import brentq
-
-    most, wanted = _WIDEST if up else min(_WIDEST, _above_zero(factor)), side * goal
-    if most <= 0.0 or gained(most) < wanted:
-        return None
-    return 0.0 if gained(0.0) >= wanted else float(brentq(lambda width: gained(width) - wanted, 0.0, most))
+    Each response is a power law of the factors through its value at the point, fitted to its surface in the region: a
+    slope is nearly proportional to a modulus. Factors with levels below zero enter linearly.
+    """
+    cloud = np.vstack([start, surface.region.cloud(_CLOUD)])
+    each = zip(map(study.factor, surface.names), surface.scales.to_natural(cloud).T, strict=True)
+    steps = np.stack([_scaled(factor, levels) for factor, levels in each], axis=1)
+    means = zip(measured_means(study), fitted_surfaces(study, surface), strict=True)
+    ratios = [np.log(np.maximum(fitted.predict(cloud) / mean.value, _LEAST)) for mean, fitted in means]
+    laws = [np.linalg.lstsq(steps[1:] - steps[0], ratio[1:] - ratio[0], rcond=None)[0] for ratio in ratios]
+    return np.array(laws), np.array([-ratio[0] for ratio in ratios])
 
 
-def _above_zero(factor: Factor) -> float:
-    """Return the largest extension of a range downwards: a positive limit stays above a tenth of its present value."""
-    return _WIDEST if factor.low < 0.0 else 0.9 * factor.low / (factor.high - factor.low)
+def _scaled(factor: Factor, levels: Array) -> Array:
+    return np.log(levels) if factor.low > 0.0 else levels / (factor.high - factor.low)
 
 
-def from_the_edge(study: Study, surface: Surfaces, coded: Sequence[float]) -> Remedy:
-    """Return the remedy to widen a range by half, so that a solution on the edge is inside."""
-    region = surface.region
-    place = np.asarray(coded) / np.where(np.asarray(coded) > 0.0, region.high, -region.low)
-    order = np.argsort(-np.abs(place), kind="stable")
-    for j in order:
-        factor, up = study.factor(surface.names[j]), bool(coded[j] > 0.0)
-        if up or _above_zero(factor) >= 0.5:
-            return widened(factor, up, 0.5)
-    return Remedy(f"Add another factor because the range of {surface.names[order[0]]} cannot be widened.")
+def _to_contain(study: Study, surface: Surfaces, start: Array, steps: Sequence[float]) -> Remedy | None:
+    """Return the remedy for ranges that contain the levels some `steps` from a point; None if they already do."""
+    region, limits = surface.region, list[tuple[Factor, Literal["low", "high"], float]]()
+    # largest distance of a level from the middle of its range, in half widths
+    most = _INSIDE * min(1.0, surface.radius / float(np.linalg.norm(np.maximum(region.high, -region.low))))
+    for name, at, step in zip(surface.names, surface.scales.to_natural(start), steps, strict=True):
+        factor = study.factor(name)
+        end = float(np.clip(_scaled(factor, at) + step, -300.0, 300.0))
+        level = np.exp(end) if factor.low > 0.0 else end * (factor.high - factor.low)
+        lowest, highest = _plausible(study, factor)
+        if step and not lowest <= level <= highest:
+            ends = with_unit(f"{lowest:g} to {highest:g}", factor.unit)
+            required = f"{name} = {with_unit(f'{level:.2g}', factor.unit)}, which is not plausible ({ends})"
+            return Remedy(f"Check the units, the specimens and the loading: the measured values require {required}.")
+        low, high, side = factor.low, factor.high, (level - factor.centre) / factor.half_range
+        if step and side > most:
+            high = (2.0 * level - low * (1.0 - most)) / (1.0 + most)
+        elif step and side < -most:
+            low = (2.0 * level - high * (1.0 - most)) / (1.0 + most)
+            if factor.low >= 0.0 and low < (least := max(min(0.5 * level, factor.low), lowest)):
+                low, high = least, min((2.0 * level - least * (1.0 + most)) / (1.0 - most), high)  # not centred
+        limits += [(factor, "low", low)] if low < factor.low else []
+        limits += [(factor, "high", high)] if high != factor.high else []
+    return _limits(study, limits) if limits else None
+
+
+def _plausible(study: Study, factor: Factor) -> tuple[float, float]:
+    """Return the plausible range of a parameter in the unit of the factor; of other factors, up to 20 times wider."""
+    wider, place = _WIDEST * (factor.high - factor.low), study.places.get(factor.name)
+    if place is None or not study.kind.simulates_stems or not fits(factor.unit, place.parameter.dimension):
+        return (factor.low / _WIDEST if factor.low >= 0.0 else factor.low - wider), factor.high + wider
+    low, high = (from_internal(convert(end, place.parameter.unit), factor.unit) for end in place.parameter.plausible)
+    return min(low, factor.low), max(high, factor.high)
+
+
+def widened(study: Study, factor: Factor, up: bool, width: float) -> Remedy:
+    """Return the remedy to extend a range upwards or downwards by `width` times its width, as far as it can be."""
+    by = width * (factor.high - factor.low)
+    return _limits(study, [(factor, "high", factor.high + by) if up else (factor, "low", factor.low - by)])
+
+
+def _limits(study: Study, limits: Sequence[tuple[Factor, Literal["low", "high"], float]]) -> Remedy:
+    """Return the remedy to set limits of factor ranges; one that is not plausible goes half-way to what is."""
+    texts, edits = [], dict[str, str]()
+    for factor, key, limit in limits:
+        old, end = getattr(factor, key), _plausible(study, factor)[key == "high"]
+        value = outwards(limit if abs(limit - old) < abs(end - old) else 0.5 * (old + end), key == "high")
+        if old == end:
+            return Remedy(f"Add another factor because the range of {factor.name} cannot be widened.")
+        way, written = "raise" if value > old else "lower", with_unit(f"{value:g}", factor.unit)
+        texts.append(f"{way} `{key}` of {factor.name} to {written}")
+        edits[factor.name] = f"{edits.get(factor.name, f'name: {factor.name}')}, {key}: {value:g}"
+    text, rows = series(texts), ", ".join(f"{{{row}}}" for row in edits.values())
+    return Remedy(f"{text[:1].upper()}{text[1:]}.", f"factors: [{rows}]")
 
 
 def fit_all(study: Study, over: str, then: str = "") -> Remedy:

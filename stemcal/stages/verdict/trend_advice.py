@@ -20,8 +20,8 @@ from stemcal.stages.fitting import Surfaces, fitted_surfaces, measured_means
 from stemcal.stages.verdict.verdict_rules import Evidence
 from stemcal.study.model.study import Study
 from stemcal.study.types.factor import PARAMETERS
-from stemcal.study.types.units import UnitError, parse_unit
-from stemcal.vocabulary import DIAMETER, FIRST, Variable, Wording
+from stemcal.study.types.units import fits
+from stemcal.vocabulary import DIAMETER, FIRST, Wording
 
 _LEAST_CHANGE = 0.03  # smallest relative change of the force over the diameters that is worth a parameter
 _BETTER = 0.6  # advice must reduce the largest error to this share of the present one
@@ -55,11 +55,6 @@ class Fitted:
     def predicted(self) -> Array:
         """Forces at the solution, (n,)."""
         return np.array([float(surface.predict(self.solution)[0]) for surface in self.surfaces])
-
-    @property
-    def worst_percent(self) -> float:
-        """Largest error at the solution, %."""
-        return _worst(self.predicted, self.measured)
 
 
 def trend_of(
@@ -101,7 +96,7 @@ def trend_reason(
 ) -> Iterator[Note]:
     """Yield a reason for a trend over a length; `rows` have condition, measured, simulated, standard error (%)."""
     condition, response = evidence.study.naming.condition, evidence.study.naming.response.noun
-    if len(rows) < 3 or condition is None or not _is_length(condition) or any(row[0] <= 0.0 for row in rows):
+    if len(rows) < 3 or condition is None or not fits(condition.unit, "length") or any(row[0] <= 0.0 for row in rows):
         return
     if (law := trend_of(*zip(*rows, strict=True))) is not None:
         how = "more steeply" if law.exponent > 0.0 else "less steeply"
@@ -114,17 +109,12 @@ def trend_reason(
         yield Note("trend", "error" if evidence.mostly_off else "warning", text, remedy())
 
 
-def _is_length(condition: Variable) -> bool:
-    try:
-        return parse_unit(condition.unit).dimension == "length"
-    except UnitError:
-        return False
-
-
 def remedies_of(fitted: Fitted, may_grow: Sequence[str]) -> list[Change]:
     """Return the two best changes that reduce the largest error enough, the better one first."""
     changes = [change for name in may_grow if (change := _growing(fitted, name)) is not None]
-    enough = [change for change in changes if change.worst_percent <= _BETTER * fitted.worst_percent]
+    enough = [
+        change for change in changes if change.worst_percent <= _BETTER * _worst(fitted.predicted, fitted.measured)
+    ]
     return sorted(enough, key=lambda change: change.worst_percent)[:2]
 
 

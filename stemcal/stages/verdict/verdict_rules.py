@@ -19,7 +19,7 @@ from stemcal.stages.results import Results, fresh_results
 from stemcal.stages.stage import STAGES, stages_known, stages_of
 from stemcal.stages.verdict.physics import LIMITS, MOST_DOUBTFUL, Doubt, DoubtKind, Physics, for_physics, physics_of
 from stemcal.stages.verdict.result import Use, Verdict
-from stemcal.stages.verdict.words import size_of
+from stemcal.stages.verdict.words import predicted, size_of
 from stemcal.study.model.study import Study
 from stemcal.vocabulary import Wording
 
@@ -56,10 +56,13 @@ class Evidence:
 
     @cached_property
     def mostly_off(self) -> bool:
-        """Whether more than half of the errors exceed the tolerance; the study then is not calibrated."""
-        sizes = [row.size for row in self.judged if row.error_percent is not None]
-        sizes = sizes or [abs(error) for result in self.results.done for error in result.misses]
-        return 2 * sum(size > self.equivalent_percent for size in sizes) > len(sizes)
+        """Whether most errors exceed the tolerance, or of one response twice the tolerance; then not calibrated."""
+        rows = [(row.response, row.size) for row in self.judged if row.error_percent is not None]
+        rows = rows or [("", abs(error)) for result in self.results.done for error in result.misses]
+        each = [[size for name, size in rows if name == response] for response in {name for name, _ in rows}]
+        tests = [(self.equivalent_percent, [size for _, size in rows])]
+        tests += [(_FAR * self.equivalent_percent, sizes) for sizes in each]
+        return any(2 * sum(size > limit for size in sizes) > len(sizes) for limit, sizes in tests)
 
     @property
     def records(self) -> Iterator[Mapping[str, Any]]:
@@ -97,7 +100,7 @@ def ranked(rank: Rank) -> Callable[[Rule], Rule]:
 
 
 _MAJORITY = 0.5
-_FAR = 2.0  # a doubt about the calibrated run is only a reservation up to this multiple of its limit
+_FAR = 2.0  # a doubt about a calibrated run, or the error of one response, is a reservation up to twice its limit
 
 
 def verdict_of(study: Study, folder: StudyFolder, results: Results | None = None) -> Verdict:
@@ -187,4 +190,15 @@ def unfinished(evidence: Evidence) -> Iterator[Note]:
         yield Note("unfinished", severity, f"Unfinished stages: {titles}.", remedy)
 
 
-RULES = (physics, unfinished)
+@ranked(Rank.FORMULA)
+def no_better_than_formula(evidence: Evidence) -> Iterator[Note]:
+    """Yield a reason if a formula F = a·dᵇ predicts held-out (or else left-out) values better than the model."""
+    every = (prediction for result in evidence.results.done if (prediction := result.prediction) is not None)
+    prediction = min(every, key=lambda each: each.in_turn, default=None)  # held-out values first
+    if prediction is not None and prediction.better == "formula" and evidence.judged:
+        within = "Use the parameters only within the range of the measured diameters"
+        remedy = Remedy(f"{within}, or add another kind of test (the `tests` section).")
+        yield Note("no_better_than_formula", "warning", predicted(prediction, evidence.names), remedy)
+
+
+RULES = (physics, unfinished, no_better_than_formula)
