@@ -154,7 +154,7 @@ def find_files(folder: Path) -> list[Path]:
     if not files:
         message = f"{folder}: no files with the extension {listed(_SUFFIXES)} found; add files from the testing machine"
         raise UsageError(message)
-    # texts and numbers alternate; the numbers are compared as numbers
+    # in a path that is split at its numbers, texts and numbers alternate; numbers are compared as numbers
     parts = {path: list(enumerate(re.split(r"([0-9]+)", str(path)))) for path in files}
     return sorted(files, key=lambda path: [(i % 2, float(part) if i % 2 else 0.0, part) for i, part in parts[path]])
 

@@ -89,8 +89,8 @@ def leave_engine_input(folder: Path, text: str | None) -> None:
 def values_not_read(listing: str, written: Mapping[str, float], nonlocal_length: float = 0.0) -> list[str]:
     """Return the values of the material card that the listing of the starter does not contain.
 
-    The reader ignores keywords and fields that it does not support without an error. `written` contains the values ``ro
-    e pr sigy etan fail c p`` of the card; the length of nonlocal failure is in mm, 0 without a card.
+    The starter ignores, without an error, keywords and fields that it does not support. `written` contains the values
+    ``ro e pr sigy etan fail c p`` of the card; the length of nonlocal failure is in mm, 0 without a card.
     """
     e, tangent = written["e"], written["etan"]
     values = {"density": written["ro"], "elastic modulus": e, "Poisson's ratio": written["pr"]}

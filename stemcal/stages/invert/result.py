@@ -119,7 +119,7 @@ class MeasuredMean:
 
 @dataclass(frozen=True)
 class Contradicted:
-    """A measured mean that contradicts the others: the interval they predict, and the difference in standard errors."""
+    """A measured mean that contradicts the others: the interval that they predict, its distance in standard errors."""
 
     response: str
     condition: float

@@ -121,7 +121,7 @@ def _further(study: Study, target: Target, outcome: Outcome) -> Rows[FurtherRow]
 
 
 def validate_notes(stage: ValidateResult) -> Iterator[Note]:
-    """Yield notes on the comparison: independence, growth, formula, travel."""
+    """Yield notes on the comparison: whether it is independent, how forces grow, the error of a formula, the travel."""
     names = Wording(stage.naming)
     if stage.fitted:
         where = names.at(*stage.fitted) if names.placed else " of a fitted response"

@@ -112,7 +112,7 @@ _INPUT: dict[DoubtKind, str] = {
 
 
 def for_physics(study: Study, doubt: Doubt, every: Sequence[Doubt] = ()) -> Remedy:
-    """Return the remedy for a doubt, which is also enough for the other doubts in `every` of its kind."""
+    """Return the remedy for a doubt; the remedy is strong enough for all doubts of this kind in `every`."""
     solver: Any = study.solver
     size = max(_aim(each) for each in (doubt, *every) if each.kind == doubt.kind)
     part = min(_part_of_step(each) for each in (doubt, *every))

@@ -94,7 +94,10 @@ def trend_reason(
     worst_percent: float,
     remedy: Callable[[], Remedy],
 ) -> Iterator[Note]:
-    """Yield a reason for a trend over a length; `rows` have condition, measured, simulated, standard error (%)."""
+    """Yield a reason if the error has a trend with a condition that is a length, such as the diameter.
+
+    `rows` have the condition, the measured and the simulated value, and the standard error (%).
+    """
     condition, response = evidence.study.naming.condition, evidence.study.naming.response.noun
     if len(rows) < 3 or condition is None or not fits(condition.unit, "length") or any(row[0] <= 0.0 for row in rows):
         return

@@ -82,7 +82,7 @@ def _speeds(study: Study) -> Iterator[Finding]:
 
 
 def _rates(study: Study) -> Iterator[Finding]:
-    """Question the law 1 + (ε̇/C)^P if ε̇ approaches C: beyond it, a small correction becomes a large factor."""
+    """Doubt the law 1 + (ε̇/C)^P if ε̇ approaches C: beyond it, a small correction becomes a large factor."""
     if study.solver.rate != "paper":
         return
     least = {factor.name: factor.low for factor in study.factors if factor.name == "strain_rate_c"}
@@ -112,7 +112,7 @@ def _tests(study: Study) -> Iterator[Finding]:
 
 
 def _spans(study: Study) -> Iterator[Finding]:
-    """Question a bending span that is too short for a stem with fibres, whose shear modulus is small."""
+    """Doubt a bending span that is too short for a stem with fibres, whose shear modulus is small."""
     diameter = study.targets.calibrate_at
     stem = layers_at(study, {}, diameter) if study.is_layered else ()
     softness = [law.along["elastic_modulus"] / law.across["shear_modulus"] for law in stem if law.across is not None]
@@ -130,7 +130,7 @@ def _spans(study: Study) -> Iterator[Finding]:
 
 
 def _mesh(study: Study) -> Iterator[Finding]:
-    """Question elements too large for the edge spread, the internal length or the blade, and lengths of 0."""
+    """Doubt elements too large for the edge spread, the internal length or the blade, and lengths of 0."""
     mesh = study.solver.mesh
     if mesh is None or not study.solver.has_lengths:
         return
@@ -309,7 +309,7 @@ def _agreement(study: Study) -> Iterator[Finding]:
 
 
 def doubt(path: NodePath, value: float, low: float, high: float, unit: str) -> Iterator[Finding]:
-    """Question a value outside its plausible range from `low` to `high`, all in `unit`."""
+    """Yield a finding if a value is outside its plausible range from `low` to `high`, all in `unit`."""
     if low * (1 - 1e-9) <= value <= high * (1 + 1e-9):
         return
     usual = f"{low:g} to {in_unit(high, unit)}"
