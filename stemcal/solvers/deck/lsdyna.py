@@ -23,7 +23,7 @@ FORCES = "rcforc"
 # Files in which LS-DYNA reports its termination, besides its standard output; MPP writes a file per process.
 _MESSAGES = ("messag", "mes0000", "d3hsp")
 _TAIL_BYTES, _MOST_BYTES = 20_000, 20_000_000
-# " solid element     1911 failed at time  2.8203E-01", once for each deleted element.
+# LS-DYNA prints " solid element     1911 failed at time  2.8203E-01" once for each deleted element.
 _FAILED = re.compile(rf"\belement[ \t]+(\d{{1,18}})[ \t]+failed at time[ \t]*({NUMBER})", re.IGNORECASE)
 _VALUE = rf"({NUMBER}|[-+]?NaN|[-+]?Inf(?:inity)?|\*+)"
 _ROW = re.compile(

@@ -47,7 +47,7 @@ def trend(evidence: Evidence) -> Iterator[Note]:
     ]
     worst, solution = solved.joint.max_abs_error_percent, solved.point.solution
     reasons = list(trend_reason(evidence, rows, worst, lambda: for_trend(study, surface, solution)))
-    if reasons and solved.priors:  # a trend that the priors cause is a misfit, which names them
+    if reasons and solved.priors:  # the rule `misfit` reports a trend that the priors cause
         means = measured_means(study)
         free = fit_over(means, fitted_surfaces(study, surface), surface.region)
         values = dict(zip([(mean.response, mean.condition) for mean in means], free.predict(free.best)[0], strict=True))
