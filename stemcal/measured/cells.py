@@ -20,7 +20,7 @@ _SMALLER = "export fewer points, or split the file by specimen"
 _MODERN = b"PK\x03\x04"  # xlsx, and ods
 _OTHERS = (b"\xd0\xcf\x11\xe0", b"<html", b"<!doctype", b"<?xml", b"<table")  # xls, and other files named .xls
 
-_OLD = ("gb18030", "cp1252", "cp1250", "cp1251")
+_OLD = ("gb18030", "cp1252", "cp1250", "cp1251", "shift_jis", "big5", "euc_kr")
 _HEAD = 4000  # characters that are searched for known words
 
 

@@ -22,6 +22,7 @@ from stemcal.notes import Note, Remedy
 
 PRELOAD = 5.0  # usual preload, N
 _FEWEST = 5  # least number of points of a curve
+_OFFSET = 0.1  # share of the maximum force at the first point from which an offset is suspected
 RISE = 0.2  # share of the maximum force; while the blade settles on the stem, the force remains below it
 _NAME_THEM = "specify both columns by name or number with `--force-column` and `--displacement-column`"
 
@@ -191,7 +192,7 @@ def _curve(table: TextTable, across: int, up: int, how: CurveOptions, notes: lis
         if all(table.number(row, column) is None for row in range(len(table.rows))):
             content = next((cells[column] for cells in table.rows if not is_missing(cells[column])), "empty cells")
             where = f"{table.source}: column {quoted(table.columns[column])}"
-            raise UsageError(f"{where} contains {quoted(content)} instead of numbers")
+            raise UsageError(f"{where} contains {quoted(content)} instead of numbers; export plain numbers")
     rows, omitted = _usable(table, across, up)
     if len(rows.rows) < _FEWEST:
         few = f"the curve has only {counted(len(rows.rows), 'point')}"
@@ -214,6 +215,9 @@ def _curve(table: TextTable, across: int, up: int, how: CurveOptions, notes: lis
         text = "The sign of the force was reversed so that compression is positive."
         notes.append(Note("pressing_is_positive", "info", text))
     begin = contact_begins(force, how.preload)
+    if force[0] > max(how.preload, _OFFSET * force.max()):
+        text = f"The force is {force[0]:.3g} N at the first point and may contain an offset of the load cell."
+        notes.append(Note("force_at_start", "caution", text, Remedy("Subtract the force before contact in the file.")))
     if int(np.argmax(force)) == len(force) - 1:
         text = "The force is largest at the last point. The test may have ended before the peak force was reached."
         notes.append(Note("largest_at_end", "warning", text))

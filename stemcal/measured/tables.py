@@ -218,8 +218,9 @@ def _data_run(lines: Sequence[Line], decimal: str, ragged: bool) -> _Run:
     """Return the longest run of data; with `ragged`, shorter lines do not end a run."""
     best, most, begin, width, filled = _Run(0, 0, 0), 0, 0, 0, 0
     for index, line in enumerate(lines):
-        if not line.cells:
-            continue  # an empty line does not end a run
+        absent = len(line.cells) == width and any(line.cells) and all(map(is_missing, line.cells))
+        if not line.cells or absent:
+            continue  # neither an empty line nor one of missing values ends a run
         if line.remark or all(as_number(cell, decimal) is None for cell in line.cells):
             width = filled = 0
             continue

@@ -2,6 +2,7 @@
 
 import importlib.util
 import inspect
+import math
 import sys
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
@@ -134,7 +135,8 @@ def _number(returned: object, name: str) -> float:
     if not isinstance(returned[name], Real) or isinstance(returned[name], bool):
         message = f"the returned {name} is of type {type(returned[name]).__name__}, not a number"
         raise SimulationFailed("bad_result", message)
-    return float(returned[name])
+    value = returned[name]  # float() fails for integers of 400 digits
+    return math.inf if abs(value) > 1e308 else float(value)
 
 
 def _roots(study: Study) -> list[Path]:

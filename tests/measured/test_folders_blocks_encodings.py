@@ -108,3 +108,38 @@ def test_headings_are_read_in_the_encoding_of_the_machine(tmp_path: Path, heads:
         [written(tmp_path / "7mm-1.csv", *rows(100.0), heads=heads, encoding=encoding)]
     ).specimens
     assert specimen.curve.max_force == pytest.approx(100.0) and len(specimen.curve.travel) == 30
+
+
+# ---- missing values, offsets
+
+
+@pytest.mark.parametrize("line", ["NaN;NaN", "--;--", "n/a;n/a"])
+@pytest.mark.parametrize("at", [1, 4, 15, 20, 29])
+def test_a_line_of_missing_values_does_not_end_the_curve(tmp_path: Path, line: str, at: int) -> None:
+    lines = rows(150.0)
+    path = written(tmp_path / "8mm-1.csv", *lines[:at], line, *lines[at:])
+    (specimen,) = measure_shear([path]).specimens
+    assert specimen.curve.max_force == 150.0 and specimen.curve.travel[-1] == pytest.approx(3.0, abs=0.11)
+    assert "rows_left_out" in [note.kind for note in specimen.curve.notes]
+
+
+@pytest.mark.parametrize(("offset", "noted"), [(0.0, False), (9.0, False), (40.0, True)])
+def test_an_offset_of_the_load_cell_is_questioned(tmp_path: Path, offset: float, noted: bool) -> None:
+    lines = [f"{row.split(';')[0]};{float(row.split(';')[1]) + offset:.2f}" for row in rows(150.0)]
+    (specimen,) = measure_shear([written(tmp_path / "8mm-1.csv", *lines)]).specimens
+    assert ("force_at_start" in [note.kind for note in specimen.curve.notes]) is noted
+
+
+@pytest.mark.parametrize(
+    ("heads", "encoding"),
+    [
+        ("変位(mm);試験力(N)", "shift_jis"),
+        ("位移(mm);荷重(N)", "big5"),
+        ("변위(mm);하중(N)", "euc_kr"),
+        ("位移(mm);力(N)", "gbk"),
+    ],
+)
+def test_eastern_encodings_are_detected_by_known_words(tmp_path: Path, heads: str, encoding: str) -> None:
+    path = written(tmp_path / "8mm-1.csv", *rows(150.0), heads=heads, encoding=encoding)
+    (specimen,) = measure_shear([path]).specimens
+    assert specimen.curve.max_force == 150.0 and not specimen.curve.notes

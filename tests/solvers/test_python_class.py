@@ -13,7 +13,7 @@ from fakes import TWO_FACTORS
 from stemcal.errors import UsageError
 from stemcal.runs.answer import answer_all
 from stemcal.runs.executors.local import LocalExecutor
-from stemcal.runs.record import Run
+from stemcal.runs.record import Run, validated
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import RESPONSES, Request
@@ -71,6 +71,13 @@ def test_it_answers_with_several_responses(tmp_path: Path) -> None:
 def test_failures_have_their_reason(tmp_path: Path, code: str, reason: str, told: str) -> None:
     answer = make_solver(study_of(tmp_path, code)).solve(REQUEST)
     assert (answer.ok, answer.reason) == (False, reason) and told in answer.message
+
+
+def test_a_number_beyond_floats_is_infinite(tmp_path: Path) -> None:
+    """It is refused as any response that is not finite, with the reason `nan`."""
+    solver = make_solver(study_of(tmp_path, SOLVER.replace('levels["yield_stress"] * condition', "10**400")))
+    answer = validated(solver.solve(REQUEST), solver.naming)
+    assert (answer.ok, answer.reason) == (False, "nan")
 
 
 @pytest.mark.parametrize(
