@@ -79,7 +79,7 @@ class Variable:
 
     def text(self, value: float, form: str = "g") -> str:
         """Return a value with its unit: ``100.1 N``, ``32.6°``."""
-        return f"{value:{form}}{self.unit_suffix}"
+        return f"{minus(f'{value:{form}}')}{self.unit_suffix}"
 
 
 FORCE, TRAVEL, WORK = (Variable.of(response) for response in TABLE if response.name in ("force", "travel", "work"))

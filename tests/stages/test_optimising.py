@@ -27,7 +27,7 @@ from stemcal.stages.optimise.analysis import _is_physical_bound, gain_of
 from stemcal.stages.optimise.result import Cutter, OptimiseResult
 from stemcal.stages.optimise.search import NoneAllowed, Problem, find_optimum, intervals_of
 from stemcal.stages.optimise.showing import OptimiseShowing
-from stemcal.stages.optimise.verdict_rules import limit_exceeded
+from stemcal.stages.optimise.verdict_rules import at_edge, limit_exceeded
 from stemcal.stages.results import fresh_results
 from stemcal.stages.stage import stage_called, stages_of
 from stemcal.stages.verdict.result import Verdict
@@ -227,6 +227,18 @@ def test_confirmed(tmp_path: Path) -> None:
     assert verdict.gains[0].startswith("maximum force 150 N, 16 % less than the present cutter (95 %: 16 to 16 %)")
 
 
+def test_the_interval_has_the_direction_of_its_word(tmp_path: Path) -> None:
+    """A gain of −g is "more", and its interval is that of the increase."""
+    found, _ = optimised(tmp_path, "goal: {minimise: [force]}\n")
+    assert found is not None
+    for gain, words in (
+        ((-3.0, -5.0, -1.0), "3.0 % more than the present cutter (95 %: 1.0 to 5.0 %)"),
+        ((-3.0, -5.0, 1.0), "3.0 % more than the present cutter (95 %: −1.0 to 5.0 %)"),
+        ((3.0, -1.0, 5.0), "3.0 % less than the present cutter (95 %: −1.0 to 5.0 %)"),
+    ):
+        assert replace(found, gain_percent={"force": gain}).compared("force").endswith(words)
+
+
 def test_maximise(tmp_path: Path) -> None:
     """The greatest force is at the border of the region: a and b away from their optimum, no range beyond it."""
     found, verdict = optimised(tmp_path, "goal: {maximise: [force]}\n")
@@ -234,8 +246,13 @@ def test_maximise(tmp_path: Path) -> None:
     gain = found.gain_percent["force"]
     assert gain is not None
     assert gain[0] > 20.0
-    assert found.maximised == ("force",)
-    assert "at_edge" in kinds(verdict)
+    assert found.maximised == ("force",) and "at_edge" in kinds(verdict)
+    study = load_study(tmp_path / "spec.yaml")
+    for level, region in ((-1.0, False), (-0.9, True)):  # at the border of a ball, no range ends
+        other = replace(found, optimum={**found.optimum, "a": level}, edges={"a": "low"})
+        evidence: Any = SimpleNamespace(study=study, of=lambda _kind, other=other: other)
+        (edge,) = at_edge(evidence)
+        assert ("edge of the experimental region" in edge.text) is region
 
 
 def test_the_present_cutter_is_the_optimum(tmp_path: Path) -> None:
@@ -270,7 +287,8 @@ def test_edge_of_a_range(tmp_path: Path) -> None:
 def test_limits_that_exclude_every_run(tmp_path: Path) -> None:
     found, verdict = optimised(tmp_path, "goal: {minimise: [energy], at_most: {force: 140}}\n")
     assert found is None
-    assert "limits_exclude_all" in kinds(verdict)
+    (reason,) = (reason for reason in verdict.reasons if reason.kind == "limits_exclude_all")
+    assert "force at most 140 N (smallest 150 N)" in reason.text
     assert verdict.verdict == "not_calibrated"
 
 

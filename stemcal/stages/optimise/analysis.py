@@ -79,7 +79,8 @@ def problem_of(study: Study, surface: RsmResult) -> Problem:
     assert study.goal is not None
     means, fitted = measured_means(study), fitted_surfaces(study, surface)
     surfaces = {mean.response: fit for mean, fit in zip(means, fitted, strict=True) if isinstance(fit, Surface)}
-    return Problem(surfaces, study.goal.signs, study.goal.at_most, surface.region)
+    named = {key: study.naming.named(key) for key in surfaces}
+    return Problem(surfaces, study.goal.signs, study.goal.at_most, surface.region, named)
 
 
 def _cutters(study: Study, surface: RsmResult, problem: Problem, optimum: Optimum) -> list[Cutter]:

@@ -81,8 +81,11 @@ class OptimiseResult(StageResult):
         if value is None or gain is None:
             return f"{named.long}: not simulated"
         way = ("less", "more") if name in self.minimised else ("more", "less")
-        size = f"{fixed(abs(gain[0]), 0 if abs(gain[0]) >= 10 else 1)} % {way[gain[0] < 0.0]}"
-        known = "" if gain[1] is None or gain[2] is None else f" (95 %: {_ends(gain[1], gain[2])} %)"
+        worse, (g, low, high) = gain[0] < 0.0, gain
+        size = f"{fixed(abs(g), 0 if abs(g) >= 10 else 1)} % {way[worse]}"
+        known = ""
+        if low is not None and high is not None:  # in the direction of the word
+            known = f" (95 %: {_ends(-high, -low) if worse else _ends(low, high)} %)"
         return f"{named.long} {named.text(value, '.4g')}, {size} than the present cutter{known}"
 
     def _tables(self) -> dict[str, Table]:

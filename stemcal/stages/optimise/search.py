@@ -7,7 +7,7 @@ from the chord between its ends (I. Das, Structural Optimization 18 (1999) 107),
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -18,6 +18,7 @@ from stemcal.doe.calibration.region import Objective, Region, optimise, search_f
 from stemcal.doe.coding import term_columns, term_gradient
 from stemcal.doe.regression.surface import Surface, fit_surface
 from stemcal.errors import TargetUnreachable
+from stemcal.vocabulary import Variable
 
 _CLOUD = 12
 _FRONT = 13  # points of a front
@@ -42,6 +43,7 @@ class Problem:
     signs: Mapping[str, float]
     limits: Mapping[str, float]
     region: Region
+    named: Mapping[str, Variable] = field(default_factory=dict)
 
     @cached_property
     def cloud(self) -> Array:
@@ -52,12 +54,13 @@ class Problem:
         within = [limit - self.surfaces[name].predict(every) >= 0.0 for name, limit in self.limits.items()]
         allowed = every[np.all(within, axis=0)] if within else every
         if not len(allowed):
-            least = {name: float(self.surfaces[name].predict(x)[0]) for name, x in zip(self.limits, seeds, strict=True)}
-            each = (f"{name} at most {self.limits[name]:g} (smallest {value:.4g})" for name, value in least.items())
-            raise NoneAllowed(
-                f"goal.at_most: no point of the response surfaces satisfies the limits: {', '.join(each)}. Raise a "
-                "limit in `goal.at_most`, or widen the factor ranges."
-            )
+            each = []
+            for (name, limit), x in zip(self.limits.items(), seeds, strict=True):
+                named = self.named.get(name, Variable(name, name, name, "1"))
+                least = named.text(float(self.surfaces[name].predict(x)[0]), ".4g")
+                each.append(f"{named.name} at most {named.text(limit)} (smallest {least})")
+            text = f"goal.at_most: no point of the response surfaces satisfies the limits: {', '.join(each)}."
+            raise NoneAllowed(f"{text} Raise a limit in `goal.at_most`, or widen the factor ranges.")
         return allowed
 
     @cached_property

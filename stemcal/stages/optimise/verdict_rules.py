@@ -1,6 +1,7 @@
 """Rules of the verdict on an optimum: limits, failed runs, significance of the gain, ends of ranges."""
 
 from collections.abc import Iterator
+from math import isclose
 
 from stemcal.formats import outwards, series, with_unit
 from stemcal.notes import Note, Remedy
@@ -66,11 +67,14 @@ def indistinguishable(evidence: Evidence) -> Iterator[Note]:
 @ranked(Rank.IDENTIFICATION)
 def at_edge(evidence: Evidence) -> Iterator[Note]:
     """Yield a reason for each range at whose end the optimum is."""
-    result = evidence.of(OptimiseResult)
-    for name, end in result.edges.items() if result is not None else ():
+    if (result := evidence.of(OptimiseResult)) is None:
+        return
+    for name, end in result.edges.items():
         factor = evidence.study.factor(name)
         level = with_unit(f"{getattr(factor, end):g}", factor.unit)
-        text = f"The optimum is at the edge of the range of {name} ({level})."
+        at_end = isclose(result.optimum[name], getattr(factor, end), rel_tol=1e-3, abs_tol=1e-3 * factor.half_range)
+        where = "" if at_end else "experimental region, towards the end of the "
+        text = f"The optimum is at the edge of the {where}range of {name} ({level})."
         yield Note("at_edge", "warning", text, advice.widened(evidence.study, factor, end == "high", 0.5))
 
 
