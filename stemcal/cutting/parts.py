@@ -1,6 +1,6 @@
 """The input of a virtual shear test: stem, blade, supports, loading, contact, mesh and integration."""
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from itertools import accumulate
 from math import radians, tan
 from typing import Literal
@@ -62,10 +62,6 @@ class Stem:
         outer = 0.5 * self.outer_diameter
         inwards = accumulate(self.layers, lambda radius, thickness: radius - thickness, initial=outer)
         return (outer * self.diameter_ratio, *reversed(tuple(inwards)))
-
-    def wider(self, factor: float) -> "Stem":
-        layers = tuple(factor * thickness for thickness in self.layers)
-        return replace(self, outer_diameter=factor * self.outer_diameter, layers=layers)
 
 
 @dataclass(frozen=True)

@@ -120,21 +120,15 @@ class Material:
         _, _, coupled, lame, across = self._moduli
         along = self._across.shear_modulus
         coupling = coupled - lame
-        hill_1, hill_2, hill_3 = self._hill
-        bound_lame, bound_shear, bound_axial = self._bound
         return TransverseNumbers(
+            *self._hill,
+            *self._bound,
             **self._common(mass_scaling, viscosity),
             lame=lame,
             twice_shear=2.0 * across,
             coupling=coupling,
             shear_gap=2.0 * (along - across),
             axial=self._moduli[0] - lame - 2.0 * coupling - 4.0 * along + 2.0 * across,
-            hill_1=hill_1,
-            hill_2=hill_2,
-            hill_3=hill_3,
-            bound_lame=bound_lame,
-            bound_shear=bound_shear,
-            bound_axial=bound_axial,
         )
 
     def _common(self, mass_scaling: float, viscosity: BulkViscosity) -> dict[str, Any]:

@@ -1,7 +1,7 @@
 """The state of a model during its integration, and how it is assembled at time 0."""
 
 from dataclasses import dataclass
-from math import ceil, prod
+from math import ceil, inf, prod
 from typing import Any
 
 import numpy as np
@@ -13,7 +13,7 @@ from stemcal.fem.kernels import block
 from stemcal.fem.kernels.compile import RUN
 from stemcal.fem.kernels.contact import EdgeArrays, FrictionNumbers, ToolArrays
 from stemcal.fem.kernels.layers import LayerTable
-from stemcal.fem.kernels.march import Body, Clock, Ledger, Settings
+from stemcal.fem.kernels.march import SOFT_LIFE, STEP_LIFE, Body, Clock, Ledger, Settings
 from stemcal.fem.kernels.nodes import CHUNK, KINDS, Pushes, copy_for_elements
 from stemcal.fem.kernels.nonlocal_mean import Exchange
 from stemcal.fem.kernels.plasticity import MaterialNumbers
@@ -21,7 +21,7 @@ from stemcal.fem.kernels.search import FACES, Candidates, Topology
 from stemcal.fem.kernels.spread_edge import SpreadEdge
 from stemcal.fem.kernels.timestep import element_steps, stable_step
 from stemcal.fem.lanes import Lanes, lay_out, nodal, nodal_zeros
-from stemcal.fem.material import HOURGLASS_SHARE, Layers, Material
+from stemcal.fem.material import HOURGLASS_SHARE, Material
 from stemcal.fem.mesh import Mesh
 from stemcal.fem.model import Model
 from stemcal.fem.parting import cut_plane, joined, parts_under, spared
@@ -82,6 +82,8 @@ _COLLAPSE = 1.0e-4
 _MARGIN = 0.25
 # In single precision, elements may grow to this multiple of the largest initial extent without integer overflow.
 _STRETCH = 16.0
+# An isotropic stem is soft if its modulus is below this multiple of its yield stress; one with fibres is soft in shear.
+_SOFT = 30.0
 
 
 @dataclass
@@ -157,24 +159,26 @@ def start(model: Model) -> State:
             smallest_step=_COLLAPSE * model.integration.safety * first,
             penalty_step=first,
             margin=_MARGIN * size,
+            surface_life=SOFT_LIFE if any(map(_is_soft, layers.materials)) else STEP_LIFE,
         ),
     )
 
 
-def _is_isotropic(layers: Layers) -> bool:
-    return len(layers.materials) == 1 and layers.materials[0].transverse is None
+def _is_soft(law: Material) -> bool:
+    return law.transverse is not None or law.elastic_modulus < _SOFT * law.yield_stress < inf
 
 
 def _numbers(model: Model) -> list[Any]:
     layers, scaling = model.layers, model.integration.mass_scaling
-    form = Material.numbers if _is_isotropic(layers) else Material.transverse_numbers
+    isotropic = len(layers.materials) == 1 and layers.materials[0].transverse is None
+    form = Material.numbers if isotropic else Material.transverse_numbers
     return [form(law, scaling, model.viscosity) for law in layers.materials]
 
 
 def _material(model: Model, lanes: Lanes) -> MaterialNumbers | LayerTable:
     """Return the materials in the form that the kernels use, in the precision of the elements."""
     numbers, precision = _numbers(model), _precision(model)
-    if _is_isotropic(model.layers):
+    if isinstance(numbers[0], MaterialNumbers):
         return MaterialNumbers(*(precision.type(number) for number in numbers[0]))
     rows = lanes.spread(model.layers.of.astype(float), 0.0).max(axis=1)  # an empty lane may have any material
     return LayerTable(rows.astype(np.int32), np.array(numbers, dtype=precision))

@@ -109,7 +109,9 @@ def rounded(test: LaboratoryTest) -> LaboratoryTest:
     power = moment + 2
     rings = zip(moduli, pairwise(stem.radii), strict=True)
     whole = pi * sum(E * (high**power - low**power) for E, (low, high) in rings) / (1.0 if moment == 0 else 4.0)
-    return replace(test, stem=stem.wider((whole / meshed) ** (1.0 / power)))
+    factor = (whole / meshed) ** (1.0 / power)
+    wider = tuple(factor * thickness for thickness in stem.layers)
+    return replace(test, stem=replace(stem, outer_diameter=factor * stem.outer_diameter, layers=wider))
 
 
 def _centres(mesh: Mesh) -> Array:

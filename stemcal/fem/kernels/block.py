@@ -34,7 +34,7 @@ count_positive, count_negative = counting(">", LANES), counting("<", LANES)
 STRESS = 0
 BACK_STRESS = 6
 PLASTIC_STRAIN = 12
-HOURGLASS_FORCE = 13  # on the modal sums
+HOURGLASS_FORCE = 13  # forces on the modal sums
 INTERNAL_ENERGY = 25
 HOURGLASS_ENERGY = 26
 ALIVE = 27
@@ -43,9 +43,9 @@ VISCOUS_PRESSURE = 29
 # Accumulated round-off of the energies (`book`).
 INTERNAL_REMAINDER = 30
 HOURGLASS_REMAINDER = 31
-PLASTIC_RATE = 32  # smoothed
+PLASTIC_RATE = 32  # smoothed plastic strain rate
 # Constant rows.
-HOURGLASS_STIFFNESS = 33  # a, of a modal sum over the corners
+HOURGLASS_STIFFNESS = 33  # stiffness a against a modal sum over the corners
 VISCOUS_LENGTH = 34
 FAILURE_STRAIN = 35
 ELEMENT_MASS = 36
@@ -60,7 +60,7 @@ SCRATCH_ROWS = 48
 RATES = COORDINATES
 VOLUMES = VELOCITIES
 
-CACHE_LINE = 64  # bytes
+CACHE_LINE = 64  # size of a cache line, bytes
 # Number of blocks by which a state is prefetched ahead.
 AHEAD = 2
 
@@ -128,7 +128,7 @@ def yielding(state: Array) -> int:
 
 @inlined
 def held(state: Array, slot: int, row: int) -> float:
-    """Return one row of the element in a slot, block · `LANES` + lane, of states (blocks, rows, lanes)."""
+    """Return one row of the state of the element in a slot, which is block · `LANES` + lane."""
     return state[slot // LANES, row, slot % LANES]
 
 

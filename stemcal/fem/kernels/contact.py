@@ -108,7 +108,7 @@ def meets_flank(cut: Floats, n: int) -> bool:
 
 @inlined
 def friction_limit(normal_force: float, slip: float, friction: Floats) -> float:
-    """Return μ(|ẋₜ|) f."""
+    """Return the largest possible friction force, μ(|ẋₜ|) f."""
     mu = friction.dynamic + (friction.static - friction.dynamic) * exp(-friction.decay * slip)
     return mu * normal_force
 

@@ -80,7 +80,7 @@ def _bulk_viscosity(de: Floats, dt: float, length: float, material: Floats) -> F
 
 @inlined
 def _acting_stress(stress: Floats, pressure: float, alive: float) -> Floats:
-    """Return (σ − q I)/64, or zeros if the element is not alive."""
+    """Return the stress with bulk viscosity, (σ − q I)/64, or zeros if the element is not alive."""
     share = like(alive, 1.0 / 64.0) if alive > ZERO else ZERO
     return (
         share * (stress[0] - pressure),
@@ -94,7 +94,7 @@ def _acting_stress(stress: Floats, pressure: float, alive: float) -> Floats:
 
 @inlined
 def _stress_row(i: int, acting: Floats, taken: Floats, per_whole: float) -> Floats:
-    """Return row i of the acting stress less the part that the hourglass forces contribute (`taken_from_stress`)."""
+    """Return row i of the acting stress, minus the part that the hourglass forces contribute (`taken_from_stress`)."""
     xx, yy, zz, xy, yz, zx = acting
     row = ((xx, xy, zx), (xy, yy, yz), (zx, yz, zz))[i]
     return row[0] - per_whole * taken[0], row[1] - per_whole * taken[1], row[2] - per_whole * taken[2]

@@ -22,8 +22,14 @@ from stemcal.fem.kernels.plasticity import add_scaled, double_dot, shifted_devia
 
 
 class TransverseNumbers(NamedTuple):
-    """Constants of the material for the kernels; created by `stemcal.fem.material.Material.transverse_numbers`."""
+    """Constants of a material with an axis for the kernels, from `stemcal.fem.material.Material.transverse_numbers`."""
 
+    hill_1: float
+    hill_2: float
+    hill_3: float
+    bound_lame: float  # λ, μ and κ of an isotropic law with an additional κ e_a aa that is at least as stiff
+    bound_shear: float
+    bound_axial: float
     yield_stress: float
     plastic_modulus: float
     beta: float
@@ -39,12 +45,6 @@ class TransverseNumbers(NamedTuple):
     coupling: float  # α
     shear_gap: float  # 2(μ_L − μ_T)
     axial: float  # β
-    hill_1: float
-    hill_2: float
-    hill_3: float
-    bound_lame: float  # λ, μ and κ of an isotropic law with an additional κ e_a aa that is at least as stiff
-    bound_shear: float
-    bound_axial: float
 
 
 @inlined

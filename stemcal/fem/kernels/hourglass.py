@@ -22,8 +22,8 @@ from stemcal.arrays import Floats
 from stemcal.fem.kernels.compile import inlined, like
 from stemcal.fem.kernels.hexahedron import rotate_vector
 
-# Least stiffness over the stiffness that a pressure removes from a cube. With factors below three, the patterns still
-# grow under combined pressure and shear.
+# Least stiffness, in units of the stiffness that a pressure removes from a cube. With factors below three, the patterns
+# still grow under combined pressure and shear.
 _TIMES = 3.0
 # β, the extrapolation of the force in steps. Under stress these modes grow by some 1e-4 per step: negligible in tests
 # of 10,000 steps with added mass, but dominant in tests of a million steps with the true mass. β = 1/4 damps them by

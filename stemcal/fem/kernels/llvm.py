@@ -15,7 +15,7 @@ from numba.extending import intrinsic
 from stemcal.fem.kernels.compile import RUN
 
 _NUMBER, _WORD, _BYTE = ir.DoubleType(), ir.IntType(32), ir.IntType(8)
-_YIELDS = ("sched_yield", "SwitchToThread")  # of POSIX and of Windows
+_YIELDS = ("sched_yield", "SwitchToThread")  # names of this function on POSIX and Windows
 
 
 def _prefetch(_typing: Any, values: Any, place: Any) -> Any:

@@ -37,6 +37,8 @@ from stemcal.fem.kernels.timestep import stable_step
 
 # Number of steps after which the time step, the mean strains and the surface under a spread edge are computed again.
 STEP_LIFE = 20
+# The same for the surface of a soft stem: forces along an old surface would excite vibrations of nodes under the edge.
+SOFT_LIFE = 2
 # The same for rate factors of a smoothed strain rate; the smoothing time is many times as long.
 RATE_LIFE = 5
 
@@ -86,21 +88,22 @@ class Clock(NamedTuple):
 class Ledger(NamedTuple):
     """Sums over all steps, and energies of the last step, mJ."""
 
-    impulse: Array  # (T, 3) of the stem on each tool, N s
+    impulse: Array  # (T, 3) impulse of the stem on each tool, N s
     held: Array  # (S,) work of the tools that contact has stored or dissipated, by source (`nodes.Pushes`)
-    external_work: Array  # (1,) of tools, loads and driven nodes
+    external_work: Array  # (1,) work of tools, loads and driven nodes
     lost_kinetic: Array  # (1,) kinetic energy of nodes that have lost all their elements
-    kinetic: Array  # (1,) of the last step
-    node_sums: Array  # (chunks, 2) of the last step (`kick_and_drift`)
+    kinetic: Array  # (1,) kinetic energy in the last step
+    node_sums: Array  # (chunks, 2) sums of the last step (`kick_and_drift`)
 
 
 class Settings(NamedTuple):
-    """Constants of the march: share of the stable step, smallest step, step of the contact stiffness, search margin."""
+    """Constants of the march."""
 
-    safety: float
+    safety: float  # share of the stable step
     smallest_step: float
-    penalty_step: float
-    margin: float
+    penalty_step: float  # step of the contact stiffness
+    margin: float  # of the contact search
+    surface_life: int  # number of steps after which the surface under a spread edge is computed again
 
 
 class Team(NamedTuple):
@@ -235,7 +238,7 @@ def meet_tools(
     clock: Floats, ledger: Floats, friction: Floats, settings: Floats,
 ) -> None:  # fmt: skip
     """Erode failed elements, repeat the contact search if necessary, and add the contact forces."""
-    eroded, due = 0, clock.steps[0] % STEP_LIFE == 0
+    eroded, due = 0, clock.steps[0] % settings.surface_life == 0
     if failed:
         eroded, lost = erode(topology, body.state, body.v, body.mass, body.inverse_mass)
         ledger.lost_kinetic[0] += lost

@@ -121,7 +121,7 @@ def _power_of_loads(body: Any, first: int, last: int) -> float:
 
 @kernel
 def _kick_by_loads(body: Any, kick: float, first: int, last: int) -> float:
-    """Kick nodes first…last−1 by the loads; return the loads' power before any kick, contact's included."""
+    """Kick nodes first…last−1 by the loads; return the loads' power at the velocities before all kicks."""
     before = 0.0
     for n in range(first, last):
         for i in range(3):

@@ -39,7 +39,7 @@ class Exchange(NamedTuple):
     """
 
     share: Array  # (E, 6) τ T/V across each face, 0 where there is nothing behind it
-    around: NDArray[np.uint32]  # (E, 6) the element behind each face, itself where there is none
+    around: NDArray[np.uint32]  # (E, 6) the element behind each face; at a free face the element itself
     passes: int  # 0 for local failure
     failure_strain: Array  # (E,)
     spared: Mask  # (E,) elements that are never deleted, near a plane on which the body parts

@@ -13,7 +13,7 @@ from stemcal.fem.kernels.compile import ONE, THREE, THREE_HALVES, TINY, TWO, ZER
 
 
 class MaterialNumbers(NamedTuple):
-    """Constants of the material for the kernels; created by `stemcal.fem.material.Material.numbers`."""
+    """Constants of an isotropic material for the kernels, from `stemcal.fem.material.Material.numbers`."""
 
     bulk: float
     shear: float
@@ -87,7 +87,7 @@ def _plastic_increment(q: float, static_yield: float, rate_factor: float, materi
     beta_hardening = material.beta * material.plastic_modulus
     excess = max(q - rate_factor * static_yield, ZERO)
     slope = THREE * material.shear + (ONE - material.beta) * material.plastic_modulus + rate_factor * beta_hardening
-    per_q = excess / (slope * max(q, TINY))  # one division: it takes as long as twenty products
+    per_q = excess / (slope * max(q, TINY))  # a single division, because it takes as long as twenty products
     return per_q * q, per_q
 
 
@@ -116,7 +116,7 @@ def smoothed(rate: Floats, increment: Floats, dt: Floats, time: Floats) -> Float
 
 @inlined
 def rate_factor(rate: float, c: float, exponent: float) -> Floats:
-    """Return 1 + (ε̇/C)^exponent: exponent 1/P for Cowper and Symonds' law, P for the paper's; 1 if C = 0.
+    """Return 1 + (ε̇/C)^exponent: exponent 1/P for Cowper and Symonds' law, P for the published study's; 1 if C = 0.
 
     The rate is √(ε̇:ε̇) of a step, or the smoothed plastic strain rate, which excludes vibrations.
     """

@@ -75,9 +75,9 @@ class SpreadEdge(NamedTuple):
     shape: Array  # (R, K, 3) Σ w N, with opposite sign where a mirror reverses the component
     normal: Array  # (R, K, 3) Σ w N n/n_z, with the same signs
     slope: Array  # (R, 2) mean n_x/n_z and n_y/n_z
-    offset: Array  # (R,) mean height less Σ normal·x
+    offset: Array  # (R,) mean height minus Σ normal·x
     compliance: Array  # (R, R) Σ normal·normal/m of two rows, symmetric
-    own: Array  # (R,) compliance of a row with itself plus that with its opposite row
+    own: Array  # (R,) compliance of a row with itself plus its compliance with the opposite row
     give: Array  # (R,) Σ shape²/m along z of both rows
     force: Array  # (R, 4) λ and the friction force
     excess: Array  # (R,) scratch
