@@ -30,6 +30,7 @@ def design_tables(
     columns = [
         Column("run", "Run", form=format),
         *levels(design.varied, Wording(naming, symbols if crowded else labels or {}), lambda value: short(value, 4)),
+        *(condition(naming) if design.runs and design.runs[0].condition is not None else ()),
         simulated(naming.response),
         *map(_other, (response for response in naming.further if response not in (TRAVEL, WORK))),
     ]

@@ -10,6 +10,7 @@ from stemcal.report.study_tables import design_tables, setting_tables
 from stemcal.stages.rsm.figures import diagnostics
 from stemcal.stages.rsm.showing import canonical_table
 from stemcal.stages.screen.showing import pareto
+from stemcal.storage.rows import Rows
 from stemcal.vocabulary import Wording
 
 
@@ -39,6 +40,17 @@ def test_crowded_designs_bear_symbols(stages: dict[str, Any]) -> None:
     (table,) = design_tables(stages["screen"], symbols)
     assert table.heads == ("Run", *(f"X{n}" for n in range(1, 10)), "Force, N")
     assert design_tables(stages["rsm"], symbols)[0].heads[1] == "yield_stress"
+
+
+def test_runs_over_diameters_have_their_diameter(stages: dict[str, Any]) -> None:
+    """Otherwise, rows with equal levels would have different forces."""
+    surface = stages["rsm"]
+    runs = [replace(run, condition=7.0 + (run.run % 2)) for run in surface.design.runs]
+    over = replace(surface, design=replace(surface.design, runs=Rows(runs)))
+    (table,) = design_tables(over, {})
+    assert table.heads[-2:] == ("Diameter, mm", "Force, N")
+    assert [row[-2] for row in table.cells[:2]] == ["8", "7"]
+    assert "Diameter, mm" not in design_tables(surface, {})[0].heads
 
 
 def test_residuals_over_their_errors(stages: dict[str, Any]) -> None:

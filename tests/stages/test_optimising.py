@@ -224,6 +224,8 @@ def test_confirmed(tmp_path: Path) -> None:
     rows = {row[0]: dict(zip(keys, row, strict=True)) for row in table.rows}
     assert rows["optimum"]["change"] == pytest.approx(100 * (150 / before - 1), abs=1e-3)
     assert rows["present"]["change"] is None and rows["present"]["error_percent"] == pytest.approx(0.0, abs=1e-6)
+    exported = OptimiseShowing().tables(found, Wording(found.naming, {"a": "Angle (deg)", "b": "Part (a)"}))[0]
+    assert [row[:2] for row in exported.cells[:2]] == [("Angle", "deg"), ("Part (a)", "")]  # the unit once
     assert verdict.gains[0].startswith("maximum force 150 N, 16 % less than the present cutter (95 %: 16 to 16 %)")
 
 

@@ -83,9 +83,8 @@ class OptimiseResult(StageResult):
         way = ("less", "more") if name in self.minimised else ("more", "less")
         worse, (g, low, high) = gain[0] < 0.0, gain
         size = f"{fixed(abs(g), 0 if abs(g) >= 10 else 1)} % {way[worse]}"
-        known = ""
-        if low is not None and high is not None:  # in the direction of the word
-            known = f" (95 %: {_ends(-high, -low) if worse else _ends(low, high)} %)"
+        # the interval has the direction of the word
+        known = "" if low is None or high is None else f" (95 %: {_ends(*((-high, -low) if worse else (low, high)))} %)"
         return f"{named.long} {named.text(value, '.4g')}, {size} than the present cutter{known}"
 
     def _tables(self) -> dict[str, Table]:

@@ -3,7 +3,6 @@
 from functools import partial
 
 from stemcal.doe.comparison import error_percent
-from stemcal.drawing.columns import factor
 from stemcal.drawing.plot import Plot
 from stemcal.drawing.showing import RANGE, Setting, Showing
 from stemcal.drawing.style import BLUE, FAINT, INK, ORANGE, Figure, legend_above, literal, new_figure
@@ -41,13 +40,14 @@ class OptimiseShowing(Showing[OptimiseResult]):
 
 
 def _levels_table(result: OptimiseResult, names: Wording) -> Table:
-    known, before = result.optimum_interval or {}, result.present_levels
+    known, before, unit = result.optimum_interval or {}, result.present_levels, result.units
+    label = {name: names.factor(name).removesuffix(f" ({unit_written(unit[name])})") for name in unit}
     rows = [
-        {"factor": name, "unit": result.units[name], PRESENT: before[name], OPTIMUM: level, "range": known.get(name)}
+        {"factor": label[name], "unit": unit[name], PRESENT: before[name], OPTIMUM: level, "range": known.get(name)}
         for name, level in result.optimum.items()
     ]
     columns = [
-        factor(names),
+        Column("factor", "Factor", words=True),
         Column("unit", "Unit", form=unit_written, words=True),
         Column(PRESENT, "Present cutter", form=significant),
         Column(OPTIMUM, "Optimum", form=significant),

@@ -73,8 +73,8 @@ def at_edge(evidence: Evidence) -> Iterator[Note]:
         factor = evidence.study.factor(name)
         level = with_unit(f"{getattr(factor, end):g}", factor.unit)
         at_end = isclose(result.optimum[name], getattr(factor, end), rel_tol=1e-3, abs_tol=1e-3 * factor.half_range)
-        where = "" if at_end else "experimental region, towards the end of the "
-        text = f"The optimum is at the edge of the {where}range of {name} ({level})."
+        edge = "range" if at_end else "experimental region, towards the end of the range"
+        text = f"The optimum is at the edge of the {edge} of {name} ({level})."
         yield Note("at_edge", "warning", text, advice.widened(evidence.study, factor, end == "high", 0.5))
 
 
