@@ -1,13 +1,15 @@
 """Recognise numbers, names and units in the cells and headings of laboratory files in many languages.
 
 A word in an alphabetic script must be a whole word of the heading. Words in Chinese, Japanese and Korean, and terms of
-several words, may be anywhere in it.
+several words, may be anywhere in it. The file `words.csv` has the words, `units.csv` the units with their factors.
 """
 
+import csv
 import math
 import re
 import unicodedata
 from collections.abc import Sequence
+from importlib.resources import files
 
 # no alternative begins with a character with which the preceding one may end, so matching takes linear time
 _NUMBER = re.compile(r"[-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?")
@@ -55,38 +57,15 @@ def quoted(cell: str, most: int = 40) -> str:
     return repr(cell if len(cell) <= most else f"{cell[:most]}…")
 
 
-FORCE = (
-    *("force", "load", "kraft", "fuerza", "carga", "effort", "forza", "força", "kuvvet", "kuvveti", "síla", "siła"),
-    *("last", "sila", "zatížení", "zaťaženie", "obciążenie", "erő", "terhelés", "forță", "forţă", "sarcină"),
-    *("yük", "yükü", "сила", "усилие", "нагрузка", "зусилля", "навантаження"),
-    *("力", "载荷", "负荷", "负载", "載荷", "荷重", "試験力", "힘", "하중", "시험력"),
-)
-TRAVEL = (
-    *("displacement", "travel", "extension", "stroke", "position", "crosshead", "deflection", "deformation"),
-    *("disp", "disp.", "displ", "displ.", "dráha", "posun", "posuv", "przemieszczenie", "droga"),
-    *("elmozdulás", "deplasare", "pomak", "pomik", "wydłużenie", "ugięcie", "průhyb", "deformace"),
-    *("distance", "compression", "weg", "verformung", "desplazamiento", "deslocamento", "déplacement", "course"),
-    *("spostamento", "corsa", "uzama", "uzaması", "deplasman", "deplasmanı", "yer değiştirme"),
-    *("yerdeğiştirme", "strok", "stroku", "konum"),
-    *("перемещение", "ход", "деформация", "удлинение", "прогиб", "путь", "смещение", "переміщення", "хід"),
-    *("位移", "行程", "变形", "變形", "変位", "ストローク", "변위", "스트로크", "변형", "이동거리"),
-)
-DIAMETER = ("diameter", "durchmesser", "diametro", "diámetro", "diamètre", "çap", "диаметр", "діаметр", "直径", "径",
-            "직경", "지름")  # fmt: skip
-READING = ("reading", "measurement", "d1", "d2", "d3", "d4")  # diameters, if no column has a name above
-BORE = ("bore", "inner", "inside", "innen", "innendurchmesser", "interior", "intérieur", "interno", "iç", "внутренний",
-        "внутрішній", "内径", "孔径", "내경")  # fmt: skip
-SKIN = ("skin", "bark", "rind", "phloem", "epidermis", "rinde", "écorce", "corteza", "corteccia", "casca", "kabuk",
-        "кора", "皮", "皮厚", "표피")  # fmt: skip
-LABEL = ("stem", "sample", "specimen", "plant", "no", "no.", "nr", "nr.", "id", "number", "numune", "образец", "номер",
-         "编号", "序号", "试样", "茎", "시편", "번호")  # fmt: skip
-FILE = ("file", "filename", "datei", "dosya", "файл", "文件", "파일")
-GRADE = ("grade", "class", "等级", "分级", "등급")
+def _rows(file: str) -> list[dict[str, str]]:
+    return list(csv.DictReader(files("stemcal.measured").joinpath(file).read_text("utf-8").splitlines()))
 
-# quantities whose names may contain a word above: stress, strain and rates
-NOT_MEANT = ("stress", "strain", "spannung", "dehnung", "tensión", "contrainte", "gerilme", "напряжение", "rate",
-             "speed", "velocity", "geschwindigkeit", "hız", "скорость", "应力", "应变", "応力", "応変", "速度", "速率",
-             "응력", "변형률", "속도")  # fmt: skip
+
+_WORDS = {row["kind"]: tuple(row["words"].split("; ")) for row in _rows("words.csv")}
+FORCE, TRAVEL, DIAMETER, BORE, SKIN = (_WORDS[kind] for kind in ("force", "travel", "diameter", "bore", "skin"))
+LABEL, FILE, GRADE = (_WORDS[kind] for kind in ("label", "file", "grade"))
+READING = _WORDS["reading"]  # diameters, if no column has a name of a diameter
+NOT_MEANT = _WORDS["not meant"]  # quantities whose names may contain a word above: stress, strain and rates
 ALONE = ("last",)  # German for load if it is the only word; otherwise English
 GERMAN = ("kraft", "weg", "zeit")  # also recognised at the end of a word: Standardkraft, Traversenweg
 
@@ -129,26 +108,12 @@ def words_known(text: str) -> int:
     return sum(word in known for word in re.findall(r"[^\W\d_]+", folded(text)))
 
 
-NEWTONS = {
-    "N": 1.0, "kN": 1000.0, "daN": 10.0, "mN": 0.001, "kgf": 9.80665, "kg": 9.80665, "gf": 0.00980665, "g": 0.00980665,
-    "lbf": 4.4482216152605, "lb": 4.4482216152605, "lbs": 4.4482216152605, "kp": 9.80665, "cN": 0.01, "Newton": 1.0,
-    "Newtons": 1.0, "kilonewton": 1000.0, "kilogram": 9.80665, "gram": 0.00980665, "pound": 4.4482216152605,
-    "牛": 1.0, "牛顿": 1.0, "千牛": 1000.0, "公斤力": 9.80665,
-    "公斤": 9.80665, "千克力": 9.80665, "Н": 1.0, "кН": 1000.0, "даН": 10.0, "кгс": 9.80665, "кг": 9.80665, "뉴턴": 1.0,
-}  # fmt: skip
-MILLIMETRES = {
-    "mm": 1.0, "cm": 10.0, "m": 1000.0, "um": 0.001, "µm": 0.001, "μm": 0.001, "in": 25.4, "inch": 25.4,
-    "millimeter": 1.0, "millimetre": 1.0, "millimeters": 1.0, "millimetres": 1.0,
-    "毫米": 1.0, "厘米": 10.0, "微米": 0.001, "мм": 1.0, "см": 10.0, "м": 1000.0, "мкм": 0.001,
-}  # fmt: skip
-# units of other columns, which a line of units may also contain
-_OTHER_UNITS = (
-    *("s", "sec", "sek", "second", "seconds", "sekunden", "ms", "min", "h", "days", "cycles", "Hz", "deg", "rad", "秒"),
-    *("毫秒", "分", "с", "сек", "мс", "мин", "ч", "초", "분", "sn", "dk"),
-    *("%", "Pa", "kPa", "MPa", "GPa", "МПа", "V", "mV", "J", "mJ", "C", "°C", "1", "-"),
-    *("N·m", "Nm", "N/s", "kN/s", "mV/V", "mm/mm", "mm/s", "mm/min", "N/mm", "N/mm2", "N/mm²", "mm2", "mm²", "strain"),
+_UNITS = _rows("units.csv")
+NEWTONS, MILLIMETRES = (
+    {row["unit"]: float(row["factor"]) for row in _UNITS if row["quantity"] == quantity}
+    for quantity in ("force", "length")
 )
-_KNOWN = frozenset((*NEWTONS, *MILLIMETRES, *_OTHER_UNITS))
+_KNOWN = frozenset(row["unit"] for row in _UNITS)  # also units of other columns, which a line of units may contain
 _IN_ANY_CASE = frozenset(unit.casefold() for unit in _KNOWN)
 _LONGEST_UNIT = 3  # letters of an unknown word that may still be a unit
 _PLURAL = re.compile(r"(newton|pound|gram|second|millimet(?:er|re))\(s\)", re.IGNORECASE)
