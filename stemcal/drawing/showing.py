@@ -84,10 +84,6 @@ class Showing(Checked, Generic[R]):
         """Return the 95 % confidence interval of each parameter that the stage determines, as text to report."""
         return {}
 
-    def validity(self, result: R, holds: bool) -> list[str]:
-        """Return the settings for which the parameters are valid; if the study `holds`, also the assumptions."""
-        return []
-
     def closing(self, result: R, setting: Setting) -> list[Table]:
         """Return the tables that `stemcal run` prints last, when the whole study is finished."""
         return []

@@ -246,5 +246,4 @@ def test_what_the_values_belong_to_stands_below_them(replayed: tuple[Any, Any]) 
     found = {result.name: result for result in what.results.done}
     found["invert"] = replace(found["invert"], depends_on={"element_size": "d/16 (0.5 mm)"})  # type: ignore[type-var]
     first = render(replace(what, results=Results(tuple(found.values()))))
-    sentence = "The parameters are valid only with element_size d/16 (0.5 mm)"
-    assert first.index("95 % confidence interval") < first.index(sentence) < first.index('id="outcome"')
+    assert first.index('class="scope"') < first.index("element_size d/16.") < first.index('class="cards"')

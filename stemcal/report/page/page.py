@@ -22,6 +22,7 @@ from stemcal.report.gallery import gallery
 from stemcal.report.glossary import glossary
 from stemcal.report.outcome import certainty, failures_of, outcome_sentences, showing_of, shown_notes, tables_of
 from stemcal.report.page.headline import first_remedy, headline, lead, made_with, quantity_calibrated, question
+from stemcal.report.page.scope import scope
 from stemcal.report.records import Records, provenance_rows, read_records, run_warnings, spec_hash
 from stemcal.report.study_tables import design_tables, grown_table, setting_tables
 from stemcal.runs.study_folder import StudyFolder
@@ -99,12 +100,13 @@ def render(content: PageContent) -> str:
     cards = headline(results, study, verdict.holds)
     named = re.compile(r"`[^`]*`|\w+_\w+")
     labelled = partial(named.sub, lambda name: people.in_text(name[0]))
-    valid = [labelled(line) for result in done for line in showing_of(result).validity(result, verdict.holds)]
-    setting = Setting(study, results, verdict.holds)
+    setting, limits = Setting(study, results, verdict.holds), scope(study, results)
     has_grown = results.calibrated and study.material.growing()  # parameters that depend on the stem diameter
     grown = [grown_table(study, results.parameters)] if has_grown else []
     profilers = (showing_of(result).profiler(result, setting) for result in done)
     warnings = map(str, run_warnings(records, verdict))
+    meanings = ((name, term.meaning.replace("`", "")) for term in glossary() for name in term.names[::-1])
+    terms = {name.lower().replace("_", " "): meaning for name, meaning in meanings}
     shared, script, templates = Shared(), page_part("page.js"), environment()
     templates.filters["coded"] = lambda text: coded(labelled(text))
     return templates.get_template("page.html").render(
@@ -123,8 +125,8 @@ def render(content: PageContent) -> str:
         first=[_picture(plot, shared) for plot in first],
         certainty=certainty(results, verdict.holds),
         headline=cards,
-        cited="\n".join([*map(str, cards), *valid]),
-        valid_for=valid,
+        cited="\n".join([*map(str, cards), *(f"{title}: {labelled(text)}" for title, text in limits)]),
+        scope=limits,
         spec=study.source.read_text("utf-8-sig", errors="replace") if study.source.is_file() else "",
         setting=_part_of([*setting_tables(study), *showable(grown, verdict.holds)], (), shared),
         sections=[_section(result, plots, verdict, labels, shared) for result in done],
@@ -132,15 +134,11 @@ def render(content: PageContent) -> str:
         provenance=[*provenance_rows(records), *made_with(study, spec_hash(study))],
         css=(css := f"{page_part('page.css')}{shared.css}"),
         marks=shared.defs,
-        terms={_plain(name): term.meaning.replace("`", "") for term in glossary() for name in term.names[::-1]},
+        terms=terms,
         script=script,
         policy=policy(css, script),
         profiler=next(filter(None, profilers), None),
     )
-
-
-def _plain(name: str) -> str:
-    return name.lower().replace("_", " ")
 
 
 def coded(text: str) -> Markup:

@@ -49,9 +49,6 @@ class InvertShowing(Showing[InvertResult]):
     def cited(self, result: InvertResult) -> Mapping[str, str]:
         return _ranges(result)
 
-    def validity(self, result: InvertResult, holds: bool) -> list[str]:
-        return [*words.valid_for(result), *(words.assumptions(result) if holds else [])]
-
     def closing(self, result: InvertResult, setting: Setting) -> list[Table]:
         table = calibration_table(result, Wording(setting.study.naming), setting.results.parameters)
         name, value, *others = table.columns

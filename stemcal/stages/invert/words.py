@@ -85,14 +85,6 @@ def valid_for(stage: InvertResult) -> list[str]:
     return [text] if settings else []
 
 
-def assumptions(stage: InvertResult) -> list[str]:
-    """Return sentences on all assumptions of the 95 % intervals."""
-    fixed_mesh = stage.depends_on is not None and "replicates" not in stage.depends_on
-    mesh = "The intervals do not include the scatter of the force over mesh positions."
-    scatter = f"{mesh} To include this scatter, add `replicates: 5` to the `solver` section."
-    return [*priors(stage, Wording(stage.naming)), *assumption(stage.certainty), *([scatter] if fixed_mesh else [])]
-
-
 def range_to_cite(stage: InvertResult, names: Wording) -> list[str]:
     """Return sentences on the interval to report and, for a single target, the ranges of the exact solutions."""
     if len(stage.point.solution) < 2 or stage.joint is not None:

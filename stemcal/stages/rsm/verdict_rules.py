@@ -229,25 +229,16 @@ def _reached_by_others(evidence: Evidence, surface: RsmResult, target: float) ->
     """Return text and remedy if screening runs are beyond the target: the factor that the surface should also vary."""
     study, names = evidence.study, evidence.names
     others = [factor for factor in study.factors if factor.name not in surface.names]
-    runs: list[tuple[Mapping[str, float], float]] = []  # screening runs at the calibration, within the ranges
-    for record in evidence.records:
-        request, levels = record["request"], record["request"]["levels"]
-        here = float(request.get("condition") or 0.0) == study.calibration_target.condition
-        within = all(f.low <= levels.get(f.name, f.centre) <= f.high for f in study.factors)
-        if request["stage"] == ScreenResult.name and record["response"] is not None and here and within:
-            runs.append((levels, float(record["response"])))
-    values = [value for _, value in runs]
+    if (screened := evidence.of(ScreenResult)) is None:
+        return None
+    values = [run.response for run in screened.design.runs if run.response is not None]
     centre = float(surface.fitted.predict(np.zeros((1, len(surface.names))))[0])
     side = 1.0 if target > centre else -1.0
     beyond = sorted(value for value in values if side * value >= side * target)
     if not beyond or not others:
         return None
 
-    def effect(name: str, middle: float) -> float:
-        ends = [[v for levels, v in runs if (levels.get(name, middle) - middle) * up > 0.0] for up in (1.0, -1.0)]
-        return abs(float(np.mean(ends[0]) - np.mean(ends[1]))) if all(ends) else 0.0
-
-    most = max(others, key=lambda factor: effect(factor.name, factor.centre)).name
+    most = max(others, key=lambda factor: screened.shares[factor.name]).name
     ends, mean = names.quantities((beyond[0], beyond[-1])), float(np.mean(values))
     text = (
         f"{counted(len(beyond), 'recorded run')} gave {ends} with other levels of {series(f.name for f in others)}. "

@@ -31,9 +31,6 @@ class ScreenShowing(Showing[ScreenResult]):
             return [count, f"No factor has a significant effect on the {response}."]
         return [count, f"The effects on the {response} cannot be tested without an estimate of the error."]
 
-    def validity(self, result: ScreenResult, holds: bool) -> list[str]:
-        return self.outcome(result, Wording(result.naming))[-1:]
-
     def tables(self, result: ScreenResult, names: Wording) -> list[Table]:
         return [_effects_table(each, Wording(each.naming, names.labels)) for each in result.all_responses]
 
