@@ -12,17 +12,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from stemcal.errors import UsageError
+from stemcal.measured import headings
 from stemcal.measured.cells import MAX_BYTES, Line, decoded_table, is_workbook, require_size, sheets, split
-from stemcal.measured.headings import (
-    NOT_MEANT,
-    as_number,
-    is_called,
-    is_heading,
-    is_missing,
-    names_and_units,
-    quoted,
-    units_in,
-)
 from stemcal.storage.plain import read_plain
 
 SEPARATORS = {"tab": "\t", "semicolon": ";", "comma": ",", "space": " "}
@@ -75,7 +66,7 @@ class TextTable:
 
     def as_number(self, cell: str) -> float | None:
         """Return the number in a text with the table's decimal mark; None if the text is not a number."""
-        return as_number(cell, self.form.decimal or ".")
+        return headings.as_number(cell, self.form.decimal or ".")
 
     def numbers(self, column: int) -> list[float]:
         """Return a column of numbers; raise `UsageError` with the row of the first cell that is not a number."""
@@ -83,8 +74,8 @@ class TextTable:
         for row, cells in enumerate(self.rows, 1):
             value = self.as_number(cells[column])
             if value is None:
-                place = f"{self.source}: data row {row}, {quoted(self.columns[column])[1:-1]}"
-                raise UsageError(f"{place}: {quoted(cells[column])} is not a number")
+                place = f"{self.source}: data row {row}, {headings.quoted(self.columns[column])[1:-1]}"
+                raise UsageError(f"{place}: {headings.quoted(cells[column])} is not a number")
             values.append(value)
         return values
 
@@ -98,7 +89,7 @@ def read_table(path: Path, form: Form = Form()) -> TextTable:
     """Return the only table in a file; raise `UsageError` if there is none or if several sheets have one."""
     tables = read_tables(path, form)
     if len(tables) > 1:
-        titles = ", ".join(quoted(table.sheet) for table in tables)
+        titles = ", ".join(headings.quoted(table.sheet) for table in tables)
         message = f"{path}: several sheets of the workbook contain tables ({titles}); choose a sheet with `--sheet`"
         raise UsageError(message)
     return tables[0]
@@ -113,7 +104,7 @@ def read_tables(path: Path, form: Form = Form()) -> list[TextTable]:
     if is_workbook(content, path):
         return _of_workbook(content, path, form)
     if form.sheet is not None:
-        raise UsageError(f"--sheet {quoted(form.sheet)}: {path} is not a workbook; remove `--sheet`")
+        raise UsageError(f"--sheet {headings.quoted(form.sheet)}: {path} is not a workbook; remove `--sheet`")
     return [_of_text(content, path, form)]
 
 
@@ -122,8 +113,8 @@ def _of_workbook(content: bytes, path: Path, form: Form) -> list[TextTable]:
     lines_of = sheets(content, str(path))
     if form.sheet is not None:
         if form.sheet not in lines_of:
-            known = ", ".join(map(quoted, lines_of))
-            raise UsageError(f"{path}: the workbook has no sheet {quoted(form.sheet)}; its sheets are {known}")
+            known = ", ".join(map(headings.quoted, lines_of))
+            raise UsageError(f"{path}: the workbook has no sheet {headings.quoted(form.sheet)}; its sheets are {known}")
         lines_of = {form.sheet: lines_of[form.sheet]}
     marks = [_named(form.decimal, DECIMALS, "--decimal")] if form.decimal else list(DECIMALS.values())
     tables = []
@@ -133,7 +124,7 @@ def _of_workbook(content: bytes, path: Path, form: Form) -> list[TextTable]:
         if table.rows:
             tables.append(table)
     if not tables:
-        where = "the workbook" if form.sheet is None else f"sheet {quoted(form.sheet)}"
+        where = "the workbook" if form.sheet is None else f"sheet {headings.quoted(form.sheet)}"
         raise UsageError(f"{path}: no numeric rows found in {where}; use a sheet that contains measured values")
     return tables
 
@@ -164,7 +155,7 @@ def _of_text(content: bytes, path: Path, form: Form) -> TextTable:
 def _named(value: str, known: dict[str, str], option: str) -> str:
     if value in known or value in known.values():
         return known.get(value, value)
-    raise UsageError(f"{option} {quoted(value)[1:-1]}: unknown value; use one of {', '.join(known)}")
+    raise UsageError(f"{option} {headings.quoted(value)[1:-1]}: unknown value; use one of {', '.join(known)}")
 
 
 # ---- the lines of data and the headings above them
@@ -183,7 +174,7 @@ def _score(lines: Sequence[Line], decimal: str, ragged: bool) -> tuple[int, bool
     run = _data_run(lines, decimal, ragged)
     as_wide = 0 < run.begin < run.end and len(lines[run.begin - 1].cells) == run.width
     cells = (cell for line in lines[run.begin : run.end] for cell in line.cells)
-    return run.end - run.begin, as_wide, sum(as_number(cell, decimal) is not None for cell in cells), run.width
+    return run.end - run.begin, as_wide, sum(headings.as_number(cell, decimal) is not None for cell in cells), run.width
 
 
 def _table(lines: Sequence[Line], form: Form, source: str, ragged: bool) -> TextTable:
@@ -192,7 +183,7 @@ def _table(lines: Sequence[Line], form: Form, source: str, ragged: bool) -> Text
     _refuse_broken(lines, run, decimal, source)
     apart = [*lines[: run.begin], *lines[run.end :]] if run.width > 1 else []
     above = _above(lines, run, decimal)
-    columns, units, used = names_and_units([lines[index].cells for index in above], run.width)
+    columns, units, used = headings.names_and_units([lines[index].cells for index in above], run.width)
     top = above[used - 1] if used else run.begin
     over = next((line.cells for line in reversed(lines[:top]) if line.cells), ()) if used else ()
     return TextTable(
@@ -206,7 +197,7 @@ def _table(lines: Sequence[Line], form: Form, source: str, ragged: bool) -> Text
         labels=_filled(over, run.width) if 2 <= len(over) <= run.width else (),
         headed=bool(used),
         sheet=form.sheet or "",
-        stated=tuple(unit for line in lines[:top] for unit in units_in(line.cells)),
+        stated=tuple(unit for line in lines[:top] for unit in headings.units_in(line.cells)),
     )
 
 
@@ -218,10 +209,10 @@ def _data_run(lines: Sequence[Line], decimal: str, ragged: bool) -> _Run:
     """Return the longest run of data; with `ragged`, shorter lines do not end a run."""
     best, most, begin, width, filled = _Run(0, 0, 0), 0, 0, 0, 0
     for index, line in enumerate(lines):
-        absent = len(line.cells) == width and any(line.cells) and all(map(is_missing, line.cells))
+        absent = len(line.cells) == width and any(line.cells) and all(map(headings.is_missing, line.cells))
         if not line.cells or absent:
             continue  # neither an empty line nor one of missing values ends a run
-        if line.remark or all(as_number(cell, decimal) is None for cell in line.cells):
+        if line.remark or all(headings.as_number(cell, decimal) is None for cell in line.cells):
             width = filled = 0
             continue
         if len(line.cells) != width and not (ragged and filled >= _SETTLED and len(line.cells) < width):
@@ -234,7 +225,7 @@ def _data_run(lines: Sequence[Line], decimal: str, ragged: bool) -> _Run:
 
 def _is_number(cell: str) -> bool:
     """Test whether a cell is a number with either decimal mark; the mark of the file is not known yet."""
-    return any(as_number(cell, decimal) is not None for decimal in DECIMALS.values())
+    return any(headings.as_number(cell, decimal) is not None for decimal in DECIMALS.values())
 
 
 def _without_headings(lines: Sequence[Line], run: _Run) -> _Run:
@@ -246,13 +237,13 @@ def _without_headings(lines: Sequence[Line], run: _Run) -> _Run:
     for index in full[:_MOST_ABOVE]:
         cells = lines[index].cells
         over = [cell for cell, below in zip(cells, numeric, strict=False) if below]
-        if is_heading(cells) and any(not _is_number(cell) and not is_missing(cell) for cell in over):
+        if headings.is_heading(cells) and any(not _is_number(cell) and not headings.is_missing(cell) for cell in over):
             begin = index + 1
     return run._replace(begin=begin)
 
 
 def _is_data(line: Line, width: int, decimal: str) -> bool:
-    return len(line.cells) == width and all(as_number(cell, decimal) is not None for cell in line.cells)
+    return len(line.cells) == width and all(headings.as_number(cell, decimal) is not None for cell in line.cells)
 
 
 def _refuse_broken(lines: Sequence[Line], run: _Run, decimal: str, source: str) -> None:
@@ -265,7 +256,7 @@ def _refuse_broken(lines: Sequence[Line], run: _Run, decimal: str, source: str) 
         places = list(islice((i for i in outwards if lines[i].cells), 2))
         if run.width > 1 and len(places) == 2 and _is_data(lines[places[1]], run.width, decimal):
             odd, cells = lines[places[0]], len(lines[places[0]].cells)
-            numbers = any(as_number(cell, decimal) is not None for cell in odd.cells)
+            numbers = any(headings.as_number(cell, decimal) is not None for cell in odd.cells)
             open_quote = odd.text.count('"') % 2 == 1
             if not odd.remark and (numbers or open_quote or cells > run.width):
                 raise UsageError(
@@ -284,10 +275,10 @@ def _above(lines: Sequence[Line], run: _Run, decimal: str) -> list[int]:
         cells = lines[index].cells
         if all(not cell.strip("-=_ ") for cell in cells):
             continue
-        words = len(cells) == run.width and all(as_number(cell, decimal) is None for cell in cells)
+        words = len(cells) == run.width and all(headings.as_number(cell, decimal) is None for cell in cells)
         while len(cells) > run.width and not cells[-1]:
             cells = cells[:-1]
-        if not (words or (len(cells) <= run.width and is_heading(cells))) or len(above) == _MOST_ABOVE:
+        if not (words or (len(cells) <= run.width and headings.is_heading(cells))) or len(above) == _MOST_ABOVE:
             break
         above.append(index)
     # a remark above a single column is not a heading
@@ -304,7 +295,8 @@ def matching(table: TextTable, words: Sequence[str], known: Collection[str] = ()
     """
     if not table.headed:
         return []
-    named = [i for i, name in enumerate(table.columns) if is_called(name, words) and not is_called(name, NOT_MEANT)]
+    is_called, others = headings.is_called, headings.NOT_MEANT
+    named = [i for i, name in enumerate(table.columns) if is_called(name, words) and not is_called(name, others)]
     return [i for i in named if table.units[i] in known] or [i for i in named if not table.units[i]] or named
 
 
@@ -316,7 +308,7 @@ def scale_of(
     The `unit` replaces the one in the heading; `option` is the command-line option for it. Raises `UsageError` if the
     unit is unknown, or if the column has none and the lines above the data contain a unit other than `default`.
     """
-    stated, where = unit or table.units[column], f"{table.source}: column {quoted(table.columns[column])}"
+    stated, where = unit or table.units[column], f"{table.source}: column {headings.quoted(table.columns[column])}"
     how = f"specify the unit with `{option}`" if option else "write the unit in its heading"
     others = [unit for unit in dict.fromkeys(table.stated) if known.get(unit, known[default]) != known[default]]
     if not stated and others:
@@ -325,7 +317,7 @@ def scale_of(
     for name, factor in known.items():
         if unit == name or (unit.lower() == name.lower() and name != "mN" and unit.lower() != "mn"):
             return factor
-    raise UsageError(f"{where}: unknown unit {quoted(unit)}; {how}, one of {', '.join(known)}")
+    raise UsageError(f"{where}: unknown unit {headings.quoted(unit)}; {how}, one of {', '.join(known)}")
 
 
 def given_columns(table: TextTable, option: str, what: str) -> list[int]:
@@ -338,13 +330,13 @@ def given_columns(table: TextTable, option: str, what: str) -> list[int]:
             columns.append(int(part) - 1)
         else:
             there = f"its columns are {columns_of(table)}"
-            raise UsageError(f"{table.source}: the table has no column {quoted(part)} for {what}; {there}")
+            raise UsageError(f"{table.source}: the table has no column {headings.quoted(part)} for {what}; {there}")
     return columns
 
 
 def columns_of(table: TextTable) -> str:
     """Return the names of the columns for a message; without headings, the range of the numbers in each."""
-    listed = [quoted(name) for name in table.columns[:_MOST_SHOWN]]
+    listed = [headings.quoted(name) for name in table.columns[:_MOST_SHOWN]]
     for column, name in enumerate(() if table.headed else table.columns[:_MOST_SHOWN]):
         values = [value for row in range(len(table.rows)) if (value := table.number(row, column)) is not None]
         listed[column] = f"{name} ({min(values):g} to {max(values):g})" if values else f"{name} (no numbers)"

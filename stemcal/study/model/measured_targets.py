@@ -6,16 +6,7 @@ from collections.abc import Iterable, Mapping
 from math import isclose
 from typing import TYPE_CHECKING, Annotated, Any
 
-from pydantic import (
-    BeforeValidator,
-    Field,
-    GetJsonSchemaHandler,
-    StringConstraints,
-    TypeAdapter,
-    WithJsonSchema,
-    create_model,
-)
-from pydantic_core import CoreSchema
+import pydantic
 
 from stemcal.measured.curve_modes import CurveModes
 from stemcal.responses import CUT, TABLE
@@ -24,12 +15,12 @@ from stemcal.study.types.units import parse_unit
 from stemcal.vocabulary import FIRST, Variable, Vocabulary
 
 Patterns = Annotated[
-    tuple[Annotated[str, StringConstraints(strict=True, min_length=1, max_length=300)], ...],
-    BeforeValidator(lambda raw: (raw,) if isinstance(raw, str) else raw),
-    Field(min_length=1, max_length=100),
-    WithJsonSchema({"anyOf": [{"type": "string"}, {"type": "array", "items": {"type": "string"}}]}),
+    tuple[Annotated[str, pydantic.StringConstraints(strict=True, min_length=1, max_length=300)], ...],
+    pydantic.BeforeValidator(lambda raw: (raw,) if isinstance(raw, str) else raw),
+    pydantic.Field(min_length=1, max_length=100),
+    pydantic.WithJsonSchema({"anyOf": [{"type": "string"}, {"type": "array", "items": {"type": "string"}}]}),
 ]
-Count = Annotated[Whole, Field(ge=1)]
+Count = Annotated[Whole, pydantic.Field(ge=1)]
 _SCATTER = {"anyOf": [{"type": "string"}, {"type": "number"}, {"type": "object"}]}
 
 
@@ -46,8 +37,8 @@ else:
     _fields: dict[str, Any] = {}
     for _response in sorted(TABLE, key=lambda response: CUT not in response.tests):
         _kind = Annotated[float, Quantity(parse_unit(_response.unit).dimension, above=0)] | None
-        _fields[_response.name] = (_kind, Field(default=None, description=_response.meaning))
-    _Responses = create_model("_Responses", __base__=_Tested, __module__=__name__, **_fields)
+        _fields[_response.name] = (_kind, pydantic.Field(default=None, description=_response.meaning))
+    _Responses = pydantic.create_model("_Responses", __base__=_Tested, __module__=__name__, **_fields)
 
 
 class TargetRow(_Responses):
@@ -56,7 +47,7 @@ class TargetRow(_Responses):
     If the spec declares `responses` and `conditions`, their names replace `force` and `diameter`.
     """
 
-    sd: Annotated[Any, WithJsonSchema(_SCATTER)] = None
+    sd: Annotated[Any, pydantic.WithJsonSchema(_SCATTER)] = None
     """Standard deviation over the specimens; for several responses, a mapping from response names to standard
     deviations. Without `sd`, the mean is treated as exact."""
     n: Count | None = None
@@ -91,8 +82,8 @@ class Target(Frozen):
     curves: tuple[str, ...] | None = None
     further: dict[str, Mean] = {}
     modes: CurveModes | None = None
-    travel_of_curves: Mean | None = Field(default=None, exclude=True, repr=False)
-    row: int = Field(default=0, exclude=True, repr=False)
+    travel_of_curves: Mean | None = pydantic.Field(default=None, exclude=True, repr=False)
+    row: int = pydantic.Field(default=0, exclude=True, repr=False)
 
     def count_of(self, response: str) -> int | None:
         """Return the number of specimens of a response, None if unknown."""
@@ -122,8 +113,8 @@ class Targets(Frozen):
     means: tuple[Target, ...]
 
     @classmethod
-    def __get_pydantic_json_schema__(cls, _schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
-        return handler(TypeAdapter(tuple[TargetRow, ...]).core_schema)
+    def __get_pydantic_json_schema__(cls, _schema: Any, handler: pydantic.GetJsonSchemaHandler) -> dict[str, Any]:
+        return handler(pydantic.TypeAdapter(tuple[TargetRow, ...]).core_schema)
 
     @property
     def modes(self) -> dict[float, CurveModes]:
