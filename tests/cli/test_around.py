@@ -115,7 +115,8 @@ def test_first_files_go_where_they_are_told(tmp_path: Path) -> None:
 
 
 def test_explain() -> None:
-    assert "R. V. Lenth, Technometrics" in command("explain", "lenth").stdout
+    shown = command("explain", "lenth").stdout
+    assert "R. V. Lenth, Technometrics" in shown and "\n\n" not in shown
     assert "lack of fit" in " ".join(command("explain").stdout.split())
     wrong = command("explain", "lenht")
     assert wrong.exit_code == 2

@@ -17,6 +17,7 @@ from stemcal.stages.rsm.analysis import RsmResult, rsm, study_design
 from stemcal.stages.screen.analysis import screen, screening_design
 from stemcal.stages.screen.result import ScreenResult
 from stemcal.stages.validate.analysis import requests_at
+from stemcal.stages.work import second_time
 from stemcal.study.model.study import Study
 from stemcal.study.reading import load_study
 
@@ -157,6 +158,15 @@ def test_a_deterministic_program_is_run_once_more_and_goes_on(tmp_path):
     surface = rsm(study, folder)
     assert len(list(folder.runs.glob("*.json"))) == 9 + 1  # 8 points and the centre, and one of them again
     assert surface.pure_error is not None and surface.pure_error.kind == "equal_repeats"
+
+
+def test_only_a_program_that_should_repeat_itself_is_asked_twice(tmp_path: Path) -> None:
+    """Not one with declared chance, and not the embedded solver, which depends on the spec alone."""
+    runs = [Request("screen", row, LEVELS, 8.0) for row in range(3)]
+    again = second_time(study_of(tmp_path / "own", "", template='{"a": {{a}}, "b": {{b}}, "c": {{c}}}'), runs)
+    assert [(run.row, run.replicate) for run in again] == [(0, 0), (0, 1)]
+    assert second_time(study_of(tmp_path / "noisy", "replicates: 2"), runs) == []
+    assert second_time(load_study(Path(__file__).parents[2] / "configs" / "smoke.yaml"), runs) == []
 
 
 def test_a_seed_without_replicates_is_refused(tmp_path):

@@ -16,7 +16,7 @@ from stemcal.runs.answer import answer_all
 from stemcal.runs.executors.local import LocalExecutor
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers import make_solver, options
-from stemcal.solvers.program import Command
+from stemcal.solvers.program import Command, scripts_in
 from stemcal.solvers.protocol import Answer, Request
 from stemcal.study.model.study import Study
 from stemcal.study.reading import load_study
@@ -338,6 +338,16 @@ def test_a_run_depends_on_the_scripts_that_its_command_names(tmp_path: Path, nam
     changed = name != "outside/rest.py"
     assert (before.identity(REQUEST) != after.identity(REQUEST)) is changed
     assert (before.solve(REQUEST).reason == "input_changed") is changed
+
+
+def test_programs_on_the_path_and_data_elsewhere_are_no_inputs(tmp_path: Path) -> None:
+    """`solver` is searched on the PATH, although the folder has a file of this name; `./solver` is that file."""
+    (tmp_path / "spec").mkdir()
+    for name in ("spec/solver", "table.dat"):
+        (tmp_path / name).write_text("1 2\n", encoding="utf-8")
+    elsewhere = [str(tmp_path / "table.dat"), str(tmp_path / "spec" / "missing.py")]
+    assert scripts_in(["solver", *elsewhere], tmp_path / "spec") == []
+    assert scripts_in(["./solver", *elsewhere], tmp_path / "spec") == [tmp_path / "spec" / "solver"]
 
 
 def test_a_run_depends_on_a_program_next_to_the_spec(tmp_path: Path) -> None:

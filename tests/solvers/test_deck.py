@@ -228,6 +228,12 @@ def test_elements_of_the_body_of_a_blade_are_four_times_longer() -> None:
     assert len(above) == 13 and above == pytest.approx(24.612 / 13, rel=1e-3)
 
 
+def test_a_blade_that_is_thinner_than_its_rounding_is_widened() -> None:
+    """A rounding of 0.1 mm between flanks of 10° is 2·0.1·cos 10° wide."""
+    blade = Blade(thickness=0.1, width=28.0, edge_angle=20.0, edge_radius=0.1)
+    assert np.ptp(blade_mesh(blade, 90.0, 0.0, size=0.5).nodes[:, 0]) == pytest.approx(0.19696, rel=1e-4)
+
+
 def test_supports_leave_the_clearance_and_touch_the_stem() -> None:
     stem, supports = Stem(8.0, 0.41, 50.0), Supports(20.0, 1.0)
     mesh = supports_mesh(supports, stem, 1.0)
@@ -388,6 +394,12 @@ def test_nonlocal_deck_has_mass_by_its_density_and_tools_that_are_held() -> None
         assert f"{first:10d}{last:10d}" in text
     held = re.findall(r"\*BOUNDARY_SPC_SET\n\$#.*\n(.*)", text)  # the blade is free along z; no node of a solid turns
     assert [line.split() for line in held] == [list("20110000"), list("30111000")]
+
+
+def test_the_card_of_a_short_length_is_untested_too() -> None:
+    """4/4.5 = 0.89 mm; the message is about the card, not about its size."""
+    notes = [" ".join(carrying(program, diameter=4.0)._without_lengths()) for program in ("lsdyna", "openradioss")]
+    assert ["*MAT_NONLOCAL" in note for note in notes] == [True, False] and "0.889 mm" in notes[0]
 
 
 def test_deck_as_the_embedded_solver_computes_it() -> None:

@@ -14,7 +14,7 @@ from stemcal.runs.executors import InlineExecutor
 from stemcal.runs.record import of_the_table
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers.embedded import Embedded
-from stemcal.solvers.protocol import Answer, Request
+from stemcal.solvers.protocol import RESPONSES, Answer, Request
 from stemcal.study.model.study import Study
 from stemcal.study.reading import load_study
 
@@ -91,6 +91,35 @@ def test_all_responses_over_two_diameters(tmp_path: Path) -> None:
     assert found == [(8.0, "travel"), (8.0, "work"), (10.0, "travel")]
     assert len(stage["joint"]["rows"]) == 2 and stage["joint"]["scatter"] == "pooled"
     assert stage["joint"]["max_abs_left_out_error_percent"] < 0.5
+
+
+@dataclass(frozen=True)
+class OfItsOwn(Telling):
+    """The same three numbers as responses that the study declares."""
+
+    def solve(self, request: Request) -> Answer:
+        answer = super().solve(request)
+        travel = answer.details["peak_travel"]
+        others = {"dent": travel, "work": 0.5 * travel * (answer.response or 0.0)}
+        return Answer("ok", response=answer.response, details={RESPONSES: others})
+
+
+def test_means_of_one_cut_are_left_out_in_turn_but_not_those_of_an_own_response(tmp_path: Path) -> None:
+    """Without the force, travel and work still give F = 55.12/(0.5·1.06) = 104 N; own responses are never left out."""
+    cut = solved(study_of(tmp_path, EIGHT, "invert: {responses: all}\n"), tmp_path)
+    (row,) = cut["joint"]["rows"]
+    assert row["left_out_error_percent"] == pytest.approx(0.0, abs=0.2)
+    (tmp_path / "own").mkdir()
+    (tmp_path / "own" / "mine.py").write_text("class Mine: pass\n", encoding="utf-8")
+    own = EIGHT.replace("diameter: 8 mm", "size: 8").replace("travel", "dent").replace("force", "pull")
+    declared = (
+        "responses: [{name: pull, unit: N}, {name: dent, unit: mm}, {name: work, unit: mJ}]\n"
+        "conditions: [{name: size, unit: mm}]\nsolver: {kind: python, file: mine.py, class: Mine}\n"
+        "invert: {responses: all}\n"
+    )
+    found = solved(study_of(tmp_path / "own", own, declared), tmp_path / "own", OfItsOwn())
+    assert list(found["solution"].values()) == pytest.approx([16.0, 0.036], rel=1e-3)
+    assert [each["left_out_error_percent"] for each in found["joint"]["rows"]] == [None] * 3
 
 
 def test_a_worse_measured_response_counts_less(tmp_path: Path) -> None:

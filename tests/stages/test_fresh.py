@@ -16,7 +16,7 @@ from stemcal.runs.answer import Progress, Watch, watch_nothing
 from stemcal.runs.executors import InlineExecutor
 from stemcal.runs.study_folder import StudyFolder
 from stemcal.solvers import make_solver
-from stemcal.stages.fresh import _TEST, changes_since, finished, inputs_of, make, require_fresh
+from stemcal.stages.fresh import _TEST, _leaves, changes_since, finished, inputs_of, make, require_fresh
 from stemcal.stages.results import Results, fresh_results
 from stemcal.stages.stage import STAGES, stage_called
 from stemcal.stages.validate.analysis import validate
@@ -87,6 +87,12 @@ def test_whatever_changes_is_seen(place: Path, change: Callable[[Path], object])
     change(place)
     assert made(place) == ["screen"]
     assert made(place) == []
+
+
+def test_leaves_are_named_by_their_paths() -> None:
+    """An entry of a list has no number if it is the only one; an empty section is itself a leaf."""
+    part = {"layers": [{"name": "skin"}], "blade": {}, "factors": ["a", "b"]}
+    assert _leaves("test", part) == {"test.layers.name": "skin", "test.blade": {}, "test.factors": ["a", "b"]}
 
 
 def test_what_other_code_has_made_is_stale_and_told(place: Path, monkeypatch: pytest.MonkeyPatch) -> None:

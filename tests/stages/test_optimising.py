@@ -16,6 +16,7 @@ from stemcal.arrays import Array
 from stemcal.doe.calibration.region import Region
 from stemcal.doe.designs import SurfaceOptions, surface_design, surface_runs
 from stemcal.doe.regression.surface import fit_surface
+from stemcal.drawing.showing import Setting
 from stemcal.errors import TargetUnreachable
 from stemcal.runs.record import Outcome
 from stemcal.runs.study_folder import StudyFolder
@@ -220,6 +221,9 @@ def test_confirmed(tmp_path: Path) -> None:
     records = [place.peek(one.outcome.key) for one in found.cutters if one.material is None]
     assert [record["request"]["row"] for record in records if record] == [0, 1]
     (table,) = (each for each in OptimiseShowing().tables(found, Wording(found.naming)) if "Confirmation" in each.title)
+    study = load_study(tmp_path / "spec.yaml")
+    closing = OptimiseShowing().closing(found, Setting(study, fresh_results(study, place)))
+    assert [each.title for each in closing] == ["Optimal and present cutter", table.title]
     keys = [column.key for column in table.columns]
     rows = {row[0]: dict(zip(keys, row, strict=True)) for row in table.rows}
     assert rows["optimum"]["change"] == pytest.approx(100 * (150 / before - 1), abs=1e-3)
