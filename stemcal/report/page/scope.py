@@ -35,8 +35,8 @@ def scope(study: Study, results: Results) -> list[tuple[str, str]]:
         assumed.append(f"a prior for {prior.factor} of {mean} (standard deviation {sd})")
     lines = [("Valid for", valid), ("Assumed", assumed)]
     screened = results.of(ScreenResult)
-    found = showing_of(screened).outcome(screened, Wording(study.naming))[-1:] if screened is not None else []
-    return [("Factors", text) for text in found] + [(title, f"{series(texts)}.") for title, texts in lines if texts]
+    sentences = showing_of(screened).outcome(screened, Wording(study.naming))[-1:] if screened is not None else []
+    return [("Factors", text) for text in sentences] + [(title, f"{series(texts)}.") for title, texts in lines if texts]
 
 
 def _cut(study: Study) -> Iterator[str]:
