@@ -119,7 +119,7 @@ def _markdown_cell(text: str) -> str:
     >>> print(_markdown_cell("[a](https://b.c) www.d.e f@g.h"))
     \\[a\\](https\\://b.c) www\\.d.e f\\@g.h
     """
-    text = "".join(f"\\{character}" if character in "\\|*_<>[]`~@" else character for character in text)
+    text = "".join(f"\\{character}" if character in "\\|*_<>[]`~@$" else character for character in text)
     text = re.sub(r"&(?=#?\w+;)", "&amp;", text)
     return re.sub(r"(?i)(?<=www)\.|:(?=//)|(?<=mailto):|(?<=xmpp):", lambda match: f"\\{match[0]}", text)
 

@@ -40,14 +40,16 @@ def _goal_or_targets(draft: Draft) -> Iterator[Finding]:
             yield Finding((stage.name,), message, "remove this key", at_key=True)
 
 
-def _goal_is_simulated(draft: Draft) -> Iterator[Finding]:
-    if (goal := draft.study.goal) is None or not draft.naming.is_cutting:
+def _responses_are_simulated(draft: Draft) -> Iterator[Finding]:
+    if not draft.naming.is_cutting:
         return
-    severed = draft.study.loading.until == "severed"
-    places: dict[str, NodePath] = {name: ("goal", "at_most", draft.naming.named(name).name) for name in goal.at_most}
-    places |= {name: ("goal", key) for key in ("minimise", "maximise") for name in getattr(goal, key)}
-    for name, path in places.items():
-        if name != FIRST and not draft.kind.gives_curve:
+    goal, severed, means = draft.study.goal, draft.study.loading.until == "severed", draft.study.targets.means
+    places: list[tuple[str, NodePath]] = [(name, ("targets", m.row, name)) for m in means for name in m.further]
+    if goal is not None:
+        places += [(name, ("goal", "at_most", draft.naming.named(name).name)) for name in goal.at_most]
+        places += [(name, ("goal", key)) for key in ("minimise", "maximise") for name in getattr(goal, key)]
+    for name, path in places:
+        if goal is not None and name != FIRST and not draft.kind.gives_curve:
             message = f"a solver of kind `{draft.study.solver.kind}` returns only the force"
             yield Finding(path, message, f"declare both under `responses`, such as `- {{name: {name}, unit: mJ}}`")
         elif (response := response_of(name, CUT)) and FURTHER_CUT not in response.tests and not severed:
@@ -55,4 +57,8 @@ def _goal_is_simulated(draft: Draft) -> Iterator[Finding]:
             yield Finding(path, message, "write `until: severed` in the `loading` section")
 
 
-RULES: tuple[Callable[[Draft], Iterator[Finding]], ...] = (_goal_is_complete, _goal_or_targets, _goal_is_simulated)
+RULES: tuple[Callable[[Draft], Iterator[Finding]], ...] = (
+    _goal_is_complete,
+    _goal_or_targets,
+    _responses_are_simulated,
+)
