@@ -95,7 +95,7 @@ def perform_or_fail(test: AnyTest, inspect: Inspect | None = None) -> Laboratory
 
 
 def distrusted(result: CuttingResult, safety: float) -> SimulationFailed | None:
-    """Return the failure of a run whose time steps, a share `safety` of the stable ones, create energy; else None."""
+    """Return the failure of a run that created energy; its remedy is half the `safety` of the time step; else None."""
     drift, contact = result.energy_drift_percent, result.contact_energy_percent
     remedy = f"set `time_step_safety: {0.5 * safety:.2g}` under `solver`"
     if drift > _WORST_DRIFT:

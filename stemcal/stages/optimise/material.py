@@ -178,14 +178,14 @@ def _add_sections(
             borrowed.sections[name] = section.model_copy(update=changes)
     if own.get("layers") and own["layers"] != source.layers:
         borrowed.find("the layers differ from those of the calibration", "remove this key", ("layers",))
-    for sections in (theirs, *borrowed.others):  # without the keys that are factors of this spec
+    for sections in (theirs, *borrowed.others):  # keys that are factors of this spec are not set
         by_factor = [{f"{layer.name}_{key}": key for key in (*PARAMETERS, "thickness")} for layer in sections["layers"]]
         unset = [{each[name]: None for name in each.keys() & varied} for each in by_factor]
         both = zip(sections["layers"], unset, strict=True)
         sections["layers"] = tuple(layer.model_copy(update=changes) for layer, changes in both)
     borrowed.sections["layers"] = theirs["layers"]
     measured = [target.condition for target in source.targets.means]
-    diameters: dict[NodePath, float | None] = {}  # without any that of the calibration
+    diameters: dict[NodePath, float | None] = {}  # stem diameters in the spec; None: the calibration diameter
     diameters["specimen", "outer_diameter"] = field_or_none(own.get("specimen"), "outer_diameter")
     for index, factor in own.get("factors", {}).items():
         if factor.name == "outer_diameter":

@@ -18,7 +18,7 @@ from stemcal.vocabulary import DIAMETER, FIRST
 
 _WIDEST = 20.0  # a level changes at most by this factor, or by so many widths of a range with levels below zero
 _INSIDE = 0.85  # share of the radius of the design region within which required levels are placed
-_WEAK, _LEAST = 0.1, 1e-3  # relative size of an effect that is not used; smallest simulated over measured value
+_WEAK, _LEAST = 0.1, 1e-3  # relative size of an effect that is not used; smallest ratio of simulated to measured
 _CLOUD = 9
 _MOST_AVERAGED = 100  # largest number of replicates in a spec
 
@@ -30,7 +30,7 @@ def reach(surface: Surfaces) -> tuple[float, float]:
 
 
 def to_reach(study: Study, surface: Surfaces, target: float) -> Remedy:
-    """Return the remedy to widen the range of one factor, with others at the extreme point, to reach the target."""
+    """Return the remedy to widen the range of one factor, with all others at the extreme point, to reach the target."""
     end = extremes(surface.fitted, surface.region)[0 if target < reach(surface)[0] else 1]
     (effects,), (missing,) = _power_laws(study, surface, end)
     steps = missing / np.where(np.abs(effects) > 1e-9, effects, 1e-9)
@@ -107,13 +107,13 @@ def _plausible(study: Study, factor: Factor) -> tuple[float, float]:
 
 
 def widened(study: Study, factor: Factor, up: bool, width: float) -> Remedy:
-    """Return the remedy to extend a range upwards or downwards by `width` times its width, as far as it can be."""
+    """Return the remedy to extend a range upwards or downwards by `width` times its width, if this is plausible."""
     by = width * (factor.high - factor.low)
     return _limits(study, [(factor, "high", factor.high + by) if up else (factor, "low", factor.low - by)])
 
 
 def _limits(study: Study, limits: Sequence[tuple[Factor, Literal["low", "high"], float]]) -> Remedy:
-    """Return the remedy to set limits of factor ranges; one that is not plausible goes half-way to what is."""
+    """Return the remedy to set limits of factor ranges; a limit beyond the plausible range goes half-way to it."""
     texts, edits = [], dict[str, str]()
     for factor, key, limit in limits:
         old, end = getattr(factor, key), _plausible(study, factor)[key == "high"]

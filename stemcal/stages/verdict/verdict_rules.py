@@ -56,7 +56,7 @@ class Evidence:
 
     @cached_property
     def mostly_off(self) -> bool:
-        """Whether most errors exceed the tolerance, or of one response twice the tolerance; then not calibrated."""
+        """Whether most errors exceed the tolerance, or most errors of one response exceed twice the tolerance."""
         rows = [(row.response, row.size) for row in self.judged if row.error_percent is not None]
         rows = rows or [("", abs(error)) for result in self.results.done for error in result.misses]
         each = [[size for name, size in rows if name == response] for response in {name for name, _ in rows}]
