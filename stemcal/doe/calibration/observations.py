@@ -41,7 +41,7 @@ from stemcal.vocabulary import FIRST
 
 _DRAWS, _MANY = 512, 64  # more than `_MANY` means determine the scatter well, and need a quarter of the draws
 FINEST, COARSEST = 1e-4, 0.1
-"""Bounds of the relative error of a surface (the first also of a mean); the second is raised if runs show more."""
+"""Bounds of the relative error of a surface; a mean has at least the first, and more scatter raises the second."""
 _MOST_APART = 1.0
 _STEPS, _SHAPES = 48, 8  # grid points of ln σ, and of d₀
 _COMMON_SHAPE = 1e6  # d₀ if all conditions have the same variance; also the degrees of freedom of a known variance
