@@ -145,7 +145,7 @@ def middle_of_the_cut() -> State:
 
 def step() -> None:
     """Print the parts of a step."""
-    warm(precision="mixed")
+    warm()
     state = middle_of_the_cut()
     whole = march_seconds(state)
     loops = {

@@ -74,7 +74,7 @@ def tests_of(cases: list[Case]) -> list[ShearTest]:
 
 def simulate_all(tests: list[ShearTest]) -> list[CuttingResult]:
     """Run shear tests on all cores, one process each; same order."""
-    warm(precision="mixed")
+    warm()
     context = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(os.cpu_count(), mp_context=context) as pool:
         return list(pool.map(shear, tests))

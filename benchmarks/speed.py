@@ -115,7 +115,7 @@ def solver() -> None:
     """Print the rate of the whole solver: contact, erosion, integration and output included."""
     test = tests_of(paper_cases(["rsm"])[:1])[0]
     test = replace(test, discretisation=replace(test.discretisation, symmetry="none"))
-    warm(precision="mixed")
+    warm()
     rates = [shear(test).element_steps_per_second / 1e6 for _ in range(5)]
     print(f"paper's 8 mm case, full model: {np.median(rates):.1f} million element-steps per second and core")
 
@@ -123,7 +123,7 @@ def solver() -> None:
 def steps() -> None:
     """Print what longer steps and the end at the break do to the paper's 8 mm case, quarter model."""
     test = tests_of(paper_cases(["rsm"])[:1])[0]
-    warm(precision="mixed")
+    warm()
     print("step wanted  ends at the break  steps  CPU seconds  peak force  kinetic energy  added mass")
     for wanted in (None, 20e-6, 40e-6, 60e-6, 80e-6):
         for stops in (True, False):
@@ -162,7 +162,7 @@ def plan() -> None:
 
 def scaling() -> None:
     """Print cost per element-step and memory per element over the size of the model, each in a process of its own."""
-    warm(precision="mixed")
+    warm()
     context = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(1, mp_context=context, max_tasks_per_child=1) as pool:
         for line in pool.map(cost_of_size, ((10, 10, 10), (25, 20, 20), (50, 50, 40), (100, 100, 100))):

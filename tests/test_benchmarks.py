@@ -4,9 +4,12 @@ import importlib.metadata
 import json
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
+
+from stemcal.cutting.simulate import shear
 
 BENCHMARKS = Path(__file__).parents[1] / "benchmarks"
 
@@ -16,6 +19,17 @@ def test_every_script_finds_what_it_imports(monkeypatch: pytest.MonkeyPatch) -> 
     assert not set(names) & {*sys.stdlib_module_names, *importlib.metadata.packages_distributions()}
     monkeypatch.syspath_prepend(BENCHMARKS)
     assert [importlib.import_module(name).__name__ for name in names] == names
+
+
+@pytest.mark.slow
+def test_published_cases_are_simulated(monkeypatch: pytest.MonkeyPatch) -> None:
+    """In other processes, as `against_paper.py` does: the force is that of a simulation in this process."""
+    monkeypatch.syspath_prepend(BENCHMARKS)
+    cases = importlib.import_module("cases")
+    (test,) = cases.tests_of(cases.paper_cases()[-1:])
+    coarse = replace(test, discretisation=replace(test.discretisation, element_size=1.0))
+    (found,) = cases.simulate_all([coarse])
+    assert found.peak_force == shear(coarse).peak_force > 100.0
 
 
 OLD = {"schema_version": 2, "rows": [{"condition": 8.0, "response": 120.1, "reason": ""}], "slope": None}
