@@ -22,6 +22,9 @@ def test_montgomerys_yield_has_the_residual_of_the_model_with_curvature():
     assert (found.residual.sum_of_squares, found.residual.df) == (pytest.approx(0.1745), 5)
     assert (found.runs_used, found.runs_failed) == (9, 0)
     assert [effect.f for effect in found.effects] == pytest.approx([2.4025 / 0.0349, 0.4225 / 0.0349])
+    assert [(note.kind, note.severity) for note in found.notes if "curvature" in note.text] == [
+        ("curvature", "caution")
+    ]
     curvature = found.curvature
     assert curvature is not None and curvature.runs == 5 and curvature.df == 5 and not curvature.curved
     assert curvature.difference == pytest.approx(40.425 - 40.46)

@@ -396,6 +396,13 @@ def test_nonlocal_deck_has_mass_by_its_density_and_tools_that_are_held() -> None
     assert [line.split() for line in held] == [list("20110000"), list("30111000")]
 
 
+def test_the_step_up_to_which_mass_is_added() -> None:
+    """4e-5 s over a safety of 0.9; none where the density is raised instead, which nonlocal failure needs."""
+    texts = [deck_text(carrying(program)) for program in (None, "lsdyna", "openradioss")]
+    cards = [text[text.index("dt2ms\n") + 6 :].splitlines()[0] for text in texts]
+    assert [float(card[40:50]) for card in cards] == pytest.approx([-4e-5 / 0.9, -4e-5 / 0.9, 0.0], rel=1e-4)
+
+
 def test_the_card_of_a_short_length_is_untested_too() -> None:
     """4/4.5 = 0.89 mm; the message is about the card, not about its size."""
     notes = [" ".join(carrying(program, diameter=4.0)._without_lengths()) for program in ("lsdyna", "openradioss")]

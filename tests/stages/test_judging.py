@@ -1,11 +1,13 @@
 """The verdict by its rules, and that following its advice ends in a better one."""
 
+import math
 import re
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import pytest
 import workflow
@@ -28,7 +30,7 @@ from stemcal.stages.result import Judged
 from stemcal.stages.results import fresh_results
 from stemcal.stages.rsm.result import RsmResult
 from stemcal.stages.stage import STAGES
-from stemcal.stages.verdict import verdict_rules
+from stemcal.stages.verdict import direction_advice, verdict_rules
 from stemcal.stages.verdict import words as verdict_words
 from stemcal.stages.verdict.advice import reach
 from stemcal.stages.verdict.physics import LIMITS, NEGLIGIBLE_MASS, Doubt, for_physics
@@ -38,7 +40,7 @@ from stemcal.study.model.study import Study
 from stemcal.study.reading import load_study
 from stemcal.study.types.factor import PriorKnowledge
 from stemcal.study.types.solver_kind import SOLVERS
-from stemcal.vocabulary import Wording
+from stemcal.vocabulary import CUTTING, Wording
 
 TARGETS = """\
 targets:
@@ -390,6 +392,39 @@ def test_a_prior_that_exists_is_not_advised_and_the_publication_is(tmp_path: Pat
     last = advised("yield_stress", "failure_strain")
     assert "prior" not in last.text and "publish" in last.text and last.edit is None
     assert "1.5 MPa" in last.text and "0.02" in last.text
+
+
+@pytest.mark.parametrize(("mean", "sd", "within"), [(150.0, 3.0, True), (153.0, 3.0, False), (92.0, 3.0, False)])
+def test_a_mean_within_two_deviations_of_the_recorded_runs_is_within_reach(
+    mean: float, sd: float, within: bool
+) -> None:
+    """Runs of 100 to 146 N, one of them failed."""
+    runs = [SimpleNamespace(number=lambda _, force=force: force) for force in (100.0, 146.0, math.inf)]
+    target = SimpleNamespace(mean_of=lambda _: (mean, sd))
+    evidence: Any = SimpleNamespace(
+        study=SimpleNamespace(calibration_target=target),
+        of=lambda _: SimpleNamespace(design=SimpleNamespace(runs=runs)),
+    )
+    assert invert_rules._within_reach(evidence, "force") is within
+
+
+@pytest.mark.parametrize(
+    ("ratio", "known", "kinds"),
+    [(2.0, 0.1, ["anisotropy"]), (1.3, 0.5, []), (1.1, 0.001, []), (0.5, 0.1, ["anisotropy"])],
+)
+def test_moduli_differ_if_they_are_apart_by_size_and_by_their_error(
+    ratio: float, known: float, kinds: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Below twice the equivalent 10 % (a ratio of 1.21) or 1.96 standard errors, one modulus is enough."""
+    required = iter([(["bending"], ratio, known), (["ring"], 1.0, 0.0)])
+    monkeypatch.setattr(direction_advice, "_required", lambda *_: next(required))
+    monkeypatch.setattr(direction_advice, "_to_transverse", lambda *_: None)
+    study = SimpleNamespace(
+        naming=CUTTING, tests=[1], is_layered=False, calibration_target=SimpleNamespace(condition=8.0),
+        parameters=lambda *_: {"elastic_modulus": 1000.0},
+    )  # fmt: skip
+    evidence: Any = SimpleNamespace(study=study, equivalent_percent=10.0, mostly_off=False)
+    assert [note.kind for note in direction_advice.direction_reason(evidence, SimpleNamespace(), {})] == kinds  # type: ignore[arg-type]
 
 
 def test_reasons_are_numbered_from_one() -> None:
