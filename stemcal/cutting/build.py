@@ -206,7 +206,7 @@ def _blade(test: ShearTest) -> Tool:
 
 
 def _supports(test: ShearTest) -> tuple[Tool, ...]:
-    """Return the support blocks; a mirror plane replaces the left one, and a counter-edge is only on the left."""
+    """Return the support blocks on both sides; with a mirror plane only the right one, a counter-edge only the left."""
     r, kind = test.supports.fillet_radius, test.supports.kind
     near = r + (0.5 * test.supports.clearance if kind == "span" else _counter_edge(test))
     height = -0.5 * test.stem.outer_diameter

@@ -45,7 +45,7 @@ class Measured:
 
     @property
     def leads(self) -> bool:
-        """Whether it counts in the error of a fit: the force, and every response that the spec declares."""
+        """Whether the mean counts in the error of a fit, as means of the force and of declared responses do."""
         return self.response == FIRST or self.named in self.naming.others
 
 
