@@ -125,6 +125,14 @@ def test_check_shows_values_with_their_units_and_one_remedy(calibrated: Path) ->
     assert str(caught.value).count("run `stemcal") == 1 and ".." not in str(caught.value)
 
 
+def test_a_study_with_the_name_of_its_calibration_is_refused(calibrated: Path) -> None:
+    """Both would be in one folder, and the calibration would be overwritten."""
+    name = load_study(calibrated / "study.yaml").name
+    with pytest.raises(SpecError) as caught:
+        cutter(calibrated, CUTTER.replace("name: cutter", f"name: {name}"))
+    assert [problem.path for problem in caught.value.problems] == ["name"]
+
+
 @pytest.mark.parametrize("end", ["low: 5, high: 8.5", "low: 8.5, high: 16"])
 def test_a_varied_diameter_is_that_of_the_calibration(calibrated: Path, end: str) -> None:
     factor = f"  - {{name: outer_diameter, unit: mm, {end}}}\nloading"

@@ -76,6 +76,8 @@ def completed(own: Mapping[str, Any], data: Mapping[str, Any], folder: Path) -> 
     except SpecError as error:
         borrowed.find(f"the spec of the study has mistakes: {error.problems[0]}", "correct them")
         return borrowed
+    if own.get("name") == source.name:  # both studies would have the same folder
+        borrowed.find("the calibration has the same name and would be overwritten", "write another name", ("name",))
     levels = source.midlevels()
     if not place.path.is_dir():
         borrowed.pending = (

@@ -160,7 +160,8 @@ def _laws_are_possible(draft: Draft) -> Iterator[Finding]:
             continue
         for diameter in _diameters(draft):
             findings = [*_stiffness(draft, layer, diameter), *_surface(draft, layer, diameter)]
-            yield from findings
+            where = "" if layer is None else f"in the layer {layer.name!r}, "
+            yield from (finding._replace(message=f"{where}{finding.message}") for finding in findings)
             if findings:
                 break
 
