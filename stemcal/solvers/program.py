@@ -30,12 +30,8 @@ from stemcal.vocabulary import FIRST
 
 O = TypeVar("O", bound=ProgramOptions)
 OUTPUT = "program-output.txt"
-_AT_END = Note(
-    "largest_at_end",
-    "warning",
-    "The extreme value is the last number of the result. The simulation may have ended before the true one.",
-    Remedy("Use a longer stroke. If the program may stop early, write the text of its normal end under `ends_with`."),
-)
+_ENDED = "The extreme value is the last number of the result. The simulation may have ended before the true one."
+_AT_END = Note("largest_at_end", "warning", _ENDED, Remedy("Use a longer stroke, or `ends_with` if it stops early."))
 
 
 @dataclass(frozen=True)

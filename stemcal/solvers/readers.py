@@ -174,9 +174,7 @@ def _regex(text: str, file: str, pattern: str) -> _Series:
 
 
 # Characters that continue a number: a digit, a decimal point, an exponent (including 1.5-101 of Fortran and × 10^3).
-_CONTINUES = re.compile(
-    r"\.?\d|\.?[eEdD][-+]?\d|\.?\s*[x×*·⋅]\s*10\s*(\^|\*\*|[⁻²³¹⁰⁴-⁹])|\^\d|[¼½¾⁻²³¹⁰⁴-⁹]", re.ASCII
-)
+_CONTINUES = re.compile(r"\.?\d|\.?[eEdD][-+]?\d|\.?\s*[x×*·]\s*10\s*(\^|\*\*|[⁻²³¹⁴-⁹])|\^\d|[¼½¾⁻²³¹⁴-⁹]", re.ASCII)
 _FORTRAN = re.compile(r"[-+]\d{3}(?!\d)", re.ASCII)
 _BEGINS = re.compile(r"\d\.?$|\d\.?[eEdD][-+]?$", re.ASCII)
 # Thousands separators, which may also separate two numbers. Before a number there may be a sign or a decimal point too.
