@@ -1,4 +1,4 @@
-"""The two lengths of cutting: spread edge versus a static solution, and nonlocal failure."""
+"""The lengths of cutting: spread edge versus a static solution, nonlocal failure, and a plate of known toughness."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from functools import cache
 import numpy as np
 from test_nonlocal_mean import averaged
 from test_notched_plate import work_to_failure
+from test_plate import ANGLE, split, steady
 from test_spread_edge import SPREAD, pressed, static_compliance, stiffness
 
 from stemcal.fem.mesh import brick
@@ -56,6 +57,24 @@ def failure() -> Topic:
         f"{work_to_failure(0.25, 0.0):.1f} mJ when the element size is halved from 0.5 to 0.25 mm."
     )
     return Topic("Nonlocal failure", text, tuple(cases))
+
+
+def plate() -> Topic:
+    """Split a plate of known toughness by parting."""
+    cases = []
+    for h, share, force, strain in ((0.2, "t", 0.09, 0.10), (0.1, "t/2", 0.05, 0.06)):
+        found = split(h, 0.1)
+        net = found.force - found.hourglass
+        cases.append(Case(f"elements of {share}: force over toughness", net, steady(), force, "Atkins; Euler beam"))
+        cases.append(Case(f"elements of {share}: strain over ε_f", found.strain, 1.0, strain, "criterion of parting"))
+    text = (
+        f"A thin, sharp, smooth wedge of {ANGLE:g}° splits a plate along a plastic layer of half thickness t between "
+        "two elastic arms. All of the layer fails at the failure strain ε_f, so the toughness is 2 t σ_y ε_f. "
+        "The force per thickness must equal the toughness plus the work of bending the arms' plastic faces and the "
+        "kinetic energy of the arms. Hourglass energy (7 to 11 % of the toughness) is subtracted from the force. The "
+        "strain is that of the layer behind the cut front."
+    )
+    return Topic("Plate of known toughness", text, tuple(cases))
 
 
 @cache

@@ -84,23 +84,29 @@ def split(h: float, length: float) -> Split:
     return Split(over_area(history.external), over_area(history.hourglass), strain, history.drift_percent())
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(("h", "within"), [(0.2, 0.10), (0.1, 0.06)])
-def test_a_thin_wedge_splits_a_plate_of_known_toughness(h: float, within: float) -> None:
-    """F/b = G + 2 t σ_y ε_b + ρ H (V θ)², less the hourglass energy that stays in the layer: within 5 % with h = t/2.
-
-    Found: 1.153 and 1.118 for 1.067 (h = t, t/2); with an internal length of 1 mm, that of the plastic zone, 1.39: the
-    mean strain then includes material far ahead of the front, and the strain behind it grows to 1.35 ε_f.
+def steady() -> float:
+    """Return the force of a steady split less hourglass energy, over the toughness: 1 + (2 t σ_y ε_b + ρ H (V θ)²)/G.
 
     Bent by M = √(G E I), the face of an arm is strained by ε_b = M H/2EI, there and back. Beyond the wedge the arms
-    move apart at Vθ with θ = 3Δ/4c, c⁴ = 3 E H³ Δ²/16 G. The front lies between nodes, so the layer is strained more by
-    h over the length of the plastic zone, about 1 mm.
+    move apart at Vθ with θ = 3Δ/4c, c⁴ = 3 E H³ Δ²/16 G.
     """
-    found = split(h, 0.1)
     bent = 0.5 * ARM * sqrt(TOUGHNESS / (E * ARM**3 / 12.0))
     bending = 2.0 * LAYER * YIELD * bent
     lead = (3.0 * E * ARM**3 * THICK**2 / (16.0 * TOUGHNESS)) ** 0.25
     swing = DENSITY * ARM * (SPEED * 0.75 * THICK / lead) ** 2
+    return 1.0 + (bending + swing) / TOUGHNESS
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("h", "within"), [(0.2, 0.10), (0.1, 0.06)])
+def test_a_thin_wedge_splits_a_plate_of_known_toughness(h: float, within: float) -> None:
+    """The force less the hourglass energy that stays in the layer is `steady`: within 5 % with h = t/2.
+
+    Found: 1.153 and 1.118 for 1.067 (h = t, t/2); with an internal length of 1 mm, that of the plastic zone, 1.39: the
+    mean strain then includes material far ahead of the front, and the strain behind it grows to 1.35 ε_f. The front
+    lies between nodes, so the layer is strained more by h over the length of the plastic zone, about 1 mm.
+    """
+    found = split(h, 0.1)
     assert found.drift < 0.01
     assert 1.0 < found.strain < 1.0 + within
-    assert found.force - found.hourglass == pytest.approx(1.0 + (bending + swing) / TOUGHNESS, rel=within - 0.01)
+    assert found.force - found.hourglass == pytest.approx(steady(), rel=within - 0.01)
