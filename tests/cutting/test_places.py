@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from stemcal.cutting.build import stem_mesh
-from stemcal.cutting.parts import Blade, Discretisation, Loading, ShearTest, Stem
+from stemcal.cutting.parts import Blade, Discretisation, Loading, ShearTest, Stem, Supports
 from stemcal.cutting.result import BreakWatch, break_row, moving_mean
 from stemcal.cutting.simulate import placed, shear
+from stemcal.fem import state
 from stemcal.fem.material import Material, Transverse
 from stemcal.fem.model import Integration
 
@@ -53,6 +54,24 @@ def test_no_vibration_of_a_stem_with_fibres() -> None:
     curve = shear(placed(test, 1 / 12)).history
     later = curve.travel > 0.5
     assert (curve.kinetic[later] / curve.internal[later]).max() < 3e-4
+
+
+@pytest.mark.slow
+def test_a_soft_stem_has_the_force_of_a_surface_of_every_step(monkeypatch: pytest.MonkeyPatch) -> None:
+    """E = 20 σ_y: with a surface of up to 20 steps ago, 4805 N instead of 3855 N."""
+    cane = Material(1.067e-9, 600.0, 0.33, 30.0, 5.0, 0.05, failure_strain=0.08, internal_length=25 / 4.5)
+    how = Discretisation(
+        element_size=25 / 12, coarsening=6.0, coarsening_around=2.0,
+        integration=Integration(mass_scaling=1e4, time_step=4e-5, precision="mixed"),
+    )  # fmt: skip
+    test = ShearTest(
+        cane, stem=Stem(25.0, 0.0, 120.0), supports=Supports(clearance=40.0), discretisation=how,
+        blade=Blade(thickness=4.0, edge_angle=30.0, edge_spread=25 / 9.5), loading=Loading(50 / 60, 15.0),
+    )  # fmt: skip
+    force = shear(test).peak_force
+    monkeypatch.setattr(state, "SOFT_LIFE", 1)
+    assert force == pytest.approx(shear(test).peak_force, rel=0.01)
+    assert force == pytest.approx(3855.0, rel=0.02)
 
 
 def test_coarsening_keeps_the_cut_and_the_length() -> None:
