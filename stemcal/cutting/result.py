@@ -57,7 +57,10 @@ class ForceHistory:
 class CuttingResult:
     """Result of a virtual shear test; forces in N, travel in mm, time in s, shares in percent.
 
-    peak_force, peak_force_raw   largest force until the first fracture, after and before the filter
+    A failure is the deletion of an element or the parting of a node. At a fracture, the force has also clearly dropped
+    (`break_row`).
+
+    peak_force, peak_force_raw   largest force until the first fracture: filtered, and not filtered
     peak_time, peak_travel       time and travel at the peak of the filtered force
     elements, deleted_elements   number of elements in the computed mesh, and of those deleted before the peak
     stroke_was_enough            whether the stem has fractured, or the force at the end of the stroke is clearly below

@@ -223,7 +223,7 @@ def _body(model: Model, lanes: Lanes, topology: Topology, volumes: Array) -> Bod
     v = nodal_zeros(len(x), x.dtype) if model.velocity is None else nodal(model.velocity)
     held = np.zeros(x.shape, dtype=bool, order="F") if model.held is None else model.held.copy(order="F")
     none = np.zeros((0, 3), order="F")
-    # C order, like an array without rows, so that the kernels are compiled only once
+    # in C order, which the compiler assumes for the empty array `none`; otherwise the kernels would be compiled twice
     driven = np.ascontiguousarray(np.where(held, v, 0.0)) if v[held].any() else none
     body = Body(
         x=x,

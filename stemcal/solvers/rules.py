@@ -49,7 +49,7 @@ class _Templated(Protocol):
 
 
 def _texts(solver: _Templated) -> Iterator[tuple[NodePath, str, bytes | OSError]]:
-    """Yield the place in the spec, file name and content (or error) of each template, then of each command argument."""
+    """Yield the texts that may contain placeholders: place in the spec, file name (or ""), content (or the error)."""
     for index, path in enumerate(solver.templates):
         try:
             yield ("solver", "templates", index), path.name, template_bytes(path)

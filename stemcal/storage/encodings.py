@@ -35,7 +35,7 @@ def _unicodes(content: bytes) -> Iterator[str]:
 
 
 def guesses(content: bytes) -> Iterator[str]:
-    """Yield possible encodings, the most likely first: Unicode; if that is UTF-8, also Chinese and Western European."""
+    """Yield possible encodings, the most likely first; after UTF-8, for content that is not valid UTF-8, older ones."""
     yield from (unicode := list(_unicodes(content)))
     if unicode == ["utf-8"]:
         # Western European letters are isolated among ASCII; a Chinese character has two bytes beyond ASCII in a row

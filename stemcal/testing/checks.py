@@ -98,7 +98,7 @@ class DesignAtWork(AtWork):
 
     @property
     def few(self) -> dict[int, Array]:
-        """The points for small numbers of factors, which are quick to compute again."""
+        """The points for small numbers of factors, by this number; these designs are quick to compute twice."""
         return {k: points for k, points in self.each.items() if k <= _FEW}
 
 

@@ -291,7 +291,7 @@ class Tangents:
         return np.asarray(np.maximum(self._each[2] + beyond, 0.0))
 
     def allowed(self, direction: Array, level: float = 0.95) -> float:
-        """Return c for an interval along a direction: the increase of D at the ends of its `level` interval."""
+        """Return c, by which the misfit D may rise above its minimum inside a `level` interval along a direction."""
         from scipy.optimize import brentq
         from scipy.special import ndtr, ndtri
 

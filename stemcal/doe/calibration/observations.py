@@ -107,7 +107,7 @@ def _drawn(log_density: Array, uniform: Uniforms) -> tuple[Array, Array]:
 class Contrasts:
     """Information on the errors of m surfaces of one response from their runs, relative to the mean response."""
 
-    maps: Array  # (m, points, terms): a = maps·φ are the weights of the design points in the prediction at φ
+    maps: Array  # (m surfaces, points, terms): a = maps·φ are the weights of the design points in the prediction at φ
     runs: Array  # (m, points): number of runs at each design point
     scale: Array  # mean response of each surface, to which everything is relative
     counts: Array  # number of contrasts Qᵀy in each group of contrasts with the same variance

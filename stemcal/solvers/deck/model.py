@@ -157,10 +157,11 @@ class Deck:
 
     @property
     def edge_share(self) -> float:
-        """Factor on the contact stiffness p m/Δt² of the blade, by the definition of LS-DYNA, for a sharp edge.
+        """Factor on the contact stiffness p m/Δt² of the blade (penalty p, nodal mass m), for a sharp edge.
 
-        A sharp edge has four nodes per element. In the embedded solver, each acts on a quarter of m/(1 + η²), where
-        1 + η² = 4 Σ N² for the shape functions N of a face at −1 < η < 1 of its width; the mean of 1/(1 + η²) is π/4.
+        A sharp edge has four nodes per element. In the embedded solver, the stiffness of each is p M/Δt² with the mass
+        M = ¼ m/(1 + η²) at −1 < η < 1 of the width of a face, 1 + η² = 4 Σ N² for its shape functions N. The mean of
+        1/(1 + η²) is π/4. LS-DYNA uses this factor as it is, for OpenRadioss it is converted.
         """
         if not self.is_sharp:
             return 1.0

@@ -33,7 +33,7 @@ from stemcal.vocabulary import FIRST
 FIRST_RADIUS, SHRINK = 1.0, 0.5  # radius (coded) of the first step; factor after a step without progress
 _NEWTON_STEPS = 60
 _PROGRESS = 0.5  # a step makes progress if it reduces the error to less than this share
-_SAME, _SETTLED = 1e-9, 1e-3  # coded: shorter steps, of one target and of a joint fit, are not worth a run
+_SAME, _SETTLED = 1e-9, 1e-3  # steps shorter than these (coded) are not worth a run: of one target, of a joint fit
 
 
 @dataclass(frozen=True, eq=False)

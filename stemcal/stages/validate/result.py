@@ -78,7 +78,7 @@ class ValidateResult(StageResult):
 
     @property
     def compared(self) -> list[ValidationRow]:
-        """Comparisons of the first response."""
+        """Comparisons of the measured with the simulated first response, at all conditions."""
         return [row.compared for row in self.rows]
 
     @property

@@ -113,7 +113,7 @@ def _below(node: dict[str, Any], path: tuple[str, ...]) -> Iterator[tuple[tuple[
 
 
 def _properties(path: NodePath) -> dict[str, Any]:
-    """Return the schemas of the keys at `path`, by key; the path of a solver's key contains its kind."""
+    """Return the schemas of the keys at `path`, by key. The path of a key of `solver` contains the kind of solver."""
     if not path:
         return dict(json_schema()["properties"])
     steps = ["[]" if isinstance(step, int) else step for step in path]

@@ -71,6 +71,6 @@ class Draft:
         return sizes
 
     def unknown_factor(self, path: NodePath, name: str, at_key: bool = True) -> Finding:
-        """Return the finding for the name of an unknown factor."""
+        """Return the finding for the name of an unknown factor; with `at_key`, the name is a key of the spec."""
         message = f"{name[:60]!r} is not a factor of this study"
         return Finding(path, message, did_you_mean(name, self.names), at_key)
