@@ -134,7 +134,7 @@ class Contradicted:
 class JointFitted:
     """The result of a joint fit: measured means and predictions.
 
-    `rows` has the means of the first response and of responses that the spec declares, `further` the means of all others.
+    `rows` has the means of the first response and of responses that the spec declares, `further` the other means.
     `contradiction` is the mean that contradicts the others; `out_of_reach` are means outside the range of their
     surface. `separated` is False if the fit hardly changes along a direction of the parameters.
     """
