@@ -108,7 +108,7 @@ def _values_are_physical(draft: Draft) -> Iterator[Finding]:
             if path not in reported and (wrong := parameter.outside(shown)):
                 reported.add(path)
                 message = f"{in_unit(shown, parameter.unit)} {wrong}"
-                remedy = f"the usual range for plants is {parameter.usual}"
+                remedy = f"the usual range{'' if name in SETTINGS else ' for plants'} is {parameter.usual}"
                 if name in _growing(draft):
                     message = f"at one of the diameters in this study, the value {message}"
                     remedy = "correct the value, the exponent or the factor ranges"
@@ -140,7 +140,7 @@ def wrong_levels(study: Study, levels: Mapping[str, float], diameter: float | No
         parameter = study.places[name].parameter
         shown = units.from_internal(value, parameter.unit)
         if name in (*study.names, *growing) and (wrong := parameter.outside(shown)):
-            yield f"{name} ({in_unit(shown, parameter.unit)}) {wrong}; the usual range for plants is {parameter.usual}"
+            yield f"{name} ({in_unit(shown, parameter.unit)}) {wrong}; the usual range is {parameter.usual}"
     diameter, study = study.targets.calibrate_at if diameter is None else diameter, study.at(levels)
     stem = layers_at(study, levels, diameter)
     if sum(layer.thickness for layer in stem) >= 0.5 * diameter * (1.0 - study.specimen.ratio_at(diameter)):

@@ -226,7 +226,7 @@ RULES: list[tuple[str, Callable[..., object]]] = [
     (r"keep two, and limit the others", lambda one: one.at(("goal",)).pop("maximise", None)),
     (r"enclose the value in quotes", lambda one: one.write(str(one.value))),
     (r"shorten the value to a length of at most (\d+)", lambda one, v: one.write(one.value[: int(v)])),
-    (r"the usual range for plants is ([\d.e-]+) to ([\d.e-]+)", lambda one, low, high: one.write(
+    (r"the usual range(?: for plants)? is ([\d.e-]+) to ([\d.e-]+)", lambda one, low, high: one.write(
         plain(low) if one.key == "low" else 0.4 if one.key == "high" else float(high) * 0.9)),
 ]  # fmt: skip
 """Forms of remedies, the first that fits is typed."""
