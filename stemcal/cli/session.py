@@ -142,8 +142,8 @@ def opened(
 ) -> Iterator[Session]:
     """Open a study, with `changes` of its spec, in a locked folder.
 
-    Results in the run sheet of the folder are entered first, unless this is the sheet `entered` by the command. If the
-    study waits for results, the sheet is written, and the command ends with a message.
+    Results in the run sheet of the folder are entered first, unless the command itself enters this sheet (`entered`).
+    If the study waits for results, the sheet is written, and the command ends with a message.
     """
     make_executor = _executor_called(executor, workers)
     study = study_or_exit(spec, changes)
