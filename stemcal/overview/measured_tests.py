@@ -57,7 +57,7 @@ def measure_tests(
         if not folder.is_dir():
             raise UsageError(f"{folder} does not exist; specify a folder that contains one subfolder for each test")
         names = ", ".join(test.name for test in study.tests)
-        raise UsageError(f"{folder} has no subfolder named after a test; the tests of {study.name} are {names}")
+        raise UsageError(f"{folder} has no subfolder of a test; name them after the tests of {study.name}: {names}")
     asked = [specimen.partition("/") for specimen in exclude]
     if unknown := [parts for parts in asked if parts[0] not in {test.name for test in there}]:
         raise UsageError(

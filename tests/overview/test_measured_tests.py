@@ -127,9 +127,7 @@ def test_a_folder_without_tests_and_an_unknown_specimen_are_refused(lab: Path) -
         measure_tests(study, lab / "pull")
     with pytest.raises(UsageError, match=r"does not exist; specify a folder"):
         measure_tests(study, lab / "nowhere")
-    with pytest.raises(
-        UsageError, match=r"smoke has no `tests` section; add this section, or use `stemcal measure shear`"
-    ):
+    with pytest.raises(UsageError, match=r"smoke has no `tests` section; add it, or use `stemcal measure shear`"):
         measure_tests(load_study(THREE.with_name("smoke.yaml")), lab)
     with pytest.raises(UsageError, match=r"write TEST/SPECIMEN, as in `pull/8mm-1`"):
         measure_tests(study, lab, exclude=["8mm-1"])
