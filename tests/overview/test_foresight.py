@@ -1,4 +1,4 @@
-"""What a study would take is told before it begins; the monsters are in tests/faults/test_hostile.py."""
+"""Runs, time and memory of a study are stated before it begins; extreme cases are in tests/faults/test_hostile.py."""
 
 import json
 from pathlib import Path
@@ -15,7 +15,8 @@ from stemcal.study.reading import load_study
 CONFIGS = Path(__file__).parents[2] / "configs"
 
 
-def test_what_is_usual_is_not_refused() -> None:
+def test_what_is_usual_is_not_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)  # without the runs of a finished study in the current folder
     result = CliRunner().invoke(app, ["check", str(CONFIGS / "wild-chrysanthemum.yaml"), "--json"])
     plan = json.loads(result.stdout)["result"]["plan"]
     assert list(excess(Demand(plan["to_run"], plan["seconds"], plan["memory"]), 8, 8e9)) == []

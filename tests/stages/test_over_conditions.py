@@ -192,7 +192,7 @@ def test_check_states_the_cost_of_a_fit_to_many_means(tmp_path: Path, number: in
     found = [
         doubt for doubt in InvertOptions.doubts(load_study(tmp_path / "many.yaml")) if doubt.path[1] == "diameters"
     ]
-    assert bool(found) is slow and all("200 measured means" in doubt.message for doubt in found)
+    assert bool(found) is slow and all("200 means" in doubt.message for doubt in found)
 
 
 @pytest.mark.parametrize("over", ["rsm: {over: conditions}\n", OVER.replace("diameters: all", "")])
