@@ -173,7 +173,7 @@ class StudyFolder:
         return self._read(key)[0]
 
     def _read(self, key: str) -> tuple[dict[str, Any] | None, str]:
-        """Return what `examine` returns, from the cache if the file is unchanged: commands read a record many times."""
+        """Return the result of `examine`, cached while the file is unchanged: commands read a record many times."""
         try:
             status = self.record_path(key).stat()
         except OSError:

@@ -12,8 +12,6 @@ from stemcal.study.types.factor import FRICTION, SETTINGS
 from stemcal.study.types.units import from_internal
 from stemcal.vocabulary import Wording
 
-_OF_SUPPORTS = {"span": ("clearance",), "clamped": ("height",), "counter_edge": ("clearance", "height")}
-
 
 def scope(study: Study, results: Results) -> list[tuple[str, str]]:
     """Return the scope of a calibration as titles and sentences; nothing before the calibration."""
@@ -41,7 +39,8 @@ def scope(study: Study, results: Results) -> list[tuple[str, str]]:
 
 def _cut(study: Study) -> Iterator[str]:
     yield "the whole cut" if study.loading.until == "severed" else "the cut up to the first fracture"
-    for name in (*_OF_SUPPORTS[study.supports.kind], "edge_angle", "edge_radius", "thickness", "speed"):
+    supports = [key for key in study.supports.keys_in_use if key != "fillet_radius"]
+    for name in (*supports, "edge_angle", "edge_radius", "thickness", "speed"):
         section, parameter, _ = SETTINGS[name]
         unit = "mm/min" if name == "speed" and study.loading.speed < 100.0 else parameter.unit
         value = short(from_internal(getattr(getattr(study, section), name), unit), 4)

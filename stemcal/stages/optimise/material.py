@@ -2,10 +2,9 @@
 
 The spec uses all settings on which the calibrated values depend: cross-section of the stem, layers, friction, lengths,
 material law and mesh. If the spec itself sets such a key, the value must be that of the calibration. The other
-materials
-are one standard deviation away along the principal axes of the covariance Σ = (JᵀWJ + D)⁻¹ of the calibration. JᵀWJ is
-the information of the likelihood at the solution; D is the information of the ranges (uniform, 12/width²), which limits
-directions that the measurements do not determine.
+materials are one standard deviation away along the principal axes of the covariance Σ = (JᵀWJ + D)⁻¹ of the
+calibration. JᵀWJ is the information of the likelihood at the solution; D is the information of the ranges (uniform,
+12/width²), which limits directions that the measurements do not determine.
 """
 
 from __future__ import annotations

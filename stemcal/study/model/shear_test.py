@@ -93,6 +93,12 @@ class SupportsSection(Frozen):
     """Distance between the clamp and the plane of the cut, with `clamped` and `counter_edge`. The rest of the length
     of the specimen is free."""
 
+    @property
+    def keys_in_use(self) -> tuple[str, ...]:
+        """The keys besides `kind` that have an effect with this kind of support."""
+        blocks = ("clearance", "fillet_radius")
+        return {"span": blocks, "clamped": ("height",), "counter_edge": (*blocks, "height")}[self.kind]
+
 
 class LoadingSection(Frozen):
     """The motion of the blade, at constant speed."""

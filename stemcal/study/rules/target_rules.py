@@ -15,8 +15,6 @@ from stemcal.vocabulary import DIAMETER, FIRST, FORCE, Wording
 
 _OTHER = {"low": "high", "high": "low"}
 Rule = Callable[[Draft], Iterator[Finding]]
-# keys of `supports` that have no effect, by kind
-_WITHOUT_EFFECT = {"span": ("height",), "clamped": ("clearance", "fillet_radius"), "counter_edge": ()}
 _OF_ROWS = ("test", "sd", "n", "curves")
 
 
@@ -74,12 +72,11 @@ def _stem_reaches_over_supports(draft: Draft) -> Iterator[Finding]:
 
 def _clamp_is_in_place(draft: Draft) -> Iterator[Finding]:
     supports, blade, length = draft.study.supports, draft.study.blade, draft.study.specimen.length
-    for key in _WITHOUT_EFFECT[supports.kind]:
-        if key in supports.model_fields_set:
-            message, factor = f"`{key}` has no effect with `kind: {supports.kind}`", settings_varied(draft).get(key)
-            place: NodePath = ("supports", key) if factor is None else ("factors", factor, "name")
-            remedy = f"remove this {'key' if factor is None else 'factor'}, or write another `kind` under `supports`"
-            yield Finding(place, message, remedy, at_key=factor is None)
+    for key in sorted(supports.model_fields_set - {"kind", *supports.keys_in_use}):
+        message, factor = f"`{key}` has no effect with `kind: {supports.kind}`", settings_varied(draft).get(key)
+        place: NodePath = ("supports", key) if factor is None else ("factors", factor, "name")
+        remedy = f"remove this {'key' if factor is None else 'factor'}, or write another `kind` under `supports`"
+        yield Finding(place, message, remedy, at_key=factor is None)
     if supports.kind == "span":
         return
     # a blade with one bevel is entirely on the free side of the cut
