@@ -38,7 +38,7 @@ class Coding:
 
     @classmethod
     def from_ranges(cls, names: Sequence[str], low: ArrayLike, high: ArrayLike, reach: float = 1.0) -> Coding:
-        """Code factor ranges such that low is −reach and high +reach: 1 in a two-level design, α in a composite one."""
+        """Return the coding with `low` at −reach and `high` at +reach (two-level design: 1, composite design: α)."""
         bottom, top = np.asarray(low, dtype=float), np.asarray(high, dtype=float)
         centre, half_step = 0.5 * (bottom + top), 0.5 * (top - bottom) / reach
         return cls(tuple(names), tuple(map(float, centre)), tuple(map(float, half_step)))
@@ -91,7 +91,7 @@ def term_columns(coded: ArrayLike) -> Array:
 
 
 def term_gradient(coded: ArrayLike) -> Array:
-    """Return the derivatives of all p terms with respect to the k factors at coded points (…, k), (…, p, k)."""
+    """Return the derivatives of all p terms with respect to the k factors, (…, p, k), at coded points (…, k)."""
     x = np.asarray(coded, dtype=float)
     first, second = _pairs(k := x.shape[-1])
     gradient, pairs = np.zeros((*x.shape[:-1], 1 + 2 * k + len(first), k)), np.arange(1 + k, 1 + k + len(first))

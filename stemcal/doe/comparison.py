@@ -32,12 +32,12 @@ class ValidationRow:
     role: Literal["fitted", "held_out"]
     sd: float | None = None  # standard deviation of the specimens
     n: int | None = None  # number of specimens
-    left_out_percent: float | None = absent()  # error of a fitted condition predicted by a fit to the others
+    left_out_percent: float | None = absent()  # error at this fitted condition of a fit to the other conditions
 
 
 @dataclass(frozen=True)
 class Exponent:
-    """The exponent b of F = a·dᵇ with its 95 % confidence interval, None for two points."""
+    """The exponent b of F = a·dᵇ with its 95 % confidence interval; its limits are None for two points."""
 
     value: float
     low: float | None
@@ -125,7 +125,7 @@ def error_percent(measured: float, simulated: float | None) -> float | None:
 
 
 def _error_trend(rows: Sequence[ValidationRow]) -> tuple[float | None, tuple[Note, ...]]:
-    """Return the slope of the error (% per mm), None below three diameters; a note if it explains most variance."""
+    """Return the slope of the error (% per mm), None with fewer than three diameters, and a note on a clear trend."""
     d = np.array([row.condition for row in rows])
     if len(np.unique(d)) < 3:
         return None, ()
@@ -159,9 +159,9 @@ class Formula:
     standard_error_percent: float | None = absent()  # largest standard error of the measured means at these diameters
 
     def better(self, model_percent: float) -> Better:
-        """Compare the errors of the formula and of the model (`model_percent` at most): which predicts better?
+        """Return the better predictor at held-out diameters; `model_percent` is the largest error of the model there.
 
-        The answer is ``neither`` if the errors differ by less than 1.96 standard errors of the measured mean, since the
+        It is ``neither`` if the errors differ by less than 1.96 standard errors of the measured mean, since the
         scatter of the specimens may then explain the difference.
 
         >>> Formula(2.6, 0.1, 4.7).better(3.0), Formula(2.6, 0.1, 1.0).better(3.0), Formula(2.6, 9.0).better(3.0)
@@ -224,6 +224,6 @@ def _exponent(d: Array, f: Array) -> float:
 
 
 def _factor(d: Array, f: Array, b: float) -> float:
-    """Return the best factor a = Σr/Σr² of F = a·(d/d₁)ᵇ for an exponent b, with r = (d/d₁)ᵇ/F."""
+    """Return the best factor a = Σr/Σr² of F = a·(d/d₁)ᵇ for an exponent b; d₁ is d[0] and r = (d/d₁)ᵇ/F."""
     r = (d / d[0]) ** b / f
     return float(r.sum() / (r @ r))

@@ -130,7 +130,7 @@ class SurfaceDesign(Checked):
     def runs(self, k: int, options: SurfaceOptions) -> Array:
         """Return `points` after checking them; raise `UsageError` for a number of factors outside `factors`."""
         least, most = self.factors
-        if not (1 if least == 2 else least) <= k <= most:  # a spec may name a single factor
+        if not (1 if least == 2 else least) <= k <= most:  # a study with a single factor uses the designs for two
             raise UsageError(f"rsm.factors: the `{self.name}` design requires {least} to {most} factors, not {k}")
         reach, radius, points = (self._checked(part, k, options) for part in (self.reach, self.radius, self.points))
         if points.ndim != 2 or points.shape[1] != k or not len(points) or reach.ndim or radius.ndim:
@@ -236,7 +236,7 @@ def surface_runs(k: int, options: SurfaceOptions) -> Array:
 
 
 _SAME_POINT = 1e-6
-_RIDGE = 1e-8  # makes XᵀX of a design that cannot estimate every term invertible
+_RIDGE = 1e-8  # added to XᵀX, which is singular if the design cannot estimate every term
 
 
 def extra_runs(design: Array, count: int, candidates: Array) -> Array:
@@ -272,5 +272,5 @@ def latin_hypercube(k: int, runs: int, seed: int = 0) -> Array:
 
     sampler = LatinHypercube(k, optimization="random-cd", seed=np.random.default_rng(seed))
     points = np.asarray(2.0 * sampler.random(runs) - 1.0)
-    points.setflags(write=False)  # the cache returns the same array again
+    points.setflags(write=False)  # the cache returns this array again, so no caller may change it
     return points

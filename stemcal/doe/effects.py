@@ -55,7 +55,7 @@ def is_beyond_margin(effect: Effect, margins: Lenth) -> bool:
 
 
 def residual_of(fit: LeastSquares, centre: Array) -> tuple[Residual, float | None]:
-    """Return the residual of the corner runs pooled with the pure error of centre runs, and its mean square or None."""
+    """Pool the residual of the corner runs with the pure error of centre runs; the mean square is None if unknown."""
     pure = _pure(centre)
     residual = Residual(fit.residual_ss + pure, fit.df + (len(centre) - 1 if pure else 0))
     return residual, residual.sum_of_squares / residual.df if residual.df and (pure or not fit.exact) else None
@@ -84,11 +84,10 @@ def effects_of(
     return effects, margins
 
 
-#
-# The model of the corner runs gets a further column, which is 1 at centre runs and 0 at corners. It does not change the
-# other coefficients; its own is δ = ȳ_C − b₀, with b₀ the intercept of the corner runs. Its sum of squares is
+# Test of curvature: the model of the corner runs gets a further column, 1 at centre runs and 0 at corners. The other
+# coefficients do not change; that of the column is δ = ȳ_C − b₀, with b₀ the intercept. Its sum of squares is
 # δ²/(1/n_C + c₀₀) with one degree of freedom, where c₀₀ is the diagonal element of (XᵀX)⁻¹ for the intercept. If no
-# corner run failed, b₀ = ȳ_F and c₀₀ = 1/n_F, and this is n_F·n_C·(ȳ_F − ȳ_C)²/(n_F + n_C): D. C. Montgomery, Design
+# corner run failed, b₀ = ȳ_F and c₀₀ = 1/n_F, and the sum is n_F·n_C·(ȳ_F − ȳ_C)²/(n_F + n_C): D. C. Montgomery, Design
 # and Analysis of Experiments, 8th ed., section 6.8. If some failed, ȳ_F would depend on the effects; b₀ does not.
 # Centre runs with exactly the same response count as one run.
 
@@ -102,7 +101,7 @@ def centre_runs(design: Array) -> Mask:
 def curvature_of(
     fit: LeastSquares, centre: Array, residual: Residual, mean_square: float | None, alpha: float
 ) -> Curvature | None:
-    """Test the response at the centre against the model of the corner runs `fit`; None without centre runs."""
+    """Test the mean response of the `centre` runs against the model `fit` of the corner runs; None without any."""
     if not len(centre):
         return None
     runs = len(centre) if _pure(centre) else 1
@@ -118,7 +117,7 @@ def _pure(centre: Array) -> float:
     return pure if pure > NEGLIGIBLE * float(centre @ centre) else 0.0
 
 
-# Largest numbers of factors, and of aliases of each factor, that a note lists; it counts the others.
+# A note lists at most this number of factors, and of aliases per factor; it only counts the others.
 _SHOWN_FACTORS, _SHOWN_ALIASES = 6, 3
 
 

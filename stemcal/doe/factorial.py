@@ -54,7 +54,7 @@ class Fraction:
 
     @property
     def basic(self) -> int:
-        """Number of factors that form a full factorial."""
+        """Number of the basic factors, whose columns form a full factorial."""
         return self.k - len(self.generators)
 
     def design(self) -> Array:
@@ -81,7 +81,7 @@ def full_factorial(k: int) -> Array:
 
 
 def fraction(k: int, runs: int | None = None, resolution: int = 4) -> Fraction:
-    """Return the fraction of minimum aberration with `runs` runs, or the smallest with at least this `resolution`."""
+    """Return the fraction of least aberration for k factors with `runs` runs, or the smallest of this `resolution`."""
     sizes = [runs] if runs is not None else sorted({2**k, *GENERATORS}) if k <= 12 else sorted(GENERATORS)
     for size in sizes:
         chosen = _fraction(k, size)

@@ -22,11 +22,11 @@ _LEVEL_TOLERANCE = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class Design:
-    """The runs of a stage: `coded` is (n, k) over the varied factors of `coding`; `levels` has every factor.
+    """The n runs of a stage: `coded` (n, k) has the varied factors of `coding`, `levels` the values of all factors.
 
     For a stochastic program the rows are the design repeated `replicates` times. `order` is the order of the model that
     is fitted to the runs: 1 for main effects, 2 for a quadratic surface. `conditions` are the conditions of the rows if
-    the last varied factor is the condition; `held` are factors that stay at their centre.
+    the condition is the last column of `coded`; `held` are factors that stay at their centre.
     """
 
     stage: str
@@ -74,7 +74,7 @@ class Asked:
 
 @dataclass(frozen=True)
 class Later:
-    """The usual rounds of runs of a stage that decides run by run, and a note on the largest number of runs."""
+    """The usual rounds of runs of a stage that chooses its runs one by one, and a note on their largest number."""
 
     rounds: Sequence[Sequence[Request]]
     note: Note
@@ -99,7 +99,7 @@ def runs_of(design: Design, requests: Sequence[Request], outcomes: Sequence[Outc
 def given_design(
     stage: str, study: Study, coding: Coding, table: Sequence[Mapping[str, float]], order: int = 2
 ) -> Design:
-    """Return the design in a solver's table, which must have every factor and, for `order` 1, the levels 0 and ±1."""
+    """Return the design in a solver's table, which must have every factor and, for `order` 1, coded levels 0 and ±1."""
     missing = [name for name in coding.names if name not in table[0]]
     if missing:
         raise UsageError(

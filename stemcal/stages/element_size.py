@@ -29,7 +29,7 @@ _TOLERANCE, _VALID = 0.02, 0.05
 _LOWEST, _HIGHEST = 1e-3, 2.0  # range of the failure strain
 _FEWEST_POSITIONS, _MOST_POSITIONS = 5, 50
 _MOST_RUNS = 12
-_LONGER_STROKE = 3.0  # without lengths, the same force needs a longer stroke
+_LONGER_STROKE = 3.0  # factor on the stroke, which must be longer without lengths to reach the same force
 _FIRST_SLOPE = 0.5  # first estimate of ∂ ln F/∂ ln ε
 
 
@@ -38,8 +38,7 @@ class SizedStrain:
     """The failure strain for one element size (mm), and the mean force over positions of the mesh.
 
     `aim` is the target force (N) at the diameter `condition` (mm), `levels` has the levels of all factors. `interval`
-    is
-    the 95 % confidence interval of the failure strain from the scatter over the positions (`sd_percent` of the mean
+    is the 95 % confidence interval of the failure strain from the scatter over the positions (`sd_percent` of the mean
     force). The size is `valid` if the error of the mean force and its standard error are both at most 5 % of the aim.
     """
 
@@ -98,7 +97,7 @@ def strain_of(work: Work, size: float) -> SizedStrain:
 
 def _searched(work: Work, there: Study, levels: Mapping[str, float], size: float, positions: int) -> SizedStrain:
     """Search the failure strain; the force of a failure strain is the mean over `positions` of the mesh."""
-    from stemcal.solvers.embedded import Embedded, meshed_as  # not needed to show a table
+    from stemcal.solvers.embedded import Embedded, meshed_as  # slow to import; a table is shown without it
 
     meshed = meshed_as(there, size)
     placed = meshed.model_copy(update={"solver": meshed.solver.model_copy(update={"replicates": positions})})
@@ -167,7 +166,7 @@ def material_lines(study: Study, sized: SizedStrain) -> list[str]:
 
 
 def not_valid(sized: SizedStrain) -> str:
-    """Return the reason for which the element size is not valid, and the remedy."""
+    """Return the message that no valid failure strain was found for the element size, with a remedy."""
     return (
         f"--element-size: no valid failure strain was found for an element size of {sized.element_size:g} mm. The mean "
         f"force is {sized.force:.4g} N (target {sized.aim:.4g} N), with a coefficient of variation of "

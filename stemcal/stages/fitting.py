@@ -45,7 +45,7 @@ class Measured:
 
     @property
     def leads(self) -> bool:
-        """Whether the mean counts in the error of a fit, as means of the force and of declared responses do."""
+        """Whether the error of a fit includes the mean: it is of the first response or of one declared in the spec."""
         return self.response == FIRST or self.named in self.naming.others
 
 
@@ -101,7 +101,7 @@ class FactorCoding:
 
 @dataclass(frozen=True)
 class FitSummary:
-    """Coefficients and statistics of a response surface other than the main one."""
+    """Coefficients and statistics of a surface of another response, or at another condition, than the main surface."""
 
     coefficients: Rows[Coefficient]
     r2: float | None
@@ -133,7 +133,7 @@ _Further = Sequence[tuple[Array, float]]  # coded points with their responses
 
 @dataclass(frozen=True, kw_only=True)
 class AtCondition(Spread):
-    """The runs of the design at one condition of a joint fit, and the fits of the first response and of the others."""
+    """The runs of the design at one condition of a joint fit; `fit` is of the first response, `responses` of others."""
 
     condition: float
     runs: Rows[ConditionRun]
@@ -146,9 +146,9 @@ class ConditionAxis:
     """The condition as the last coordinate of one surface over factors and conditions.
 
     Its coded value is (ln d − center)/half_step if `logarithmic`, otherwise (d − center)/half_step. `at` is the
-    condition of the calibration. `growing` is for factors that follow a power law of the condition with an exponent
-    that is a factor as well: the exponent and the reference condition. `logarithms` are responses whose logarithm is
-    fitted. `left_out_percent`: the error of left-out runs for each response and for its logarithm (root mean square).
+    condition of the calibration. `growing` maps a factor that grows with a power of the condition, if the exponent is a
+    factor too, to this exponent and the reference condition. `logarithms` are responses whose logarithm is fitted.
+    `left_out_percent` maps a response to the root-mean-square errors of left-out runs: of it and of its logarithm.
     """
 
     name: str
@@ -210,7 +210,7 @@ class Surfaces(StageResult):
 
     @property
     def axes(self) -> tuple[str, ...]:
-        """Names of the coordinates: the factors; on a surface over conditions, without exponents, condition last."""
+        """Names of the coordinates: all factors or, with `over`, the factors except exponents, then the condition."""
         if self.over is None:
             return self.names
         exponents = {exponent for exponent, _ in self.over.growing.values()}

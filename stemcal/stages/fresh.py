@@ -72,7 +72,7 @@ def inputs_of(study: Study, solver: Solver | None, folder: StudyFolder, stage: s
 
 
 def _solver_parts(study: Study, solver: Solver | None, stage: str) -> dict[str, object]:
-    """Return the inputs, besides levels, that affect a response; the embedded solver is not loaded for this."""
+    """Return the settings that affect a response, without the levels; does not import the embedded solver."""
     if study.kind.of_spec_alone and (solver is None or solver.of_spec_alone):
         dump = _with_contents(study.model_dump(include=set(_TEST)))
         leaves = {path: leaf for name in _TEST for path, leaf in _leaves(name, dump[name]).items()}
@@ -132,7 +132,7 @@ def changes_since(study: Study, solver: Solver | None, folder: StudyFolder, stag
     except UsageError:
         return [f"{stage_called(stage).needs(study)}.json"]
     differing = sorted(name for name in {*old, *new} if old.get(name) != new.get(name))
-    if not differing and _by_hand(study, stage):  # a correction by hand does not change the key of a run
+    if not differing and _by_hand(study, stage):  # a result that was corrected by hand changes no input
         result = read_result(folder, stage_called(stage).result())
         return [] if _runs_agree(result, study, folder, whole=False) else ["results"]
     return differing
@@ -202,7 +202,7 @@ def make_all(
 
 
 def finished(study: Study, folder: StudyFolder, stage: str | None = None) -> bool:
-    """Check that all stages of a study, or one, are fresh."""
+    """Check that a `stage` of a study is fresh, or that all are if it is None."""
     stages = stages_of(study) if stage is None else (stage_called(stage),)
     return all(fresh(each.result(), study, folder) is not None for each in stages)
 
@@ -220,6 +220,7 @@ def fresh(kind: type[R], study: Study, folder: StudyFolder) -> R | None:
 
 
 def _runs_agree(result: StageResult, study: Study, folder: StudyFolder, whole: bool = True) -> bool:
+    """Check that the run records agree with a result; with `whole`, also that every run has a final record."""
     entered = (FIRST, *study.own_further) if _by_hand(study, result.name) else ()
     for _, outcome in result.runs():
         keys = [key for key in outcome.keys if key]

@@ -81,7 +81,7 @@ def ledger(study: Study, folder: StudyFolder, solver: Solver | None = None) -> R
 
 
 def entries_of(wanted: Sequence[Asked], study: Study, folder: StudyFolder, solver: Solver) -> list[LedgerRow]:
-    """Return the `wanted` runs, then the recorded runs of stages that decide run by run."""
+    """Return the rows of the `wanted` runs, then of recorded runs of the stages that choose their runs one by one."""
     known = [entry for part in wanted if part.settled for entry in keyed(part, study, solver)]
     entries = [entry_of(request, key, study, folder, material) for key, request, material in known]
     stages, decided = {part.stage for part in wanted}, []
@@ -97,7 +97,7 @@ def entries_of(wanted: Sequence[Asked], study: Study, folder: StudyFolder, solve
 
 
 def entry_of(request: Request, key: str, study: Study, folder: StudyFolder, material: int | None = None) -> LedgerRow:
-    """Return a run and, if it has a record, its result."""
+    """Return the row of a run, with its result if the run has a record."""
     record, problem = folder.examine(key)
     asked_for = request.stage, request.row + 1, key
     point = request.condition, dict(request.levels)

@@ -54,7 +54,7 @@ NO_PREDICTION: Predicted = (None, None)
 
 @dataclass(frozen=True, eq=False)
 class PointToTry:
-    """A point to simulate: its coded coordinates or position on the path (`place`), `predicted` by condition."""
+    """A point to simulate; `place` is its coded point or position on a path, `predicted` has a value per condition."""
 
     levels: dict[str, float]
     how: How
@@ -187,7 +187,7 @@ class PathSteps:
         return "out_of_reach" if best is not None and best.place in self.path.ends else "settled"
 
     def intervals(self, point: PointToTry, relative_error: float, df: float) -> dict[str, Interval]:
-        """Return the 95 % interval of each factor at a simulated point, from the error of the aim and its `df`."""
+        """Return the 95 % interval of each factor at a simulated point, from the relative standard error of the aim."""
         tried = next(run for run in self.tried if run.place == point.place)
         return ends_of(self.tried, tried, self.path, relative_error, df)
 

@@ -111,7 +111,10 @@ class Judged:
 
 @dataclass(frozen=True)
 class Prediction:
-    """Largest error of predicted values, held out at `conditions` or left out `in_turn`; the error of a formula."""
+    """Largest error of the model for values that were not fitted, and the errors of a power law (`formula`) for them.
+
+    The values were held out at `conditions`; in cross-validation, each value of `in_turn` (a name) was left out.
+    """
 
     worst_percent: float
     formula: Formula | None
@@ -120,7 +123,7 @@ class Prediction:
 
     @property
     def better(self) -> Better | None:
-        """Whether the model or the formula predicts better; None without a formula."""
+        """The better predictor (model, formula or neither); None without a formula."""
         return None if self.formula is None else self.formula.better(self.worst_percent)
 
 
@@ -227,7 +230,7 @@ def _short(value: Any) -> Any:
     return float(f"{value:.4g}") if isinstance(value, float) else value
 
 
-def leave(folder: StudyFolder, result: R) -> R:
+def write_result(folder: StudyFolder, result: R) -> R:
     """Write the JSON file and the tables of a stage; return the result as it was read back from the file."""
     content = result.to_json()
     result = type(result).from_json(content)

@@ -55,7 +55,7 @@ def fresh_results(study: Study, folder: StudyFolder, known_fresh: Sequence[Stage
             current: StageResult = read_result(folder, stage.result())
             return current
         except UsageError as error:
-            if stage.by_section or stage.asked_for(study):  # otherwise an earlier version of the spec included it
+            if stage.by_section or stage.asked_for(study):  # otherwise the file is from an earlier spec
                 reasons.append(str(error))
             return None
 

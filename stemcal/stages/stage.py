@@ -88,7 +88,7 @@ class Stage(StageKind, Checked, Generic[R]):
         return None if foresee is None else foresee(study, solver, folder)
 
     def later(self, study: Study) -> Later | None:
-        """Return the usual number of runs of a stage that decides them one by one; None for other stages."""
+        """Return the usual rounds of runs of a stage that chooses its runs one by one; None for other stages."""
         later = self._part("analysis", "later")
         return None if later is None else later(study)
 

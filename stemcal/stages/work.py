@@ -1,4 +1,4 @@
-"""The working context of a stage, and the decorator that makes a stage of a function."""
+"""The working context of a stage, and the decorator of the function that computes its result."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -13,14 +13,14 @@ from stemcal.solvers import make_solver
 from stemcal.solvers.protocol import Request, Solver
 from stemcal.solvers.replicates import repeated
 from stemcal.stages.fresh import head_of, require_fresh
-from stemcal.stages.result import Head, R, leave, read_result
+from stemcal.stages.result import Head, R, read_result, write_result
 from stemcal.stages.stage import has_surface, stage_called, stages_of
 from stemcal.study.model.study import Study
 
 HERE = InlineExecutor()
 
 SimulateAt = Callable[[int, Sequence[Mapping[str, float]], Sequence[float]], list[Outcome]]
-"""Function of the row of the first point (from 0), levels of each point, conditions: outcomes of each point at each."""
+"""Arguments: row of the first point (from 0), levels of each point, conditions; returns outcomes, point by point."""
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,7 @@ class Work:
 
 
 def a_stage(kind: type[R]) -> Callable[[Callable[[Work, Head], R]], Callable[..., R]]:
-    """Make a stage of a function that computes a result: lock the folder, check earlier stages, store the result."""
+    """Decorate the function that computes a stage's result: lock the folder, check earlier stages, store the result."""
 
     def decorated(analysis: Callable[[Work, Head], R]) -> Callable[..., R]:
         @wraps(analysis, assigned=("__module__", "__name__", "__qualname__", "__doc__"))
@@ -93,7 +93,7 @@ def a_stage(kind: type[R]) -> Callable[[Callable[[Work, Head], R]], Callable[...
                     )
                 if (before := own.needs(study)) is not None:
                     require_fresh(study, work.solver, folder, before)
-                return leave(folder, analysis(work, head_of(study, work.solver, folder, kind.name)))
+                return write_result(folder, analysis(work, head_of(study, work.solver, folder, kind.name)))
 
         del stage.__wrapped__  # otherwise `inspect.signature` shows the arguments of the inner function
         return stage
@@ -110,7 +110,7 @@ def repeats_itself(study: Study) -> bool:
 
 
 def second_time(study: Study, requests: Sequence[Request]) -> list[Request]:
-    """Return the first run of the study and its repetition; nothing if scatter is expected or impossible."""
+    """Return the first run and its repetition, to detect a stochastic program; nothing if there is no need to."""
     known = study.kind.of_spec_alone or not repeats_itself(study)
     if known or not requests or stage_called(requests[0].stage).needs(study) is not None:
         return []

@@ -1,8 +1,8 @@
 """Confidence intervals of the factors by profile likelihood, undetermined directions, and contradictory observations.
 
-The profile of factor j at v is the least D over all x with xⱼ = v, minus the least D of all (see `likelihood`). The
-95 % interval contains all v with a profile of at most `Tangents.allowed`. An interval that ends at the edge of the
-region is limited by the region, not by the data.
+With the misfit D(x) of `likelihood`, the profile of factor j at v is the least D over all x with xⱼ = v, minus the
+least D over all x. The 95 % interval contains all v with a profile of at most `Tangents.allowed`. An interval that ends
+at the edge of the region is limited by the region, not by the data.
 """
 
 from collections.abc import Sequence
@@ -15,20 +15,20 @@ from stemcal.arrays import Array
 from stemcal.doe.calibration.likelihood import LEVEL, Fit
 from stemcal.doe.calibration.region import Objective, Region, extremes, height, optimise, search_from, squared_distance
 
-_GRID, _FREE = 25, 0.5  # values of a factor in its profile; fraction of the range from which it is undetermined
-_CLOUD, _SEEDS = 9, 3  # 2^9 points fill the region; number of searches from the best of them
+_GRID, _FREE = 25, 0.5  # number of values in a profile; a factor is free if its interval has this share of the range
+_CLOUD, _SEEDS = 9, 3  # 2^9 points fill the region; local searches start at this number of the best
 _SMALL_PART = 0.05  # smaller components of a direction, relative to the largest, are left out
-_NEAR = 0.01  # an end within this fraction of the range from its limit is at the limit
-_WIDER, _INSIDE = 1.5, 0.95  # for `Profile.bounded`: factor that widens the region; fraction of the allowed rise
-_SLACK = 1e-6  # coded: at its extreme value of xⱼ a region is a single point, which rounding must not exclude
+_NEAR = 0.01  # an end nearer to the limit of the factor than this fraction of its range is at the limit
+_WIDER, _INSIDE = 1.5, 0.95  # for `Profile.bounded`: times the region; least profile there, as a share of `allowed`
+_SLACK = 1e-6  # added to the radius: at an extreme xⱼ the region is a single point, which rounding must not exclude
 _FLAT = 0.75  # a direction is undetermined if its interval has this fraction of the width of the region
-_GOOD_TO = 0.03  # relative error assumed for exact means; without it, no direction would be undetermined
+_GOOD_TO = 0.03  # relative error assumed for means without scatter; otherwise no direction would be undetermined
 _KEPT = 1e-6  # tolerance of constraints
 
 
 @dataclass(frozen=True, eq=False)
 class Profile:
-    """The profile of one factor, and its 95 % interval from `low` to `high`.
+    """The profile of one factor, and its 95 % interval from `low` to `high` (coded).
 
     `bounded`: whether the data determine each end. An end is not determined if it is at the limit of the
     factor, or if it would move outwards in a region wider by half, because another factor is at its limit there.
@@ -64,7 +64,7 @@ def _profile(fit: Fit, j: int, name: str, wider: Fit) -> Profile:
     low, high = (float(end[j]) for end in fit.region.bounds())
     values = np.unique(np.append(np.linspace(low, high, _GRID), fit.best[j]))
     middle, rise = int(np.searchsorted(values, fit.best[j])), np.zeros(len(values))
-    # from the solution to both ends of the range, each search starts at the point of the last value
+    # walk from the solution to both ends of the range; each search starts at the optimum for the previous value
     for walk in (range(middle - 1, -1, -1), range(middle + 1, len(values))):
         last = fit.best
         for i in walk:
@@ -129,7 +129,7 @@ def _held_at(fit: Fit, j: int, value: float, start: Array, cloud: Array) -> Arra
 
 
 def loose_directions(fit: Fit) -> tuple[Array, Array]:
-    """Return, as coded unit vectors, the directions in which ŷ does not change to first order, and the flattest."""
+    """Return coded unit vectors: the directions (n, k) without a first-order change of ŷ, and that of least change."""
     scale = np.sqrt(np.diagonal(fit.draws, axis1=1, axis2=2).T @ fit.weights)
     _, sizes, rows = np.linalg.svd(fit.tangents.slopes / scale[:, None])
     return np.asarray(rows[int(np.sum(sizes > 1e-8 * sizes.max(initial=0.0))) :]), np.asarray(rows[-1])
@@ -148,7 +148,8 @@ def moved_together(direction: Array) -> list[float]:
 def _flat_directions(fit: Fit) -> Array:
     """Return coded unit vectors of directions in which the interval fills most of the region, (directions, factors).
 
-    At a distance t along an eigenvector of JᵀWJ with eigenvalue λ, D rises by λt²: the interval is 2√(c/λ) long.
+    At a distance t along an eigenvector of the information matrix with eigenvalue λ, D rises by λt². The interval, in
+    which D rises by at most c (`Tangents.allowed`), is therefore 2√(c/λ) long.
     """
     certainty, vectors = np.linalg.eigh(_scattered(fit).tangents.information)
     allowed = np.array([fit.tangents.allowed(v) for v in vectors.T])
@@ -159,7 +160,7 @@ def _flat_directions(fit: Fit) -> Array:
 def settled(fit: Fit, within: Region | None = None) -> tuple[Fit, Array]:
     """Return the fit with its final solution, and the undetermined directions (see `_flat_directions`).
 
-    If there are undetermined directions, the point of least D is accidental. The solution is then the point nearest to
+    If there are undetermined directions, the point of least D is arbitrary. The solution is then the point nearest to
     the centre whose D is within the confidence limit, moved at right angles to these directions to the least D.
     `within` is the part of the region for the solution, by default the whole.
     """
@@ -227,8 +228,8 @@ def contradiction(fit: Fit) -> _Contradiction | None:
     """Return the observation that contradicts the others most; None if all agree at the significance level `LEVEL`.
 
     With degrees of freedom left, the p-value of the misfit decides whether they agree. Without any, each mean is tested
-    separately: leaving it out lowers D by T, which has the distribution χ²(1) if it agrees. A mean that its own surface
-    cannot reach is replaced by the nearest value that it can.
+    separately: leaving it out lowers D by T, which has the distribution χ²(1) if it agrees. A mean out of reach
+    of its own surface is replaced by the nearest value of the surface.
     """
     from scipy.special import chdtrc
 
@@ -250,7 +251,7 @@ def contradiction(fit: Fit) -> _Contradiction | None:
 
 
 def left_out(fit: Fit, groups: Sequence[object]) -> list[float]:
-    """Return the error (%) of each observation predicted by the fit without its group; empty with a single group."""
+    """Return the error (%) of each observation in a fit without its group; empty if all are in the same group."""
     errors = np.zeros(len(groups))
     for members in _members(groups):
         errors[members] = fit.errors_percent(fit.ignoring(*members).best)[members]
@@ -258,14 +259,14 @@ def left_out(fit: Fit, groups: Sequence[object]) -> list[float]:
 
 
 def left_out_intervals(fit: Fit, groups: Sequence[object]) -> list[tuple[float, float]]:
-    """Return the 95 % prediction interval of each mean by a fit without its group, with the error of the mean."""
+    """Return the 95 % prediction interval of each mean by a fit without its group, including the error of the mean."""
     fits = [(members, fit.without(*members)) for members in _members(groups)]
     intervals = {i: predicted_interval(fit, others, i) for members, others in fits for i in members}
     return [intervals[i] for i in range(len(groups))]
 
 
 def predicted_interval(fit: Fit, others: Fit, i: int) -> tuple[float, float]:
-    """Return the 95 % prediction interval of measured mean i by the fit to others."""
+    """Return the 95 % prediction interval of mean i by the fit to the `others`, including the error of the mean."""
     middle = float(fit.predict(others.best)[0, i])
     allowed = others.tangents.allowed(fit.slopes(others.best)[i])
     own = (allowed / (fit.weights @ (1.0 / fit.draws[:, i, i]))) ** 0.5

@@ -36,7 +36,7 @@ from stemcal.doe.regression.section import SeveralSurfaces
 from stemcal.errors import UsageError
 
 LEVEL = 0.05  # significance level
-_CLOUD, _SETTLED = 11, 3  # 2^11 points fill the region; number of fits, in which the weights of the draws converge
+_CLOUD, _SETTLED = 11, 3  # 2^11 points fill the region; the weights of the draws converge within this number of fits
 _NOTHING = 1e-9  # a direction with less than this fraction of the largest information is undetermined
 
 
@@ -51,7 +51,7 @@ class Prior:
     half_step: float
 
     def z(self, points: Array) -> Array:
-        """Return z = (v − μ)/σ at coded points (m, k), (m,)."""
+        """Return z = (v − μ)/σ, (m,), at coded points (m, k)."""
         return np.asarray((self.centre + self.half_step * points[:, self.j] - self.mean) / self.sd)
 
 
@@ -144,7 +144,7 @@ class Fit:
         return max(excess(slice(m)) / self.looseness(x) + excess(slice(m, None)), 0.0)
 
     def looseness(self, x: Array) -> float:
-        """Return the ratio of the error variance at x to that at the solution, averaged over observations; ≥ 0.1."""
+        """Return the ratio (≥ 0.1) of the error variances at x and at the solution, averaged over observations."""
         return max(float(np.mean(1.0 + self._share * (self._spread(x) / self._spread(self.best) - 1.0))), 0.1)
 
     @cached_property
@@ -181,7 +181,7 @@ class Fit:
 
     @cached_property
     def p_value(self) -> float | None:
-        """The p-value of the least misfit; None if the scatter is estimated from the misfit, or df is zero."""
+        """The p-value of the least misfit; None without degrees of freedom, or if the misfit gave the scatter."""
         from scipy.special import chdtrc
 
         if self.errors.scatter != "misfit":
@@ -266,7 +266,7 @@ class Tangents:
 
     @cached_property
     def _each(self) -> tuple[Array, Array, Array, Array]:
-        """For each draw: covariance of the estimate in the basis, step to it from `best`, least D, ln(evidence)."""
+        """For each draw: covariance of the estimate in the basis, step from `best` to it, least D, ln(evidence)."""
         j, inverse = self.slopes @ self.basis, np.linalg.inv(self.draws)
         info = j.T @ inverse @ j
         covariance = np.linalg.inv(info)
@@ -285,13 +285,13 @@ class Tangents:
 
     @cached_property
     def misfits(self) -> Array:
-        """D of each draw at the solution, which at the edge of a region is more than the least D in `_each`."""
+        """D of each draw at the solution; if that is at the edge of the region, D exceeds the least D in `_each`."""
         b = self.basis.T @ self.slopes.T @ self.precision @ self.gaps
         beyond = float(b @ np.linalg.solve(self.basis.T @ self.information @ self.basis, b))
         return np.asarray(np.maximum(self._each[2] + beyond, 0.0))
 
     def allowed(self, direction: Array, level: float = 0.95) -> float:
-        """Return c, by which the misfit D may rise above its minimum inside a `level` interval along a direction."""
+        """Return c: inside the interval of probability `level` along a direction, D is at most c above its minimum."""
         from scipy.optimize import brentq
         from scipy.special import ndtr, ndtri
 

@@ -39,9 +39,9 @@ from stemcal.doe.regression.surface import Surface
 from stemcal.errors import UsageError
 from stemcal.vocabulary import FIRST
 
-_DRAWS, _MANY = 512, 64  # more than `_MANY` means determine the scatter well, and need a quarter of the draws
+_DRAWS, _MANY = 512, 64  # number of draws; a quarter is enough for more than `_MANY` means
 FINEST, COARSEST = 1e-4, 0.1
-"""Bounds of the relative error of a surface; a mean has at least the first, and more scatter raises the second."""
+"""Bounds of the relative error of a surface. `FINEST` also bounds that of a mean; large contrasts raise the other."""
 _MOST_APART = 1.0
 _STEPS, _SHAPES = 48, 8  # grid points of ln σ, and of d₀
 _COMMON_SHAPE = 1e6  # d₀ if all conditions have the same variance; also the degrees of freedom of a known variance
@@ -66,7 +66,7 @@ def _chi_squared(u: Array, df: float) -> Array:
 
 
 def variances(squared: Array, df: Array, uniform: Uniforms) -> Array:
-    """Draw variances σᵢ², (draws, m), given estimates s² (NaN: none) with `df` degrees of freedom (inf: exact)."""
+    """Draw variances σᵢ², (draws, m), given estimates s² (NaN: none) with `df` degrees of freedom (inf: exact s²)."""
     uncertain = np.isfinite(squared) & (squared > 0.0)
     known = (uncertain & np.isinf(df)) | (squared == 0.0)
     counted = np.where(uncertain, np.minimum(df, _COMMON_SHAPE), 0.0)
@@ -82,7 +82,7 @@ def variances(squared: Array, df: Array, uniform: Uniforms) -> Array:
 
 
 def _alike(s2: Array, df: Array, uniform: Uniforms) -> tuple[Array, Array]:
-    """Draw d₀ and τ² on a grid from the posterior p ∝ Π f(s²/τ²; df, d₀)/τ², f the F density; ln τ is uniform."""
+    """Draw d₀ and τ² on a grid from p ∝ Π f(s²/τ²; df, d₀)/τ²: f is the F density, ln τ a priori uniform."""
     from scipy.special import betaln
 
     apart = np.linspace(0.0, _MOST_APART, _SHAPES)
@@ -157,7 +157,7 @@ class Contrasts:
         return cls(maps, runs, scale, counts, z2, common, noise, pure, pure_df)
 
     def only(self, kept: Sequence[int]) -> Contrasts:
-        """Return the weights and scales of some of the surfaces, with the contrasts of all."""
+        """Return a copy with the weights and scales of the surfaces `kept` only, but the contrasts of all."""
         parts = {name: getattr(self, name)[kept] for name in ("maps", "runs", "scale")}
         sections = self.sections and SeveralSurfaces([self.sections.sections[i] for i in kept])
         return replace(self, **parts, sections=sections)
@@ -214,14 +214,12 @@ def _groups_of(residuals: Array, bases: Array, runs: Array, free: Array, noise: 
     """Return counts, z2, common and noise of the groups of contrasts, (groups,) each.
 
     Surface i has the residuals eᵢ = Mᵢyᵢ with Mᵢ = 1 − BᵢBᵢᵀ, where B is `bases` (m, points, terms), the number `free`
-    of
-    contrasts, and the sum `noise` of the variances of its contrasts for σ_E² = 1.
+    of contrasts, and the sum `noise` of the variances of its contrasts for σ_E² = 1.
 
     If all m surfaces have the same design, M is the same for all. Along a unit vector u, the contrast uᵀΣeᵢ/√m of all
     surfaces then has the variance m for σ_c² = 1; the m − 1 contrasts orthogonal to it have none. For σ_E² = 1, let r
-    be
-    the smallest number of runs at a point, and R⁻¹ = 1/r − D. The variance is 1/r − s² along the left singular vectors
-    of M√D, whose singular values are s, and 1/r along all other u.
+    be the smallest number of runs at a point, and R⁻¹ = 1/r − D. The variance is 1/r − s² along the left singular
+    vectors of M√D, whose singular values are s, and 1/r along all other u.
     """
     total, m = residuals.sum(axis=0), len(residuals)
     if np.array_equal(runs, np.broadcast_to(runs[0], runs.shape)) and np.allclose(bases, bases[0]):
@@ -256,7 +254,8 @@ _WIDEST = 1.0  # largest relative standard deviation of a mean that is estimated
 class Observation:
     """A measured mean with the surface that predicts it.
 
-    Observations of the same `specimens` (a name) have one unknown covariance matrix, whose estimate is diagonal.
+    Observations with the same name `specimens` were measured on the same specimens. Their means have one unknown
+    covariance matrix, whose estimate is diagonal.
     """
 
     surface: AnySurface

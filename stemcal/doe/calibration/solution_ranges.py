@@ -71,9 +71,8 @@ def solve_target(
     """Solve ŷ(x) = target: choose one solution, and find the range of each factor over all solutions.
 
     `low` and `high` (k,) are the coded ends of the factor ranges; the surface is valid within a sphere of this
-    `radius`.
-    The `rule` is ``least_coded_distance`` or ``others_at_centre``. Raises `TargetUnreachable`, with the `unit` in its
-    message, if ŷ reaches the target nowhere in the region.
+    `radius`. The `rule` is ``least_coded_distance`` or ``others_at_centre``. Raises `TargetUnreachable`, with the
+    `unit` in its message, if ŷ reaches the target nowhere in the region.
     """
     rules = {
         "least_coded_distance": lambda solutions: solutions.best(squared_distance()),

@@ -56,7 +56,7 @@ def lack_of_fit(coded: Array, fit: LeastSquares) -> LackOfFit:
 
 
 def _anova_table(fit: LeastSquares, terms: Sequence[str], split: LackOfFit) -> tuple[AnovaRow, ...]:
-    """Return the ANOVA table: model, terms (partial sums of squares), residual, lack of fit, pure error, Cor total."""
+    """Return the ANOVA table: model, terms (partial sums of squares), residual, lack of fit, pure error, total."""
     error = None if fit.exact else fit.mean_square
 
     def row(source: str, ss: float, df: int, f: float | None = None, p: float | None = None) -> AnovaRow:

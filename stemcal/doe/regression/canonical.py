@@ -49,7 +49,7 @@ def canonical_analysis(surface: Surface, coding: Coding) -> CanonicalForm:
         b_matrix[i, j] = b_matrix[j, i] = 0.5 * beta[1 + k + place]
     values, axes = np.linalg.eigh(b_matrix)
     values, axes = values[::-1], axes[:, ::-1]
-    # the largest component of each axis is made positive
+    # the sign of an eigenvector is arbitrary: make the largest component of each axis positive
     axes = axes * np.where(axes[np.argmax(np.abs(axes), axis=0), range(len(b))] < 0.0, -1.0, 1.0)
     largest = float(np.abs(values).max())
     if largest <= _ROUNDING * float(np.abs(surface.beta).max()):

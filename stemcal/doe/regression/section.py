@@ -3,7 +3,7 @@
 The surface is a quadratic in z, the coded factors followed by the coded condition. It describes y or ln y. At a fixed
 condition it is a function of the coded factors x alone.
 
-A factor p may grow with a power of the condition d: the model then uses the value p·(d/a)^e. If the exponent e is a
+A factor p may grow with a power of the condition d: at d the model has the value p·(d/a)^e, with a fixed a. If e is a
 factor too, z has no coordinate for e. All runs have the exponent e₀ (coded 0), and a point with another exponent is
 represented by the p that gives the same value with e₀:
 
@@ -40,8 +40,7 @@ class Place:
         """Return j, start, rate and e of every coordinate zⱼ = (startⱼ + xⱼ)·exp(rateⱼ·x_e) − startⱼ.
 
         The indices j of factors exclude exponents; e is the index of the exponent with which factor j grows. A factor
-        that
-        does not grow has zⱼ = xⱼ: start and rate are 0.
+        that does not grow has zⱼ = xⱼ: start and rate are 0.
         """
         half, grows = self.coding.half_step, self.growing
         factors = [j for j in range(len(half)) if j not in {exponent for exponent, _ in grows.values()}]
@@ -81,7 +80,7 @@ class _Places:
 
 @dataclass(frozen=True, eq=False)
 class Section:
-    """The section of a surface over factors and conditions at one condition, a surface of y over the factors.
+    """A surface over factors and conditions at one fixed condition: y as a function of the factors alone.
 
     Methods take coded points (m, k) and return values of y, (m,), or intervals, (m, 2).
     """
@@ -213,7 +212,7 @@ _ALONE = 0.9  # a run with a higher leverage, such as a single centre run, nearl
 def fit_whole(
     coded: ArrayLike, response: Array, names: Sequence[str], terms: Sequence[str] | None, logarithm: bool
 ) -> Surface:
-    """Fit a surface over factors and conditions to a response, or to its logarithm, whose error is relative."""
+    """Fit a surface over factors and conditions to y; with `logarithm` to ln y, with 100·s as its `cv_percent`."""
     surface = fit_surface(coded, np.log(response) if logarithm else response, names, terms)
     return replace(surface, cv_percent=relative_percent(surface)) if logarithm else surface
 

@@ -16,8 +16,8 @@ from stemcal.notes import Note
 from stemcal.vocabulary import Wording
 
 ROUGH_PERCENT = 3.0
-"""A response counts as rough if its standard deviation about a smooth surface exceeds this percentage of the mean: most
-responses that are rough by 5 % do, none that is rough by 1 % does (docs/reference/verdict.md)."""
+"""A response counts as rough if its standard deviation about a smooth surface exceeds this percentage of the mean:
+most responses with a true roughness of 5 % do, none with 1 % does (docs/reference/verdict.md)."""
 
 _ROUNDING = 1e-12  # a smaller correlation is due to rounding
 
