@@ -17,7 +17,7 @@ Precision = Literal["mixed", "double"]
 class Integration:
     """Settings of the integration of the equations of motion by central differences.
 
-    mass_scaling: Factor on the density. The loading keeps its real speed; waves become slower by the factor's root.
+    mass_scaling: Factor on the density. The loading speed remains real; wave speeds are divided by the factor's root.
     safety: Share of the stable time step that is used.
     outputs: Number of output intervals of the history.
     threads: Number of cores for this model, useful above some ten thousand elements; the result does not depend on it.
@@ -48,7 +48,7 @@ class Model:
     loads: Constant nodal forces (N, 3), N.
     crowns: Height of the true curved surface over the middle of each flat element face (E, 6), mm.
     settling: Share of the deviation from the initial velocities that is removed at every output, to damp vibrations
-        under slow loading; the energy removed is booked with that of eroded nodes.
+        under slow loading; the energy removed is added to that of eroded nodes.
     """
 
     mesh: Mesh

@@ -12,11 +12,11 @@ from stemcal.fem.mesh import Mesh
 from stemcal.fem.tools import Tool
 
 _HAIR = 1.0e-9  # tolerance of positions, mm
-# Elements nearer to the plane than half the blade's thickness plus this number of internal lengths are never deleted:
-# at 2 ℓ the weight of the mean strain, exp(−r²/ℓ²), is 2 %. Elements within half the height of the body are not deleted
-# either: the flanks crush the body up to there, and deleted hinges over near supports make the force mesh-dependent.
+# Elements are never deleted within half the blade's thickness plus this number of internal lengths ℓ of the plane: at
+# 2 ℓ the weight of the mean strain, exp(−r²/ℓ²), is 2 %. Nor are they within half the height of the body, where the
+# flanks crush it: deleting the elements of plastic hinges over near supports would make the force mesh-dependent.
 _LENGTHS = 2.0
-# A flank continues beyond the plane by this number of its half thickness, for nodes that have crossed the plane.
+# A flank continues beyond the plane by this many half thicknesses of the blade, for nodes that have crossed the plane.
 _BEYOND = 50.0
 
 
@@ -26,7 +26,7 @@ def parts_under(tools: tuple[Tool, ...]) -> int:
 
 
 def doubled(mesh: Mesh) -> Mesh:
-    """Return a mesh without its elements of zero length, which leaves two layers of nodes at the same place."""
+    """Return a mesh without its elements of zero length; the two layers of nodes at their place are then separate."""
     extent = np.ptp(mesh.nodes[mesh.hexes][..., 0], axis=1)
     return replace(mesh, hexes=np.ascontiguousarray(mesh.hexes[extent > _HAIR]))
 
@@ -52,7 +52,7 @@ def spared(mesh: Mesh, tools: tuple[Tool, ...], length: float) -> Mask:
 
 
 def cut_plane(tools: tuple[Tool, ...], mesh: Mesh, spread: SpreadEdge) -> CutPlane:
-    """Return the plane under the first tool edge that parts the body; `spread` has the lines of samples of the edge."""
+    """Return the plane under the first tool edge that parts the body; `spread` defines the sample lines of the edge."""
     tool, x, lines = parts_under(tools), mesh.nodes, len(spread.along)
     reach = float(np.abs(spread.across).max(initial=0.0))
     place = float(tools[tool].edge or 0.0) if tool >= 0 else np.inf
@@ -90,9 +90,9 @@ def cut_plane(tools: tuple[Tool, ...], mesh: Mesh, spread: SpreadEdge) -> CutPla
 
 
 def _columns(x: Array, side: Array, place: float, reach: float) -> tuple[Ints, Array]:
-    """Return the nodes (P, M) in lines across the plane, up to one layer beyond `reach`, and the layers' distances.
+    """Return the nodes in lines across the plane (P, M), up to one layer beyond `reach`, and the layers' places (M,).
 
-    The layers of nodes must be planes, equally many within reach on both sides unless a mirror replaces one side.
+    The layers of nodes must be plane. Both sides must have the same number within `reach`, unless one is mirrored.
     """
     _, line = np.unique(np.round(x[:, 1:], 7), axis=0, return_inverse=True)
     table = np.lexsort((side, x[:, 0], line.ravel())).reshape(line.max() + 1, -1).astype(np.int32)

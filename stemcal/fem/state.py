@@ -37,11 +37,11 @@ def exchange(
     materials: NDArray[np.int_] | None = None,
     spared: Mask | None = None,
 ) -> Exchange:
-    """Return the arrays that average plastic strain over an internal length; with length 0 failure is local.
+    """Return the arrays for averaging the plastic strain over an internal length; with length 0, failure is local.
 
     neighbours: The element behind each face (E, 6), −1 for none.
-    failure_strain, length: The limit, and ℓ of the weight exp(−r²/ℓ²), mm; of all elements, or of each (E,).
-    strains: Plastic strains in the blocks (blocks, lanes), for their shape.
+    failure_strain, length: Failure strain, and ℓ of the weight exp(−r²/ℓ²), mm; one for all elements, or each (E,).
+    strains: Plastic strains in the blocks (blocks, lanes), of which only the shape is used.
     materials: Material of each element (E,); the mean is over elements of the same material.
     spared: Elements that are never deleted (E,).
     """
@@ -50,9 +50,9 @@ def exchange(
     if materials is not None:
         neighbours = np.where(materials[neighbours] == materials[:, None], neighbours, -1)
     rate = _conductances(mesh, neighbours) / mesh.volumes()[:, None]
-    # A pass exchanges at most half of an element's strain: with all of it, neighbours would only swap their values. A
-    # free face counts with the element's image behind it, so that a model with a mirror plane has as many passes, and
-    # so the same means, as the full model: otherwise the first element would fail in another step.
+    # A pass exchanges at most half of an element's strain: with all of it, neighbours would only swap their values. For
+    # the number of passes, a free face has the element's mirror image behind it. A model with a mirror plane thus has
+    # the same passes and means as the full model; otherwise the first element would fail in another step.
     passes = max(int(time.max() > 0.0), ceil(float((2.0 * time[:, 0] * rate.sum(axis=1)).max()) - 1e-9))
     # a face without a neighbour has the index of the element itself behind it, so that the kernel needs no branch
     around = np.where(neighbours < 0, np.arange(elements)[:, None], neighbours).astype(np.uint32)
@@ -65,7 +65,7 @@ def exchange(
 def _conductances(mesh: Mesh, neighbours: Ints) -> Array:
     """Return T = |A·d|/|d|² of each face (E, 6), mm: A is its area vector, d the vector to the neighbour's centre.
 
-    For a face without a neighbour the neighbour's centre is the element's mirror image.
+    A face without a neighbour has the element's mirror image behind it.
     """
     corners = mesh.nodes[mesh.hexes]
     centres = corners.mean(axis=1)
@@ -78,11 +78,11 @@ def _conductances(mesh: Mesh, neighbours: Ints) -> Array:
 
 # A time step below this share of the first one means that the mesh has collapsed.
 _COLLAPSE = 1.0e-4
-# Contact candidates are listed within this share of an element's size from a tool.
+# Nodes and faces are candidates for contact if their distance from a tool is at most this share of an element's size.
 _MARGIN = 0.25
 # In single precision, elements may grow to this multiple of the largest initial extent without integer overflow.
 _STRETCH = 16.0
-# An isotropic stem is soft if its modulus is below this multiple of its yield stress; one with fibres is soft in shear.
+# A stem is soft if it has fibres (soft in shear), or if its modulus is below this multiple of its yield stress.
 _SOFT = 30.0
 
 
@@ -185,7 +185,7 @@ def _material(model: Model, lanes: Lanes) -> MaterialNumbers | LayerTable:
 
 
 def _aligned_zeros(shape: tuple[int, ...], kind: np.dtype[Any]) -> Array:
-    """Return zeros that begin on a cache line: vectors across two lines would make the kernel a quarter slower."""
+    """Return zeros whose memory begins on a cache line: vectors across two lines would slow the kernel by a quarter."""
     size = kind.itemsize * prod(shape)
     raw = np.zeros(size + block.CACHE_LINE, dtype=np.uint8)
     begin = -raw.ctypes.data % block.CACHE_LINE
@@ -193,7 +193,7 @@ def _aligned_zeros(shape: tuple[int, ...], kind: np.dtype[Any]) -> Array:
 
 
 def scratch_like(state: Array) -> Array:
-    """Return the scratch array of one block, in the precision of a state."""
+    """Return a scratch array for one block, in the precision of `state`."""
     return _aligned_zeros((block.SCRATCH_ROWS * block.LANES,), state.dtype)
 
 
@@ -258,7 +258,7 @@ def _no_pushes(nodes: int, tools: int) -> Pushes:
 
 
 def _seen(x: Array, v: Array, mesh: Mesh, kind: np.dtype[Any]) -> block.Seen:
-    """Return the arrays of positions and velocities that elements of a precision read."""
+    """Return the positions and velocities that elements read, in the elements' precision `kind`."""
     if kind == np.float64:
         return block.Seen(x, v, 1.0)
     unit = kind.type(2.0 ** (np.ceil(np.log2(_STRETCH * mesh.largest_extent())) - 31))

@@ -76,7 +76,7 @@ class History:
         return float(100.0 * np.abs(self.balance[:until]).max() / scale)
 
     def row(self, name: str) -> Array:
-        """Return a row of the elements' state by its name in `kernels.block`, as (E,) in the order of the mesh."""
+        """Return a final quantity of the elements (E,) by the name of its row in `kernels.block`, as PLASTIC_STRAIN."""
         return np.asarray(self.state[:, getattr(block, name)].copy())
 
 
@@ -84,13 +84,12 @@ March = Callable[[float, State], int]
 
 
 class _Marching:
-    """Advances a state with `count` threads; a context manager.
+    """Context manager that advances a state with `count` threads.
 
-    Each thread advances some parts of the blocks (`stemcal.fem.lanes`), which write to no common row of the nodal
-    forces.
-    After all threads are done, the forces in separate rows are added; one thread adds all forces of a node in a fixed
-    order, so the result is bit-identical for any number of threads. The threads run the compiled loop in parallel,
-    without the interpreter lock, and synchronise in it several times per step.
+    Each thread advances some parts of the blocks (`stemcal.fem.lanes`); no two parts write to the same row of the nodal
+    forces. Then the forces in separate rows are added; one thread adds all forces of a node in a fixed order, so the
+    result is bit-identical for any number of threads. The threads run the compiled loop in parallel, without the
+    interpreter lock, and synchronise in it several times per step.
     """
 
     def __init__(self, state: State, count: int) -> None:
@@ -123,7 +122,7 @@ class _Marching:
 
 
 def _shares_of(state: State, count: int) -> list[Share]:
-    """Return the threads' shares of the parts of blocks, of the chunks of nodes and of the separate force rows."""
+    """Divide the parts of blocks, the chunks of nodes and the separate force rows among `count` threads."""
     body, ends = state.body, state.lanes.ends
     blocks = ends[np.linspace(0, len(ends) - 1, count + 1).astype(int)].tolist()
     chunks = np.linspace(0, len(state.ledger.node_sums), count + 1).astype(int).tolist()
@@ -142,8 +141,8 @@ def _shares_of(state: State, count: int) -> list[Share]:
 
 Watch = Callable[[float, Array, int], bool | None]
 Inspect = Callable[[float, State], None]
-_STRIDE = 1_000_000  # steps times elements between two checks for an interrupt
-_LEAST = 1e-300  # shortest piece of a march until the first time step is known, s
+_STRIDE = 1_000_000  # number of steps times number of elements between two checks for Ctrl-C
+_LEAST = 1e-300  # length of the first piece of a march, s, while the time step is still 0
 
 
 def simulate(model: Model, duration: float, watch: Watch | None = None, inspect: Inspect | None = None) -> History:
@@ -172,7 +171,7 @@ def simulate(model: Model, duration: float, watch: Watch | None = None, inspect:
 
 
 def _rows(state: State, advance: March, outputs: Array) -> Iterator[dict[str, Any]]:
-    """Advance the state to each output in turn; yield a row of the history at each output."""
+    """Advance the state to each output time in turn; yield the row of the history there."""
     for until in outputs:
         before, impulse = state.clock.time[0], state.ledger.impulse.copy()
         if state.topology.standing.any():
@@ -184,9 +183,9 @@ def _rows(state: State, advance: March, outputs: Array) -> Iterator[dict[str, An
 
 
 def _settle(model: Model, state: State) -> None:
-    """Reduce the deviation of the velocities from the initial ones, v ← v + settling (v₀ − v), and book its energy.
+    """Reduce the deviation of the velocities from the initial ones, v ← v + settling (v₀ − v), and record its energy.
 
-    The positions of the last step change with its velocities, because the next stresses follow from both.
+    The last step's positions are changed accordingly, because the next stresses follow from positions and velocities.
     """
     body, slow = state.body, 0.0 if model.velocity is None else model.velocity
     before = kinetic_energy(body.v, body.mass)
@@ -230,8 +229,7 @@ def _row(state: State, impulse_before: Array, time_before: float) -> dict[str, A
     alive = rows[:, ALIVE] > 0.0
     internal, hourglass = rows[:, INTERNAL_ENERGY].astype(float), rows[:, HOURGLASS_ENERGY].astype(float)
     ledger = state.ledger
-    # the march books the kinetic energy at the time of the last forces; before the first step, it follows from the
-    # velocities
+    # the march stores the kinetic energy at the time of the last forces; before the first step, velocities determine it
     kinetic = ledger.kinetic[0] if state.clock.steps[0] else kinetic_energy(state.body.v, state.body.mass)
     return {
         "time": float(state.clock.time[0]),

@@ -26,7 +26,7 @@ from stemcal.fem.kernels.llvm import (
     write_state,
 )
 
-LANES = 32  # two to eight vector registers; measured: 16 is a tenth slower, 64 no faster
+LANES = 32  # fills two to eight vector registers; 16 lanes were measured a tenth slower, 64 no faster
 RUNS = LANES // RUN
 count_positive, count_negative = counting(">", LANES), counting("<", LANES)
 
@@ -61,7 +61,7 @@ RATES = COORDINATES
 VOLUMES = VELOCITIES
 
 CACHE_LINE = 64  # size of a cache line, bytes
-# Number of blocks by which a state is prefetched ahead.
+# The state of a block is prefetched while the elements this number of blocks before it are computed.
 AHEAD = 2
 
 
@@ -79,7 +79,7 @@ class Seen(NamedTuple):
 
 @inlined
 def states_of(state: Array) -> Array:
-    """Return the states of all blocks, each flat; call it before a loop, since it takes as long as a dozen elements."""
+    """Return each block's state as a flat row; call this before a loop, as it takes as long as a dozen elements."""
     return state.reshape((state.shape[0], STATE_ROWS * LANES))
 
 
@@ -128,25 +128,25 @@ def yielding(state: Array) -> int:
 
 @inlined
 def held(state: Array, slot: int, row: int) -> float:
-    """Return one row of the state of the element in a slot, which is block · `LANES` + lane."""
+    """Return the value in a row of an element's state; the element's `slot` is block · `LANES` + lane."""
     return state[slot // LANES, row, slot % LANES]
 
 
 @inlined
 def load(values: Array, row: int, lane: int) -> Floats:
-    """Return one row of one lane."""
+    """Return the value in a row of a lane."""
     return read_state(values, row * LANES + lane)
 
 
 @inlined
 def store(values: Array, row: int, lane: int, value: float) -> None:
-    """Store one row of one lane."""
+    """Store a value in a row of a lane."""
     write_state(values, row * LANES + lane, value)
 
 
 @inlined
 def book(values: Array, row: int, remainder: int, lane: int, value: float) -> None:
-    """Add a value to one row of one lane by compensated summation, with the round-off kept in the row `remainder`.
+    """Add a value to a row of a lane by compensated summation, which keeps the round-off in the row `remainder`.
 
     Kahan, Comm. ACM 8, 40 (1965). In single precision, small increments of a large energy would otherwise be lost.
     """
@@ -159,7 +159,7 @@ def book(values: Array, row: int, remainder: int, lane: int, value: float) -> No
 
 @inlined
 def load_corners(values: Array, row: int, lane: int) -> Floats:
-    """Return eight successive rows of one lane; the first is zero, because all values are relative to corner 0."""
+    """Return the values of the eight corners from successive rows; the first is 0, as they are relative to corner 0."""
     return (
         ZERO,
         read_scratch(values, (row + 1) * LANES + lane),
@@ -174,7 +174,7 @@ def load_corners(values: Array, row: int, lane: int) -> Floats:
 
 @inlined
 def load6(values: Array, row: int, lane: int) -> Floats:
-    """Return a symmetric tensor of one lane."""
+    """Return a symmetric tensor from six successive rows of a lane."""
     return (
         read_state(values, row * LANES + lane),
         read_state(values, (row + 1) * LANES + lane),
@@ -187,7 +187,7 @@ def load6(values: Array, row: int, lane: int) -> Floats:
 
 @inlined
 def load3(values: Array, row: int, lane: int) -> Floats:
-    """Return a vector of one lane."""
+    """Return a vector from three successive rows of a lane."""
     return (
         read_state(values, row * LANES + lane),
         read_state(values, (row + 1) * LANES + lane),
@@ -197,7 +197,7 @@ def load3(values: Array, row: int, lane: int) -> Floats:
 
 @inlined
 def store8(values: Array, row: int, lane: int, f: Floats) -> None:
-    """Store eight successive rows of one lane."""
+    """Store eight values in successive rows of a lane."""
     write_scratch(values, row * LANES + lane, f[0])
     write_scratch(values, (row + 1) * LANES + lane, f[1])
     write_scratch(values, (row + 2) * LANES + lane, f[2])
@@ -210,7 +210,7 @@ def store8(values: Array, row: int, lane: int, f: Floats) -> None:
 
 @inlined
 def store6(values: Array, row: int, lane: int, f: Floats, alive: float) -> None:
-    """Store a symmetric tensor of one lane, or zeros if the element is not alive."""
+    """Store a symmetric tensor in six successive rows of a lane, or zeros if the element is not alive."""
     write_state(values, row * LANES + lane, f[0] if alive > ZERO else ZERO)
     write_state(values, (row + 1) * LANES + lane, f[1] if alive > ZERO else ZERO)
     write_state(values, (row + 2) * LANES + lane, f[2] if alive > ZERO else ZERO)
@@ -221,7 +221,7 @@ def store6(values: Array, row: int, lane: int, f: Floats, alive: float) -> None:
 
 @inlined
 def store3(values: Array, row: int, lane: int, f: Floats) -> None:
-    """Store a vector of one lane."""
+    """Store a vector in three successive rows of a lane."""
     write_state(values, row * LANES + lane, f[0])
     write_state(values, (row + 1) * LANES + lane, f[1])
     write_state(values, (row + 2) * LANES + lane, f[2])

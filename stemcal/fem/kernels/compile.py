@@ -27,7 +27,7 @@ def _cache_folder() -> Path:
     configured = os.environ.get("STEMCAL_CACHE_DIR")
     root = Path(configured) if configured else Path(platformdirs.user_cache_dir("stemcal", appauthor=False))
     user = os.geteuid() if hasattr(os, "geteuid") else "user"
-    spare = Path(tempfile.gettempdir()) / f"stemcal-{user}-{_name()}"  # the same for this user's later commands
+    spare = Path(tempfile.gettempdir()) / f"stemcal-{user}-{_name()}"  # a fixed name, so that later commands find it
     usable = next(filter(_is_private, (root / _name(), spare)), None)
     return usable or Path(tempfile.mkdtemp(prefix="stemcal-kernels-"))
 
@@ -77,7 +77,7 @@ def _whole_registers() -> str | None:
 if _config.CPU_FEATURES is None:
     _config.CPU_FEATURES = _whole_registers()
 
-_jit: Any = njit  # its types lack some of its options
+_jit: Any = njit  # numba's annotations of njit lack some of its options
 # Fused multiply-adds and unsigned zeros are allowed; NaN, infinity and the order of sums are preserved.
 _MATHS = {"contract", "nsz"}
 # Without entry points from Python and from C, which unpack and check all arguments, compilation takes half the time.
@@ -92,9 +92,8 @@ def entry(function: Function) -> Any:
 def kernel(function: Function) -> Any:
     """Compile a function that loops over arrays, called only by other kernels.
 
-    Only an `entry` is cached. Its code contains the code of all functions that it calls, so caching these too would
-    store
-    the same code several times.
+    Only an `entry` is cached. Its code contains that of all functions that it calls; caching these too would store the
+    same code several times.
     """
     return _jit(nogil=True, error_model="numpy", fastmath=_MATHS, **_INNER)(function)
 
@@ -126,7 +125,7 @@ RUN = 8
 
 
 def like(_value: Any, number: Any) -> Any:
-    """Return a number in the precision of a value; in Python code, unchanged."""
+    """Return a number in the precision of a value; outside kernels, return it unchanged."""
     return number
 
 

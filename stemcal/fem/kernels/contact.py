@@ -33,8 +33,8 @@ class ToolArrays(NamedTuple):
     reach: Array  # (T,) distance from the tool's edge within which faces can touch the spread edge; 0: none
     traction: Array  # (T, N, 3) friction spring of each node
     force: Array  # (T, 3) force of the stem on the tool in this step; changes during the run
-    faces: Mask  # (T,) contact with the faces of the skin instead of with their nodes
-    skin: Ints  # (F, 5) corners of the crowned surface faces, and their element; none if `faces` is False
+    faces: Mask  # (T,) True if the tool touches the faces of the skin, False if it touches nodes
+    skin: Ints  # (F, 5) corners and element of each face of the curved skin; (0, 5) if no tool touches faces
     crowns: Array  # (F,) height of the true surface over the middle of these faces
     skin_mass: Array  # (F, 4) share of these faces in the mass of each corner
     skin_traction: Array  # (T, F, SAMPLES, 3) friction springs of their samples
@@ -54,8 +54,8 @@ class FrictionNumbers(NamedTuple):
 class EdgeArrays(NamedTuple):
     """Sample points along a tool's edge that touch element faces between the nodes."""
 
-    tool: int  # index of their tool, −1 for none
-    x: float  # position of the edge
+    tool: int  # index of the tool, −1 for none
+    x: float  # position of the edge, mm
     y: Array  # (S,) positions of the samples
     per_face: float  # number of samples per element face
     traction: Array  # (2S, 3) friction spring of each sample on either side of the edge
@@ -64,7 +64,7 @@ class EdgeArrays(NamedTuple):
 
 @inlined
 def outline_distance(px: float, pz: float, corners: Array) -> Floats:
-    """Return the signed distance of a point from a convex polygon (negative inside), and the outward normal there."""
+    """Return the signed distance of a point from a convex polygon (negative inside), and the polygon's normal there."""
     best, best_x, best_z = -1.0e30, 0.0, 1.0
     near, near_x, near_z = 1.0e30, 0.0, 0.0
     count = corners.shape[0]
@@ -100,15 +100,15 @@ def flank_distance(cut: Floats, n: int, px: float, pz: float) -> Floats:
 
 
 @inlined
-def meets_flank(cut: Floats, n: int) -> bool:
-    """Check that a node touches the flanks of the blade; nodes of the cut plane touch them only after parting."""
+def _may_touch_flank(cut: Floats, n: int) -> bool:
+    """Check that node n may touch the flanks of the blade: nodes of the cut plane may only after they have parted."""
     p = cut.number[n]
     return bool(p < 0 or cut.parted[p])
 
 
 @inlined
 def friction_limit(normal_force: float, slip: float, friction: Floats) -> float:
-    """Return the largest possible friction force, μ(|ẋₜ|) f."""
+    """Return the largest possible friction force μ f, for a normal force f and the slip speed |ẋₜ| = `slip`."""
     mu = friction.dynamic + (friction.static - friction.dynamic) * exp(-friction.decay * slip)
     return mu * normal_force
 
@@ -155,15 +155,15 @@ def push_nodes_out(
 ) -> None:  # fmt: skip
     """Add the contact forces of all tools on the nodes near them, ``near[t, :counts[t]]``, to `pushes`.
 
-    Where a blade parts the body, nodes beside the cut plane touch its sharp flanks. Other nodes near a spread edge are
-    left to that edge (`kernels.spread_edge`).
+    If a blade parts the body, nodes beside the cut plane touch the blade's sharp flanks. Other nodes near a spread edge
+    are skipped here: `kernels.spread_edge` computes their forces.
     """
     tool_count = tools.radius.shape[0]
     for t in range(tool_count):
         for m in range(counts[t]):
             n = near[t, m]
             px, pz = x[n, 0], x[n, 2] - tools.height[t]
-            if t == cut.tool and meets_flank(cut, n):
+            if t == cut.tool and _may_touch_flank(cut, n):
                 gap, nx, nz = flank_distance(cut, n, px - tools.edge[t], pz)
                 depth = -gap
             elif (px - tools.edge[t]) ** 2 + pz**2 < tools.spread[t] ** 2:
@@ -188,7 +188,7 @@ def push_nodes_out(
 
 @inlined
 def shape_functions(xi: float, eta: float) -> Floats:
-    """Return the four bilinear shape functions of a face."""
+    """Return the four bilinear shape functions of a face at (ξ, η)."""
     return (
         0.25 * (1.0 - xi) * (1.0 - eta),
         0.25 * (1.0 + xi) * (1.0 - eta),
@@ -199,13 +199,13 @@ def shape_functions(xi: float, eta: float) -> Floats:
 
 @inlined
 def sum_of_squares(shape: Floats) -> float:
-    """Return Σ N²: a point whose force is shared by N among nodes of mass m moves as a mass of m/Σ N²."""
+    """Return Σ N² of shape functions N; a point of a face with nodes of mass m has the effective mass m/Σ N²."""
     return shape[0] * shape[0] + shape[1] * shape[1] + shape[2] * shape[2] + shape[3] * shape[3]
 
 
 @inlined
 def face_modes(a: float, b: float, c: float, d: float) -> Floats:
-    """Return the amplitudes (1, ξ, η, ξη) of four corner values."""
+    """Return the amplitudes of the modes 1, ξ, η, ξη from the values at corners (−1,−1), (1,−1), (1,1), (−1,1)."""
     return 0.25 * (a + b + c + d), 0.25 * (b + c - a - d), 0.25 * (c + d - a - b), 0.25 * (a + c - b - d)
 
 
@@ -215,9 +215,10 @@ CLOSE = 1.0e-7
 
 @inlined
 def locate_in_face(px: float, py: float, fx: Floats, fy: Floats) -> Floats:
-    """Return (ξ, η) where the vertical through (px, py) meets a face with modes fx, fy; (9, 9) if it is vertical.
+    """Return (ξ, η) of the point of a face that is above or below (px, py); (9, 9) if the face is vertical.
 
-    At most four Newton steps on x(ξ,η) = px, y(ξ,η) = py; a parallelogram needs one, and a second that confirms it.
+    fx, fy are the face's modes (`face_modes`). At most four Newton steps solve x(ξ,η) = px, y(ξ,η) = py; a
+    parallelogram needs one, and a second to confirm it.
     """
     xi, eta = 0.0, 0.0
     for _ in range(4):
@@ -237,7 +238,7 @@ def locate_in_face(px: float, py: float, fx: Floats, fy: Floats) -> Floats:
 
 @inlined
 def face_normal(fx: Floats, fy: Floats, fz: Floats, xi: float, eta: float) -> Floats:
-    """Return the unit normal ∂x/∂ξ × ∂x/∂η of a face."""
+    """Return the unit normal, along ∂x/∂ξ × ∂x/∂η, of a face with the modes fx, fy, fz at (ξ, η)."""
     ax, ay, az = fx[1] + fx[3] * eta, fy[1] + fy[3] * eta, fz[1] + fz[3] * eta
     bx, by, bz = fx[2] + fx[3] * xi, fy[2] + fy[3] * xi, fz[2] + fz[3] * xi
     nx, ny, nz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
@@ -245,14 +246,14 @@ def face_normal(fx: Floats, fy: Floats, fz: Floats, xi: float, eta: float) -> Fl
     return nx / size, ny / size, nz / size
 
 
-# Samples of a face in contact with a tool: along the stem (many, because rollers roll over long elements) and around.
+# Numbers of sample points of a face along the stem (many, because rollers roll over long elements) and around it.
 ALONG, AROUND = 17, 4
 SAMPLES = ALONG * AROUND
 
 
 @inlined
 def sample_of_skin(tools: Floats, f: int, s: int, x: Array) -> Floats:
-    """Return the shape functions at sample s of face f of the skin, and x and z of the true surface over it."""
+    """Return the shape functions at sample s of face f of the skin, and x and z of the curved surface there."""
     a, b, c, d = tools.skin[f, 0], tools.skin[f, 1], tools.skin[f, 2], tools.skin[f, 3]
     fx = face_modes(x[a, 0], x[b, 0], x[c, 0], x[d, 0])
     fy = face_modes(x[a, 1], x[b, 1], x[c, 1], x[d, 1])
@@ -309,8 +310,8 @@ def push_skin_out(
                         push(pushes, FRICTION * tool_count + t, node, i, shape[corner] * spring[i])
 
 
-# The edge touches faces whose normal is less than about 80° from the direction opposite to its travel (n_z > 0.17). A
-# face includes samples slightly beyond its border, so that no gap opens between two faces.
+# The edge moves down and touches only faces whose normal is less than about 80° from the vertical (n_z > 0.17). A face
+# includes samples up to |ξ| = |η| = 1 + HAIR, so that no gap opens between two faces.
 STEEPEST = 0.17
 HAIR = 1.0e-3
 
@@ -320,7 +321,7 @@ def push_faces_out(
     tools: Floats, edge: Floats, faces: Any, corner_mass: Array, count: int, x: Array, v: Array, pushes: Floats,
     dt0: float, dt: float, friction: Floats,
 ) -> None:  # fmt: skip
-    """Add the forces of the edge's samples on the exposed faces under it, ``faces[:count]``, to `pushes`.
+    """Add the forces of the edge's sample points on the exposed faces under the edge, ``faces[:count]``, to `pushes`.
 
     A sample below a face, inside the body, pushes the face along the face's normal. The four nodes share the force
     according to their shape functions; the opposite force acts on the tool.

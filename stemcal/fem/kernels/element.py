@@ -62,7 +62,7 @@ from stemcal.fem.kernels.plasticity import double_dot, rate_factor, smoothed
 
 @inlined
 def _per_time(dt: Floats) -> Floats:
-    """Return 1/Δt, finite also in the first step, where Δt = 0; LLVM moves the division out of the loop."""
+    """Return 1/Δt, a finite number even in the first step (Δt = 0); LLVM moves the division out of the loop."""
     return ONE / max(dt, TINY)
 
 
@@ -70,7 +70,8 @@ def _per_time(dt: Floats) -> Floats:
 def _bulk_viscosity(de: Floats, dt: float, length: float, material: Floats) -> Floats:
     """Return the bulk viscosity q = ρ l (c₂ l ε̇ᵥ² + c₁ c |ε̇ᵥ|) in compression, 0 in expansion.
 
-    von Neumann and Richtmyer, J. Appl. Phys. 21, 232-237 (1950), with the usual linear term.
+    l: element length, ε̇ᵥ: volume strain rate, c: speed of sound, c₁, c₂: coefficients. Source: von Neumann and
+    Richtmyer, J. Appl. Phys. 21, 232-237 (1950), with the usual linear term.
     """
     closing = max(-(de[0] + de[1] + de[2]) * _per_time(dt), ZERO)
     quadratic = material.viscosity_quadratic * length * closing
@@ -94,7 +95,7 @@ def _acting_stress(stress: Floats, pressure: float, alive: float) -> Floats:
 
 @inlined
 def _stress_row(i: int, acting: Floats, taken: Floats, per_whole: float) -> Floats:
-    """Return row i of the acting stress, minus the part that the hourglass forces contribute (`taken_from_stress`)."""
+    """Return row i of the acting stress minus the part that the hourglass forces contribute, `taken` / 64 V."""
     xx, yy, zz, xy, yz, zx = acting
     row = ((xx, xy, zx), (xy, yy, yz), (zx, yz, zz))[i]
     return row[0] - per_whole * taken[0], row[1] - per_whole * taken[1], row[2] - per_whole * taken[2]
@@ -105,9 +106,9 @@ def hourglass_forces(
     state: Array, lane: int, u: Floats, v: Floats, w: Floats, x: Floats, y: Floats, z: Floats,
     L: Floats, R: Floats, stress: Floats, dt: float, alive: float,
 ) -> Floats:  # fmt: skip
-    """Return the forces on the four hourglass modes without and with damping, and their power.
+    """Return the forces on the four hourglass modes without damping, the same with damping, and their power.
 
-    The power is computed with the mean of old and new force. All are zero if the element is not alive.
+    The power is that of the mean of old and new forces. All are zero if the element is not alive.
     """
     # stiffness a: the constant one, or the one that the stress requires (`hourglass`); Q ← R Q + a Δt q̇
     lasting = like(alive, 1.0) if alive > ZERO else ZERO
@@ -197,21 +198,21 @@ def element(scratch: Array, state: Array, lane: int, dt: float, material: Floats
     smooth = smoothed(load(state, PLASTIC_RATE, lane), strain - before, dt, material.rate_filter)
     store(state, PLASTIC_RATE, lane, smooth)
     yielded = double_dot(de, de) if q > static_yield else ZERO
-    at_once = -yielded if yielded > ZERO else ONE  # see `_follow_rates`
+    at_once = -yielded if yielded > ZERO else ONE  # `_follow_rates` replaces −Δε:Δε by the rate factor
     store(state, RATE_FACTOR, lane, factor if material.rate_filter > ZERO else at_once)
     store(state, VISCOUS_PRESSURE, lane, pressure)
 
 
 @kernel
 def advance(scratch: Array, state: Array, dt: float, material: Floats) -> None:
-    """Advance the elements of one block; a separate function, because otherwise LLVM does not vectorise the loop."""
+    """Advance the elements of one block. LLVM vectorises this loop only in a separate function."""
     for lane in range(LANES):
         element(scratch, state, lane, dt, material)
 
 
 @inlined
 def _follow_rates(state: Array, dt: float, material: Floats) -> None:
-    """Compute the rate factors of a block for the next step, only if elements yield: powers are slow."""
+    """Compute the rate factors of yielding elements for the next step; skip blocks without any, as powers are slow."""
     if yielding(state) > 0:
         for lane in range(LANES):
             squared = -load(state, RATE_FACTOR, lane)

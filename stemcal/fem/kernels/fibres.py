@@ -22,14 +22,14 @@ from stemcal.fem.kernels.plasticity import add_scaled, double_dot, shifted_devia
 
 
 class TransverseNumbers(NamedTuple):
-    """Constants of a material with an axis for the kernels, from `stemcal.fem.material.Material.transverse_numbers`."""
+    """Constants of a transversely isotropic material for the kernels; created by `Material.transverse_numbers`."""
 
     hill_1: float
     hill_2: float
     hill_3: float
-    bound_lame: float  # λ, μ and κ of an isotropic law with an additional κ e_a aa that is at least as stiff
-    bound_shear: float
-    bound_axial: float
+    bound_lame: float  # λ of λ tr e I + 2μ e + κ e_a aa, a law that is at least as stiff (`Material._bound`)
+    bound_shear: float  # its μ
+    bound_axial: float  # its κ
     yield_stress: float
     plastic_modulus: float
     beta: float
@@ -64,7 +64,7 @@ def _times(s: Floats, a: Floats) -> Floats:
 
 @inlined
 def _combined(factor: Floats, e: Floats, spherical: Floats, a: Floats, w: Floats) -> Floats:
-    """Return factor e + spherical I + a w + w a."""
+    """Return the tensor factor·e + spherical·I + a⊗w + w⊗a."""
     return (
         factor * e[0] + spherical + TWO * a[0] * w[0],
         factor * e[1] + spherical + TWO * a[1] * w[1],
@@ -81,8 +81,7 @@ def _weighted(f: Floats, v: Floats, g: Floats, a: Floats) -> Floats:
 
 
 @inlined
-def elastic_stress(e: Floats, a: Floats, material: Floats) -> Floats:
-    """Return C:e."""
+def _elastic_stress(e: Floats, a: Floats, material: Floats) -> Floats:
     ea = _times(e, a)
     along, trace = _dot(ea, a), e[0] + e[1] + e[2]
     w = _weighted(material.shear_gap, ea, HALF * (material.coupling * trace + material.axial * along), a)
@@ -100,16 +99,16 @@ def unit(edge: Floats) -> Floats:
 def transverse_return(
     old: Floats, back: Floats, de: Floats, plastic_strain: float, rate_factor: float, a: Floats, material: Floats
 ) -> Floats:
-    """Return stress, back stress, plastic strain, trial q and static yield stress after a strain increment.
+    """Return stress, back stress, plastic strain, trial q and static yield stress σ₀ after a strain increment.
 
     One iteration of the cutting-plane algorithm of Ortiz and Simo (Int. J. Numer. Meth. Eng. 23, 353-366, 1986). q is
-    convex, so the new stress is on or outside the yield surface; the next time steps bring it closer:
+    convex, so the new stress is on or outside the yield surface, and closer after further steps (s: rate factor):
 
         n = ∂q/∂σ,   Δεp = (q − s σ₀) / (n:C:n + (1−β)Eₚ + s β Eₚ),   σ ← σ − Δεp C:n,   back ← back + (1−β)Eₚ Δεp ξ/q
 
     The back stress moves along ξ (Ziegler's rule), so it reduces q by exactly (1−β)Eₚ Δεp for every direction of ξ.
     """
-    trial = add_scaled(old, ONE, elastic_stress(de, a, material))
+    trial = add_scaled(old, ONE, _elastic_stress(de, a, material))
     xi = shifted_deviator(trial, back)
     xi_a = _times(xi, a)
     along = _dot(xi_a, a)
@@ -120,7 +119,7 @@ def transverse_return(
     # the deviator of q n, n = ∂q/∂σ
     w = _weighted(HALF * h2, xi_a, HALF * h3 * along, a)
     normal = _combined(h1, xi, -like(along, 1.0 / 3.0) * (h2 + h3) * along, a, w)
-    stiff = elastic_stress(normal, a, material)
+    stiff = _elastic_stress(normal, a, material)
     kinematic = (ONE - material.beta) * material.plastic_modulus
     slope = kinematic + rate_factor * material.beta * material.plastic_modulus
     excess = max(q - rate_factor * static_yield, ZERO)

@@ -19,8 +19,6 @@ Corners are numbered as in LS-DYNA: 1-4 around the face ζ = −1, 5-8 above the
 from stemcal.arrays import Floats
 from stemcal.fem.kernels.compile import HALF, ONE, QUARTER, ZERO, inlined, like
 
-# Tuples of floats, whose types numba infers.
-
 
 @inlined
 def modal_sums(f: Floats) -> Floats:
@@ -151,7 +149,7 @@ def spin_rotation(L: Floats, dt: float) -> Floats:
 
 @inlined
 def rotate_vector(R: Floats, v: Floats) -> Floats:
-    """Return R v."""
+    """Return R v for a matrix R given row by row."""
     return (
         R[0] * v[0] + R[1] * v[1] + R[2] * v[2],
         R[3] * v[0] + R[4] * v[1] + R[5] * v[2],

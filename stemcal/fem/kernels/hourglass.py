@@ -7,11 +7,11 @@ uniform strains. In sums over the corners (eight times the amplitudes; R is the 
     q̇ₘ = Vₘ − L Xₘ,     Q ← R Q + a q̇ dt
 
 Stress reduces the stiffness of the modes, because an element's forces Vσ·B rotate as its corners move. For a cube of
-edge l under pressure p, the volume has the second-order terms (4l/3)(a_ζξ b_ηζ − a_ηζ b_ζξ) in the amplitudes a, b of
-two patterns along x and y, so the forces amplify these patterns for p > 48a/l. Where the wedge presses harder, elements
-would vibrate with growing amplitude; a therefore increases with the stress.
+edge l under pressure p, the volume has the second-order terms (4l/3)(g_ζξ h_ηζ − g_ηζ h_ζξ) in the amplitudes g, h of
+two patterns along x and y, so the forces amplify these patterns for p > 48a/l. Under a greater pressure, as below a
+wedge, elements would vibrate with growing amplitude; a therefore increases with the stress.
 
-The force is extrapolated by βΔt, Q + β a q̇ Δt, which damps vibrations in these modes.
+To damp vibrations in these modes, the force is extrapolated by βΔt to Q + β a q̇ Δt.
 
 Flanagan and Belytschko, Int. J. Numer. Meth. Eng. 17, 679-706 (1981), in modal form.
 """
@@ -22,8 +22,8 @@ from stemcal.arrays import Floats
 from stemcal.fem.kernels.compile import inlined, like
 from stemcal.fem.kernels.hexahedron import rotate_vector
 
-# Least stiffness, in units of the stiffness that a pressure removes from a cube. With factors below three, the patterns
-# still grow under combined pressure and shear.
+# Ratio of the least stiffness to that which a pressure removes from a cube (l p/48). With ratios below three, the
+# patterns still grow under combined pressure and shear.
 _TIMES = 3.0
 # β, the extrapolation of the force in steps. Under stress these modes grow by some 1e-4 per step: negligible in tests
 # of 10,000 steps with added mass, but dominant in tests of a million steps with the true mass. β = 1/4 damps them by
@@ -39,7 +39,7 @@ def dot3(a: Floats, b: Floats) -> Floats:
 
 @inlined
 def modal_rate(m: int, u: Floats, v: Floats, w: Floats, x: Floats, y: Floats, z: Floats, L: Floats) -> Floats:
-    """Return q̇ₘ = Vₘ − L Xₘ."""
+    """Return the rate q̇ₘ = Vₘ − L Xₘ of mode m."""
     return (
         u[m] - (L[0] * x[m] + L[1] * y[m] + L[2] * z[m]),
         v[m] - (L[3] * x[m] + L[4] * y[m] + L[5] * z[m]),
@@ -55,21 +55,21 @@ def taken_by_stress(squared: float, length: float) -> Floats:
 
 @inlined
 def resist(old: Floats, rate: Floats, R: Floats, gain: float) -> Floats:
-    """Return the force Q = R Q_old + gain q̇ on one mode; R is zero for an element that is not alive."""
+    """Return the force Q = R Q_old + a Δt q̇ on one mode, `gain` = a Δt; R is zero for an element that is not alive."""
     turned = rotate_vector(R, old)
     return turned[0] + gain * rate[0], turned[1] + gain * rate[1], turned[2] + gain * rate[2]
 
 
 @inlined
 def damped(force: Floats, rate: Floats, gain: float) -> Floats:
-    """Return Q + β a Δt q̇, with `gain` = a Δt."""
+    """Return the extrapolated force Q + β a Δt q̇, with `gain` = a Δt."""
     share = like(gain, DAMPING) * gain
     return force[0] + share * rate[0], force[1] + share * rate[1], force[2] + share * rate[2]
 
 
 @inlined
 def taken_from_stress(a: Floats, b: Floats, c: Floats, d: Floats, i: int, x: Floats, y: Floats, z: Floats) -> Floats:
-    """Return row i of Σ Qₘ⊗Xₘ; divided by the volume, this stress is subtracted so that Q acts on q̇ₘ alone."""
+    """Return row i of Σ Qₘ⊗Xₘ. This sum over the volume is subtracted from the stress, so that Q acts on q̇ₘ alone."""
     return (
         a[i] * x[4] + b[i] * x[5] + c[i] * x[6] + d[i] * x[7],
         a[i] * y[4] + b[i] * y[5] + c[i] * y[6] + d[i] * y[7],

@@ -26,7 +26,7 @@ class LayerTable(NamedTuple):
 
 
 def of_block(material: Any, b: int) -> Any:
-    """Return the constants of the material of block b."""
+    """Return the constants of the material of block b; in kernels, numba compiles `_of_block` for this function."""
     raise NotImplementedError
 
 
@@ -82,9 +82,9 @@ def _stress_after(old: Any, back: Any, de: Any, strain: Any, factor: Any, edge: 
 
 
 def uniform_stiffness(B: Any, edge: Any, norm: Any, material: Any) -> Any:
-    """Return an upper bound of an element's stiffness against uniform strain, times its volume.
+    """Return an upper bound of the product of an element's stiffness against uniform strain and its volume.
 
-    `B` are the products BᵢBⱼ of its gradients (xx, yy, zz, xy, yz, zx), `norm` is an upper bound of their norm.
+    `B`: products BᵢBⱼ of the nodal gradients (xx, yy, zz, xy, yz, zx); `norm`: an upper bound of the norm of `B`.
     """
     raise NotImplementedError
 
@@ -103,6 +103,6 @@ def _uniform_stiffness(B: Any, edge: Any, norm: Any, material: Any) -> Any:
 
 @inlined
 def _along(B: Floats, a: Floats) -> Floats:
-    """Return a·B a."""
+    """Return a·B a of a symmetric tensor B."""
     straight = a[0] * a[0] * B[0] + a[1] * a[1] * B[1] + a[2] * a[2] * B[2]
     return straight + TWO * (a[0] * a[1] * B[3] + a[1] * a[2] * B[4] + a[2] * a[0] * B[5])

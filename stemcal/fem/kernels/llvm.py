@@ -15,7 +15,7 @@ from numba.extending import intrinsic
 from stemcal.fem.kernels.compile import RUN
 
 _NUMBER, _WORD, _BYTE = ir.DoubleType(), ir.IntType(32), ir.IntType(8)
-_YIELDS = ("sched_yield", "SwitchToThread")  # names of this function on POSIX and Windows
+_YIELDS = ("sched_yield", "SwitchToThread")  # functions of POSIX and Windows that yield the processor
 
 
 def _prefetch(_typing: Any, values: Any, place: Any) -> Any:
@@ -91,7 +91,7 @@ def _subtract_run(_typing: Any, nodal: Any, node: Any, values: Any, place: Any, 
 
 
 def counting(relation: str, many: int) -> Any:
-    """Return an intrinsic that counts how many of the next `many` numbers satisfy a relation to 0, such as ``>``."""
+    """Return an intrinsic that counts those of the next `many` numbers that satisfy a relation to 0, such as ``>``."""
 
     def count(_typing: Any, values: Any, place: Any) -> Any:
         def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
@@ -106,7 +106,7 @@ def counting(relation: str, many: int) -> Any:
 
 
 def _store_position(_typing: Any, places: Any, n: Any, x: Any, unit: Any) -> Any:
-    """Set ``places[n]`` to the low 32 bits of x in whole units (a power of two); nothing if `places` is x itself."""
+    """Set ``places[n]`` to the low 32 bits of x / `unit`, a power of two; do nothing if `places` is x itself."""
 
     def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         places, n, x, unit = (
@@ -123,7 +123,7 @@ def _store_position(_typing: Any, places: Any, n: Any, x: Any, unit: Any) -> Any
 
 
 def _store_velocity(_typing: Any, velocities: Any, n: Any, v: Any) -> Any:
-    """Set ``velocities[n]`` to v in single precision; nothing if `velocities` is v itself."""
+    """Set ``velocities[n]`` to v in single precision; do nothing if `velocities` is v itself."""
 
     def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         velocities, n, v = (
@@ -137,7 +137,7 @@ def _store_velocity(_typing: Any, velocities: Any, n: Any, v: Any) -> Any:
 
 
 def _add_together(_typing: Any, numbers: Any, more: Any) -> Any:
-    """Add to ``numbers[0]`` atomically (sequentially consistent, so a memory barrier) and return its old value."""
+    """Add `more` to ``numbers[0]`` atomically, with a memory barrier ("seq_cst"), and return the old value."""
 
     def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         array = _Value(context, builder, signature.args[0], arguments[0])
@@ -157,7 +157,7 @@ def _read_together(_typing: Any, numbers: Any) -> Any:
 
 
 def _give_way(_typing: Any) -> Any:
-    """Yield the processor to another thread; nothing if the operating system has no such function."""
+    """Yield the processor to another thread; do nothing if the operating system has no function for it."""
 
     def build(context: Any, builder: Any, _signature: Any, _arguments: Any) -> Any:
         name = next((name for name in _YIELDS if llvmlite.binding.address_of_symbol(name) is not None), None)
@@ -181,7 +181,7 @@ def _maximum(_typing: Any, a: Any, b: Any) -> Any:
 
 
 def _reading(name: str) -> Any:
-    """Return an intrinsic that reads a number of the array called `name` in `_APART`."""
+    """Return an intrinsic that reads a number from an array, which `name` identifies in `_APART`."""
 
     def read(_typing: Any, values: Any, place: Any) -> Any:
         def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
@@ -194,7 +194,7 @@ def _reading(name: str) -> Any:
 
 
 def _writing(name: str) -> Any:
-    """Return an intrinsic that writes a number to the array called `name` in `_APART`."""
+    """Return an intrinsic that writes a number to an array, which `name` identifies in `_APART`."""
 
     def write(_typing: Any, values: Any, place: Any, value: Any) -> Any:
         def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
@@ -211,7 +211,7 @@ _APART = ("scratch", "state")  # arrays that share no memory
 
 
 def _set_apart(builder: Any, instruction: Any, name: str) -> Any:
-    """Declare to LLVM that the arrays above do not overlap.
+    """Declare to LLVM that the arrays in `_APART` do not overlap.
 
     Otherwise LLVM compares their addresses before each loop, and compiles a second, slow loop for overlapping arrays.
     """
@@ -228,7 +228,7 @@ def _set_apart(builder: Any, instruction: Any, name: str) -> Any:
 
 
 class _Value:
-    """An argument of an intrinsic; for an array, with its layout."""
+    """An argument of an intrinsic and, if it is an array, its layout in memory."""
 
     def __init__(self, context: Any, builder: Any, kind: Any, value: Any) -> None:
         self.value, self._builder = value, builder
@@ -261,7 +261,7 @@ def _of_component(builder: Any, nodal: _Value, node: Any, i: int) -> Any:
 
 
 def _each(builder: Any, number: Any, form: Any) -> Any:
-    """Return a vector whose elements are all equal to `number`."""
+    """Return a vector of type `form` whose elements are all equal to `number`."""
     first = builder.insert_element(ir.Constant(form, ir.Undefined), number, _WORD(0))
     return builder.shuffle_vector(first, first, ir.Constant(ir.VectorType(_WORD, form.count), [_WORD(0)] * form.count))
 

@@ -37,10 +37,10 @@ from stemcal.fem.kernels.timestep import stable_step
 
 # Number of steps after which the time step, the mean strains and the surface under a spread edge are computed again.
 STEP_LIFE = 20
-# The same for the surface of a soft stem: forces along an old surface would excite vibrations of nodes under the edge.
+# The same number for the surface of a soft stem, where forces along an outdated surface would excite vibrations.
 SOFT_LIFE = 2
-# The same for rate factors of a smoothed strain rate; the smoothing time is many times as long.
-RATE_LIFE = 5
+# Steps between updates of the rate factors from a smoothed strain rate; the smoothing time is many times longer.
+_RATE_LIFE = 5
 
 # Number of checks after which a waiting thread yields its core.
 _PATIENCE = 1000
@@ -99,10 +99,10 @@ class Ledger(NamedTuple):
 class Settings(NamedTuple):
     """Constants of the march."""
 
-    safety: float  # share of the stable step
-    smallest_step: float
-    penalty_step: float  # step of the contact stiffness
-    margin: float  # of the contact search
+    safety: float  # share of the stable time step that is used
+    smallest_step: float  # a shorter time step ends the march, s
+    penalty_step: float  # Δt in the contact stiffness p m/Δt², s
+    margin: float  # nodes and faces within this distance of a tool are listed, mm
     surface_life: int  # number of steps after which the surface under a spread edge is computed again
 
 
@@ -165,10 +165,10 @@ def fail_in_the_mean(body: Floats, topology: Floats, exchange: Floats, clock: Fl
 
 @kernel
 def _add_forces_inside(share: Floats, body: Floats, clock: Floats, material: Floats) -> int:
-    """Subtract the internal forces of a share, from the deformation in the last step; return the number of failures."""
+    """Subtract the internal forces in the blocks of a share from `body.f`; return the number of failed elements."""
     dt, mine = clock.step_before[0], slice(share.blocks[0], share.blocks[1])
     own = of_blocks(material, share.blocks[0], share.blocks[1])
-    if clock.steps[0] % RATE_LIFE == 0:
+    if clock.steps[0] % _RATE_LIFE == 0:
         follow_smooth_rates(body.state[mine], own)
     runs, targets, state = body.runs[mine], body.targets[mine], body.state[mine]
     return add_internal_forces(share.scratch, runs, targets, body.seen, state, body.f, dt, own)
@@ -192,7 +192,7 @@ def _look_for_contact(
 
 @kernel
 def _mean_step(clock: Floats) -> float:
-    """Return the time between the middles of the last and of this step, over which velocities are kicked."""
+    """Return the mean of the last and the current time step: the time over which a force changes the velocities."""
     return 0.5 * (clock.step_before[0] + clock.step[0])
 
 
@@ -220,7 +220,7 @@ def _add_contact_forces(
 
 @kernel
 def _move_tools(tools: Floats, ledger: Floats, kick: float, dt: float) -> float:
-    """Move the tools by one step, book the stem's impulse on them and their work; return their largest speed."""
+    """Move the tools by one step; add up the stem's impulse on them and their work; return their largest speed."""
     fastest = 0.0
     for t in range(tools.speed.shape[0]):
         for i in range(3):
@@ -253,9 +253,10 @@ def meet_tools(
 
 @kernel
 def _kick_by_contact(until: float, body: Floats, tools: Floats, clock: Floats, ledger: Floats) -> None:
-    """Kick the nodes in contact; before, if the step reaches the time `until`, book the kinetic energy.
+    """Change the velocities of nodes in contact by the contact forces.
 
-    Here all forces are known and no velocity has changed, as `kinetic_energy_within` requires.
+    Before that, if the step reaches the time `until`, the kinetic energy is stored: only at this point are all forces
+    known and all velocities still old, as `kinetic_energy_within` requires.
     """
     kick = _mean_step(clock)
     if clock.time[0] + clock.step[0] >= until:
@@ -265,7 +266,7 @@ def _kick_by_contact(until: float, body: Floats, tools: Floats, clock: Floats, l
 
 @kernel
 def finish_step(body: Floats, tools: Floats, clock: Floats, ledger: Floats) -> int:
-    """Book energies, move tools and clock after the nodes; return the reason to end the march, or GOING_ON."""
+    """Add up energies, and advance tools and clock; return the reason to end the march, or GOING_ON."""
     dt, kick = clock.step[0], _mean_step(clock)
     work, fastest = add_chunks(ledger.node_sums)
     clear_pushes(body, kick, tools, ledger.held)

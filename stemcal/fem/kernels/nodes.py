@@ -56,7 +56,7 @@ def kick_and_drift(body: Any, kick: float, drift: float, sums: Array, begin: int
 
 @kernel
 def _move_component(body: Any, i: int, kick: float, drift: float, first: int, last: int) -> None:
-    """Advance component i of nodes first…last−1 under the forces of the elements."""
+    """Advance component i of the nodes first…last−1 under the forces of the elements, and set these forces to zero."""
     mine = slice(first, last)  # with a loop from 0, numba needs no check for negative indices
     x, v, f = body.x.T[i, mine], body.v.T[i, mine], body.f.T[i, mine]
     free, inverse_mass = body.free.T[i, mine], body.inverse_mass[mine]
@@ -133,7 +133,7 @@ def _kick_by_loads(body: Any, kick: float, first: int, last: int) -> float:
 
 @inlined
 def push(pushes: Any, source: int, n: int, i: int, force: float) -> None:
-    """Add component i of a contact force on node n."""
+    """Add component i of a contact force on node n to `pushes`, and list the node."""
     if not pushes.listed[source, n]:
         pushes.listed[source, n] = True
         pushes.nodes[source, pushes.many[source]] = n
@@ -161,7 +161,7 @@ def kick_by_pushes(body: Any, kick: float, tools: Any, held: Array) -> None:
 
 @kernel
 def _power_held(body: Any, source: int, tools: Any) -> float:
-    """Return Σ f·(V − v) over the nodes that a source pushes: the power that does not reach the nodes."""
+    """Return Σ f·(V − v) over the nodes of a source: the power of the tool that contact does not pass to the nodes."""
     pushes, power, t = body.pushes, 0.0, source % tools.speed.shape[0]
     for m in range(pushes.many[source]):
         n, force = pushes.nodes[source, m], pushes.force[source]
@@ -188,7 +188,7 @@ def clear_pushes(body: Any, kick: float, tools: Any, held: Array) -> None:
 
 @summing
 def _largest_speed(v: Array, first: int, last: int) -> float:
-    """Return the largest speed of nodes first…last−1, NaN if one is not a number."""
+    """Return the largest speed of nodes first…last−1; NaN if a velocity is not a number."""
     x, y, z = v.T[0, first:last], v.T[1, first:last], v.T[2, first:last]
     fastest = 0.0
     for n in range(x.shape[0]):
@@ -198,7 +198,7 @@ def _largest_speed(v: Array, first: int, last: int) -> float:
 
 @kernel
 def add_chunks(sums: Array) -> tuple[float, float]:
-    """Return the work of loads and driven components in all chunks, and the largest speed."""
+    """Return the work of loads and driven components, and the largest speed, from the `sums` of all chunks (C, 2)."""
     work, fastest = 0.0, 0.0
     for c in range(sums.shape[0]):
         work += sums[c, 0]
@@ -208,7 +208,7 @@ def add_chunks(sums: Array) -> tuple[float, float]:
 
 @kernel
 def add_late_forces(body: Any, mine: Any) -> None:
-    """Add the separate force rows `mine` (the last rows of f), in order, to the forces of their nodes `late`."""
+    """Add the separate rows of f (the last ones) with the numbers `mine` to the rows of their nodes, in this order."""
     f, late = body.f, body.late
     first = f.shape[0] - late.shape[0]
     for i in range(3):

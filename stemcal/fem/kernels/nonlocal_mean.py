@@ -28,7 +28,7 @@ from stemcal.fem.kernels.block import ALIVE, LANES, PLASTIC_STRAIN, held
 from stemcal.fem.kernels.compile import kernel
 from stemcal.fem.kernels.llvm import maximum
 
-# Means are computed again from this share of the failure strain on, so that round-off hides no failure.
+# Means are computed again when one may have reached this share of the failure strain; below 1 because of round-off.
 _ROUNDED = 1.0 - 1.0e-9
 
 
@@ -39,14 +39,14 @@ class Exchange(NamedTuple):
     """
 
     share: Array  # (E, 6) τ T/V across each face, 0 where there is nothing behind it
-    around: NDArray[np.uint32]  # (E, 6) the element behind each face; at a free face the element itself
+    around: NDArray[np.uint32]  # (E, 6) index of the element behind each face; at a free face, of the element itself
     passes: int  # 0 for local failure
     failure_strain: Array  # (E,)
     spared: Mask  # (E,) elements that are never deleted, near a plane on which the body parts
     mean: Array  # (E,) mean plastic strain around each element
     next: Array  # (E,) scratch
-    known: Array  # (blocks, lanes) the strain from which the mean was last computed
-    spare: Array  # (1,) smallest increase of a mean, since then, at which a standing element fails
+    known: Array  # (blocks, lanes) plastic strains from which the means were last computed
+    spare: Array  # (1,) smallest increase of a mean since then at which a standing element would fail
 
 
 @kernel

@@ -24,7 +24,7 @@ from stemcal.fem.kernels.nodes import SURFACE, push
 
 # Front of a line whose top has not parted, where the edge acts on the skin; front of a line out of reach.
 SKIN, NO_FRONT = np.inf, -np.inf
-# The remaining share of the failure strain at a node is at least this before it parts, and at most minus this after.
+# The remaining share of the failure strain at a node is at least this before the node parts, and at most −this after.
 _LEAST = 1.0e-6
 
 
@@ -39,7 +39,7 @@ class CutPlane(NamedTuple):
     twins: Ints  # (P,) nodes at the same places, of the elements on the left side; (0,) if the plane is a mirror
     number: Ints  # (N,) index of each node among `nodes` or `twins`, −1 for others
     side: Array  # (N,) 1 right of the plane, −1 left of it
-    faces: Ints  # (F, 4) faces of elements on the plane, corners as `number` counts them
+    faces: Ints  # (F, 4) faces of elements on the plane; corners are indices into `nodes` or `twins`
     behind: Ints  # (F,) element of each of these faces
     around: Array  # (P,) number of faces around each node
     columns: Ints  # (P, M) lines of nodes across the plane, from left to right
@@ -127,7 +127,10 @@ def tie(cut: Floats, mass: Array, rows: Any, forces: bool) -> None:
 
 @kernel
 def find_front(cut: Floats, along: Array, x: Array, tip: float, reach: float) -> None:
-    """Find the cut front under each line of the edge (y): the highest point that holds, if the top has parted."""
+    """Find the cut front under each line of the edge (at y = `along`): the highest point that has not parted.
+
+    A line whose top has not parted has the front `SKIN`.
+    """
     for line in range(along.shape[0]):
         front, top, whole = NO_FRONT, NO_FRONT, True
         for q in range(cut.faces.shape[0]):
@@ -151,10 +154,10 @@ def find_front(cut: Floats, along: Array, x: Array, tip: float, reach: float) ->
 
 @inlined
 def _crossings(cut: Floats, q: int, y: float, x: Array) -> Floats:
-    """Return True if a face of the plane crosses y, and the two crossings of its sides with y, the upper one first.
+    """Return True if face q of the plane crosses y, and the two points where its sides cross y, the upper one first.
 
-    A crossing has its z, the corners at the ends of the side, the weight of the second corner, and the remaining share
-    of the failure strain.
+    A point is its z, the corners at the ends of the side, the weight of the second corner there, and the remaining
+    share of the failure strain.
     """
     count = 0
     upper, lower = (0.0, 0, 0, 0.0, 0.0), (0.0, 0, 0, 0.0, 0.0)

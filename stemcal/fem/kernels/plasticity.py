@@ -38,7 +38,7 @@ def double_dot(a: Floats, b: Floats) -> Floats:
 
 @inlined
 def elastic_trial(s: Floats, de: Floats, bulk: float, shear: float) -> Floats:
-    """Return σ + (K − ⅔G) tr(Δε) I + 2G Δε."""
+    """Return the elastic trial stress σ + (K − ⅔G) tr(Δε) I + 2G Δε, with bulk modulus K and shear modulus G."""
     volumetric = (bulk - TWO * shear / THREE) * (de[0] + de[1] + de[2])
     twice = TWO * shear
     return (
@@ -53,7 +53,7 @@ def elastic_trial(s: Floats, de: Floats, bulk: float, shear: float) -> Floats:
 
 @inlined
 def shifted_deviator(s: Floats, back: Floats) -> Floats:
-    """Return ξ = dev σ − α."""
+    """Return ξ = dev σ − α, the deviator of the stress minus the back stress."""
     mean = like(s[0], 1.0 / 3.0) * (s[0] + s[1] + s[2])
     return (
         s[0] - mean - back[0],
@@ -80,9 +80,9 @@ def add_scaled(a: Floats, factor: float, b: Floats) -> Floats:
 
 @inlined
 def _plastic_increment(q: float, static_yield: float, rate_factor: float, material: Floats) -> Floats:
-    """Return Δεp, which returns the trial stress q to the yield surface (0 if q is inside it), and Δεp/q.
+    """Return the plastic strain increment Δεp that returns the trial stress q to the yield surface, and Δεp/q.
 
-    Δεp = (q − s σ₀) / (3G + (1−β)Eₚ + s β Eₚ),   σ₀ = σ_y + β Eₚ εp,   s the rate factor
+    Δεp = (q − s σ₀) / (3G + (1−β)Eₚ + s β Eₚ),   0 for q < s σ₀;   σ₀ = σ_y + β Eₚ εp,   s the rate factor
     """
     beta_hardening = material.beta * material.plastic_modulus
     excess = max(q - rate_factor * static_yield, ZERO)
@@ -95,7 +95,7 @@ def _plastic_increment(q: float, static_yield: float, rate_factor: float, materi
 def radial_return(trial: Floats, back: Floats, plastic_strain: float, rate_factor: float, material: Floats) -> Floats:
     """Return stress, back stress, plastic strain, trial q and static yield stress after the plastic correction.
 
-    n = 3/2 ξ/q,   σ ← σ − 2G Δεp n,   α ← α + ⅔(1−β)Eₚ Δεp n
+    n = 3/2 ξ/q,   σ ← σ − 2G Δεp n,   back stress α ← α + ⅔(1−β)Eₚ Δεp n,   q = √(3/2 ξ:ξ)
     """
     xi = shifted_deviator(trial, back)
     q = sqrt(THREE_HALVES * double_dot(xi, xi))
@@ -116,9 +116,10 @@ def smoothed(rate: Floats, increment: Floats, dt: Floats, time: Floats) -> Float
 
 @inlined
 def rate_factor(rate: float, c: float, exponent: float) -> Floats:
-    """Return 1 + (ε̇/C)^exponent: exponent 1/P for Cowper and Symonds' law, P for the published study's; 1 if C = 0.
+    """Return the rate factor on the yield stress, 1 + (ε̇/C)^exponent; 1 if C = 0.
 
-    The rate is √(ε̇:ε̇) of a step, or the smoothed plastic strain rate, which excludes vibrations.
+    The exponent is 1/P in the law of Cowper and Symonds, P in that of the published study. The rate is √(ε̇:ε̇) of a
+    step, or the smoothed plastic strain rate, which excludes vibrations.
     """
     if c <= 0.0 or rate <= 0.0:
         return ONE

@@ -32,7 +32,7 @@ class Candidates(NamedTuple):
 
     nodes: Ints  # (T, N) nodes near each tool
     node_counts: Ints  # (T,)
-    skin: Ints  # (T, F) faces of the skin near each tool whose contact is with faces
+    skin: Ints  # (T, F) faces of the skin near each tool that touches faces
     skin_counts: Ints  # (T,)
     covered: Mask  # (N,) nodes of the faces of the skin
     faces: Ints  # (F, 4) exposed faces under the edge
@@ -43,7 +43,7 @@ class Candidates(NamedTuple):
 
 @kernel
 def list_near_nodes(candidates: Floats, topology: Floats, tools: Floats, x: Array, margin: float) -> None:
-    """List for each tool the nodes of standing elements within `margin`, except nodes of faces that it touches."""
+    """List the nodes of standing elements near each tool (`margin`), without the skin's if the tool touches faces."""
     for t in range(tools.radius.shape[0]):
         count = 0
         for n in range(x.shape[0]):
@@ -58,7 +58,7 @@ def list_near_nodes(candidates: Floats, topology: Floats, tools: Floats, x: Arra
 
 @kernel
 def list_near_skin(candidates: Floats, topology: Floats, tools: Floats, x: Array, margin: float) -> None:
-    """List the faces of the skin within `margin` of each tool whose contact is with faces; mark the skin's nodes."""
+    """List the faces of the skin within `margin` of each tool that touches faces; mark the nodes of the skin."""
     candidates.covered[:] = False
     candidates.skin_counts[:] = 0
     for f in range(tools.skin.shape[0]):
@@ -81,7 +81,7 @@ def list_faces_under_edge(
     candidates: Floats, topology: Floats, tools: Floats, tool: int, x: Array, element_mass: Array, margin: float,
     on_plane: Ints,
 ) -> None:  # fmt: skip
-    """List the exposed faces within `margin` of a tool's edge or of the zone over which the edge is spread.
+    """List the exposed faces within `margin` of the edge of `tool`, or of the zone over which this edge is spread.
 
     Faces with all corners on the cut plane (`on_plane` ≥ 0) are excluded: `parting.find_front` locates the cut front.
     """

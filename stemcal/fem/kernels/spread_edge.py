@@ -78,11 +78,11 @@ class SpreadEdge(NamedTuple):
     offset: Array  # (R,) mean height minus Σ normal·x
     compliance: Array  # (R, R) Σ normal·normal/m of two rows, symmetric
     own: Array  # (R,) compliance of a row with itself plus its compliance with the opposite row
-    give: Array  # (R,) Σ shape²/m along z of both rows
+    give: Array  # (R,) slip of a row per unit friction impulse on it and on the opposite row, Σ shape²/m along z
     force: Array  # (R, 4) λ and the friction force
-    excess: Array  # (R,) scratch
-    velocity: Array  # (N, 3) scratch
-    met: Ints  # (N,) nodes of all rows, each once, the first `met_count`
+    excess: Array  # (R,) scratch: by how much each mean height rises too fast (`_excess_rate`), mm/s
+    velocity: Array  # (N, 3) scratch: velocities of the nodes after the kick
+    met: Ints  # (N,) the first `met_count` entries are the nodes of all rows, each once
     met_count: NDArray[np.int64]  # (1,)
     is_met: Mask  # (N,) nodes in that list
     cut: Any  # the plane on which the edge parts the body (`parting.CutPlane`)
@@ -93,9 +93,9 @@ def update_surface(
     edge: Floats, faces: Any, crowns: Array, count: int, x: Array, free: Any, mass: Array, inverse_mass: Array,
     tip: float,
 ) -> None:  # fmt: skip
-    """Update the surface under each row, the highest of ``faces[:count]``, and its compliance to the row's force.
+    """Update the surface under each row, given by the highest of ``faces[:count]``, and the compliances of the rows.
 
-    Under lines where the top of the cut plane has parted, the surface is the cut front.
+    Under lines where the top of the cut plane has parted, the cut front replaces the faces.
     """
     _find_surface(edge, faces, crowns, count, x, tip)
     if edge.cut.tool >= 0:
@@ -153,7 +153,7 @@ def _find_surface(edge: Floats, faces: Any, crowns: Array, count: int, x: Array,
 
 @inlined
 def _gather_line(edge: Floats, line: int, faces: Any) -> None:
-    """Sum over the samples of a line above a face: weights, weighted heights, and weights per node (`line_hold`)."""
+    """Add up weights, weighted heights and weights per node (`line_hold`) of the samples of a line above a face."""
     edge.line_hold[line, : edge.line_sizes[line]] = 0.0
     edge.line_sizes[line] = 0
     total, height = 0.0, 0.0
@@ -177,7 +177,7 @@ def _gather_line(edge: Floats, line: int, faces: Any) -> None:
 
 @inlined
 def _gather_front(edge: Floats, line: int) -> None:
-    """Like `_gather_line`, for a cut front: the samples are on the layers of nodes beside the cut plane."""
+    """Do the same as `_gather_line` for a cut front, with samples on the layers of nodes beside the cut plane."""
     cut, total = edge.cut, 0.0
     edge.line_hold[line, : edge.line_sizes[line]] = 0.0
     edge.line_sizes[line] = 0
@@ -271,7 +271,7 @@ def _place_of(sizes: Ints, nodes: Ints, row: int, node: int) -> int:
 
 @inlined
 def _list_met(edge: Floats) -> None:
-    """List the nodes of all rows, each once, and set their scratch to zero."""
+    """List the nodes of all rows, each once, and set their scratch velocities to zero."""
     for m in range(edge.met_count[0]):
         edge.is_met[edge.met[m]] = False
     count = 0
@@ -289,7 +289,7 @@ def _list_met(edge: Floats) -> None:
 
 @kernel
 def _work_out_compliance(edge: Floats, free: Any, inverse_mass: Array) -> None:
-    """Compute per unit force on a row: accelerations of mean heights (`compliance`, `own`) and of slip (`give`)."""
+    """Compute the accelerations of mean heights (`compliance`, `own`) and slip (`give`) per unit force of each row."""
     answer = edge.velocity
     for j in range(edge.sizes.shape[0]):
         edge.give[j] = 0.0
@@ -442,7 +442,7 @@ def _solve_rows(edge: Floats, kick: float) -> None:
 
 @inlined
 def _wanted_change(edge: Floats, j: int, kick: float) -> float:
-    """Return the change of λ that removes the excess of a row; 0 for j < 0 or a row without nodes."""
+    """Return the change of λ that removes the excess rate of row j; 0 for j < 0 or a row without nodes."""
     if j < 0 or edge.sizes[j] == 0:
         return 0.0
     # Δλ = excess / (Δt · own compliance), but λ + Δλ ≥ 0
@@ -451,7 +451,7 @@ def _wanted_change(edge: Floats, j: int, kick: float) -> float:
 
 @inlined
 def _change_row(edge: Floats, j: int, change: float, kick: float) -> None:
-    """Change the λ of a row, and the excess of all rows accordingly."""
+    """Change the force λ of row j, and the excess rates of all rows accordingly."""
     if change != 0.0:
         edge.force[j, 0] += change
         for other in range(edge.sizes.shape[0]):
@@ -460,7 +460,7 @@ def _change_row(edge: Floats, j: int, change: float, kick: float) -> None:
 
 @inlined
 def _add_friction(edge: Floats, j: int, slide: float, speed: float, kick: float, friction: Floats) -> Floats:
-    """Set the friction that stops a row's mean slip, limited by Coulomb's law; return the change of (λ, friction)."""
+    """Set row j's friction, which stops its mean slip within Coulomb's limit; return the change of (λ, friction)."""
     if j < 0 or not _has_force(edge, j):
         return 0.0, 0.0, 0.0, 0.0
     # mean velocity Σ w N v of the row's nodes relative to the tool

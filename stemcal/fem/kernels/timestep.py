@@ -38,7 +38,7 @@ def _element_coordinates(hexes: Any, e: int, x: Array, i: int) -> Floats:
 
 @inlined
 def _dot6(a: Floats, b: Floats) -> float:
-    """Return Σ aₘ bₘ over six modes."""
+    """Return Σ aₘ bₘ over the modes m = 1…6."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3] + a[4] * b[4] + a[5] * b[5]
 
 
@@ -50,7 +50,7 @@ def _squared_frequency(x: Floats, y: Floats, z: Floats, stiffness: float, mass: 
     against uniform strain is at most V (λ tr G + 2μ ‖G‖), with Gershgorin's bound for ‖G‖. The volume mode of a cube
     attains this bound. A transversely isotropic material with axis a is at most as stiff as an isotropic one plus a
     term κ e_a aa, which adds V κ a·G a (`Material._bound`).
-    The hourglass modes have ω² = 64 a/m; with the damping β they limit the step as if ω² were 1 + 2β times that.
+    The hourglass modes (stiffness a) have ω² = 64 a/m; the damping β limits the step as if ω² were 1 + 2β times that.
     """
     bx, by, bz = minors(y, z), minors(z, x), minors(x, y)
     whole = contract(x, bx)
@@ -97,8 +97,8 @@ def _find_frequencies(scratch: Array, state: Array, material: Floats) -> None:
 def stable_step(body: Floats, materials: Floats) -> Floats:
     """Return the stable step 2/ω of the standing elements, the slot of the element that determines it, and its volume.
 
-    The highest frequency of an assembled mesh does not exceed that of its fastest free element. A volume that is not
-    positive ends the search with step 0.
+    ω is that of the fastest free element: no frequency of the assembled mesh is higher. The search ends with step 0 at
+    an element whose volume is not positive.
     """
     scratch, state, runs, states = body.scratch, body.state, body.runs, states_of(body.state)
     first = state[0, 0, 0]
