@@ -68,7 +68,7 @@ def test_a_factor_matters_that_moves_any_response(two: tuple[Study, StudyFolder,
     assert screen is not None and surface is not None and screen.responses is not None
     assert "grain_density" in screen.responses["bulk"].significant and "rolling" in screen.significant
     assert set(surface.names) >= {"static", "rolling", "grain_density"}
-    assert screen.shares["grain_density"] == screen.seen_by("bulk").effect("grain_density").contribution_percent
+    assert screen.shares["grain_density"] == screen.screening_of("bulk").effect("grain_density").contribution_percent
 
 
 def test_surface_of_each_response(two: tuple[Study, StudyFolder, Results]) -> None:

@@ -14,12 +14,9 @@ from stemcal.doe.regression.section import AnySurface
 from stemcal.errors import UsageError
 
 _ROUNDING = 1e-9
-# The cloud of points includes the corners of a box only up to this number of corners, 2^k.
-_MOST_CORNERS = 256
-# 2^11 points fill a region of up to five factors closely enough to find each branch of a quadratic.
-_CLOUD = 11
-# Number of local searches, which start from the best points with at least this spacing (coded units).
-_STARTS, _SPACING = 8, 0.25
+_MOST_CORNERS = 256  # the cloud of points includes the corners of a box only up to this number of corners, 2^k
+_CLOUD = 11  # 2^11 points fill a region of up to five factors closely enough to find each branch of a quadratic
+_STARTS, _SPACING = 8, 0.25  # number of local searches; smallest distance between their starts, in coded units
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,9 +12,7 @@ import numpy as np
 from stemcal.doe.coding import Coding
 from stemcal.doe.regression.surface import Surface
 
-# The surface has a ridge along an axis if its curvature is below this fraction of the largest: the stationary point is
-# then poorly determined along the axis.
-_RIDGE = 0.1
+_RIDGE = 0.1  # with less than this share of the largest curvature, an axis is a ridge: x_s is uncertain along it
 _SINGULAR, _ROUNDING = 1e-10, 1e-13
 
 Kind = Literal["plane", "maximum", "minimum", "saddle"]

@@ -15,10 +15,8 @@ from numpy.typing import NDArray
 from stemcal.arrays import Array, Mask
 from stemcal.errors import RunsFailed, UsageError
 
-# A sum of squares below this fraction of the total sum of squares is due to rounding.
-NEGLIGIBLE = 1e-12
-# A sum of squares below this fraction of Σy² is below the precision of floating-point numbers.
-ROUNDING = 1e-24
+NEGLIGIBLE = 1e-12  # a sum of squares below this fraction of the total sum of squares is due to rounding
+ROUNDING = 1e-24  # a sum of squares below this fraction of Σy² is below the precision of floating-point numbers
 
 
 @dataclass(frozen=True, eq=False)

@@ -27,7 +27,7 @@ from stemcal.storage.rows import Rows
 from stemcal.study.model.study import Study
 from stemcal.vocabulary import FIRST, Wording
 
-_SHARE = 0.5  # share of each range that the design about the best step covers
+_SHARE = 0.5  # share of each range that the response surface design around the best step covers
 
 
 @a_stage(ClimbResult)
@@ -69,6 +69,7 @@ def _notes(rows: Sequence[ClimbRow], best: ClimbRow, reached: bool, names: Wordi
 
 
 def _walk(study: Study, names: list[str], screened: ScreenResult, simulate: SimulateAt) -> list[ClimbRow]:
+    """Simulate step by step, from the centre of the ranges, until the response has passed the target."""
     target = study.calibration_target.response
     rows = _rows(study, names, [[0.0] * len(names)], simulate)
     start = rows[0].outcome
@@ -115,7 +116,7 @@ def _around(study: Study, name: str, level: float, k: int) -> CodedScale:
 
 
 def later(study: Study) -> Later | None:
-    """Return the runs of a usual climb, one after another, and a note on the largest number of runs."""
+    """Return the usual number of runs, one per round, and a note on the largest number; None without a climb."""
     if (options := study.section(ClimbOptions)) is None:
         return None
     when = "simultaneously" if options.at_once else "one after another"

@@ -87,7 +87,7 @@ def _fitted(study: Study, means: Sequence[Measured], fit: Fit, flat: bool) -> Jo
     conditions, naming = [mean.condition for mean in means], study.naming
     several, own = len(set(conditions)) > 1, not naming.is_cutting
     tests = [study.test_of(mean.response) for mean in means]
-    apart = len(set(tests)) > 1  # then one whole test at a time is left out
+    apart = len(set(tests)) > 1  # then all means of one test are left out together
     groups: Sequence[object] = tests if apart else conditions if several else [] if own else range(len(means))
     errors = certainty.left_out(fit, groups)
     every = _rows(means, fit, errors, certainty.left_out_intervals(fit, groups) if apart else [None] * len(means))

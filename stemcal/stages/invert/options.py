@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from stemcal.study.rules import Draft
 
 
-_MANY_MEANS = 100  # measured means whose fit takes more than a few seconds
+_MANY_MEANS = 100  # number of means from which a fit takes more than a few seconds
 _AtSize = Annotated[float, OwnCondition("length", above=0)]
 
 Responses = Annotated[
@@ -161,7 +161,7 @@ InvertOptions.rules = (
 
 
 def fitted_together(study: Study) -> tuple[Target, ...]:
-    """Return the targets of a joint fit, which may be of one condition; none if a single value alone is fitted."""
+    """Return the targets that are fitted jointly, at one or more conditions; none if a single value is fitted."""
     options, means = study.of(InvertOptions), study.targets.means
     wanted = options.conditions
     if wanted is None or (wanted != "all" and len(wanted) == 1):

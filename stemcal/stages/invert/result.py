@@ -65,10 +65,8 @@ class Certainty:
     """Uncertainty of the parameters: 95 % intervals by profile likelihood; `source` is a joint fit or one target.
 
     `free` factors have an interval over most of their range. Along `directions` (coded), which are the `unseen_changes`
-    of the factors in their `units`, the measured values do not change to first order. `not_identified` are the factors
-    in
-    these directions and the free ones; `loosest` is the change with the least effect on the measured values.
-    `known_sd`:
+    of the factors in their `units`, the fitted responses do not change to first order. `not_identified` are the factors
+    in these directions and the free ones; `loosest` is the change with the least effect on the responses. `known_sd`:
     standard deviations are treated as known; `surface_error_known`: the surfaces have residual degrees of freedom.
     """
 
@@ -204,7 +202,7 @@ class InvertResult(StageResult):
 
     @property
     def left_out(self) -> dict[float, float | None]:
-        """Error of the first response at each fitted condition in the cross-validation."""
+        """Error (%) of the first response in the cross-validation, by fitted condition."""
         first = (FIRST, self.naming.response.name)
         rows = () if self.joint is None else self.joint.rows
         return {row.condition: row.left_out_error_percent for row in rows if row.response in first}

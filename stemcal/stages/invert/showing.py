@@ -163,7 +163,7 @@ def profiles(invert: InvertResult, labels: Mapping[str, str] | None = None) -> F
 
 
 def profile_points(part: Certainty, name: str) -> list[tuple[float, float]]:
-    """Return the profile likelihood of a factor as points (level, rise over allowed rise); it is 1 at the limits."""
+    """Return the profile of a factor as points (level, rise/allowed rise); the ratio is 1 at the interval limits."""
     curve, ends = part.profiles[name], zip(part.intervals[name], part.bounded[name], strict=True)
     points = [(value, rise / (curve.allowed or 1.0)) for value, rise in zip(curve.values, curve.rise, strict=True)]
     return sorted(points + [(end, 1.0) for end, bounded in ends if bounded])

@@ -19,14 +19,14 @@ from stemcal.stages.verdict.trend_advice import for_trend, trend_reason
 from stemcal.stages.verdict.verdict_rules import BEYOND_DOUBT, Evidence, Rank, ranked
 from stemcal.vocabulary import FIRST, Wording
 
-_MISSED_PERCENT = 2.0  # error of a fitted value that is reported
+_MISSED_PERCENT = 2.0  # smallest error of a fitted value that is reported
 _SAME_SIDE = 0.25  # share of the largest error up to which an error of the other sign is ignored
 _NEAR_RADIUS, _NEAR_END = 0.98, 0.01  # shares of radius and range beyond which a solution is on the edge
 
 
 @ranked(Rank.TREND)
 def anisotropy(evidence: Evidence) -> Iterator[Note]:
-    """Yield a reason if the tests along and across the axis require different moduli of an isotropic model."""
+    """Yield a note if the tests along and across the axis require different moduli of an isotropic model."""
     surface, solved = evidence.of(Surfaces), evidence.of(InvertResult)
     if surface is not None and solved is not None:
         yield from direction_reason(evidence, surface, solved.point.solution)
@@ -34,7 +34,7 @@ def anisotropy(evidence: Evidence) -> Iterator[Note]:
 
 @ranked(Rank.TREND)
 def trend(evidence: Evidence) -> Iterator[Note]:
-    """Yield a reason if the errors of a joint fit have a trend with the diameter."""
+    """Yield a note if the errors of a joint fit have a trend with the diameter."""
     study, surface, solved = evidence.study, evidence.of(Surfaces), evidence.of(InvertResult)
     if surface is None or solved is None or solved.joint is None:
         return
@@ -58,7 +58,7 @@ def trend(evidence: Evidence) -> Iterator[Note]:
 
 @ranked(Rank.REACH)
 def conflict(evidence: Evidence) -> Iterator[Note]:
-    """Yield a reason if a measured mean contradicts the others, or the error is large and the scatter is unknown."""
+    """Yield a note if a measured mean contradicts the others, or the error is large and the scatter is unknown."""
     surface, solved = evidence.of(Surfaces), evidence.of(InvertResult)
     if surface is None or solved is None or (joint := solved.joint) is None:
         return
@@ -114,7 +114,7 @@ def _contradiction(apart: Contradicted, names: Wording) -> str:
 
 @ranked(Rank.IDENTIFICATION)
 def on_the_edge(evidence: Evidence) -> Iterator[Note]:
-    """Yield a reason if the solution is on the edge of the search region, unless `conflict` has a remedy already."""
+    """Yield a note if the solution is on the edge of the search region, unless `conflict` has a remedy already."""
     surface, solved = evidence.of(Surfaces), evidence.of(InvertResult)
     if surface is None or solved is None:
         return
@@ -140,7 +140,7 @@ def _on_edge(surface: Surfaces, coded: Sequence[float]) -> bool:
 
 @ranked(Rank.MODEL)
 def misfit(evidence: Evidence) -> Iterator[Note]:
-    """Yield a reason if the fit misses the means by more than their scatter, also when any one of them is left out."""
+    """Yield a note if the fit misses the means by more than their scatter, also when any one of them is left out."""
     solved = evidence.of(InvertResult)
     joint = solved.joint if solved is not None else None
     if solved is None or joint is None or joint.p is None or joint.misfit is None or joint.p >= 0.05:
@@ -160,7 +160,7 @@ def misfit(evidence: Evidence) -> Iterator[Note]:
 
 @ranked(Rank.IDENTIFICATION)
 def not_identified(evidence: Evidence) -> Iterator[Note]:
-    """Yield a reason if the measurements do not determine some factors, or some combinations of factors."""
+    """Yield a note if the measurements do not determine some factors, or some combinations of factors."""
     solved = evidence.of(InvertResult)
     if solved is not None and (known := solved.certainty).not_identified:
         factors = series(known.not_identified, "or")
@@ -174,7 +174,7 @@ def not_identified(evidence: Evidence) -> Iterator[Note]:
 
 @ranked(Rank.MODEL)
 def target_missed(evidence: Evidence) -> Iterator[Note]:
-    """Yield a reason if the largest error of a simulation at a fitted value exceeds the tolerance."""
+    """Yield a note if the largest error of a simulation at a fitted value exceeds the tolerance."""
     fitted = [row for row in evidence.judged if row.fitted and row.error_percent is not None]
     if not fitted:
         return

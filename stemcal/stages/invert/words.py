@@ -102,7 +102,7 @@ def range_to_cite(stage: InvertResult, names: Wording) -> list[str]:
 
 
 def invert_notes(stage: InvertResult) -> list[Note]:
-    """Return notes on a solution: other solutions, the region in which it is valid, a formula, the intervals."""
+    """Return notes on a solution: other solutions, validity, comparison with a power law, intervals."""
     names = Wording(stage.naming)
     notes = _of_one(stage, names) if stage.joint is None else _of_many(stage.joint, names)
     predicted = [] if stage.prediction is None else [predicted_note("left_out", stage.prediction, names)]

@@ -133,10 +133,11 @@ def _first_in(number: int) -> int:
 def gain_of(
     key: str, sign: float, fitted: Surface, cutters: Sequence[Cutter], elsewhere: Sequence[Cutter]
 ) -> tuple[Gain, dict[str, float]] | None:
-    """Return the gain of the optimum O over the present cutter P, g = 100 (P − O)/|P| to minimise, and its errors.
+    """Return the gain g (%) of the optimum over the present cutter with 95 % limits, and its standard deviations.
 
-    A run scatters about the mean response with the variance v = s² own/n of its surface: var g = 100² v (1 + O²/P²)/P².
-    Each other material is one standard deviation away in one direction, so their variance is Σ (gₘ − g)².
+    With the responses O of the optimum and P of the present cutter, g = 100 (P − O)/|P| if the response is minimised.
+    The mean of n runs has the variance v = s² own/n (`Surface.own_scatter`), so var g = 100² v (1 + O²/P²)/P². Each
+    other material is one standard deviation away in one direction, so their variance is Σ (gₘ − g)².
     """
     best, present = cutters[:2]
     o, p = best.outcome.number(key), present.outcome.number(key)

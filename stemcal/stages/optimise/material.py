@@ -40,20 +40,20 @@ _SHARED: dict[str, tuple[str, ...]] = {
     "solver": ("rate_law", "element_size", "elements_through_wall", "edge_over", "hourglass", "nonlocal_failure"),
 }
 _CLOSE = 1e-6  # relative tolerance of diameters
-_FASTER = 100.0  # strain rates can exceed C if the blade is faster than in the calibration by this factor
+_FASTER = 100.0  # with a blade faster by this factor, strain rates can exceed the C of the rate law
 _DIRECTIONS, _LEAST = 3, 0.01  # largest number of other materials, smallest share of the variance
 
 
 @dataclass
 class Borrowed:
-    """Sections of the spec with the calibrated and with other materials; mistakes; the study to run first."""
+    """Sections with the calibrated material, and with `others`; mistakes; a message if the calibration is `pending`."""
 
     sections: dict[str, Any] = field(default_factory=dict)
     others: list[dict[str, Any]] = field(default_factory=list)
     findings: list[Finding] = field(default_factory=list)
     pending: str = ""
 
-    def find(self, message: str, remedy: str, path: NodePath = _FROM) -> None:
+    def add(self, message: str, remedy: str, path: NodePath = _FROM) -> None:
         self.findings.append(Finding(path, message, remedy))
 
 
@@ -68,15 +68,15 @@ def completed(own: Mapping[str, Any], data: Mapping[str, Any], folder: Path) -> 
     spec = beside if (spec is None or not spec.is_file()) and beside.is_file() else spec
     if spec is None or not spec.is_file():
         message = f"{name[:100]} does not exist" if not place.path.is_dir() else f"{name[:100]} has no spec"
-        borrowed.find(message, "run the calibration that writes this folder with `stemcal run SPEC`")
+        borrowed.add(message, "run the calibration that writes this folder with `stemcal run SPEC`")
         return borrowed
     try:
         source = load_study(spec)
     except SpecError as error:
-        borrowed.find(f"the spec of the study has mistakes: {error.problems[0]}", "correct them")
+        borrowed.add(f"the spec of the study has mistakes: {error.problems[0]}", "correct them")
         return borrowed
     if own.get("name") == source.name:  # both studies would have the same folder
-        borrowed.find("the calibration has the same name and would be overwritten", "write another name", ("name",))
+        borrowed.add("the calibration has the same name and would be overwritten", "write another name", ("name",))
     levels = source.midlevels()
     if not place.path.is_dir():
         borrowed.pending = (
@@ -96,7 +96,7 @@ def completed(own: Mapping[str, Any], data: Mapping[str, Any], folder: Path) -> 
                 f"`rate_law: paper` is valid near the speed of the calibration ({source.loading.speed:.3g} mm/s), but "
                 f"the blade has up to {fastest:g} mm/s, at which the law multiplies the yield stress"
             )
-            borrowed.find(message, "calibrate the material with `solver: {rate_law: none}`")
+            borrowed.add(message, "calibrate the material with `solver: {rate_law: none}`")
     return borrowed
 
 
@@ -110,12 +110,12 @@ def _finished(borrowed: Borrowed, source: Study, place: StudyFolder, spec: str) 
     results = fresh_results(source, place)
     again = f"run `stemcal run {spec}`"
     if results.stale:
-        why = re.split("[.;] run ", results.stale[0], flags=re.IGNORECASE)[0]  # without its remedy, of one stage only
-        borrowed.find(f"the study is out of date: {why}", again)
+        why = re.split("[.;] run ", results.stale[0], flags=re.IGNORECASE)[0]  # one stage, without the remedy
+        borrowed.add(f"the study is out of date: {why}", again)
     elif not results.calibrated:
-        borrowed.find("the study is not calibrated yet", again)
+        borrowed.add("the study is not calibrated yet", again)
     elif not (verdict := verdict_of(source, place, results)).holds:
-        borrowed.find(f"the study is not calibrated: {brief(verdict.reasons[0])}", f"correct it, then {again}")
+        borrowed.add(f"the study is not calibrated: {brief(verdict.reasons[0])}", f"correct it, then {again}")
     return None if borrowed.findings else results
 
 
@@ -138,7 +138,7 @@ def calibrated_sections(source: Study, levels: Mapping[str, float]) -> dict[str,
 
 
 def _with(part: Any, path: NodePath, value: Any) -> Any:
-    """Return a section (or a tuple of sections) in which the key at a path has this value; its `value` if it grows."""
+    """Return a section, or a tuple of sections, with a new value at a path; if the key grows, as its `value`."""
     step, rest = path[0], path[1:]
     old = part[step] if isinstance(step, int) else getattr(part, step)
     if rest:
@@ -157,7 +157,7 @@ def _add_sections(
     kind = own["solver"].kind if "solver" in own else source.solver.kind
     if not source.kind.parameters or kind != source.solver.kind:
         message = f"the material is calibrated with `kind: {source.solver.kind}`, but this study has `kind: {kind}`"
-        borrowed.find(message, f"use `solver: {{kind: {source.solver.kind}}}`, or calibrate with this solver")
+        borrowed.add(message, f"use `solver: {{kind: {source.solver.kind}}}`, or calibrate with this solver")
         return
     theirs = {name: getattr(source, name) for name in _SHARED} | calibrated_sections(source, levels)
     varied = {factor.name for factor in own.get("factors", {}).values()}
@@ -170,7 +170,7 @@ def _add_sections(
                 if isinstance(value, float) and key in PARAMETERS:
                     shown = in_unit(from_internal(value, PARAMETERS[key].unit), PARAMETERS[key].unit)
                 message = f"{data[name][key]} differs from the calibration ({key}: {shown})"
-                borrowed.find(message, "remove this key", (name, key))
+                borrowed.add(message, "remove this key", (name, key))
         changes = {key: getattr(other, key) for key in keys if key in other.model_fields_set}
         if name == "solver":
             set_here = {key: getattr(section, key) for key in section.model_fields_set}
@@ -178,7 +178,7 @@ def _add_sections(
         if name != "contact" or FRICTION not in varied:
             borrowed.sections[name] = section.model_copy(update=changes)
     if own.get("layers") and own["layers"] != source.layers:
-        borrowed.find("the layers differ from those of the calibration", "remove this key", ("layers",))
+        borrowed.add("the layers differ from those of the calibration", "remove this key", ("layers",))
     for sections in (theirs, *borrowed.others):  # keys that are factors of this spec are not set
         by_factor = [{f"{layer.name}_{key}": key for key in (*PARAMETERS, "thickness")} for layer in sections["layers"]]
         unset = [{each[name]: None for name in each.keys() & varied} for each in by_factor]
@@ -195,7 +195,7 @@ def _add_sections(
         if mm is not None and not (1.0 - _CLOSE) * min(measured) <= mm <= (1.0 + _CLOSE) * max(measured):
             ends = f"{min(measured):g} to {max(measured):g} mm"
             message = f"{mm:g} mm is outside the diameters of the calibration ({ends})"
-            borrowed.find(message, "use a diameter within them", path)
+            borrowed.add(message, "use a diameter within them", path)
 
 
 def _other_levels(source: Study, results: Results) -> Iterator[dict[str, float]]:

@@ -20,7 +20,7 @@ Gain = tuple[float, float | None, float | None]
 
 @dataclass(frozen=True, kw_only=True)
 class Cutter(Spread):
-    """A cutter: levels, predicted responses, and outcome of the run in the `material` with a number from 1."""
+    """A cutter: levels, predicted responses, and the outcome of its run, in another material if `material` is set."""
 
     cutter: str
     levels: dict[str, float]
@@ -43,7 +43,10 @@ class FrontPoint:
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class OptimiseResult(StageResult):
-    """The optimum, its front, and its gain with 95 % interval; `gain_sd` is by source, `edges` are ends of ranges."""
+    """The optimum, its front, and its gain with 95 % limits; `edges` are the range ends at which the optimum is.
+
+    `gain_sd` has the standard deviations of the gain of each response by source (material, runs).
+    """
 
     name: ClassVar[str] = "optimise"
     shown = ("optimum",)

@@ -131,9 +131,9 @@ def find_optimum(problem: Problem) -> Optimum:
 def intervals_of(problem: Problem, optimum: Optimum) -> dict[str, tuple[float, float]] | None:
     """Return the coded 95 % interval of each factor at the optimum; None if the surface has no residual error.
 
-    With S = Σ wᵢ yᵢ and d = φ(x) − φ(x̂), the terms φ, a point x may be the optimum if S(x) − S(x̂) = dᵀβ ≤ √(k F(k,
-    ν)) s √(dᵀ(XᵀX)⁻¹d). The interval spans these points. As G. E. P. Box and J. S. Hunter, Biometrika 41 (1954) 190,
-    but within a region: J. J. Peterson, S. Cahya and E. del Castillo, Biometrics 58 (2002) 422.
+    For S = Σ wᵢ yᵢ with the terms φ and the optimum x̂, let d = φ(x) − φ(x̂). A point x may be the optimum if
+    S(x) − S(x̂) = dᵀβ ≤ √(k F(k, ν)) s √(dᵀ(XᵀX)⁻¹d). The interval spans these points. Sources: G. E. P. Box and J. S.
+    Hunter, Biometrika 41 (1954) 190; within a region: J. J. Peterson and others, Biometrics 58 (2002) 422.
     """
     from scipy.special import fdtri
 

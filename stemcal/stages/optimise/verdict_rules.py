@@ -15,7 +15,7 @@ from stemcal.stages.verdict.verdict_rules import Evidence, Rank, ranked
 
 @ranked(Rank.REACH)
 def limits_exclude_all(evidence: Evidence) -> Iterator[Note]:
-    """Yield a reason if no point of the surfaces satisfies the limits of the goal."""
+    """Yield a note if no point of the surfaces satisfies the limits of the goal."""
     surface = evidence.of(RsmResult)
     if surface is not None and evidence.study.goal is not None and evidence.of(OptimiseResult) is None:
         try:
@@ -26,7 +26,7 @@ def limits_exclude_all(evidence: Evidence) -> Iterator[Note]:
 
 @ranked(Rank.REACH)
 def limit_exceeded(evidence: Evidence) -> Iterator[Note]:
-    """Yield a reason for each limit that the simulated optimum exceeds."""
+    """Yield a note for each limit that the simulated optimum exceeds."""
     if (result := evidence.of(OptimiseResult)) is None:
         return
     for name, limit in result.limits.items():
@@ -39,7 +39,7 @@ def limit_exceeded(evidence: Evidence) -> Iterator[Note]:
 
 @ranked(Rank.VALIDATION)
 def indistinguishable(evidence: Evidence) -> Iterator[Note]:
-    """Yield a reason for each response whose gain is unknown, not significant, or negative."""
+    """Yield a note for each response whose gain is unknown, not significant, or negative."""
     if (result := evidence.of(OptimiseResult)) is None:
         return
     kinds: dict[str, list[str]] = {"optimum_failed": [], "not_distinguishable": [], "present_is_better": [], "": []}
@@ -66,7 +66,7 @@ def indistinguishable(evidence: Evidence) -> Iterator[Note]:
 
 @ranked(Rank.IDENTIFICATION)
 def at_edge(evidence: Evidence) -> Iterator[Note]:
-    """Yield a reason for each range at whose end the optimum is."""
+    """Yield a note for each range at whose end the optimum is."""
     if (result := evidence.of(OptimiseResult)) is None:
         return
     for name, end in result.edges.items():

@@ -33,7 +33,7 @@ class Refine(Stage[Any]):
         return super().asked_for(study) or not has_surface(study)
 
     def inputs(self, study: Study) -> Mapping[str, object]:
-        """Return the varied factors and fitted means, unless earlier stages have them as inputs (with a surface)."""
+        """Return the varied factors and fitted means; with a surface, earlier stages already have them as inputs."""
         from stemcal.stages.rsm.options import RsmOptions
 
         if has_surface(study):

@@ -54,9 +54,8 @@ def _refined_there(work: Work, head: Head, options: RefineOptions) -> RefineResu
     """Simulate the calibrated point in another model, correct it there, and simulate it at the other conditions."""
     study, there, start = work.study, work.there(), work.result(InvertResult).parameters
     target, own = study.calibration_target, replace(work, watch=watch_nothing).simulating("validate", pictured=True)
-    (outcome,) = own(
-        study.targets.means.index(target), [start], [target.condition]
-    )  # already simulated in the validation
+    # the validation has already simulated this run, so its record is reused
+    (outcome,) = own(study.targets.means.index(target), [start], [target.condition])
     expected = outcome.response or target.response
     # a joint fit is a compromise between the conditions: its force is the aim, not the measured one
     aim = expected if study.joint_targets else target.response
@@ -182,7 +181,7 @@ def later(study: Study) -> Later | None:
 
 
 def refine_notes(stage: RefineResult) -> list[Note]:
-    """Return notes: the target is missed, the first run is outside its prediction interval, the model is another."""
+    """Return notes on a missed target, a first run outside its prediction interval, another model, no surface."""
     names = Wording(stage.naming)
     more = _in_another_model(stage, names) if stage.elsewhere else _without_surface(stage) if stage.alone else ()
     return [*_not_reached(stage, names), *_first_outside(stage, names), *more]

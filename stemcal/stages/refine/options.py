@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from stemcal.study.rules import Draft
 
 
-_BEYOND_FACTORS = 5
+_BEYOND_FACTORS = 5  # default budget per condition without a surface: runs in addition to the number of factors
 _NAMES = {"type": "array", "items": {"type": "string"}}
 _RANGE = {"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2}
 _RANGES = {"type": "object", "additionalProperties": {"anyOf": [_RANGE, {"type": "null"}]}}

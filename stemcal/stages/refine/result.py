@@ -16,7 +16,7 @@ from stemcal.vocabulary import Wording
 
 @dataclass(frozen=True)
 class SimulatedBy:
-    """The program that simulated: solver kind, version if known, and the settings on which the parameters depend."""
+    """The simulating program: solver kind, version if known, and the settings on which the parameters depend."""
 
     kind: str
     version: str | None = None

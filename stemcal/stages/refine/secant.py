@@ -161,7 +161,7 @@ class SecantSteps(MeanSteps):
 
 
 def _weights(means: Sequence[Measured]) -> Array:
-    """Return n/(s·value)² of each mean; the coefficient of variation s is shrunk towards the common value."""
+    """Return the weight n/(s·value)² of each mean; its coefficient of variation s is shrunk towards the common one."""
     n, value = np.array([mean.n or 1 for mean in means]), np.array([mean.value for mean in means])
     squared = (np.array([np.nan if mean.sd is None else mean.sd for mean in means]) / value) ** 2
     df = np.where(n > 1, n - 1.0, np.inf)

@@ -33,7 +33,8 @@ from stemcal.vocabulary import FIRST
 FIRST_RADIUS, SHRINK = 1.0, 0.5  # radius (coded) of the first step; factor after a step without progress
 _NEWTON_STEPS = 60
 _PROGRESS = 0.5  # a step makes progress if it reduces the error to less than this share
-_SAME, _SETTLED = 1e-9, 1e-3  # steps shorter than these (coded) are not worth a run: of one target, of a joint fit
+_SAME = 1e-9  # coded: a shorter step to a single target is not worth a run
+_SETTLED = 1e-3  # the same in a joint fit
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,7 +102,7 @@ class MeanSteps:
 class SurfaceSteps(MeanSteps):
     """Steps on the response surface, refitted to every point, inside the region of its design.
 
-    Search for one target along the slope or between two points; for several means by least misfit.
+    A single target is searched along the slope or between two points, several means by least misfit.
     """
 
     def __init__(self, study: Study, surface: Surfaces, solution: InvertResult) -> None:
@@ -164,7 +165,7 @@ def nearest_trial(trials: Sequence[Trial], target: float) -> Trial:
 def next_trial(
     surface: AnySurface, target: float, region: Region, trials: Sequence[Trial], radius: float
 ) -> tuple[Array, How, float]:
-    """Return the next point, how it was found, and the trust radius (coded).
+    """Return the next point, the rule that chose it, and the trust radius (coded).
 
     `surface` is fitted to all `trials`, at least one, in the order of simulation; `radius` limited the last step.
     """

@@ -10,7 +10,7 @@ from stemcal.stages.verdict.verdict_rules import Evidence, Rank, ranked
 
 @ranked(Rank.IDENTIFICATION)
 def refinement(evidence: Evidence) -> Iterator[Note]:
-    """Yield reasons if intervals are missing, factors not determined, or a target not reached in another model."""
+    """Yield notes on missing intervals, undetermined factors, or a target that is not reached in another model."""
     result = evidence.of(RefineResult)
     for note in result.notes if result is not None else ():
         if note.kind in ("not_identified", "no_intervals"):

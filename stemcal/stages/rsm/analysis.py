@@ -105,7 +105,7 @@ def _fit_terms(
 
 
 def _result_before(study: Study, solver: Solver, folder: StudyFolder) -> StageResult | None:
-    """Return the result of the climb or the screening before it; None if the spec names the factors."""
+    """Return the result of the climb or, without one, of the screening; None if the spec lists the factors."""
     before = stage_called("rsm").needs(study)
     return read_fresh(study, solver, folder, stage_called(before).result()) if before else None
 
@@ -121,7 +121,7 @@ def _factors(
 
 
 def foresee(study: Study, solver: Solver, folder: StudyFolder | None) -> Asked:
-    """Return the runs of the design; the number of factors is assumed while a screening has not selected them."""
+    """Return the runs of the design; until a screening has selected the factors, their number is assumed."""
     before, table = None, solver.given_design("rsm")
     with suppress(UsageError):
         before = None if folder is None else _result_before(study, solver, folder)
@@ -145,7 +145,7 @@ def foresee(study: Study, solver: Solver, folder: StudyFolder | None) -> Asked:
 
 
 def _at_condition(work: Work, target: Target, result: RsmResult, design: Design) -> AtCondition:
-    """Run the design at a condition of the joint fit, and fit surfaces with the same terms as `result`."""
+    """Run the design at a condition of the joint fit, and fit surfaces with the terms of the main surface `result`."""
     condition, study = target.condition, work.study
     requests = design.requests(condition)
     outcomes = work.outcomes(requests)
@@ -186,7 +186,7 @@ def study_design(
 
 
 def _coding(study: Study, names: Sequence[str], recentred: Mapping[str, CodedScale]) -> Coding:
-    """Return the coding in the spec, or `recentred` by a climb; else the outermost runs are at ends of ranges."""
+    """Return the coding by the spec, else by a climb (`recentred`), else with the outermost runs at the range ends."""
     options, factors = study.of(RsmOptions), [study.factor(name) for name in names]
     reach = options.reach(dimensions(study, names))
     ranged = Coding.from_ranges(names, [f.low for f in factors], [f.high for f in factors], reach=reach)
@@ -197,7 +197,7 @@ def _coding(study: Study, names: Sequence[str], recentred: Mapping[str, CodedSca
     return Coding(tuple(names), centre, half_step)
 
 
-def _pure_error_of(design: DesignRuns, names: Wording, by_chance: bool) -> Note | None:
+def _pure_error_of(design: DesignRuns, names: Wording, replicated: bool) -> Note | None:
     """Return a note on the scatter of runs at equal levels; None if there are no such runs."""
     groups: dict[tuple[float, ...], list[float]] = {}
     for run in design.runs:
@@ -208,7 +208,7 @@ def _pure_error_of(design: DesignRuns, names: Wording, by_chance: bool) -> Note 
         return None
     if all(np.ptp(responses) <= 1e-9 * np.abs(responses).max() for responses in repeated):
         text = "The replicate runs agree exactly, so the pure error is zero."
-        remedy = Remedy("Remove `replicates`, or pass {{seed}} to the program.") if by_chance else None
+        remedy = Remedy("Remove `replicates`, or pass {{seed}} to the program.") if replicated else None
         return Note("equal_repeats", "caution", text, remedy)
     df = sum(len(responses) - 1 for responses in repeated)
     square = sum(float(np.sum((responses - responses.mean()) ** 2)) for responses in repeated) / df

@@ -22,14 +22,14 @@ _Pair = tuple[str, str]
 _Grid = tuple[Array, Array, Array]
 _NORMAL = NormalDist()
 _GRID = 41  # points of the grid along each factor
-_LONGEST, _LONGEST_IN_SPACE = 46, 28  # characters in a line of an axis label
-_STYLES = ("--", ":", "-.", (0, (1, 1)), (0, (6, 1)), (0, (4, 1, 1, 1, 1, 1)))  # lines of a joint fit
+_LONGEST, _LONGEST_IN_SPACE = 46, 28  # characters per line of an axis label, in a plane and in a 3D figure
+_STYLES = ("--", ":", "-.", (0, (1, 1)), (0, (6, 1)), (0, (4, 1, 1, 1, 1, 1)))  # one line style per mean of a joint fit
 _HEIGHT = "viridis"  # colour map whose lightness increases steadily
 
 
 @dataclass(frozen=True)
 class Solution:
-    """The calibrated levels, the measured response, and the `further` means of a joint fit with their surfaces."""
+    """The calibrated levels, the measured response, and the `further` means of a joint fit with a surface each."""
 
     levels: Mapping[str, float]
     target: float
@@ -79,7 +79,7 @@ def observed_predicted(rsm: RsmResult) -> style.Figure:
     """Draw the simulated responses versus those predicted by the surface."""
     runs = [(run.response, run.coded) for run in rsm.design.runs if run.response is not None]
     observed, predicted = [response for response, _ in runs], [float(rsm.response_at(coded)) for _, coded in runs]
-    if rsm.over is not None:  # runs at several conditions, of the response or its logarithm
+    if rsm.over is not None:  # a surface over conditions, perhaps of the logarithm, has own fitted values
         observed, predicted = ([getattr(row, name) for row in rsm.runs_diagnostics] for name in ("response", "fitted"))
     with style.new_figure() as figure:
         axes = figure.add_subplot()
@@ -192,7 +192,7 @@ def _label(axes: Any, rsm: RsmResult, pair: _Pair, labels: Mapping[str, str] | N
 
 
 def _mark_target(axes: style.Axes, rsm: RsmResult, grid: _Grid, solved: Solution, pair: _Pair) -> None:
-    """Draw the solution, and a contour at each fitted mean, whatever its response and condition."""
+    """Draw the solution and, for each fitted mean, the contour of its own surface at the measured value."""
     levels = [np.full(grid[0].size, solved.levels[name]) for name in rsm.names]
     for name, values in zip(pair, grid[:2], strict=True):
         levels[rsm.names.index(name)] = values.ravel()

@@ -59,7 +59,7 @@ def _chosen_or_names(value: Any) -> Any:
     raise complain(message, "write `factors: significant`")
 
 
-def _factors_taken(design: str) -> tuple[int, int]:
+def _factor_limits(design: str) -> tuple[int, int]:
     known = SURFACES.named(design)
     return (2, MOST_FACTORS) if known is None else known.factors
 
@@ -150,9 +150,9 @@ class RsmOptions(Frozen):
 
 
 def growing_with(study: Study, names: Sequence[str]) -> dict[str, tuple[str, float]]:
-    """Return the factors that grow with an exponent that is also a factor: this exponent and the reference diameter.
+    """Return the exponent and the reference diameter of each factor that grows with an exponent that is a factor too.
 
-    The response depends on both only through the value at a diameter, unless the exponent is shared by parameters.
+    The response depends on both only through the value at a diameter, unless several parameters share the exponent.
     """
     growing = study.material.growing()
     exponents = [growth.exponent for growth in growing.values()]
@@ -188,7 +188,7 @@ def _surface_factors_exist(draft: Draft) -> Iterator[Finding]:
         yield Finding(("rsm", "factors"), message, f"list at most {_MOST_CCD_FACTORS} factors")
 
 
-def _factors_are_found(draft: Draft) -> Iterator[Finding]:
+def _selection_needs_screening(draft: Draft) -> Iterator[Finding]:
     chosen = draft.study.of(RsmOptions).factors
     if draft.study.of(RsmOptions).wanted and not draft.study.of(ScreenOptions).wanted and isinstance(chosen, str):
         names = ", ".join(draft.names[:3])
@@ -197,11 +197,11 @@ def _factors_are_found(draft: Draft) -> Iterator[Finding]:
         yield Finding(("rsm",), message, remedy)
 
 
-def _surface_design_takes_factors(draft: Draft) -> Iterator[Finding]:
+def _design_allows_factors(draft: Draft) -> Iterator[Finding]:
     rsm, known = draft.study.of(RsmOptions), len(draft.names)
     if not rsm.wanted:
         return
-    listed, (fewest, most) = not isinstance(rsm.factors, str), _factors_taken(rsm.design)
+    listed, (fewest, most) = not isinstance(rsm.factors, str), _factor_limits(rsm.design)
     k = dimensions(draft.study, rsm.factors) if listed else (rsm.strongest or known) + (rsm.over == "conditions")
     if rsm.strongest:
         most = min(most, _MOST_CCD_FACTORS, known)
@@ -243,7 +243,7 @@ def _coding_fits(draft: Draft) -> Iterator[Finding]:
 
 
 def _unphysical_runs(draft: Draft, factor: Factor) -> Iterator[Finding]:
-    """Yield corners, and axial points if the number of factors is known, beyond the bounds of a parameter."""
+    """Yield a finding if corner or, with a known number of factors, axial runs are beyond the bounds of a parameter."""
     rsm, parameter = draft.study.of(RsmOptions), draft.kind.parameters.get(factor.name)
     if parameter is None or not units.fits(factor.unit, parameter.dimension):
         return
@@ -258,7 +258,7 @@ def _unphysical_runs(draft: Draft, factor: Factor) -> Iterator[Finding]:
             yield Finding(("rsm", "coding", factor.name, end), message, f"write a value closer to {other:g}")
 
 
-RsmOptions.rules = (_surface_factors_exist, _factors_are_found, _surface_design_takes_factors)
+RsmOptions.rules = (_surface_factors_exist, _selection_needs_screening, _design_allows_factors)
 RsmOptions.rules += (_runs_are_used, _coding_fits)
 
 
@@ -289,11 +289,11 @@ RsmOptions.doubts = _doubts
 
 
 def surface_factors(study: Study, solver: Solver, screened: ScreenResult) -> tuple[list[str], list[Note]]:
-    """Return the factors of the surface, significant ones or as many as spec or design require, and notes."""
+    """Return the factors of the surface (the significant ones, or the number that spec or design require) and notes."""
     rsm, table = study.of(RsmOptions), solver.given_design("rsm")
     if not isinstance(rsm.factors, str):
         return list(rsm.factors), []
-    shares, (least, most) = screened.shares, _factors_taken(rsm.design)
+    shares, (least, most) = screened.shares, _factor_limits(rsm.design)
     ranked = sorted(shares, key=lambda name: -shares[name])
     chosen = significant = [name for name in ranked if name in screened.active_factors]
     notes = []

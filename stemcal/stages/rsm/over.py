@@ -24,7 +24,7 @@ _BEND_FREEDOM = 3  # degrees of freedom that a test needs to detect a bend of so
 
 
 def condition_axis(study: Study, names: Sequence[str]) -> ConditionAxis:
-    """Return the coding of the condition, in which the outermost runs have the lowest and highest fitted condition."""
+    """Return the coding of the condition: the outermost runs are at the lowest and the highest fitted condition."""
     fitted = [target.condition for target in study.joint_targets]
     low, high, logarithmic = min(fitted), max(fitted), min(fitted) > 0.0
     if logarithmic:
@@ -36,7 +36,7 @@ def condition_axis(study: Study, names: Sequence[str]) -> ConditionAxis:
 
 
 def over_design(study: Study, coding: Coding) -> Design:
-    """Return the design over the factors and the condition; where a parameter grows, its exponent is at mid-range."""
+    """Return the design over the factors and the condition; exponents of factors that grow stay at mid-range."""
     options, axis = study.of(RsmOptions), condition_axis(study, coding.names)
     held = [exponent for exponent, _ in axis.growing.values()]
     varied = [j for j, name in enumerate(coding.names) if name not in held]
@@ -56,7 +56,7 @@ def over_design(study: Study, coding: Coding) -> Design:
 
 
 def runs_of_both(study: Study, names: Sequence[str], design: Design) -> Note | None:
-    """Return a note that compares the runs of one surface over all conditions with the runs of a surface at each."""
+    """Return a note with the numbers of runs for one surface over all conditions and for one surface per condition."""
     options, conditions = study.of(RsmOptions), {target.condition for target in study.joint_targets}
     if len(conditions) < 2:
         return None
@@ -77,7 +77,7 @@ def runs_of_both(study: Study, names: Sequence[str], design: Design) -> Note | N
 
 
 def scaled(axis: ConditionAxis, study: Study, design: Design, runs: Sequence[DesignRun]) -> ConditionAxis:
-    """Return the axis, with the responses whose logarithm a quadratic fits better, by the errors of left-out runs."""
+    """Return the axis with the responses whose logarithm has the smaller error of left-out runs in a quadratic fit."""
     errors, logarithms, bend = {}, [], None
     for name in study.fitted_responses:
         values = np.array([run.number(name) for run in runs])
@@ -91,7 +91,7 @@ def scaled(axis: ConditionAxis, study: Study, design: Design, runs: Sequence[Des
 
 
 def notes_of(axis: ConditionAxis, names: Wording) -> Iterator[Note]:
-    """Yield a note: a quadratic of the response fits better, or a quadratic of its logarithm."""
+    """Yield a note on the choice between the first response and its logarithm."""
     plain, logged = axis.left_out_percent[FIRST]
     if plain is not None and logged is not None:
         chosen = f"the logarithm of the {names.response.long}" if FIRST in axis.logarithms else names.response.long

@@ -1,7 +1,7 @@
 """Data for the profiler of the report, whose script evaluates the response surfaces.
 
 It evaluates ŷ = φᵀβ with the intervals ŷ ± t·√(φᵀCφ) of the mean and ŷ ± t·√(own + φᵀCφ) of one further run, where φ
-are the terms of the full quadratic at the coded levels and C = s²(XᵀX)⁻¹.
+are the terms of the full quadratic at the coded levels, C = s²(XᵀX)⁻¹, and own is the variance of a single run.
 """
 
 from collections.abc import Mapping
@@ -26,8 +26,7 @@ def profiler_data(
 ) -> dict[str, Any]:
     """Return the data of the profiler, in types of JSON; it starts at the levels `values`, by default at the centre.
 
-    Intervals are included if the study is calibrated (`holds`). Predictions are compared with those at `present`
-    levels.
+    Intervals are included if the study is calibrated (`holds`). `present` has the levels of the present cutter.
     """
     goal = study.goal is not None
     before = {entry.factor: entry.center for entry in rsm.factors} if present is None else present

@@ -27,7 +27,7 @@ from stemcal.vocabulary import FIRST
 # Ratios of units that are often confused: a force in N and in kN, kgf or g, a length in mm and in m.
 _UNITS = {1000.0: "kN and N, or mm and m", 9.80665: "kgf and N", 1000.0 / 9.80665: "g and N"}
 _DRAWN = frozenset({"replicate", "seed"})  # inputs that differ between repeated runs
-_FAR, _ROOM = 3.0, 0.25  # a wrong unit is suspected beyond _FAR times the simulated range, widened by _ROOM
+_FAR, _ROOM = 3.0, 0.25  # a value beyond _FAR times the simulated range is suspect; _ROOM widens the range
 _SIGNS = 3  # smallest number of runs from which a wrong sign is reported
 _MANY = 0.1  # share of failed runs from which the failures are reported
 _RETRY = "Fix the causes of the failures (see `stemcal status SPEC --failed`), then run `stemcal run SPEC --retry`."
@@ -35,7 +35,7 @@ _RETRY = "Fix the causes of the failures (see `stemcal status SPEC --failed`), t
 
 @ranked(Rank.DATA)
 def undeclared_scatter(evidence: Evidence) -> Iterator[Note]:
-    """Yield a reason if equal inputs gave different responses although the spec declares no replicates."""
+    """Yield a note if equal inputs gave different responses although the spec declares no replicates."""
     study = evidence.study
     if study.solver.repeats or evidence.of(RsmResult) is not None:
         return
@@ -56,7 +56,7 @@ def undeclared_scatter(evidence: Evidence) -> Iterator[Note]:
 
 @ranked(Rank.DATA)
 def reversed_sign(evidence: Evidence) -> Iterator[Note]:
-    """Yield a reason if a response is negative in every run, but the measured one is positive."""
+    """Yield a note if a response is negative in every run, but the measured one is positive."""
     naming = evidence.study.naming
     for named in (naming.response, *naming.others) if evidence.study.goal is None else ():
         name = FIRST if named == naming.response else named.name
@@ -74,7 +74,7 @@ def reversed_sign(evidence: Evidence) -> Iterator[Note]:
 
 @ranked(Rank.DATA)
 def probable_unit(evidence: Evidence) -> Iterator[Note]:
-    """Yield a reason if measured values differ from the simulated range by the ratio of two units."""
+    """Yield a note if measured values differ from the simulated range by the ratio of two units."""
     surface, study = evidence.of(RsmResult), evidence.study
     if surface is None:
         return
@@ -83,7 +83,7 @@ def probable_unit(evidence: Evidence) -> Iterator[Note]:
         low, high = (float(fitted.predict(end)[0]) for end in extremes(fitted, surface.region))
         reaches[mean.response].append((mean.value, low, high))
     for response, values in reaches.items():
-        first, *others = (_times(*each) for each in values)
+        first, *others = (_unit_ratio(*each) for each in values)
         if first is not None and all(other is not None and other[0] == first[0] for other in others):
             (size, name), (value, low, high), named = first, values[0], study.naming.named(response)
             measured, ends = f"{value:g}{named.unit_suffix}", f"{low:.3g} to {high:.3g}{named.unit_suffix}"
@@ -95,10 +95,10 @@ def probable_unit(evidence: Evidence) -> Iterator[Note]:
             yield Note("probable_unit", "error", text, Remedy(check))
 
 
-def _times(value: float, low: float, high: float) -> tuple[float, str] | None:
+def _unit_ratio(value: float, low: float, high: float) -> tuple[float, str] | None:
     """Return the ratio of units that brings a value into the range `low` to `high`, and their names; None if none does.
 
-    >>> _times(130.0, 0.08, 0.19), _times(130.0, 80.0, 125.0)
+    >>> _unit_ratio(130.0, 0.08, 0.19), _unit_ratio(130.0, 80.0, 125.0)
     ((1000.0, 'kN and N, or mm and m'), None)
     """
     if low <= 0.0 or low / _FAR <= value <= high * _FAR:
@@ -112,10 +112,10 @@ def _times(value: float, low: float, high: float) -> tuple[float, str] | None:
 
 @ranked(Rank.DATA)
 def failed_runs(evidence: Evidence) -> Iterator[Note]:
-    """Yield a reason for failed runs: the levels at which they failed, and the effect on the surface, if any."""
+    """Yield a note on failed runs: the levels at which they failed, and the effect on the surface, if any."""
     surface = evidence.of(RsmResult)
     if surface is None:
-        yield from _lost(evidence)
+        yield from _failed_without_surface(evidence)
         return
     failed = np.array([run.response is None for run in surface.design.runs])
     for part in surface.conditions if surface.over is None else ():
@@ -132,7 +132,7 @@ def failed_runs(evidence: Evidence) -> Iterator[Note]:
 
 @ranked(Rank.IDENTIFICATION)
 def few_runs(evidence: Evidence) -> Iterator[Note]:
-    """Yield a reason if the surface has as many coefficients as runs although no run failed."""
+    """Yield a note if the surface has as many coefficients as runs although no run failed."""
     surface = evidence.of(RsmResult)
     unknown = surface is not None and any(fitted.df < 1 for fitted in fitted_surfaces(evidence.study, surface))
     if surface is not None and unknown and not any(failed_runs(evidence)):
@@ -164,7 +164,7 @@ def _where_failed(study: Study, surface: RsmResult, failed: Mask) -> tuple[str, 
 def _beyond(
     study: Study, why: Collection[str], bad: Sequence[Mapping[str, float]], good: Sequence[Mapping[str, float]]
 ) -> tuple[str, Remedy] | None:
-    """Return the remedy for time steps that are too long, or for a factor level beyond which all runs failed."""
+    """Return text and remedy if time steps are too long, or if all runs beyond some level of a factor failed."""
     if study.kind.simulates_stems and {"contact_energy", "energy_drift"}.intersection(why):
         return "The time steps are too long for these levels.", for_physics(study, Doubt("drift", len(bad), None))
     varied = [factor for factor in study.factors if all(factor.name in row for row in (*bad, *good))]
@@ -186,7 +186,7 @@ def _beyond(
     return None
 
 
-def _lost(evidence: Evidence) -> Iterator[Note]:
+def _failed_without_surface(evidence: Evidence) -> Iterator[Note]:
     tried, failed, why = Counter[float](), Counter[float](), Counter[str]()
     levels: dict[bool, list[Mapping[str, float]]] = {True: [], False: []}
     for record in evidence.records:
@@ -207,7 +207,7 @@ def _lost(evidence: Evidence) -> Iterator[Note]:
 
 @ranked(Rank.REACH)
 def out_of_reach(evidence: Evidence) -> Iterator[Note]:
-    """Yield a reason if the only target of the study is outside the values of the surface in the ranges."""
+    """Yield a note if the only target of the study is outside the values of the surface in the ranges."""
     surface, study = evidence.of(RsmResult), evidence.study
     if surface is None or study.joint_targets or evidence.results.calibrated:
         return
@@ -226,7 +226,7 @@ def out_of_reach(evidence: Evidence) -> Iterator[Note]:
 
 
 def _reached_by_others(evidence: Evidence, surface: RsmResult, target: float) -> tuple[str, Remedy] | None:
-    """Return text and remedy if screening runs are beyond the target: the factor that the surface should also vary."""
+    """Return text and remedy if screening runs reach the target: a factor that the surface should vary in addition."""
     study, names = evidence.study, evidence.names
     others = [factor for factor in study.factors if factor.name not in surface.names]
     if (screened := evidence.of(ScreenResult)) is None:
@@ -251,11 +251,11 @@ def _reached_by_others(evidence: Evidence, surface: RsmResult, target: float) ->
 
 @ranked(Rank.MODEL)
 def sign_against_expectation(evidence: Evidence) -> Iterator[Note]:
-    """Yield a reason for each significant effect whose sign differs from the `sign` in the spec."""
+    """Yield a note for each significant effect whose sign differs from the `sign` in the spec."""
     against = []
     for factor in evidence.study.factors:
         signs = (result.sign_of(factor.name) for result in reversed(evidence.results.done))
-        estimated = next((sign for sign in signs if sign is not None), None)  # of the last significant effect
+        estimated = next((sign for sign in signs if sign is not None), None)  # latest significant effect
         if factor.expected_sign and estimated not in (None, factor.expected_sign):
             against.append(factor.name)
     if against:
@@ -267,7 +267,7 @@ def sign_against_expectation(evidence: Evidence) -> Iterator[Note]:
 
 @ranked(Rank.MODEL)
 def rough_response(evidence: Evidence) -> Iterator[Note]:
-    """Yield a reason if the residual of the surface is large although the simulation is deterministic."""
+    """Yield a note if the residual of the surface is large although the simulation is deterministic."""
     surface = evidence.of(RsmResult)
     if surface is None:
         return

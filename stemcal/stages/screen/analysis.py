@@ -1,7 +1,7 @@
 """The analysis of the stage screen: run the design, estimate the effects, and select the factors.
 
 Factors are selected by the F test if the residual has three or more degrees of freedom, otherwise by Lenth's method.
-The residual contains the columns of the design without a factor, repeated runs and the scatter of centre runs.
+The residual consists of the design columns without a factor, repeated runs and the scatter of centre runs.
 """
 
 from collections.abc import Iterator, Sequence

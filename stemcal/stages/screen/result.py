@@ -37,7 +37,7 @@ class Screening:
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class ScreenResult(StageResult, Screening):
-    """The screening of the first response, and the screenings of further `responses` (see `seen_by`)."""
+    """The screening of the first response, and the screenings of further `responses` (see `screening_of`)."""
 
     name: ClassVar[str] = "screen"
     shown = ("significant",)
@@ -51,10 +51,10 @@ class ScreenResult(StageResult, Screening):
     @property
     def all_responses(self) -> list[ScreenResult]:
         """Screenings of all responses, beginning with the first."""
-        return [self, *(self.seen_by(name) for name in self.responses or {})]
+        return [self, *(self.screening_of(name) for name in self.responses or {})]
 
-    def seen_by(self, response: str) -> ScreenResult:
-        """Return the screening of a further response as a `ScreenResult` of its own."""
+    def screening_of(self, response: str) -> ScreenResult:
+        """Return the screening of a further response as a separate `ScreenResult`."""
         further = (self.responses or {})[response]
         head = replace(self.head, naming=self.naming.with_primary(response))
         return replace(self, head=head, **vars(further), responses=None)
@@ -83,7 +83,7 @@ class ScreenResult(StageResult, Screening):
 
     @property
     def limit(self) -> float | None:
-        """Smallest size of a significant effect: Lenth's margin of error, or t₀·s, s the standard error."""
+        """Smallest size of a significant effect: Lenth's margin of error, or t·s with the standard error s."""
         if self.by_lenth:
             return self.lenth.me
         errors = [abs(effect.effect) / effect.f**0.5 for effect in self.effects if effect.f]

@@ -66,7 +66,7 @@ def _result(
 ) -> ValidateResult:
     errors = [abs(error) for row in rows for error in row.errors_percent]
     simulated = [row for row in compared.rows if row.simulated is not None]
-    fitted, held_out = (  # F = a·dᵇ through the fitted forces, and its error at the others
+    fitted, held_out = (  # F = a·dᵇ is fitted to the first; the second give its error
         [(r.condition, r.measured, standard_error(r.measured, r.sd, r.n)) for r in simulated if r.role == role]
         for role in ("fitted", "held_out")
     )
@@ -86,7 +86,7 @@ def _result(
 
 
 def _from_table(study: Study, solver: Solver) -> Iterator[Note]:
-    """Yield a note if the simulated responses are from a table without levels, so perhaps of other parameters."""
+    """Yield a note if the responses are from a table without all levels, so perhaps from other parameter values."""
     if (table := solver.given_design("validate")) and len(table[0]) < len(study.factors):
         text = (
             f"The simulated {study.naming.response.long} was read from a table, so it may have been calculated with "
@@ -121,7 +121,7 @@ def _further(study: Study, target: Target, outcome: Outcome) -> Rows[FurtherRow]
 
 
 def validate_notes(stage: ValidateResult) -> Iterator[Note]:
-    """Yield notes on the comparison: whether it is independent, how forces grow, the error of a formula, the travel."""
+    """Yield notes on the comparison: its independence, exponents of growth, a power law instead, the travel."""
     names = Wording(stage.naming)
     if stage.fitted:
         where = names.at(*stage.fitted) if names.placed else " of a fitted response"

@@ -94,19 +94,19 @@ class ValidateResult(StageResult):
     @property
     def prediction(self) -> Prediction | None:
         """Largest error at the held-out conditions, and the error of a formula through the fitted forces."""
-        if self.worst_held_out_percent is None or self.naming.condition is None or self.is_given:
+        if self.worst_held_out_percent is None or self.naming.condition is None or self.is_from_table:
             return None
         return Prediction(self.worst_held_out_percent, self.formula, tuple(row.condition for row in self.held_out))
 
     @property
-    def is_given(self) -> bool:
-        """Whether the simulated values are from a table, computed with other parameters."""
+    def is_from_table(self) -> bool:
+        """Whether the simulated values are from a table, so perhaps from other parameter values."""
         return any(note.kind == "from_table" for note in self.notes)
 
     def judged(self, study: Study) -> list[Judged]:
         """Return all comparisons, with the responses that were not fitted as checks; none for values from a table."""
         judged, first = [], study.naming.response.name
-        for row in self.rows if not self.is_given else ():
+        for row in self.rows if not self.is_from_table else ():
             at, fitted = row.compared, row.compared.role == "fitted"
             judged.append(Judged(first, at.condition, at.error_percent, fitted, row.outcome.key))
             for further in (each for each in row.further if each.judged):

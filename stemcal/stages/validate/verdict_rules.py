@@ -1,4 +1,4 @@
-"""Rules of the verdict on the validation: errors of held-out values, failed runs, trends, bends, a formula as good."""
+"""Rules of the verdict on the validation: errors of held-out values, failed runs, trends, bends."""
 
 from collections.abc import Iterator
 
@@ -20,11 +20,11 @@ from stemcal.vocabulary import FIRST
 
 @ranked(Rank.VALIDATION)
 def validation(evidence: Evidence) -> Iterator[Note]:
-    """Yield reasons for held-out errors and for failed runs, or if no value was held out."""
+    """Yield notes on large errors of held-out values, failed runs, or the lack of held-out values."""
     study = evidence.study
     if (checked := evidence.of(ValidateResult)) is None:
         return
-    if checked.is_given:
+    if checked.is_from_table:
         text = (
             "The simulated values used for the validation were read from a table, so they may have been computed with "
             "parameter values that differ from the calibrated values."
@@ -61,10 +61,12 @@ def validation(evidence: Evidence) -> Iterator[Note]:
 
 @ranked(Rank.TREND)
 def trend(evidence: Evidence) -> Iterator[Note]:
-    """Yield a reason if the error has a trend with the diameter, after a fit to a single force."""
+    """Yield a note if the error has a trend with the diameter, after a fit to a single force."""
     study, checked, solved = evidence.study, evidence.of(ValidateResult), evidence.of(InvertResult)
-    if checked is None or checked.is_given or study.joint_targets or solved is None or solved.certainty.not_identified:
-        return  # other parameter values may fit as well without a trend
+    if checked is None or checked.is_from_table or study.joint_targets:
+        return
+    if solved is None or solved.certainty.not_identified:  # other parameter values may fit as well without a trend
+        return
     rows = [
         (row.condition, row.measured, row.simulated, standard_error(row.measured, row.sd, row.n))
         for row in checked.compared
@@ -77,12 +79,12 @@ def trend(evidence: Evidence) -> Iterator[Note]:
 
 @ranked(Rank.MODEL)
 def bent_over_conditions(evidence: Evidence) -> Iterator[Note]:
-    """Yield a reason if one surface over factors and conditions does not follow the response over the condition."""
+    """Yield a note if one surface over factors and conditions does not follow the response over the condition."""
     surface, checked = evidence.of(RsmResult), evidence.of(ValidateResult)
     if surface is None or surface.over is None:
         return
     bend, condition = surface.over.bend, surface.over.name
-    if checked is not None and not checked.is_given:  # the validation has runs at further conditions
+    if checked is not None and not checked.is_from_table:  # the validation has runs at further conditions
         x = surface.scales.to_coded(surface.scales.point(checked.parameters))
         fitted = [target.condition for target in evidence.study.joint_targets]
         rows = [row for row in checked.compared if row.simulated and min(fitted) <= row.condition <= max(fitted)]

@@ -20,7 +20,7 @@ _WIDER = 2.0  # the ranges of both moduli reach from half to twice the required 
 
 
 def direction_reason(evidence: Evidence, surface: Surfaces, solution: Mapping[str, float]) -> Iterator[Note]:
-    """Yield a reason with the moduli that the slopes along and across the axis require, if they differ."""
+    """Yield a note with the moduli that the slopes along and across the axis require, if they differ."""
     study = evidence.study
     if study.naming.condition != DIAMETER or not study.tests or study.is_layered:
         return

@@ -94,7 +94,7 @@ def trend_reason(
     worst_percent: float,
     remedy: Callable[[], Remedy],
 ) -> Iterator[Note]:
-    """Yield a reason if the error has a trend with a condition that is a length, such as the diameter.
+    """Yield a note if the error has a trend with a condition that is a length, such as the diameter.
 
     `rows` have the condition, the measured and the simulated value, and the standard error (%).
     """

@@ -143,7 +143,7 @@ def _use(evidence: Evidence) -> Use | None:
 
 @ranked(Rank.PHYSICS)
 def physics(evidence: Evidence) -> Iterator[Note]:
-    """Yield a reason if the physical validity of many runs, or of runs with the calibrated parameters, is doubtful."""
+    """Yield a note if the physical validity of many runs, or of runs with the calibrated parameters, is doubtful."""
     checks = evidence.physics
     severity: Severity = "error" if checks.share > _MAJORITY else "warning"
     every = (*checks.doubts, *checks.at_solution)
@@ -178,7 +178,7 @@ def _doubtful(doubt: Doubt, up_to: str = "") -> str:
 
 @ranked(Rank.UNFINISHED)
 def unfinished(evidence: Evidence) -> Iterator[Note]:
-    """Yield a reason with the titles of all stages that are not finished."""
+    """Yield a note with the titles of all stages that are not finished."""
     done = {result.name for result in evidence.results.done}
     missing = [stage for stage in stages_of(evidence.study) if stage.name not in done]
     if missing:
@@ -192,7 +192,7 @@ def unfinished(evidence: Evidence) -> Iterator[Note]:
 
 @ranked(Rank.FORMULA)
 def no_better_than_formula(evidence: Evidence) -> Iterator[Note]:
-    """Yield a reason if a formula F = a·dᵇ predicts held-out (or else left-out) values better than the model."""
+    """Yield a note if a formula F = a·dᵇ predicts held-out (or else left-out) values better than the model."""
     every = (prediction for result in evidence.results.done if (prediction := result.prediction) is not None)
     prediction = min(every, key=lambda each: each.in_turn, default=None)  # held-out values first
     if prediction is not None and prediction.better == "formula" and evidence.judged:
